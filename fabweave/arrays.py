@@ -1,0 +1,60 @@
+"""Name the array types that pass between stations, and freeze them."""
+
+from collections.abc import Callable
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+#: Called as ``progress(what, done, total)``; never changes a result.
+Progress: TypeAlias = Callable[[str, int, int], None]
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+def frozen(array: npt.NDArray[_Scalar]) -> npt.NDArray[_Scalar]:
+    """Return a read-only array with the same values.
+
+    Parameters
+    ----------
+    array : array
+        Any array; an array that owns its data is frozen in place, a view is copied first.
+
+    Returns
+    -------
+    array
+        The values, with ``flags.writeable`` false.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> frozen(np.arange(3)).flags.writeable
+    False
+    """
+    if not array.flags.writeable and array.base is None:
+        return array
+    result = np.array(array, copy=True) if array.base is not None else array
+    result.setflags(write=False)
+    return result
+
+
+def no_progress(_what: str, _done: int, _total: int) -> None:
+    """Ignore a progress report."""
+
+
+def offsets_of(counts: npt.NDArray[Any]) -> IntArray:
+    """Return the CSR offsets of groups with the given sizes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> offsets_of(np.array([2, 0, 3])).tolist()
+    [0, 2, 2, 5]
+    """
+    offsets = np.zeros(len(counts) + 1, dtype=np.int64)
+    np.cumsum(counts, out=offsets[1:])
+    return offsets

@@ -1,0 +1,1 @@
+"""Say what crosses what: the crossing map."""

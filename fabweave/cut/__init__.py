@@ -1,0 +1,1 @@
+"""Draw sheets for the cutter: marks, lettering, DXF, SVG and previews."""

@@ -1,0 +1,16 @@
+"""Define the errors that fabweave raises on purpose.
+
+A message says what is wrong, how many times, where, and what to do about it.
+"""
+
+
+class FabweaveError(Exception):
+    """Be the root of every error that fabweave raises on purpose."""
+
+
+class InputError(FabweaveError, ValueError):
+    """Report wrong usage or bad input; the command line exits with 2."""
+
+
+class CannotMakeError(FabweaveError, RuntimeError):
+    """Report a job that cannot be made as asked; the command line exits with 1."""

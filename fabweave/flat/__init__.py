@@ -1,0 +1,1 @@
+"""Unfold ribbons, split them into pieces, and join the pieces."""

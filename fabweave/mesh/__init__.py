@@ -1,0 +1,1 @@
+"""Hold polygon meshes: read, check, repair, write; half-edges; built-in shapes."""

@@ -1,0 +1,155 @@
+"""Build half-edge arrays over a polygon mesh, by sorting."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from fabweave.arrays import IntArray, frozen
+from fabweave.errors import InputError
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
+
+
+@dataclass(frozen=True, eq=False)
+class Halfedges:
+    """The connectivity of an oriented manifold mesh as half-edge arrays.
+
+    Half-edge ``h`` is corner ``h`` of the mesh: it runs from ``tail[h]`` to the tail of
+    ``next[h]``, with its face on the left seen from outside.
+
+    Parameters
+    ----------
+    tail, face, next, prev : (H,) int arrays
+        Start vertex, face, and neighbours around the face.
+    twin : (H,) int array
+        The opposite half-edge, or -1 along the boundary.
+    edge : (H,) int array
+        Edge numbers, in the order of each edge's first half-edge.
+    edge_halfedge : (E,) int array
+        The first half-edge of each edge.
+    """
+
+    tail: IntArray
+    face: IntArray
+    next: IntArray
+    prev: IntArray
+    twin: IntArray
+    edge: IntArray
+    edge_halfedge: IntArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("tail", "face", "next", "prev", "twin", "edge", "edge_halfedge"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def n_halfedges(self) -> int:
+        """Number of half-edges."""
+        return len(self.tail)
+
+    @property
+    def n_edges(self) -> int:
+        """Number of edges, boundary edges included."""
+        return len(self.edge_halfedge)
+
+    @property
+    def head(self) -> IntArray:
+        """End vertex of each half-edge, (H,)."""
+        return self.tail[self.next]
+
+
+def pair_corners(tail: IntArray, head: IntArray, n_vertices: int) -> tuple[IntArray, IntArray]:
+    """Sort half-edges by the unordered pair of their end vertices.
+
+    Two counting sorts (through a sparse matrix's change of format) are several times faster than
+    a comparison sort of pairs, and keep the order stable.
+
+    Returns
+    -------
+    order : (H,) int array
+        Half-edges grouped by edge, in their own order inside a group.
+    starts : (E + 1,) int array
+        Bounds of the groups in ``order``.
+    """
+    low, high = np.minimum(tail, head), np.maximum(tail, head)
+    count = len(tail)
+    by_high = sparse.coo_array(
+        (np.arange(count), (high, np.arange(count))), shape=(n_vertices, count)
+    ).tocsr()
+    order = by_high.data
+    by_low = sparse.coo_array(
+        (order, (low[order], np.arange(count))), shape=(n_vertices, count)
+    ).tocsr()
+    order = by_low.data.astype(np.int64)
+    low, high = low[order], high[order]
+    changes = np.flatnonzero((low[1:] != low[:-1]) | (high[1:] != high[:-1])) + 1
+    starts = np.concatenate(([0], changes, [count])) if count else np.zeros(1, dtype=np.int64)
+    return order, starts.astype(np.int64)
+
+
+def build_halfedges(mesh: PolyMesh) -> Halfedges:
+    """Build the half-edge arrays of an edge-manifold, consistently oriented mesh.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Every edge in one or two faces, and two faces run along it in opposite directions.
+
+    Returns
+    -------
+    Halfedges
+        The connectivity.
+
+    Raises
+    ------
+    InputError
+        If an edge has more than two faces, or two faces that run the same way.
+
+    Examples
+    --------
+    >>> tetrahedron = PolyMesh.from_faces(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]],
+    ...     [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    >>> build_halfedges(tetrahedron).n_edges
+    6
+    """
+    following = next_corner(mesh)
+    tail = mesh.indices
+    head = tail[following]
+    order, starts = pair_corners(tail, head, mesh.n_vertices)
+    sizes = np.diff(starts)
+    first = order[starts[:-1]]
+    paired = sizes == 2
+    second = order[starts[:-1][paired] + 1]
+    crowded = int(np.count_nonzero(sizes > 2))
+    if crowded:
+        raise InputError(
+            f"{crowded} edges have more than two faces; run the mesh check, which names them, "
+            "and separate or remove the extra faces"
+        )
+    same_way = int(np.count_nonzero(tail[first[paired]] == tail[second]))
+    if same_way:
+        raise InputError(
+            f"{same_way} edges have two faces that run the same way; orient the mesh first"
+        )
+    twin = np.full(mesh.n_corners, -1, dtype=np.int64)
+    twin[first[paired]] = second
+    twin[second] = first[paired]
+    # Edge numbers follow the first half-edge of each edge, so they do not depend on how the
+    # vertices are numbered.
+    leading = np.flatnonzero((twin < 0) | (np.arange(mesh.n_corners) < twin))
+    edge = np.empty(mesh.n_corners, dtype=np.int64)
+    edge[leading] = np.arange(len(leading))
+    inner = leading[twin[leading] >= 0]
+    edge[twin[inner]] = edge[inner]
+    preceding = np.empty_like(following)
+    preceding[following] = np.arange(mesh.n_corners)
+    return Halfedges(
+        tail=tail,
+        face=face_of_corner(mesh),
+        next=following,
+        prev=preceding,
+        twin=twin,
+        edge=edge,
+        edge_halfedge=leading,
+    )

@@ -1,0 +1,1 @@
+"""Report material, waste and size of the work."""

@@ -1,0 +1,1 @@
+"""Turn threads into ribbons in space, check them, and export them."""

@@ -1,0 +1,1 @@
+"""Hold materials and stock, and nest pieces on sheets."""

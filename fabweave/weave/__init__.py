@@ -1,0 +1,1 @@
+"""Weave threads over a mesh: walks, crossings, over and under, bunches."""
