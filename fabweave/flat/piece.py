@@ -23,6 +23,8 @@ class Piece:
         Where each crossing is.
     directions : (S, 2) float array
         Unit vectors along the thread at each crossing.
+    rails : (S, 2, 2) float array
+        The points of the right and the left edge abreast of each crossing.
     over : (S,) bool array
         Whether the piece lies on top there.
     hole_mm : (S,) float array
@@ -37,6 +39,7 @@ class Piece:
     crossings: IntArray
     points: FloatArray
     directions: FloatArray
+    rails: FloatArray
     over: BoolArray
     hole_mm: FloatArray
     start_joint: int | None
@@ -44,7 +47,9 @@ class Piece:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("outline", "crossings", "points", "directions", "over", "hole_mm"):
+        for name in (
+            "outline", "crossings", "points", "directions", "rails", "over", "hole_mm",
+        ):  # fmt: skip
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 

@@ -1,0 +1,110 @@
+"""Turn unfolded strips into the outlines of pieces, in each piece's own frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import FloatArray
+from fabweave.flat.unfold import Strips
+
+#: Outlines have no side shorter than this: cutters and their software stumble over shorter ones.
+SHORTEST_SIDE_MM = 0.1
+
+#: Vertices that stand off their neighbours' line by less than this are dropped.
+STRAIGHT_MM = 0.005
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The rigid motion from a strip's frame to its piece's frame: p -> R(angle) p + shift."""
+
+    angle: float
+    shift: FloatArray
+
+    def apply(self, points: FloatArray) -> FloatArray:
+        """Return points in the piece's frame."""
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return points @ np.array([[cosine, sine], [-sine, cosine]]) + self.shift
+
+
+def strip_outline(right: FloatArray, left: FloatArray) -> FloatArray:
+    """Return the outline of a strip: along its right rail and back along its left one.
+
+    Sides shorter than 0.1 mm and vertices on a straight line are left out; the four end corners
+    stay.
+
+    Returns
+    -------
+    (K, 2) float array
+        Counter-clockwise, first point not repeated; fewer than four points if the strip is
+        narrower than the shortest side.
+    """
+    rails = np.concatenate((_thin(right), _thin(left)[::-1]))
+    if np.hypot(*(right[0] - left[0])) < SHORTEST_SIDE_MM:
+        rails = rails[:-1]
+    if np.hypot(*(right[-1] - left[-1])) < SHORTEST_SIDE_MM:
+        rails = np.delete(rails, len(_thin(right)), axis=0)
+    return rails
+
+
+def _thin(rail: FloatArray) -> FloatArray:
+    """Drop points nearer than the shortest side to the last kept one; keep both ends."""
+    steps = np.hypot(*np.diff(rail, axis=0).T)
+    if np.all(steps >= SHORTEST_SIDE_MM):
+        return rail
+    kept = [0]
+    for index in range(1, len(rail) - 1):
+        if np.hypot(*(rail[index] - rail[kept[-1]])) >= SHORTEST_SIDE_MM:
+            kept.append(index)
+    while len(kept) > 1 and np.hypot(*(rail[-1] - rail[kept[-1]])) < SHORTEST_SIDE_MM:
+        kept.pop()
+    kept.append(len(rail) - 1)
+    return rail[kept]
+
+
+def strip_outlines(strips: Strips) -> list[FloatArray]:
+    """Return the outline of every strip in its own frame, in order."""
+    bounds = strips.offsets.tolist()
+    raw = [
+        strip_outline(strips.right[a:b], strips.left[a:b])
+        for a, b in zip(bounds, bounds[1:], strict=False)
+    ]
+    sizes = [len(points) for points in raw]
+    closed = np.array([shapely.LinearRing(p) if n >= 3 else None for p, n in zip(raw, sizes, strict=True)])
+    polygons = shapely.polygons(closed)
+    simple = shapely.is_valid(polygons)
+    thinner = shapely.simplify(polygons, STRAIGHT_MM, preserve_topology=True)
+    return [
+        shapely.get_coordinates(new)[:-1] if ok else points
+        for new, ok, points in zip(thinner, simple, raw, strict=True)
+    ]
+
+
+def resting_frame(outline: FloatArray, start: FloatArray, end: FloatArray) -> Frame:
+    """Return the motion that lays an outline along +x in its smallest rectangle, corner at 0.
+
+    Parameters
+    ----------
+    outline : (K, 2) float array
+        A polygon.
+    start, end : (2,) float arrays
+        Two of its points; ``end`` comes to lie to the right of ``start``.
+    """
+    hull = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(outline)))
+    sides = np.diff(hull, axis=0)
+    angles = -np.arctan2(sides[:, 1], sides[:, 0])
+    cosine, sine = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    x = cosine * hull[:, 0] - sine * hull[:, 1]
+    y = sine * hull[:, 0] + cosine * hull[:, 1]
+    wide, high = np.ptp(x, axis=1), np.ptp(y, axis=1)
+    # Rounding makes ties fall the same way on every machine.
+    best = int(np.argmin(np.round(wide * high, 6)))
+    angle = float(angles[best])
+    if high[best] > wide[best]:
+        angle += np.pi / 2
+    way = end - start
+    if np.cos(angle) * way[0] - np.sin(angle) * way[1] < 0:
+        angle += np.pi
+    turned = Frame(angle, np.zeros(2)).apply(outline)
+    return Frame(angle, -turned.min(axis=0))

@@ -1,0 +1,251 @@
+"""Project threads to ribbons: the projection method, with real material thickness."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.errors import InputError
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.weave.pattern import Weave
+
+
+@dataclass(frozen=True, eq=False)
+class Ribbons:
+    """Ribbons in space as chains of *rungs*, the cross-lines from the right to the left rail.
+
+    Between neighbouring rungs lies one quad: a planar crossing panel, or a connector that is
+    folded along one of its diagonals. A closed ribbon goes on from its last rung to its first.
+
+    Parameters
+    ----------
+    offsets : (T + 1,) int array
+        Thread ``t`` owns the rungs ``offsets[t]:offsets[t + 1]``; none if it has no crossing.
+    right, left : (R, 3) float arrays
+        End points of each rung; right and left of the walking direction, seen from outside.
+    from_right : (R,) bool array
+        For the quad that follows each rung: whether its diagonal starts at the right rail.
+    pass_offsets : (T + 1,) int array
+        Thread ``t`` makes the passes ``pass_offsets[t]:pass_offsets[t + 1]``.
+    entry : (P,) int array
+        The rung where each pass enters its crossing panel; it leaves by the following rung.
+    closed : (T,) bool array
+        Whether the ribbon is a ring.
+    normal : (X, 3) float array
+        Outward unit normal at each crossing.
+    centre : (X, 3) float array
+        The point on the surface at each crossing, between the two panels.
+    """
+
+    offsets: IntArray
+    right: FloatArray
+    left: FloatArray
+    from_right: BoolArray
+    pass_offsets: IntArray
+    entry: IntArray
+    closed: BoolArray
+    normal: FloatArray
+    centre: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in (
+            "offsets", "right", "left", "from_right", "pass_offsets", "entry", "closed", "normal",
+            "centre",
+        ):  # fmt: skip
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def n_rungs(self) -> int:
+        """Number of rungs."""
+        return len(self.right)
+
+
+@dataclass(frozen=True, eq=False)
+class _CrossingQuads:
+    """The quad (tail, right centre, head, left centre) of each crossing, flattened."""
+
+    corners: FloatArray  # (X, 4, 3)
+    normal: FloatArray
+    centre: FloatArray
+
+
+def project_ribbons(
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    weave: Weave,
+    *,
+    height_mm: float,
+    length: float = 0.7,
+    width: float = 0.65,
+) -> Ribbons:
+    """Project every thread to a ribbon of planar facets that lies over or under the surface.
+
+    Each crossing's edge owns the quad of its end vertices and the centres of its two faces. The
+    quad is flattened to the plane through its middle and moved along the normal, outward for the
+    strand above and inward for the one below. Each strand takes the bilinear sub-quad of the
+    given relative length and width; connectors join consecutive panels.
+
+    Parameters
+    ----------
+    mesh, halfedges, weave
+        A mesh, its connectivity, and the weave on it.
+    height_mm : float
+        Distance of each strand's middle surface from the crossing's plane: half a layer and half
+        the clearance.
+    length : float
+        Relative length of a crossing panel along its strand (c of the paper), in (0, 1).
+    width : float
+        Relative width of the ribbon across its strand (w of the paper), in (0, 1). With
+        ``width <= length`` connectors keep clear of the other strand's panel.
+
+    Returns
+    -------
+    Ribbons
+        Two rungs for each pass; one more at each end of an open ribbon, where it leaves the last
+        crossing's quad.
+
+    Raises
+    ------
+    InputError
+        If a crossing's quad has no area, so that it has no normal.
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), projection method.
+    """
+    if not (0.0 < width <= length < 1.0):
+        raise InputError(
+            f"relative width {width:g} and crossing length {length:g} must satisfy "
+            "0 < width <= length < 1: a ribbon wider than its panel is long runs into its neighbour"
+        )
+    threads = weave.threads
+    quads = _crossing_quads(mesh, halfedges, threads.crossing_halfedge)
+    corner = _travel_corners(halfedges, weave)
+    height = np.where(weave.over, height_mm, -height_mm)
+    lift = height[:, None] * quads.normal[threads.crossing]
+    placed = np.take_along_axis(quads.corners[threads.crossing], corner[:, :, None], axis=1)
+    placed = placed + lift[:, None, :]
+
+    counts = np.where(
+        threads.lengths > 0, 2 * threads.lengths + np.where(threads.closed, 0, 2), 0
+    )
+    offsets = offsets_of(counts)
+    # Rungs before a pass: two for each earlier pass of its thread, one more at an open end.
+    opening = np.where(threads.closed, 0, 1)
+    thread = threads.thread_of_pass
+    within = np.arange(len(threads.crossing)) - threads.offsets[thread]
+    entry = offsets[thread] + opening[thread] + 2 * within
+
+    right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
+    for shift, u in ((0, 0.5 - length / 2), (1, 0.5 + length / 2)):
+        right[entry + shift], left[entry + shift] = _rung(placed, u, width)
+    open_threads = np.flatnonzero(~threads.closed & (threads.lengths > 0))
+    for passes, rungs, u in (
+        (threads.offsets[open_threads], offsets[open_threads], 0.0),
+        (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
+    ):
+        right[rungs], left[rungs] = _rung(placed[passes], u, width)
+
+    return Ribbons(
+        offsets=offsets,
+        right=right,
+        left=left,
+        from_right=_better_diagonals(right, left, following_rung(offsets, threads.closed)),
+        pass_offsets=threads.offsets,
+        entry=entry,
+        closed=threads.closed,
+        normal=quads.normal,
+        centre=quads.centre,
+    )
+
+
+def local_entry(ribbons: Ribbons, thread: IntArray, position: IntArray) -> IntArray:
+    """Return where passes enter their panels, in rungs from the start of their threads.
+
+    On a ring, a position past the last pass counts on around it, and so does the rung.
+    """
+    count = np.diff(ribbons.pass_offsets)[thread]
+    first = ribbons.offsets[thread]
+    size = ribbons.offsets[thread + 1] - first
+    entry = ribbons.entry[ribbons.pass_offsets[thread] + position % count]
+    return np.asarray(entry - first + size * (position // count))
+
+
+def following_rung(offsets: IntArray, closed: BoolArray) -> IntArray:
+    """Return the rung after each rung: the first again after a ring's last, -1 at an open end."""
+    following = np.arange(1, offsets[-1] + 1)
+    filled = np.diff(offsets) > 0
+    last = offsets[1:][filled] - 1
+    following[last] = np.where(closed[filled], offsets[:-1][filled], -1)
+    return following
+
+
+def _crossing_quads(mesh: PolyMesh, halfedges: Halfedges, crossing: IntArray) -> _CrossingQuads:
+    """Flatten the quad of each crossing to the plane through its middle."""
+    centres = face_centres(mesh)
+    tail = mesh.vertices[halfedges.tail[crossing]]
+    head = mesh.vertices[halfedges.head[crossing]]
+    left = centres[halfedges.face[crossing]]
+    right = centres[halfedges.face[halfedges.twin[crossing]]]
+    area = np.cross(head - tail, left - right)
+    size = np.linalg.norm(area, axis=1)
+    reach = np.linalg.norm(head - tail, axis=1) ** 2 + np.linalg.norm(left - right, axis=1) ** 2
+    flat = np.flatnonzero(~(size > 1e-9 * reach))
+    if len(flat):
+        pairs = ", ".join(
+            f"{a}-{b}"
+            for a, b in zip(
+                halfedges.tail[crossing[flat[:4]]], halfedges.head[crossing[flat[:4]]], strict=True
+            )
+        )
+        raise InputError(
+            f"{len(flat)} edges have no room for a crossing (between vertices {pairs}): the faces "
+            "beside them are folded flat on one another or have no area; move their vertices apart"
+        )
+    normal = area / size[:, None]
+    corners = np.stack((tail, right, head, left), axis=1)
+    centre = corners.mean(axis=1)
+    above = np.einsum("xcd,xd->xc", corners - centre[:, None, :], normal)
+    flattened = corners - above[:, :, None] * normal[:, None, :]
+    return _CrossingQuads(flattened, normal, centre)
+
+
+# Corners of a crossing's quad are numbered 0 tail, 1 right centre, 2 head, 3 left centre as its
+# first half-edge sees them. Rows: a pass in travel order (right entry, right exit, left exit,
+# left entry), for an arrival forward and backward along the first half-edge.
+_FORWARD = np.array([0, 1, 2, 3])
+_BACKWARD = np.array([3, 0, 1, 2])
+
+
+def _travel_corners(halfedges: Halfedges, weave: Weave) -> IntArray:
+    """Return the quad's corners as each pass meets them, (P, 4): from its right entry round."""
+    threads = weave.threads
+    corner = np.where(threads.forward[:, None], _FORWARD, _BACKWARD)
+    first = threads.crossing_halfedge[threads.crossing] == threads.halfedge
+    return np.where(first[:, None], corner, (corner + 2) % 4)
+
+
+def _rung(placed: FloatArray, u: float, width: float) -> tuple[FloatArray, FloatArray]:
+    """Return the right and left end of the rung at fraction u along each pass's quad."""
+    right = (1 - u) * placed[:, 0] + u * placed[:, 1]
+    left = (1 - u) * placed[:, 3] + u * placed[:, 2]
+    side = 0.5 - width / 2
+    return right + side * (left - right), left + side * (right - left)
+
+
+def _better_diagonals(right: FloatArray, left: FloatArray, following: IntArray) -> BoolArray:
+    """Choose for the quad after each rung the diagonal that folds less; ties go to the right."""
+    after = np.where(following >= 0, following, np.arange(len(following)))
+    a, b, c, d = right, right[after], left[after], left
+    fold_ac = _cosine(np.cross(b - a, c - a), np.cross(c - a, d - a))
+    fold_bd = _cosine(np.cross(b - a, d - a), np.cross(c - b, d - b))
+    return np.asarray(fold_ac >= fold_bd - 1e-12)
+
+
+def _cosine(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the cosine of the angle between two bundles of vectors; 1 where one vanishes."""
+    size = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    dot = np.einsum("ij,ij->i", first, second)
+    return np.asarray(np.where(size > 0, dot / np.where(size > 0, size, 1.0), 1.0))

@@ -1,0 +1,69 @@
+"""Decide over and under: the twist sense of every crossing of a weave."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.arrays import BoolArray, frozen
+from fabweave.weave.threads import Threads
+
+
+@dataclass(frozen=True, eq=False)
+class Weave:
+    """Threads with over and under.
+
+    Parameters
+    ----------
+    threads : Threads
+        The walks.
+    pattern : str
+        Its name, such as ``"plain"``.
+    twist : (X,) bool array
+        Twist sense of each crossing's edge: true is counter-clockwise.
+    over : (P,) bool array
+        Whether each pass lies on top.
+    """
+
+    threads: Threads
+    pattern: str
+    twist: BoolArray
+    over: BoolArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("twist", "over"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def over_of_passes(threads: Threads, twist: BoolArray) -> BoolArray:
+    """Return whether each pass lies on top, (P,).
+
+    A counter-clockwise edge takes its left strand over its right one, and the strand that arrives
+    forward comes from the left: so a forward pass is on top exactly where the twist is true.
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects", Computers & Graphics 35
+    (2011), proof of theorem 5.2.
+    """
+    return threads.forward == twist[threads.crossing]
+
+
+def plain_weave(threads: Threads) -> Weave:
+    """Weave every thread over one, under one.
+
+    All twists have one sense, so every thread alternates, on every mesh.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.polymesh import PolyMesh
+    >>> from fabweave.weave.threads import trace_threads
+    >>> tetrahedron = PolyMesh.from_faces(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]],
+    ...     [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    >>> plain_weave(trace_threads(build_halfedges(tetrahedron))).over.reshape(3, 4).tolist()[0]
+    [True, False, True, False]
+    """
+    twist = np.ones(threads.n_crossings, dtype=bool)
+    return Weave(threads, "plain", twist, over_of_passes(threads, twist))
