@@ -1,0 +1,248 @@
+"""Write a sheet as DXF for laser cutters, mills and services.
+
+ezdxf makes the frame of the file (header, tables, objects); the entities are written here, in
+the order of the cut, because an old machine cuts in the order of the file, whatever its colours.
+Only closed LWPOLYLINE, CIRCLE, LINE and open LWPOLYLINE occur (R12: POLYLINE), nothing that an
+importer could read in two ways.
+"""
+
+import io
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+from ezdxf.document import Drawing
+from ezdxf.filemanagement import new
+
+from fabweave.arrays import FloatArray
+from fabweave.cut.check import check_drawing, on_grid
+from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.cut.presets import Preset, preset_named
+from fabweave.errors import InputError
+
+#: The DXF versions that can be written, the default first.
+DXF_VERSIONS = ("R2010", "R2000", "R12")
+#: The application under which the piece id stands in the extended data of every entity.
+APPID = "FABWEAVE"
+
+_MILLIMETRES = 4
+_EMPTY_ENTITIES = "  0\nSECTION\n  2\nENTITIES\n  0\nENDSEC\n"
+
+
+def write_dxf(
+    path: Path | str,
+    drawing: SheetDrawing,
+    *,
+    version: str = "R2010",
+    colours: Preset | None = None,
+) -> None:
+    """Write a sheet as a DXF file.
+
+    Entities stand in the file as in the drawing: piece by piece, and the notes last. Colours,
+    line type and width are those of the layer. Every entity of a piece carries the piece id as
+    extended data (application ``FABWEAVE``, group 1000). Coordinates are rounded to 1e-4 mm. The
+    same drawing gives the same bytes: the file holds no date and no random id.
+
+    Parameters
+    ----------
+    path : path
+        The file to write.
+    drawing : SheetDrawing
+        One sheet, millimetres.
+    version : str
+        One of ``DXF_VERSIONS``. R12 has neither units nor true colours; R2000 no true colours.
+    colours : Preset or None
+        The colours of the layers; None takes the default preset.
+
+    Raises
+    ------
+    InputError
+        If the version is unknown, or the drawing cannot be cut (see ``check_drawing``).
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fabweave.cut.drawing import PieceDrawing
+    >>> square = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]]), True)
+    >>> sheet = SheetDrawing("sheet 1", 20.0, 10.0, (PieceDrawing("A1", (square,)),), ())
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_dxf(Path(folder) / "a.dxf", sheet)
+    ...     [e.dxftype() for e in ezdxf.readfile(Path(folder) / "a.dxf").modelspace()]
+    ['LWPOLYLINE']
+    """
+    Path(path).write_bytes(dxf_bytes(drawing, version=version, colours=colours))
+
+
+def dxf_bytes(
+    drawing: SheetDrawing, *, version: str = "R2010", colours: Preset | None = None
+) -> bytes:
+    """Return the bytes of the file that ``write_dxf`` writes; see there."""
+    if version not in DXF_VERSIONS:
+        raise InputError(
+            f"DXF version {version!r} cannot be written; choose one of {', '.join(DXF_VERSIONS)}"
+        )
+    check_drawing(drawing)
+    preset = preset_named() if colours is None else colours
+    with _fixed_metadata():
+        document = _skeleton(drawing, version, preset)
+        first = int(str(document.entitydb.handles), 16)
+        owner = document.modelspace().layout_key
+        writer = _R12Writer(first) if version == "R12" else _Writer(first, owner)
+        body = _entities(drawing, writer)
+        # The header must announce a handle that no entity has.
+        document.entitydb.handles.reset(f"{next(writer.handles):X}")
+        stream = io.StringIO()
+        document.write(stream)
+    text = stream.getvalue()
+    if text.count(_EMPTY_ENTITIES) != 1:
+        raise RuntimeError("ezdxf wrote no empty ENTITIES section; fabweave needs another version")
+    head, tail = text.split(_EMPTY_ENTITIES)
+    whole = f"{head}  0\nSECTION\n  2\nENTITIES\n{body}  0\nENDSEC\n{tail}"
+    return whole.encode(document.output_encoding, errors="dxfreplace")
+
+
+@contextmanager
+def _fixed_metadata() -> Iterator[None]:
+    """Keep dates and random ids out of the file, and ezdxf's remarks out of the log."""
+    options = ezdxf.options  # type: ignore[attr-defined]  # documented, but not declared as public
+    logger = logging.getLogger("ezdxf")
+    before, level = options.write_fixed_meta_data_for_testing, logger.level
+    options.write_fixed_meta_data_for_testing = True
+    logger.setLevel(logging.ERROR)  # it warns that R12 has no units, which we know
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+        logger.setLevel(level)
+
+
+def _skeleton(drawing: SheetDrawing, version: str, preset: Preset) -> Drawing:
+    """Return a document with header and layers and without entities."""
+    document = new(version, setup=False, units=_MILLIMETRES)
+    document.header["$MEASUREMENT"] = 1
+    if version != "R12":
+        # ezdxf adds these at writing in an order that changes from run to run.
+        document.classes.add_required_classes(document.dxfversion)
+        for name in sorted(document.entitydb.dxf_types_in_use()):
+            document.classes.add_class(name)
+    document.appids.new(APPID)
+    document.layers.remove("Defpoints")
+    for layer in Layer:
+        colour = preset.colours[layer]
+        entry = document.layers.add(
+            layer.value, color=colour.aci, linetype="Continuous", lineweight=0
+        )
+        if version == "R2010":
+            entry.rgb = colour.rgb
+    # This forgets the extents: it comes before them.
+    document.set_modelspace_vport(
+        height=drawing.height_mm * 1.1, center=(drawing.width_mm / 2, drawing.height_mm / 2)
+    )
+    low, high = extents(drawing)
+    modelspace = document.modelspace()
+    # ezdxf copies the layout's extents into the header only if no corner is the origin.
+    modelspace.dxf.extmin = document.header["$EXTMIN"] = (*low.tolist(), 0.0)
+    modelspace.dxf.extmax = document.header["$EXTMAX"] = (*high.tolist(), 0.0)
+    modelspace.dxf.limmin = (0.0, 0.0)
+    modelspace.dxf.limmax = (drawing.width_mm, drawing.height_mm)
+    return document
+
+
+def extents(drawing: SheetDrawing) -> tuple[FloatArray, FloatArray]:
+    """Return the lower left and the upper right corner of the sheet and all that is on it.
+
+    Examples
+    --------
+    >>> low, high = extents(SheetDrawing("sheet 1", 600.0, 400.0, (), ()))
+    >>> low.tolist(), high.tolist()
+    ([0.0, 0.0], [600.0, 400.0])
+    """
+    corners = [np.array([[0.0, 0.0], [drawing.width_mm, drawing.height_mm]])]
+    entities = [entity for piece in drawing.pieces for entity in piece.entities]
+    entities.extend(drawing.notes)
+    corners.extend(entity.points for entity in entities if isinstance(entity, Polyline))
+    circles = [(item.x, item.y, item.radius) for item in entities if isinstance(item, Circle)]
+    if circles:
+        values = np.array(circles)
+        corners.extend((values[:, :2] - values[:, 2:], values[:, :2] + values[:, 2:]))
+    points = on_grid(np.concatenate(corners))
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _entities(drawing: SheetDrawing, writer: "_Writer") -> str:
+    """Return the group codes of all entities, in the order of the cut."""
+    chunks: list[str] = []
+    for piece in drawing.pieces:
+        mark = f"1001\n{APPID}\n1000\n{piece.piece_id}\n"
+        chunks.extend(writer.entity(entity, mark) for entity in piece.entities)
+    chunks.extend(writer.entity(entity, "") for entity in drawing.notes)
+    return "".join(chunks)
+
+
+class _Writer:
+    """Write entities as R2000 and later want them; ``mark`` is extended data to append."""
+
+    def __init__(self, first_handle: int, owner: str) -> None:
+        self.handles = count(first_handle)
+        self._owner = owner
+
+    def entity(self, entity: Entity, mark: str) -> str:
+        """Return the group codes of one entity."""
+        if isinstance(entity, Circle):
+            return self.circle(entity) + mark
+        points = on_grid(entity.points)
+        if len(points) == 2:
+            return self.line(entity.layer.value, points) + mark
+        return self.polyline(entity.layer.value, points, entity.closed, mark)
+
+    def head(self, kind: str, layer: str, subclass: str) -> str:
+        """Return what every entity begins with."""
+        return (
+            f"  0\n{kind}\n  5\n{next(self.handles):X}\n330\n{self._owner}\n"
+            f"100\nAcDbEntity\n  8\n{layer}\n100\n{subclass}\n"
+        )
+
+    def circle(self, circle: Circle) -> str:
+        """Return a CIRCLE."""
+        x, y, radius = on_grid(np.array([circle.x, circle.y, circle.radius])).tolist()
+        head = self.head("CIRCLE", circle.layer.value, "AcDbCircle")
+        return f"{head} 10\n{x:.4f}\n 20\n{y:.4f}\n 30\n0.0\n 40\n{radius:.4f}\n"
+
+    def line(self, layer: str, points: FloatArray) -> str:
+        """Return a LINE."""
+        head = self.head("LINE", layer, "AcDbLine")
+        form = " 10\n%.4f\n 20\n%.4f\n 30\n0.0\n 11\n%.4f\n 21\n%.4f\n 31\n0.0\n"
+        return head + form % tuple(points.ravel().tolist())
+
+    def polyline(self, layer: str, points: FloatArray, closed: bool, mark: str) -> str:
+        """Return an LWPOLYLINE."""
+        head = self.head("LWPOLYLINE", layer, "AcDbPolyline")
+        form = " 10\n%.4f\n 20\n%.4f\n" * len(points)
+        vertices = form % tuple(points.ravel().tolist())
+        return f"{head} 90\n{len(points)}\n 70\n{int(closed)}\n 43\n0.0\n{vertices}{mark}"
+
+
+class _R12Writer(_Writer):
+    """Write entities as R12 wants them: no subclasses, and POLYLINE with its vertices."""
+
+    def __init__(self, first_handle: int) -> None:
+        super().__init__(first_handle, "")
+
+    def head(self, kind: str, layer: str, subclass: str) -> str:  # noqa: ARG002 - R12 has none
+        """Return what every entity begins with."""
+        return f"  0\n{kind}\n  5\n{next(self.handles):X}\n  8\n{layer}\n"
+
+    def polyline(self, layer: str, points: FloatArray, closed: bool, mark: str) -> str:
+        """Return a POLYLINE, one VERTEX for each point, and SEQEND."""
+        head = self.head("POLYLINE", layer, "")
+        chunks = [f"{head} 66\n1\n 10\n0.0\n 20\n0.0\n 30\n0.0\n 70\n{int(closed)}\n{mark}"]
+        chunks.extend(
+            f"{self.head('VERTEX', layer, '')} 10\n{x:.4f}\n 20\n{y:.4f}\n 30\n0.0\n"
+            for x, y in points.tolist()
+        )
+        chunks.append(self.head("SEQEND", layer, ""))
+        return "".join(chunks)
