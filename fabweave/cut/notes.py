@@ -78,12 +78,12 @@ def sheet_notes(
     right = width_mm - inset
     bar_name = f"{length:g} MM"
     end = left + length + 2.0 * letter
-    end = _letter(entities, bar_name, letter, end, right, middle) + 4.0 * letter
+    end = _letter(entities, bar_name, letter, end, right=right, middle=middle) + 4.0 * letter
     if text_lines:
-        _letter(entities, text_lines[0], letter, end, right, middle)
-    end = left
+        _letter(entities, text_lines[0], letter, end, right=right, middle=middle)
+    end, top = left, height_mm - middle
     for text in text_lines[1:]:
-        end = _letter(entities, text, letter, end, right, height_mm - middle) + 4.0 * letter
+        end = _letter(entities, text, letter, end, right=right, middle=top) + 4.0 * letter
     return tuple(entities)
 
 
@@ -97,7 +97,7 @@ def _bar(left: float, y: float, length: float, letter: float) -> FloatArray:
 
 
 def _letter(
-    entities: list[Entity], text: str, letter: float, left: float, right: float, middle: float
+    entities: list[Entity], text: str, letter: float, left: float, *, right: float, middle: float
 ) -> float:
     """Letter a text from ``left``, not beyond ``right``; return where it ends."""
     room = right - left

@@ -1,0 +1,195 @@
+"""Write a sheet as SVG for laser programs that know layers by their colours.
+
+Importers of laser programs differ in what they understand, so the file says everything in the
+plainest way: a size in millimetres, a view box, presentation attributes, absolute coordinates;
+no transforms, no style sheets, no units but one. The y axis of SVG points down: a point (x, y) of
+the sheet stands at (x, height - y), so that the file looks like the DXF.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TypeAlias
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from fabweave.arrays import FloatArray
+from fabweave.cut.check import check_drawing, on_grid
+from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.cut.presets import Preset, preset_named
+from fabweave.errors import InputError
+
+#: What a coordinate may count: millimetres, or pixels of 1/96 inch for importers that ignore the
+#: size of the page.
+SVG_UNITS = ("mm", "px96")
+
+_PIXELS_PER_MM = 96.0 / 25.4
+_WORDS = {
+    Layer.ENGRAVE_LABEL: "label",
+    Layer.ENGRAVE_MARK: "mark",
+    Layer.CUT_INNER: "hole",
+    Layer.CUT_OUTER: "outline",
+    Layer.NOTES: "note",
+}
+
+# Takes points of the sheet to points of the file.
+_Map: TypeAlias = Callable[[FloatArray], FloatArray]
+
+
+def write_svg(
+    path: Path | str,
+    drawing: SheetDrawing,
+    *,
+    colours: Preset | None = None,
+    units: str = "mm",
+    stroke_width_mm: float = 0.025,
+) -> None:
+    """Write a sheet as an SVG file.
+
+    Every layer is an Inkscape layer group, in the order of the cut and NOTES last. An outline is
+    a closed ``path`` with the id ``A3.outline``; holes are ``circle`` elements (``A3.hole.1``,
+    ``A3.hole.2`` and so on), or closed paths where they are not round; all labels of a piece are
+    one path (``A3.label``), all its marks another (``A3.mark``). Each element of a piece has the
+    piece id as its title. Coordinates have four decimals; the same drawing gives the same bytes.
+
+    Parameters
+    ----------
+    path : path
+        The file to write.
+    drawing : SheetDrawing
+        One sheet, millimetres.
+    colours : Preset or None
+        The colours of the layers; None takes the default preset.
+    units : str
+        One of ``SVG_UNITS``; the width and height of the page are in millimetres in both.
+    stroke_width_mm : float
+        Width of the lines; drivers take thin lines for cuts and thick ones for pictures.
+
+    Raises
+    ------
+    InputError
+        If the units are unknown, the width is not positive, or the drawing cannot be cut (see
+        ``check_drawing``).
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fabweave.cut.drawing import PieceDrawing
+    >>> square = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]]), True)
+    >>> sheet = SheetDrawing("sheet 1", 20.0, 10.0, (PieceDrawing("A1", (square,)),), ())
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_svg(Path(folder) / "a.svg", sheet)
+    ...     text = (Path(folder) / "a.svg").read_text(encoding="utf-8")
+    >>> 'd="M0,10L9,10L9,1L0,1Z"' in text
+    True
+    """
+    text = svg_text(drawing, colours=colours, units=units, stroke_width_mm=stroke_width_mm)
+    Path(path).write_bytes(text.encode("utf-8"))
+
+
+def svg_text(
+    drawing: SheetDrawing,
+    *,
+    colours: Preset | None = None,
+    units: str = "mm",
+    stroke_width_mm: float = 0.025,
+) -> str:
+    """Return the text of the file that ``write_svg`` writes; see there."""
+    if units not in SVG_UNITS:
+        raise InputError(f"SVG units {units!r} are unknown; choose one of {', '.join(SVG_UNITS)}")
+    if not (np.isfinite(stroke_width_mm) and stroke_width_mm > 0.0):
+        raise InputError(f"the stroke width is {stroke_width_mm} mm; it must be a positive length")
+    check_drawing(drawing)
+    preset = preset_named() if colours is None else colours
+    scale = 1.0 if units == "mm" else _PIXELS_PER_MM
+    height = drawing.height_mm
+
+    def mapped(points: FloatArray) -> FloatArray:
+        # Rounded before it is turned over, so that both formats hold the same numbers.
+        return (on_grid(points) * (1.0, -1.0) + (0.0, height)) * scale
+
+    width_number, height_number = _number(drawing.width_mm), _number(height)
+    box = f"0 0 {_number(drawing.width_mm * scale)} {_number(height * scale)}"
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<svg xmlns="http://www.w3.org/2000/svg"'
+        ' xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" version="1.1"'
+        f' width="{width_number}mm" height="{height_number}mm" viewBox="{box}">',
+        f"<title>{escape(drawing.name)}</title>",
+    ]
+    width = _number(stroke_width_mm * scale)
+    looks = {
+        layer: f'fill="none" stroke="{entry.colour}" stroke-width="{width}"'
+        for layer, entry in preset.colours.items()
+    }
+    for layer, elements in _layers(drawing, mapped, scale, looks).items():
+        lines.append(
+            f'<g id="{layer.value}" inkscape:groupmode="layer" inkscape:label="{layer.value}">'
+        )
+        lines.extend(elements)
+        lines.append("</g>")
+    lines.append("</svg>\n")
+    return "\n".join(lines)
+
+
+def _layers(
+    drawing: SheetDrawing, mapped: _Map, scale: float, looks: Mapping[Layer, str]
+) -> dict[Layer, list[str]]:
+    """Return the elements of every layer, pieces in their order.
+
+    Each element carries its own colours: some importers do not look at the group.
+    """
+    layers: dict[Layer, list[str]] = {layer: [] for layer in Layer}
+    for piece in drawing.pieces:
+        title = f"><title>{escape(piece.piece_id)}</title></"
+        for layer, name, shape in _shapes(piece.entities, mapped, scale):
+            tag, attributes = shape
+            identity = quoteattr(f"{piece.piece_id}.{name}")
+            layers[layer].append(f"<{tag} id={identity} {looks[layer]} {attributes}{title}{tag}>")
+    for layer, name, shape in _shapes(drawing.notes, mapped, scale):
+        tag, attributes = shape
+        layers[layer].append(f'<{tag} id="notes.{name}" {looks[layer]} {attributes}/>')
+    return layers
+
+
+def _shapes(
+    entities: tuple[Entity, ...], mapped: _Map, scale: float
+) -> Iterator[tuple[Layer, str, tuple[str, str]]]:
+    """Yield layer, id without its owner, and (tag, attributes) for each element."""
+    numbers: Counter[Layer] = Counter()
+    runs: dict[Layer, list[str]] = {}
+    for entity in entities:
+        layer, word = entity.layer, _WORDS[entity.layer]
+        if isinstance(entity, Polyline) and layer not in (Layer.CUT_INNER, Layer.CUT_OUTER):
+            runs.setdefault(layer, []).append(_run(entity, mapped))
+            continue
+        numbers[layer] += 1
+        # One outline is the rule; it has no number then.
+        only = layer is Layer.CUT_OUTER and numbers[layer] == 1
+        name = word if only else f"{word}.{numbers[layer]}"
+        if isinstance(entity, Circle):
+            yield layer, name, ("circle", _circle(entity, mapped, scale))
+        else:
+            yield layer, name, ("path", f'd="{_run(entity, mapped)}"')
+    for layer, parts in runs.items():
+        yield layer, _WORDS[layer], ("path", f'd="{"".join(parts)}"')
+
+
+def _run(line: Polyline, mapped: _Map) -> str:
+    """Return path data: move to the first point, line to the others, close."""
+    points = [f"{_number(x)},{_number(y)}" for x, y in mapped(line.points).tolist()]
+    return "M" + "L".join(points) + ("Z" if line.closed else "")
+
+
+def _circle(circle: Circle, mapped: _Map, scale: float) -> str:
+    """Return the attributes of a circle."""
+    ((x, y),) = mapped(np.array([[circle.x, circle.y]])).tolist()
+    radius = on_grid(np.array([circle.radius])).item() * scale
+    return f'cx="{_number(x)}" cy="{_number(y)}" r="{_number(radius)}"'
+
+
+def _number(value: float) -> str:
+    """Return a number with at most four decimals and no needless zeros."""
+    text = f"{value:.4f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
