@@ -1,6 +1,7 @@
 """Turn unfolded strips into the outlines of pieces, in each piece's own frame."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -66,13 +67,8 @@ def _thin(rail: FloatArray) -> FloatArray:
 def strip_outlines(strips: Strips) -> list[FloatArray]:
     """Return the outline of every strip in its own frame, in order."""
     bounds = strips.offsets.tolist()
-    raw = [
-        strip_outline(strips.right[a:b], strips.left[a:b])
-        for a, b in zip(bounds, bounds[1:], strict=False)
-    ]
-    sizes = [len(points) for points in raw]
-    closed = np.array([shapely.LinearRing(p) if n >= 3 else None for p, n in zip(raw, sizes, strict=True)])
-    polygons = shapely.polygons(closed)
+    raw = [strip_outline(strips.right[a:b], strips.left[a:b]) for a, b in pairwise(bounds)]
+    polygons = shapely.polygons([shapely.LinearRing(p) if len(p) >= 3 else None for p in raw])
     simple = shapely.is_valid(polygons)
     thinner = shapely.simplify(polygons, STRAIGHT_MM, preserve_topology=True)
     return [

@@ -200,7 +200,7 @@ def _choose_rule(room: FloatArray, rules: Sequence[HoleRule]) -> HoleRule | None
 
 
 def _joint_numbers(runs: Runs, weave: Weave) -> tuple[IntArray, IntArray]:
-    """Number the joints from 1 in order of threads; return those before and after each piece."""
+    """Return the joints before and after each piece, numbered from 1 in order of threads."""
     count = len(runs.thread)
     final = weave.threads.lengths[runs.thread] - 1
     joined = weave.threads.closed[runs.thread] | (runs.last < final)

@@ -171,9 +171,7 @@ def _even_cuts(line: _Line, max_length: float, thread: int) -> IntArray:
     right = np.clip(np.searchsorted(around, targets), 1, len(around) - 1)
     if len(around) == 1:
         return numbers
-    nearest = np.where(
-        targets - around[right - 1] <= around[right] - targets, right - 1, right
-    )
+    nearest = np.where(targets - around[right - 1] <= around[right] - targets, right - 1, right)
     return np.unique(numbers[nearest])
 
 

@@ -1,6 +1,7 @@
 """Unfold strips of planar facets to the plane, exactly."""
 
 from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -8,7 +9,8 @@ import numpy.typing as npt
 from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
 from fabweave.ribbon.project import Ribbons
 
-_Complex = npt.NDArray[np.complex128]
+_Complex: TypeAlias = npt.NDArray[np.complex128]
+_Number = TypeVar("_Number", np.float64, np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +108,8 @@ def unfold(ribbons: Ribbons, offsets: IntArray, rung: IntArray) -> Strips:
 
 
 def _running_sum(
-    values: npt.NDArray[np.inexact], offsets: IntArray, strip: IntArray
-) -> npt.NDArray[np.inexact]:
+    values: npt.NDArray[_Number], offsets: IntArray, strip: IntArray
+) -> npt.NDArray[_Number]:
     """Return the sum of the values before each place in its own strip."""
     before = np.concatenate((np.zeros(1, dtype=values.dtype), np.cumsum(values)[:-1]))
     return before - before[offsets[:-1][strip]]
@@ -123,7 +125,7 @@ def _lay_quads(
 ) -> tuple[_Complex, _Complex]:
     """Return where each quad's far rung lies when its near rung runs from 0 to ``1j * breadth``."""
     zero = np.zeros(len(right), dtype=np.complex128)
-    tip = 1j * breadth
+    tip = zero + 1j * breadth
     # Diagonal from the near right to the far left: the far left first, then the far right.
     left_a = _apex(right, left, next_left, zero, tip, -1.0)
     right_a = _apex(right, next_left, next_right, zero, left_a, -1.0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -84,7 +85,7 @@ class PolyMesh:
         """Return the faces as lists of vertex numbers."""
         flat = self.indices.tolist()
         bounds = self.offsets.tolist()
-        return [flat[a:b] for a, b in zip(bounds, bounds[1:], strict=False)]
+        return [flat[a:b] for a, b in pairwise(bounds)]
 
     def with_vertices(self, vertices: FloatArray) -> "PolyMesh":
         """Return the same connectivity at other positions."""

@@ -122,15 +122,13 @@ def project_ribbons(
         )
     threads = weave.threads
     quads = _crossing_quads(mesh, halfedges, threads.crossing_halfedge)
-    corner = _travel_corners(halfedges, weave)
+    corner = _travel_corners(weave)
     height = np.where(weave.over, height_mm, -height_mm)
     lift = height[:, None] * quads.normal[threads.crossing]
     placed = np.take_along_axis(quads.corners[threads.crossing], corner[:, :, None], axis=1)
     placed = placed + lift[:, None, :]
 
-    counts = np.where(
-        threads.lengths > 0, 2 * threads.lengths + np.where(threads.closed, 0, 2), 0
-    )
+    counts = np.where(threads.lengths > 0, 2 * threads.lengths + np.where(threads.closed, 0, 2), 0)
     offsets = offsets_of(counts)
     # Rungs before a pass: two for each earlier pass of its thread, one more at an open end.
     opening = np.where(threads.closed, 0, 1)
@@ -219,7 +217,7 @@ _FORWARD = np.array([0, 1, 2, 3])
 _BACKWARD = np.array([3, 0, 1, 2])
 
 
-def _travel_corners(halfedges: Halfedges, weave: Weave) -> IntArray:
+def _travel_corners(weave: Weave) -> IntArray:
     """Return the quad's corners as each pass meets them, (P, 4): from its right entry round."""
     threads = weave.threads
     corner = np.where(threads.forward[:, None], _FORWARD, _BACKWARD)

@@ -1,0 +1,39 @@
+# Everything below sets itself up: it needs Python 3.11 or later, make, and the package registry.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALLED := $(VENV)/.installed
+
+.PHONY: demo test lint unit bench clean
+
+demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to look
+	$(BIN)/fabweave make "shape:torus?m=24&n=12" --size 400mm --sheet 600x400mm -o outputs/torus
+	@echo
+	@echo "Look at:"
+	@echo "  outputs/torus/sheets/sheet_01.png   the first sheet; .dxf and .svg beside it go to the laser"
+	@echo "  outputs/torus/waste.html            what becomes of the material"
+	@echo "  outputs/torus/model.glb             the woven object, for any 3-D viewer"
+	@echo "  outputs/torus/crossing_map.csv      what crosses what"
+	@echo "  outputs/torus/verify.json           what was proved about these files"
+
+test: lint unit  ## install, lint, type-check and test
+
+lint: $(INSTALLED)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+unit: $(INSTALLED)
+	$(BIN)/pytest -n 2
+
+bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
+	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+
+$(INSTALLED): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet -e ".[dev]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

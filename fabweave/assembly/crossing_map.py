@@ -1,0 +1,223 @@
+"""Write down what crosses what: the crossing map, for machines and for people."""
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray
+from fabweave.flat.owners import Owners, find_owners
+from fabweave.flat.piece import Piece
+from fabweave.flat.pieces import Pieces
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.ribbon.project import Ribbons
+from fabweave.sheet.layout import Layout
+from fabweave.weave.pattern import Weave
+
+SCHEMA = "fabweave.crossing-map/1"
+
+#: Lengths in the map are rounded to a millionth of a millimetre, angles to as many degrees.
+_DECIMALS = 6
+
+
+def crossing_map(
+    halfedges: Halfedges,
+    weave: Weave,
+    bunches: IntArray,
+    labels: Sequence[str],
+    ribbons: Ribbons,
+    made: Pieces,
+    layout: Layout,
+    sheet_names: Sequence[str],
+) -> dict[str, Any]:
+    """Build the whole plan of a job: threads, crossings, pieces, joints, sheets and steps.
+
+    Returns
+    -------
+    dict
+        What ``crossing_map.json`` holds; every reference is to an id in the same map.
+    """
+    owners = find_owners(made.pieces, weave.threads.n_crossings)
+    return {
+        "schema": SCHEMA,
+        "units": "mm",
+        "weave": {
+            "pattern": weave.pattern,
+            "exact": True,
+            "broken": {"edge": 0, "face": 0, "vertex": 0},
+        },
+        "layout": {"margin_mm": layout.margin_mm, "gap_mm": layout.gap_mm},
+        "sheets": [
+            {
+                "sheet": number,
+                "name": name,
+                "width_mm": sheet.width_mm,
+                "height_mm": sheet.height_mm,
+            }
+            for number, (name, sheet) in enumerate(
+                zip(sheet_names, layout.sheets, strict=True), start=1
+            )
+        ],
+        "threads": _threads(weave, bunches, labels, made),
+        "crossings": _crossings(halfedges, weave, ribbons, made, owners),
+        "pieces": _pieces(made, layout, owners),
+        "joints": [
+            {
+                "id": joint.id,
+                "pieces": [made.pieces[index].id for index in joint.pieces],
+                "crossing": joint.crossing,
+                "holes": _rounded(joint.holes),
+            }
+            for joint in made.joints
+        ],
+        "steps": _steps(made.pieces),
+    }
+
+
+def crossing_table(plan: dict[str, Any]) -> str:
+    """Return the crossings as CSV, one row each, for people and spreadsheets."""
+    stations = {piece["id"]: piece["stations"] for piece in plan["pieces"]}
+    text = io.StringIO(newline="")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(
+        ("crossing", "over_piece", "over_station", "under_piece", "under_station", "joint",
+         "hole_mm", "x", "y", "z")
+    )  # fmt: skip
+    for crossing in plan["crossings"]:
+        over, under = crossing["over"], crossing["under"]
+        station = stations[under["piece"]][under["station"]]
+        joint = station["joint"]
+        if joint is None:
+            joint = stations[over["piece"]][over["station"]]["joint"]
+        rows.writerow(
+            (
+                crossing["id"],
+                over["piece"],
+                over["station"],
+                under["piece"],
+                under["station"],
+                "" if joint is None else joint,
+                "" if station["hole_mm"] is None else station["hole_mm"],
+                *crossing["position"],
+            )
+        )
+    return text.getvalue()
+
+
+def _rounded(values: FloatArray) -> Any:
+    """Return nested lists of floats, rounded, without negative zeros."""
+    return (np.round(values, _DECIMALS) + 0.0).tolist()
+
+
+def joint_at(piece: Piece, station: int) -> int | None:
+    """Return the joint that a station carries: at the piece's end, or at its beginning."""
+    if station == len(piece.crossings) - 1 and piece.end_joint is not None:
+        return piece.end_joint
+    return piece.start_joint if station == 0 else None
+
+
+def _threads(
+    weave: Weave, bunches: IntArray, labels: Sequence[str], made: Pieces
+) -> list[dict[str, Any]]:
+    """Return the threads with their crossings and pieces in walking order."""
+    owned: list[list[str]] = [[] for _ in labels]
+    for piece in made.pieces:
+        owned[piece.thread].append(piece.id)
+    threads = weave.threads
+    result = []
+    for number, label in enumerate(labels):
+        own = slice(threads.offsets[number], threads.offsets[number + 1])
+        result.append(
+            {
+                "id": number,
+                "label": label,
+                "closed": bool(threads.closed[number]),
+                "bunch": int(bunches[number]),
+                "crossings": threads.crossing[own].tolist(),
+                "over": weave.over[own].tolist(),
+                "pieces": owned[number],
+            }
+        )
+    return result
+
+
+def _crossings(
+    halfedges: Halfedges, weave: Weave, ribbons: Ribbons, made: Pieces, owners: Owners
+) -> list[dict[str, Any]]:
+    """Return the crossings with their edge, position and both strands."""
+    first = weave.threads.crossing_halfedge
+    ends = np.column_stack((halfedges.tail[first], halfedges.head[first])).tolist()
+    positions = _rounded(ribbons.centre)
+
+    def strand(crossing: int, side: int) -> dict[str, Any]:
+        index = int(owners.piece[crossing, side])
+        piece = made.pieces[index]
+        return {
+            "thread": piece.thread,
+            "piece": piece.id,
+            "station": int(owners.station[crossing, side]),
+        }
+
+    return [
+        {
+            "id": crossing,
+            "edge": ends[crossing],
+            "position": positions[crossing],
+            "over": strand(crossing, 1),
+            "under": strand(crossing, 0),
+        }
+        for crossing in range(len(ends))
+    ]
+
+
+def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]]:
+    """Return the pieces with their outline, stations and placement."""
+    result = []
+    for index, (piece, placement) in enumerate(zip(made.pieces, layout.placements, strict=True)):
+        if placement.piece != index:
+            raise ValueError("placements must be in the order of the pieces")
+        partners = [made.pieces[other].id for other in owners.partners(piece)]
+        points, holes = _rounded(piece.points), piece.hole_mm.tolist()
+        result.append(
+            {
+                "id": piece.id,
+                "thread": piece.thread,
+                "sheet": placement.sheet + 1,
+                "placement": {
+                    "rotation_deg": placement.rotation_deg,
+                    "x_mm": placement.x_mm,
+                    "y_mm": placement.y_mm,
+                },
+                "joints": [piece.start_joint, piece.end_joint],
+                "outline": _rounded(piece.outline),
+                "stations": [
+                    {
+                        "crossing": int(crossing),
+                        "over": bool(piece.over[k]),
+                        "partner": partners[k],
+                        "x": points[k][0],
+                        "y": points[k][1],
+                        "hole_mm": None if np.isnan(holes[k]) else holes[k],
+                        "joint": joint_at(piece, k),
+                    }
+                    for k, crossing in enumerate(piece.crossings)
+                ],
+            }
+        )
+    return result
+
+
+def _steps(pieces: Sequence[Piece]) -> list[dict[str, Any]]:
+    """Return one step for each piece, thread after thread."""
+    laid: set[int] = set()
+    steps = []
+    for number, piece in enumerate(pieces, start=1):
+        met = [int(c) for c in dict.fromkeys(piece.crossings.tolist()) if c in laid]
+        laid.update(piece.crossings.tolist())
+        text = f"Lay piece {piece.id}"
+        if piece.start_joint is not None and met:
+            text += f"; its start laps at joint #{piece.start_joint}"
+        steps.append({"step": number, "pieces": [piece.id], "crossings": met, "text": text + "."})
+    return steps

@@ -1,0 +1,138 @@
+"""Write a finished job's folder: all of it, or nothing."""
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fabweave.arrays import Progress, no_progress
+from fabweave.assembly.crossing_map import crossing_map, crossing_table
+from fabweave.cut.dxf import write_dxf
+from fabweave.cut.preview import write_png
+from fabweave.cut.svg import write_svg
+from fabweave.errors import InputError
+from fabweave.job import Job
+from fabweave.mesh.files import write_mesh
+from fabweave.report.waste import piece_table, waste_page, waste_report
+from fabweave.ribbon.export import woven_glb
+from fabweave.settings import job_toml
+
+
+def check_destination(directory: Path) -> None:
+    """Raise InputError unless a job may be written to this folder.
+
+    It may if there is nothing there yet, or an empty folder, or an older job of fabweave's.
+    """
+    if not directory.exists():
+        return
+    if not directory.is_dir():
+        raise InputError(f"{directory} is a file; name a folder with -o")
+    if any(directory.iterdir()) and not (directory / "job.toml").is_file():
+        raise InputError(
+            f"{directory} holds files that are no fabweave job (it has no job.toml), and they "
+            "would be lost; name another folder with -o, or empty it"
+        )
+
+
+@contextmanager
+def finished_folder(directory: Path) -> Iterator[Path]:
+    """Give a temporary folder beside the destination and move it there when all went well.
+
+    An older job stays in place until the new one is complete. If the block fails or is
+    interrupted, nothing is left behind.
+    """
+    check_destination(directory)
+    directory = directory.absolute()
+    directory.parent.mkdir(parents=True, exist_ok=True)
+    temporary = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
+    try:
+        fresh = temporary / "new"
+        fresh.mkdir()
+        yield fresh
+        if directory.exists():
+            directory.rename(temporary / "old")
+        try:
+            fresh.rename(directory)
+        except BaseException:
+            if (temporary / "old").exists():
+                (temporary / "old").rename(directory)
+            raise
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def write_job(job: Job, directory: Path, progress: Progress = no_progress) -> None:
+    """Write every file of a job into an existing empty folder, all but ``verify.json``."""
+    names = [drawing.name for drawing in job.drawings]
+    report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
+    plan = crossing_map(
+        job.woven.halfedges,
+        job.weave,
+        job.bunches,
+        job.labels,
+        job.ribbons,
+        job.made,
+        job.layout,
+        names,
+    )
+    outcome = {
+        "threads": job.weave.threads.n_threads,
+        "crossings": job.weave.threads.n_crossings,
+        "pieces": len(job.made.pieces),
+        "joints": len(job.made.joints),
+        "sheets": len(names),
+        "utilisation": report["totals"]["utilisation"],
+        "hole_mm": job.made.rule.hole_mm if job.made.rule else 0.0,
+        "notes": list(job.notes),
+    }
+    _write(directory / "job.toml", job_toml(job.settings, outcome))
+    write_mesh(directory / "woven_mesh.obj", job.woven.mesh)
+    (directory / "model.glb").write_bytes(woven_glb(job.ribbons, job.labels, job.bunches))
+    _write(directory / "crossing_map.json", json_text(plan))
+    _write(directory / "crossing_map.csv", crossing_table(plan))
+    _write(
+        directory / "pieces.csv",
+        piece_table(job.made.pieces, job.layout, job.labels, job.material),
+    )
+    _write(directory / "waste.json", json_text(report))
+    _write(
+        directory / "waste.html",
+        waste_page(report, title=job.woven.title, material=job.material, sheet_names=names),
+    )
+    sheets = directory / "sheets"
+    sheets.mkdir()
+    for number, drawing in enumerate(job.drawings):
+        progress("files", number, len(names))
+        write_dxf(sheets / f"{drawing.name}.dxf", drawing, version=job.settings.dxf)
+        write_svg(sheets / f"{drawing.name}.svg", drawing)
+        write_png(sheets / f"{drawing.name}.png", drawing)
+
+
+def json_text(value: Any) -> str:
+    """Return JSON with one short record a line: readable, and easy to compare."""
+    if not isinstance(value, dict):
+        return json.dumps(value) + "\n"
+    parts = []
+    for key, item in value.items():
+        if isinstance(item, list) and item:
+            rows = ",\n".join("  " + json.dumps(row) for row in item)
+            parts.append(f" {json.dumps(key)}: [\n{rows}\n ]")
+        else:
+            parts.append(f" {json.dumps(key)}: {json.dumps(item)}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _write(path: Path, text: str) -> None:
+    """Write text as UTF-8 with plain line ends on every system."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(text)
+
+
+def folder_is_readable(directory: Path) -> None:
+    """Raise InputError unless the folder is there and can be listed."""
+    if not directory.is_dir() or not os.access(directory, os.R_OK):
+        raise InputError(f"{directory} is no folder that can be read; name a finished job's folder")

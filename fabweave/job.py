@@ -1,0 +1,243 @@
+"""Run a job: from a mesh to the plan of everything that is cut."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.marks import Marks, mark_piece
+from fabweave.cut.sheets import draw_sheets
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.flat.owners import find_owners
+from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
+from fabweave.flat.split import split_threads
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.orient import prepare_mesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import parse_shape
+from fabweave.report.notes import all_notes
+from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.settings import JobSettings
+from fabweave.sheet.layout import Layout, SheetSize
+from fabweave.sheet.material import (
+    Material,
+    hole_edge_mm,
+    material_named,
+    min_hole_mm,
+    with_thickness,
+)
+from fabweave.sheet.nest import fits_some_sheet, nest
+from fabweave.sheet.stock import usable_size
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.labels import thread_labels
+from fabweave.weave.pattern import Weave, plain_weave
+from fabweave.weave.threads import trace_threads
+
+#: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
+HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class WovenMesh:
+    """The mesh of a job, ready to be woven, with what was done to it."""
+
+    mesh: PolyMesh
+    halfedges: Halfedges
+    title: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Everything that a job makes, before it is written."""
+
+    settings: JobSettings
+    woven: WovenMesh
+    material: Material
+    weave: Weave
+    labels: tuple[str, ...]
+    bunches: IntArray
+    ribbons: Ribbons
+    made: Pieces
+    marks: tuple[Marks, ...]
+    layout: Layout
+    drawings: tuple[SheetDrawing, ...]
+    notes: tuple[str, ...]
+
+
+def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
+    """Make everything that a job writes: weave, ribbons, pieces, layout and drawings.
+
+    Parameters
+    ----------
+    settings : JobSettings
+    progress : callable
+        Told what is being done.
+
+    Returns
+    -------
+    Job
+        Its settings are complete: what was left to fabweave is filled in.
+
+    Raises
+    ------
+    InputError
+        For bad input or settings.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+    """
+    settings, material = complete_settings(settings)
+    progress("mesh", 0, 1)
+    woven = load_mesh(settings)
+    progress("weave", 0, 1)
+    weave = plain_weave(trace_threads(woven.halfedges))
+    labels = thread_labels(weave.threads.n_threads)
+    bunches = part_bunches(weave.threads)
+    progress("ribbons", 0, 1)
+    ribbons = project_ribbons(
+        woven.mesh,
+        woven.halfedges,
+        weave,
+        height_mm=(material.thickness_mm + settings.clearance_mm) / 2,
+        length=settings.crossing,
+        width=settings.width,
+    )
+    if ribbons.n_rungs == 0:
+        raise CannotMakeError(
+            "nothing crosses anything on this mesh: no edge lies between two faces; "
+            "weaving needs faces that share edges"
+        )
+    progress("pieces", 0, 1)
+    made = _make_pieces(ribbons, weave, settings, labels, material)
+    progress("marks", 0, len(made.pieces))
+    owners = find_owners(made.pieces, weave.threads.n_crossings)
+    marks = tuple(
+        mark_piece(piece, [made.pieces[other].id for other in owners.partners(piece)])
+        for piece in made.pieces
+    )
+    layout = nest(
+        [piece.outline for piece in made.pieces],
+        settings.sheets,
+        margin_mm=settings.margin_mm,
+        gap_mm=_given(settings.gap_mm),
+        effort=settings.effort,
+        seed=settings.seed,
+        ids=[piece.id for piece in made.pieces],
+        progress=progress,
+    )
+    progress("drawings", 0, 1)
+    drawings = draw_sheets(made.pieces, marks, layout, title=woven.title)
+    return Job(
+        settings=settings,
+        woven=woven,
+        material=material,
+        weave=weave,
+        labels=labels,
+        bunches=bunches,
+        ribbons=ribbons,
+        made=made,
+        marks=marks,
+        layout=layout,
+        drawings=drawings,
+        notes=(
+            *woven.notes,
+            *all_notes(woven.mesh, weave, ribbons, made, marks, hole_rules(settings, material)),
+        ),
+    )
+
+
+def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
+    """Fill in what was left to fabweave: thickness, gap, sheet and piece length.
+
+    Pieces are as long as half of the sheet's longer usable side by default: long enough to keep
+    joints few, short enough to nest well.
+    """
+    material = material_named(settings.material)
+    if settings.thickness_mm is not None:
+        material = with_thickness(material, settings.thickness_mm)
+    sheets = settings.sheets or (SheetSize(*material.sheet_mm),)
+    longest = max(max(usable_size(sheet, settings.margin_mm)) for sheet in sheets)
+    return (
+        replace(
+            settings,
+            thickness_mm=material.thickness_mm,
+            sheets=sheets,
+            gap_mm=material.gap_mm if settings.gap_mm is None else settings.gap_mm,
+            max_length_mm=settings.max_length_mm or round(longest / 2, 1),
+        ),
+        material,
+    )
+
+
+def load_mesh(settings: JobSettings) -> WovenMesh:
+    """Read or build the mesh of a job, check it, orient it and bring it to size."""
+    if settings.mesh.startswith("shape:"):
+        mesh, unit, title = parse_shape(settings.mesh), "mm", settings.mesh[len("shape:") :]
+        notes: list[str] = []
+    else:
+        path = Path(settings.mesh)
+        found = read_mesh(path)
+        mesh, unit, title, notes = found.mesh, found.unit or "", path.stem, list(found.notes)
+    mesh, _, repairs = prepare_mesh(mesh)
+    notes += repairs
+    from_metres = {"m": 1000.0, "metre": 1000.0, "meter": 1000.0, "cm": 10.0, "inch": 25.4}
+    factor = from_metres.get(unit, 1.0)
+    if settings.size_mm is None and settings.scale is None and factor != 1.0:
+        mesh, _ = resize_mesh(mesh, scale=factor)
+    elif settings.size_mm is not None or settings.scale is not None:
+        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
+    x, y, z = np.ptp(mesh.vertices, axis=0)
+    stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
+    if settings.mesh.startswith("shape:"):
+        stated = "built-in shapes are in millimetres"
+    how = f"scaled by {factor:.6g}" if factor != 1.0 else "its numbers are taken as millimetres"
+    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh is {how}")
+    return WovenMesh(mesh, build_halfedges(mesh), title, tuple(notes))
+
+
+def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...]:
+    """Return the holes that may be used, the largest first; none if none are wanted."""
+    if settings.hole_mm == 0:
+        return ()
+    least = min_hole_mm(material)
+    if settings.hole_mm is not None:
+        if settings.hole_mm < least:
+            raise InputError(
+                f"a hole of {settings.hole_mm:g} mm is too small for a laser in "
+                f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
+                "or --hole none"
+            )
+        holes: Sequence[float] = (settings.hole_mm,)
+    else:
+        holes = [hole for hole in HOLES_MM if hole >= least] or [least]
+    return tuple(HoleRule(hole, hole_edge_mm(material, hole)) for hole in holes)
+
+
+def _make_pieces(
+    ribbons: Ribbons,
+    weave: Weave,
+    settings: JobSettings,
+    labels: tuple[str, ...],
+    material: Material,
+) -> Pieces:
+    """Split the ribbons so that every piece fits the stock, and build the pieces."""
+
+    def fits(outline: FloatArray) -> bool:
+        return fits_some_sheet(outline, settings.sheets, settings.margin_mm)
+
+    runs = split_threads(
+        ribbons, weave, max_length_mm=_given(settings.max_length_mm), fits=fits, labels=labels
+    )
+    return build_pieces(ribbons, weave, runs, labels, hole_rules(settings, material))
+
+
+def _given(value: float | None) -> float:
+    """Return a setting that complete_settings has filled in."""
+    if value is None:
+        raise ValueError("settings must be completed first")
+    return value

@@ -1,0 +1,112 @@
+"""Say in words what a maker should know about a job before cutting it."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from fabweave.cut.marks import WANTED_HEIGHT_MM, Marks
+from fabweave.flat.pieces import WANTED_SHARE, HoleRule, Pieces
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+
+def all_notes(
+    mesh: PolyMesh,
+    weave: Weave,
+    ribbons: Ribbons,
+    made: Pieces,
+    marks: Sequence[Marks],
+    rules: Sequence[HoleRule],
+) -> list[str]:
+    """Return every note, the weave first, then ribbons, holes and letters."""
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    notes = _weave_notes(weave)
+    width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+    notes.append(
+        f"ribbons: {width.min():.1f} to {width.max():.1f} mm wide, "
+        f"half of them below {np.median(width):.1f} mm"
+    )
+    notes += _hole_notes(made, rules, size)
+    notes += _label_notes(marks)
+    return notes
+
+
+def _weave_notes(weave: Weave) -> list[str]:
+    """Count threads and crossings; say which threads there is nothing to weave with."""
+    threads = weave.threads
+    rings = int(np.count_nonzero(threads.closed))
+    ends = threads.n_threads - rings
+    notes = [
+        f"weave: {weave.pattern}, {threads.n_threads} threads "
+        f"({rings} closed, {ends} open), {threads.n_crossings} crossings"
+    ]
+    empty = int(np.count_nonzero(threads.lengths == 0))
+    if empty:
+        notes.append(
+            f"{empty} threads cut a corner between two boundary edges, cross nothing, "
+            "and are left out"
+        )
+    return notes
+
+
+def size_for(room_mm: float, needed_mm: float, size_mm: float) -> float:
+    """Return the size at which a room in proportion to it comes to what is needed, rounded up.
+
+    Examples
+    --------
+    >>> size_for(2.0, 3.0, 100.0)
+    150
+    """
+    return int(np.ceil(size_mm * needed_mm / room_mm - 1e-9)) if room_mm > 0 else int(1e9)
+
+
+def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[str]:
+    """Say which hole was chosen, where there is none, and at what size there would be."""
+    if not rules:
+        return ["holes: none, as asked; joints carry a cross to align them by"]
+    room = made.room_mm
+    tenth = float(np.quantile(room, 1 - WANTED_SHARE, method="lower"))
+    least = float(room.min())
+    if made.rule is None:
+        rule = rules[-1]
+        return [
+            f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which wants "
+            f"{rule.edge_mm:.1f} mm to every edge; joints carry a cross to align and glue them by. "
+            f"With --size {size_for(tenth, rule.edge_mm, size)}mm nine of ten crossings would "
+            f"have room, with {size_for(least, rule.edge_mm, size)}mm all"
+        ]
+    rule = made.rule
+    narrow = int(np.count_nonzero(room < rule.edge_mm))
+    note = f"holes: {rule.hole_mm:g} mm, {len(room) - narrow} of {len(room)} crossings"
+    if narrow == 0:
+        return [note]
+    note += (
+        f"; {narrow} are too narrow (the narrowest has {least:.1f} mm from centre to edge, "
+        f"{rule.edge_mm:.1f} mm are wanted) and get none; joints there carry a cross to align by. "
+        f"With --size {size_for(least, rule.edge_mm, size)}mm all would have room"
+    )
+    if narrow > (1 - WANTED_SHARE) * len(room):
+        note += f", with {size_for(tenth, rule.edge_mm, size)}mm nine of ten"
+    return [note]
+
+
+def _label_notes(marks: Sequence[Marks]) -> list[str]:
+    """Count the letters that are small or found no room."""
+    names = {"id": "piece ids", "joint": "joint numbers", "partner": "partners at crossings"}
+    dropped = Counter(kind for one in marks for kind, _ in one.dropped)
+    placed = Counter(label.kind for one in marks for label in one.labels)
+    small = Counter(
+        label.kind for one in marks for label in one.labels if label.height_mm < WANTED_HEIGHT_MM
+    )
+    notes = []
+    for kind, name in names.items():
+        total = dropped[kind] + placed[kind]
+        if dropped[kind] or small[kind]:
+            notes.append(
+                f"letters: of {total} {name}, {small[kind]} are lower than "
+                f"{WANTED_HEIGHT_MM:g} mm and {dropped[kind]} found no room; "
+                "the sheet pictures and crossing_map.csv name them all"
+            )
+    return notes

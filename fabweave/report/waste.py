@@ -1,0 +1,210 @@
+"""Account for the material: what of every sheet becomes pieces, holes and waste."""
+
+import csv
+import html
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from fabweave.cut.drawing import Circle, Entity, Layer, SheetDrawing
+from fabweave.flat.piece import Piece
+from fabweave.sheet.layout import Layout
+from fabweave.sheet.material import Material, sheet_mass_kg
+
+SCHEMA = "fabweave.waste/1"
+_DECIMALS = 6
+
+
+def outline_area_mm2(piece: Piece) -> float:
+    """Return the nominal area of a piece's outline, holes not taken off."""
+    return float(shapely.Polygon(piece.outline).area)
+
+
+def hole_area_mm2(piece: Piece) -> float:
+    """Return the area of a piece's holes."""
+    return float(np.pi / 4 * np.nansum(piece.hole_mm**2))
+
+
+def piece_table(
+    pieces: Sequence[Piece], layout: Layout, labels: Sequence[str], material: Material
+) -> str:
+    """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
+
+    Length and width are those of the piece's smallest rectangle; the area is without holes.
+    """
+    text = io.StringIO(newline="")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes"))
+    for piece, placement in zip(pieces, layout.placements, strict=True):
+        length, width = np.ptp(piece.outline, axis=0)
+        area = outline_area_mm2(piece) - hole_area_mm2(piece)
+        rows.writerow(
+            (
+                piece.id,
+                labels[piece.thread],
+                placement.sheet + 1,
+                f"{length:.3f}",
+                f"{width:.3f}",
+                f"{area:.3f}",
+                f"{1000 * sheet_mass_kg(material, area):.3f}",
+                int(np.count_nonzero(~np.isnan(piece.hole_mm))),
+            )
+        )
+    return text.getvalue()
+
+
+def waste_report(
+    pieces: Sequence[Piece],
+    layout: Layout,
+    drawings: Sequence[SheetDrawing],
+    material: Material,
+    notes: Sequence[str],
+) -> dict[str, Any]:
+    """Account for every sheet and for all together.
+
+    On each sheet the areas of pieces (without holes), holes and waste add up to the sheet.
+    Utilisation is the nominal area of the pieces' outlines over the area of the sheet.
+
+    Returns
+    -------
+    dict
+        What ``waste.json`` holds.
+    """
+    rows = []
+    for number, sheet in enumerate(layout.sheets):
+        here = [pieces[p.piece] for p in layout.placements if p.sheet == number]
+        outlines = sum(outline_area_mm2(piece) for piece in here)
+        holes = sum(hole_area_mm2(piece) for piece in here)
+        area = sheet.width_mm * sheet.height_mm
+        rows.append(
+            {
+                "sheet": number + 1,
+                "width_mm": sheet.width_mm,
+                "height_mm": sheet.height_mm,
+                "area_mm2": area,
+                "piece_area_mm2": outlines - holes,
+                "hole_area_mm2": holes,
+                "waste_mm2": area - outlines,
+                "utilisation": outlines / area,
+                "pieces": len(here),
+            }
+        )
+    totals: dict[str, Any] = {"sheets": len(rows)}
+    for key in ("area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces"):
+        totals[key] = sum(row[key] for row in rows)
+    used = totals["piece_area_mm2"] + totals["hole_area_mm2"]
+    totals["utilisation"] = used / totals["area_mm2"] if rows else 0.0
+    entities = [e for d in drawings for piece in d.pieces for e in piece.entities]
+    cut = [e for e in entities if e.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
+    engraved = [e for e in entities if e.layer in (Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK)]
+    totals["cut_length_mm"] = sum(map(entity_length_mm, cut))
+    totals["engrave_length_mm"] = sum(map(entity_length_mm, engraved))
+    totals["holes"] = sum(entity.layer is Layer.CUT_INNER for entity in entities)
+    totals["mass_g"] = 1000 * sheet_mass_kg(material, totals["piece_area_mm2"])
+    return {
+        "schema": SCHEMA,
+        "units": "mm",
+        "material": {"name": material.name, "thickness_mm": material.thickness_mm},
+        "sheets": [_rounded(row) for row in rows],
+        "totals": _rounded(totals),
+        "notes": list(notes),
+    }
+
+
+def entity_length_mm(entity: Entity) -> float:
+    """Return how far the tool travels along an entity."""
+    if isinstance(entity, Circle):
+        return float(2 * np.pi * entity.radius)
+    steps = np.diff(entity.points, axis=0)
+    length = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+    if entity.closed:
+        length += float(np.hypot(*(entity.points[0] - entity.points[-1])))
+    return length
+
+
+def _rounded(row: dict[str, Any]) -> dict[str, Any]:
+    """Return the row with its floats rounded."""
+    return {
+        key: round(value, _DECIMALS) if isinstance(value, float) else value
+        for key, value in row.items()
+    }
+
+
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}: material</title>
+<style>
+body {{ font: 16px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 60rem; padding: 0 1rem;
+  color: #1b1b1b }}
+h1 {{ font-size: 1.6rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
+table {{ border-collapse: collapse; width: 100% }}
+th, td {{ text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #ccc }}
+th:first-child, td:first-child {{ text-align: left }}
+tfoot td {{ font-weight: 600 }}
+.bar {{ background: #e4e0d8; height: .8rem; min-width: 8rem }}
+.bar span {{ display: block; height: 100%; background: #0072b2 }}
+figure {{ margin: 1rem 0 }} img {{ max-width: 100%; border: 1px solid #ccc }}
+li {{ margin: .3rem 0 }}
+</style></head><body>
+<h1>{title}: material</h1>
+<p>{summary}</p>
+<h2>Sheets</h2>
+<table><thead><tr><th>Sheet</th><th>Size, mm</th><th>Pieces</th><th>Pieces, cm²</th>
+<th>Holes, cm²</th><th>Waste, cm²</th><th>Used</th><th></th></tr></thead>
+<tbody>
+{rows}
+</tbody><tfoot>{total}</tfoot></table>
+{notes}
+<h2>Pictures</h2>
+{pictures}
+</body></html>
+"""
+
+
+def waste_page(
+    report: dict[str, Any], *, title: str, material: Material, sheet_names: Sequence[str]
+) -> str:
+    """Return the report as a small web page that opens from the job's folder."""
+    totals = report["totals"]
+    rows = "\n".join(
+        _page_row(name, f"{row['width_mm']:g} × {row['height_mm']:g}", row)
+        for name, row in zip(sheet_names, report["sheets"], strict=True)
+    )
+    summary = (
+        f"{totals['pieces']} pieces of {material.title}, {material.thickness_mm:g} mm, on "
+        f"{totals['sheets']} sheets: {totals['utilisation']:.0%} of the material is used, "
+        f"{totals['cut_length_mm'] / 1000:.1f} m are cut and "
+        f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
+        f"the finished object weighs {totals['mass_g']:.0f} g."
+    )
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in report["notes"])
+    return _PAGE.format(
+        title=html.escape(title),
+        summary=html.escape(summary),
+        rows=rows,
+        total=_page_row("all", "", totals),
+        notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
+        pictures="\n".join(
+            f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'
+            "</figure>"
+            for name in sheet_names
+        ),
+    )
+
+
+def _page_row(name: str, size: str, row: dict[str, Any]) -> str:
+    """Return one row of the page's table."""
+    share = 100 * row["utilisation"]
+    cells = (
+        html.escape(name),
+        size,
+        row["pieces"],
+        f"{row['piece_area_mm2'] / 100:.1f}",
+        f"{row['hole_area_mm2'] / 100:.1f}",
+        f"{row['waste_mm2'] / 100:.1f}",
+        f"{share:.1f} %",
+        f'<div class="bar"><span style="width:{share:.1f}%"></span></div>',
+    )
+    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"

@@ -1,0 +1,80 @@
+"""Export ribbons as a coloured 3-D model."""
+
+import colorsys
+from collections.abc import Sequence
+
+import numpy as np
+import trimesh
+
+from fabweave.arrays import IntArray
+from fabweave.ribbon.project import Ribbons
+
+#: glTF counts in metres.
+_METRES = 0.001
+
+
+def bunch_colour(bunch: int, n_bunches: int) -> tuple[int, int, int]:
+    """Return a colour for a bunch: vermilion and blue for warp and weft, else around the hues.
+
+    The two are told apart by the colour-blind too (Okabe and Ito's palette).
+    """
+    if n_bunches <= 2:
+        return ((213, 94, 0), (0, 114, 178))[bunch]
+    red, green, blue = colorsys.hls_to_rgb((0.06 + bunch / n_bunches) % 1.0, 0.48, 0.75)
+    return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def ribbon_faces(ribbons: Ribbons, thread: int) -> IntArray:
+    """Return the triangles of one ribbon, two for each quad, in order along the strip.
+
+    Vertex ``2 r`` is the right and ``2 r + 1`` the left end of the thread's rung ``r``.
+    """
+    own = slice(ribbons.offsets[thread], ribbons.offsets[thread + 1])
+    count = own.stop - own.start
+    steps = np.arange(count if ribbons.closed[thread] else count - 1)
+    after = (steps + 1) % count
+    a, b, c, d = 2 * steps, 2 * after, 2 * after + 1, 2 * steps + 1
+    first = ribbons.from_right[own][steps]
+    near = np.where(first[:, None], np.column_stack((a, c, d)), np.column_stack((a, b, d)))
+    far = np.where(first[:, None], np.column_stack((a, b, c)), np.column_stack((b, c, d)))
+    return np.stack((near, far), axis=1).reshape(-1, 3)
+
+
+def woven_glb(ribbons: Ribbons, labels: Sequence[str], bunches: IntArray) -> bytes:
+    """Return the woven object as binary glTF: one node for each thread, named by its label.
+
+    Each mesh's ``extras`` say whether the thread is closed and, for every crossing along it, at
+    which rung its panel begins (``entry``) and ends (``exit``).
+    """
+    scene = trimesh.Scene()
+    n_bunches = int(bunches.max(initial=0)) + 1
+    for thread, label in enumerate(labels):
+        start, end = ribbons.offsets[thread : thread + 2]
+        if start == end:
+            continue
+        rails = np.stack((ribbons.right[start:end], ribbons.left[start:end]), axis=1)
+        passes = slice(ribbons.pass_offsets[thread], ribbons.pass_offsets[thread + 1])
+        entry = ribbons.entry[passes] - start
+        mesh = trimesh.Trimesh(
+            rails.reshape(-1, 3) * _METRES,
+            ribbon_faces(ribbons, thread),
+            process=False,
+            metadata={
+                "closed": bool(ribbons.closed[thread]),
+                "entry": entry.tolist(),
+                "exit": (entry + 1).tolist(),
+            },
+        )
+        # glTF takes linear light, and colours are named in sRGB.
+        shown = np.array(bunch_colour(int(bunches[thread]), n_bunches)) / 255
+        colour = [*np.round(shown**2.2, 4).tolist(), 1.0]
+        mesh.visual = trimesh.visual.TextureVisuals(
+            material=trimesh.visual.material.PBRMaterial(
+                baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.8, doubleSided=True
+            )
+        )
+        scene.add_geometry(mesh, node_name=label, geom_name=label)
+    exported = scene.export(file_type="glb")
+    if not isinstance(exported, bytes):
+        raise TypeError("the glTF exporter returned no bytes")
+    return exported

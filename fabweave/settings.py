@@ -1,0 +1,103 @@
+"""Hold the settings of a job, and keep them in job.toml."""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from fabweave import __version__
+from fabweave.errors import InputError
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.stock import format_stock
+
+EFFORTS = ("quick", "normal", "best")
+PATTERNS = ("plain",)
+DXF_VERSIONS = ("R2010", "R2000", "R12")
+
+
+@dataclass(frozen=True)
+class JobSettings:
+    """Everything that decides what a job makes; lengths in millimetres.
+
+    ``None`` means that fabweave chooses: the material's thickness, gap and sheet, a piece length
+    that suits the sheet, and the largest hole that the ribbons have room for (``hole_mm=0``: no
+    holes). ``width`` and ``crossing`` are the relative ribbon width and crossing length of the
+    projection method.
+    """
+
+    mesh: str
+    size_mm: float | None = None
+    scale: float | None = None
+    pattern: str = "plain"
+    material: str = "card"
+    thickness_mm: float | None = None
+    width: float = 0.65
+    crossing: float = 0.7
+    clearance_mm: float = 0.1
+    max_length_mm: float | None = None
+    hole_mm: float | None = None
+    sheets: tuple[SheetSize, ...] = ()
+    margin_mm: float = 10.0
+    gap_mm: float | None = None
+    effort: str = "normal"
+    seed: int = 0
+    dxf: str = "R2010"
+
+
+def settings_table(settings: JobSettings) -> dict[str, Any]:
+    """Return the settings under the names and in the form of the command line's options."""
+
+    def length(value: float | None) -> str | None:
+        return None if value is None else f"{value:.10g}mm"
+
+    table = {
+        "mesh": settings.mesh,
+        "size": length(settings.size_mm),
+        "scale": settings.scale,
+        "pattern": settings.pattern,
+        "material": settings.material,
+        "thickness": length(settings.thickness_mm),
+        "width": settings.width,
+        "crossing": settings.crossing,
+        "clearance": length(settings.clearance_mm),
+        "max_length": length(settings.max_length_mm),
+        "hole": "none" if settings.hole_mm == 0 else length(settings.hole_mm),
+        "sheet": [format_stock(sheet) for sheet in settings.sheets],
+        "margin": length(settings.margin_mm),
+        "gap": length(settings.gap_mm),
+        "effort": settings.effort,
+        "seed": settings.seed,
+        "dxf": settings.dxf,
+    }
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def job_toml(settings: JobSettings, outcome: dict[str, Any]) -> str:
+    """Return the text of job.toml: the settings in force, and what they came to."""
+    head = (
+        f"# Made by fabweave {__version__}. Make it again with:\n"
+        "#   fabweave make --config job.toml -o DIR\n"
+    )
+    return head + tomli_w.dumps(
+        {"fabweave": __version__, "job": settings_table(settings), "outcome": outcome}
+    )
+
+
+def read_job_options(path: Path) -> dict[str, Any]:
+    """Return the options that a job.toml sets.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no TOML, or has no table ``[job]``.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"cannot read the settings in {path}: {error}") from error
+    job = content.get("job")
+    if not isinstance(job, dict):
+        raise InputError(f"{path} has no table [job] with settings; a finished job's job.toml has")
+    return job

@@ -1,0 +1,172 @@
+"""Ribbons lie over and under the surface as the weave says, and unfold exactly."""
+
+import numpy as np
+import pytest
+import shapely
+from fabweave.mesh.orient import prepare_mesh
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import parse_shape
+from hypothesis import given
+from meshes_shared import shared_mesh
+from strategies import meshes
+
+from fabweave.errors import InputError
+from fabweave.flat.unfold import Strips, unfold_threads
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.export import ribbon_faces
+from fabweave.ribbon.project import Ribbons, local_entry, project_ribbons
+from fabweave.weave.pattern import Weave, plain_weave
+from fabweave.weave.threads import trace_threads
+
+HEIGHT = 0.3
+
+
+def woven(mesh: PolyMesh, **options: float) -> tuple[Weave, Ribbons]:
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    return weave, project_ribbons(mesh, halfedges, weave, height_mm=HEIGHT, **options)
+
+
+def shape_at(name: str, size_mm: float = 300.0) -> PolyMesh:
+    return resize_mesh(parse_shape(f"shape:{name}"), size_mm=size_mm)[0]
+
+
+def worst_stretch(ribbons: Ribbons, strips: Strips) -> float:
+    """The largest relative change of length over all facet edges, diagonals included."""
+    right, left = ribbons.right[strips.rung], ribbons.left[strips.rung]
+    inner = np.ones(len(strips.rung), dtype=bool)
+    inner[strips.offsets[1:][np.diff(strips.offsets) > 0] - 1] = False
+    near = np.flatnonzero(inner)
+    far = near + 1
+    slanted = ribbons.from_right[strips.rung[near]]
+    start = np.where(slanted, near, near + len(right))
+    end = np.where(slanted, far + len(right), far)
+    space, flat = np.concatenate((right, left)), np.concatenate((strips.right, strips.left))
+    every = np.arange(len(right))
+    edges = np.concatenate(
+        (
+            np.column_stack((every, every + len(right))),
+            np.column_stack((near, far)),
+            np.column_stack((near, far)) + len(right),
+            np.column_stack((start, end)),
+        )
+    )
+    length = np.linalg.norm(space[edges[:, 0]] - space[edges[:, 1]], axis=1)
+    unfolded = np.linalg.norm(flat[edges[:, 0]] - flat[edges[:, 1]], axis=1)
+    return float(np.max(np.abs(unfolded - length) / length))
+
+
+SHAPES = ["tetrahedron", "cube", "dodecahedron", "torus?m=9&n=6", "sphere?n=4", "tube", "hypar"]
+REAL = [
+    "quad/spot_quadrangulated.obj",
+    "tri/double-torus.obj",
+    "ngon/hexaSphere.off",
+    "open/mixedFaring.off",
+]
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_unfolding_is_isometric_on_shapes(name):
+    _, ribbons = woven(shape_at(name))
+    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_unfolding_is_isometric_on_real_meshes(name):
+    mesh, _, _ = prepare_mesh(read_mesh(shared_mesh(name)).mesh)
+    mesh, _ = resize_mesh(mesh, size_mm=400.0)
+    _, ribbons = woven(mesh)
+    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
+
+
+@given(meshes(embedded=True))
+def test_areas_of_strips_are_the_areas_of_ribbons(mesh):
+    _, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
+    strips = unfold_threads(ribbons)
+    for thread in range(len(ribbons.closed)):
+        a, b = ribbons.offsets[thread : thread + 2]
+        if a == b:
+            continue
+        points = np.stack((ribbons.right[a:b], ribbons.left[a:b]), axis=1).reshape(-1, 3)
+        x, y, z = (points[corner] for corner in ribbon_faces(ribbons, thread).T)
+        space = np.linalg.norm(np.cross(y - x, z - x), axis=1).sum() / 2
+        c, d = strips.offsets[thread : thread + 2]
+        # The shoelace formula adds signed areas: overlaps of the strip with itself do not matter.
+        outline = np.concatenate((strips.right[c:d], strips.left[c:d][::-1]))
+        following = np.roll(outline, -1, axis=0)
+        flat = (outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0]).sum() / 2
+        assert flat == pytest.approx(space, rel=1e-9)
+
+
+@given(meshes(embedded=True))
+def test_over_panels_lie_outside_and_are_centred_on_the_ones_below(mesh):
+    weave, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
+    middle = (ribbons.right + ribbons.left) / 2
+    centre = (middle[ribbons.entry] + middle[ribbons.entry + 1]) / 2
+    crossing = weave.threads.crossing
+    above = np.einsum("pd,pd->p", centre - ribbons.centre[crossing], ribbons.normal[crossing])
+    assert np.allclose(above, np.where(weave.over, HEIGHT, -HEIGHT), atol=1e-9)
+    aside = centre - ribbons.centre[crossing] - above[:, None] * ribbons.normal[crossing]
+    assert np.abs(aside).max() < 1e-9
+
+
+@given(meshes(embedded=True))
+def test_panels_are_planar_and_normal_to_the_surface(mesh):
+    _, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
+    corners = [
+        rail[ribbons.entry + step] for rail in (ribbons.right, ribbons.left) for step in (0, 1)
+    ]
+    spread = corners[1] - corners[0], corners[2] - corners[0], corners[3] - corners[0]
+    volume = np.abs(np.einsum("pd,pd->p", np.cross(spread[0], spread[1]), spread[2]))
+    assert volume.max() < 1e-9 * 500.0**3
+
+
+def test_a_flat_square_grid_has_the_relative_width_and_length():
+    # On unit squares the quad of an edge is a square of diagonal 1, so side 1/sqrt(2).
+    _, ribbons = woven(shape_at("hypar?n=6&rise=0", 6.0), length=0.8, width=0.5)
+    width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+    assert np.allclose(width, 0.5 / np.sqrt(2))
+    middle = (ribbons.right + ribbons.left) / 2
+    length = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
+    assert np.allclose(length, 0.8 / np.sqrt(2))
+
+
+def test_a_closed_ribbon_has_two_rungs_a_crossing_and_an_open_one_two_more():
+    for name, extra in (("octahedron", 0), ("hypar", 2)):
+        weave, ribbons = woven(shape_at(name))
+        crossed = weave.threads.lengths > 0
+        assert np.array_equal(
+            np.diff(ribbons.offsets)[crossed], 2 * weave.threads.lengths[crossed] + extra
+        )
+
+
+def test_positions_past_the_end_of_a_ring_go_on_around_it():
+    _, ribbons = woven(shape_at("octahedron"))
+    zero = np.zeros(3, dtype=np.int64)
+    assert local_entry(ribbons, zero, np.array([0, 5, 6])).tolist() == [0, 10, 12]
+
+
+def test_ribbons_keep_to_their_own_side_of_the_strip():
+    # Unfolded, no strip of a convex shape's thread folds back over its neighbouring facets.
+    _, ribbons = woven(shape_at("sphere?n=6"))
+    strips = unfold_threads(ribbons)
+    quads = np.stack(
+        (strips.right[:-1], strips.right[1:], strips.left[1:], strips.left[:-1]), axis=1
+    )
+    inner = np.ones(len(quads), dtype=bool)
+    inner[strips.offsets[1:-1] - 1] = False
+    assert shapely.is_ccw(shapely.linearrings(quads[inner])).all()
+
+
+@pytest.mark.parametrize(("length", "width"), [(0.5, 0.6), (1.0, 0.5), (0.7, 0.0), (0.7, -1)])
+def test_impossible_widths_are_refused(length, width):
+    with pytest.raises(InputError, match="0 < width <= length < 1"):
+        woven(shape_at("cube"), length=length, width=width)
+
+
+def test_faces_folded_flat_on_one_another_are_refused():
+    pillow = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [2, 1, 0]])
+    with pytest.raises(InputError, match="3 edges have no room"):
+        woven(pillow)

@@ -1,0 +1,71 @@
+"""Plain weave, over and under, bunches and labels."""
+
+import numpy as np
+import pytest
+from fabweave.mesh.shapes import parse_shape
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import meshes
+
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.weave.bunches import part_bunches, thread_graph
+from fabweave.weave.labels import ALPHABET, thread_labels
+from fabweave.weave.pattern import over_of_passes, plain_weave
+from fabweave.weave.threads import trace_threads
+
+
+@given(meshes())
+def test_plain_weave_alternates_and_every_crossing_has_one_strand_on_top(mesh):
+    weave = plain_weave(trace_threads(build_halfedges(mesh)))
+    threads = weave.threads
+    assert np.array_equal(
+        np.bincount(threads.crossing[weave.over], minlength=threads.n_crossings),
+        np.ones(threads.n_crossings),
+    )
+    for thread in range(threads.n_threads):
+        over = weave.over[threads.offsets[thread] : threads.offsets[thread + 1]]
+        assert np.all(over[1:] != over[:-1])
+        if threads.closed[thread]:
+            assert over[0] != over[-1]
+
+
+def test_a_counter_clockwise_edge_takes_its_left_strand_over():
+    # Two triangles side by side, the shared edge pointing up. Seen from outside (+z), the strand
+    # that starts at the lower left and leaves at the upper right arrives forward.
+    mesh = PolyMesh.from_faces(
+        [[0, -1, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]], [[0, 1, 2], [1, 0, 3]]
+    )
+    threads = trace_threads(build_halfedges(mesh))
+    assert threads.n_crossings == 1
+    forward = threads.forward
+    assert np.array_equal(over_of_passes(threads, np.array([True])), forward)
+    assert np.array_equal(over_of_passes(threads, np.array([False])), ~forward)
+
+
+@given(meshes())
+def test_threads_of_a_bunch_do_not_cross(mesh):
+    threads = trace_threads(build_halfedges(mesh))
+    bunch = part_bunches(threads)
+    graph = thread_graph(threads).tocoo()
+    crossed = graph.row != graph.col
+    assert np.all(bunch[graph.row[crossed]] != bunch[graph.col[crossed]])
+    assert set(bunch.tolist()) == set(range(bunch.max() + 1))
+
+
+@pytest.mark.parametrize(
+    ("shape", "bunches"),
+    [("torus?m=6&n=4", 2), ("octahedron", 4), ("tetrahedron", 3), ("cube", 4)],
+)
+def test_known_numbers_of_bunches(shape, bunches):
+    # On the octahedron, the cube and the tetrahedron every thread crosses every other.
+    threads = trace_threads(build_halfedges(parse_shape(f"shape:{shape}")))
+    assert part_bunches(threads).max() + 1 == bunches
+
+
+@given(st.integers(1, 3000))
+def test_labels_are_distinct_and_free_of_look_alikes(count):
+    labels = thread_labels(count)
+    assert len(set(labels)) == count
+    assert set("".join(labels)) <= set(ALPHABET)
+    assert not set("IOQ") & set("".join(labels))

@@ -1,0 +1,175 @@
+"""Threads are the straight-ahead walks of the medial graph: theory and known answers."""
+
+import math
+
+import numpy as np
+import pytest
+from fabweave.mesh.orient import prepare_mesh
+from fabweave.mesh.shapes import parse_shape
+from hypothesis import given
+from hypothesis import strategies as st
+from meshes_shared import GOOD_MESHES, shared_mesh
+from strategies import meshes
+
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.weave.threads import Threads, trace_threads
+
+
+def threads_of(mesh: PolyMesh) -> Threads:
+    return trace_threads(build_halfedges(mesh))
+
+
+def dual_of(mesh: PolyMesh) -> PolyMesh:
+    """The dual of a closed mesh: one face around each vertex, built by walking."""
+    halfedges = build_halfedges(mesh)
+    faces, seen = [], set()
+    for start in range(halfedges.n_halfedges):
+        if int(halfedges.tail[start]) in seen:
+            continue
+        seen.add(int(halfedges.tail[start]))
+        around, corner = [], start
+        while True:
+            around.append(int(halfedges.face[corner]))
+            corner = int(halfedges.twin[halfedges.prev[corner]])
+            if corner == start:
+                break
+        faces.append(around)
+    return PolyMesh.from_faces(face_centres(mesh), faces)
+
+
+def naive_walks(mesh: PolyMesh) -> list[frozenset[frozenset[int]]]:
+    """Walk zigzags by dictionaries: turn left, then right, and so on, until home or at an edge."""
+    face_at: dict[tuple[int, int], tuple[int, int]] = {}
+    for face in mesh.faces():
+        for a, b, c in zip(face, face[1:] + face[:1], face[2:] + face[:2], strict=True):
+            face_at[a, b] = (b, c)
+    before = {second: first for first, second in face_at.items()}
+    walks, used = [], set()
+    for start in list(face_at):
+        for direction in (1, -1):
+            if (start, direction) in used:
+                continue
+            state, visited = (start, direction), []
+            while state not in used:
+                used.add(state)
+                (a, b), way = state
+                # A state is a directed edge and the side on which the zigzag goes on.
+                visited.append(frozenset((a, b)))
+                following = face_at.get((a, b)) if way == 1 else None
+                if way == 1:
+                    state = (following, -1) if following else None
+                else:
+                    other = before.get((b, a))
+                    state = ((other[1], other[0]), 1) if other else None
+                if state is None:
+                    break
+            walks.append(frozenset(visited))
+    return walks
+
+
+@pytest.mark.parametrize(
+    ("shape", "count", "length"),
+    [
+        ("tetrahedron", 3, 4),
+        ("cube", 4, 6),
+        ("octahedron", 4, 6),
+        ("icosahedron", 6, 10),
+        ("dodecahedron", 6, 10),
+    ],
+)
+def test_platonic_solids_have_their_petrie_polygons(shape, count, length):
+    threads = threads_of(parse_shape(f"shape:{shape}"))
+    assert threads.lengths.tolist() == [length] * count
+    assert threads.closed.all()
+
+
+@given(st.integers(3, 14), st.integers(3, 14))
+def test_a_quad_torus_has_twice_the_greatest_common_divisor(m, n):
+    threads = threads_of(parse_shape(f"shape:torus?m={m}&n={n}"))
+    assert threads.n_threads == 2 * math.gcd(m, n)
+    assert threads.lengths.tolist() == [2 * m * n // math.gcd(m, n)] * threads.n_threads
+
+
+@given(meshes())
+def test_every_crossing_is_passed_once_forward_and_once_backward(mesh):
+    threads = threads_of(mesh)
+    interior = threads.n_crossings
+    assert threads.offsets[-1] == 2 * interior
+    for forward in (True, False):
+        passed = np.sort(threads.crossing[threads.forward == forward])
+        assert np.array_equal(passed, np.arange(interior))
+
+
+@given(meshes())
+def test_threads_turn_left_and_right_in_turn(mesh):
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    for thread in range(threads.n_threads):
+        own = slice(threads.offsets[thread], threads.offsets[thread + 1])
+        arrivals, forward = threads.halfedge[own], threads.forward[own]
+        pairs = list(zip(range(len(arrivals)), range(1, len(arrivals)), strict=False))
+        if threads.closed[thread]:
+            pairs.append((len(arrivals) - 1, 0))
+        for a, b in pairs:
+            assert forward[a] != forward[b]
+            # Both crossings lie on edges of the face between them, next to one another.
+            left = halfedges.twin[arrivals[a]]
+            neighbour = halfedges.prev[left] if forward[a] else halfedges.next[left]
+            assert arrivals[b] == neighbour
+
+
+@given(meshes())
+def test_threads_are_the_naive_zigzags(mesh):
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    tail, head = halfedges.tail, halfedges.head
+    ours = sorted(
+        tuple(
+            sorted(
+                tuple(sorted((int(tail[h]), int(head[h]))))
+                for h in threads.halfedge[threads.offsets[t] : threads.offsets[t + 1]]
+            )
+        )
+        for t in range(threads.n_threads)
+        if threads.closed[t]
+    )
+    if threads.closed.all():
+        naive = sorted(tuple(sorted(tuple(sorted(e)) for e in walk)) for walk in naive_walks(mesh))
+        # The naive walker finds every walk in both directions, and each edge once a walk.
+        assert sorted({tuple(sorted(set(walk))) for walk in ours}) == sorted(set(naive))
+
+
+@given(meshes(closed=True))
+def test_the_dual_has_as_many_threads_as_long(mesh):
+    ours = np.sort(threads_of(mesh).lengths)
+    assert np.array_equal(ours, np.sort(threads_of(dual_of(mesh)).lengths))
+
+
+@given(meshes(), st.randoms(use_true_random=False))
+def test_threads_do_not_depend_on_how_the_mesh_is_numbered(mesh, random):
+    vertices = list(range(mesh.n_vertices))
+    random.shuffle(vertices)
+    faces = [[vertices[v] for v in face] for face in mesh.faces()]
+    random.shuffle(faces)
+    positions = np.empty_like(mesh.vertices)
+    positions[vertices] = mesh.vertices
+    shuffled = threads_of(PolyMesh.from_faces(positions, faces))
+    plain = threads_of(mesh)
+    assert sorted(zip(plain.lengths.tolist(), plain.closed.tolist(), strict=True)) == sorted(
+        zip(shuffled.lengths.tolist(), shuffled.closed.tolist(), strict=True)
+    )
+
+
+@pytest.mark.parametrize("row", GOOD_MESHES, ids=lambda row: row.file)
+def test_real_meshes_have_the_counted_strands(row):
+    mesh, _, _ = prepare_mesh(read_mesh(shared_mesh(row.file)).mesh)
+    assert threads_of(mesh).n_threads == row.strands
+
+
+def test_one_quad_has_four_threads_without_a_crossing():
+    threads = threads_of(PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+                                             [[0, 1, 2, 3]]))  # fmt: skip
+    assert threads.lengths.tolist() == [0, 0, 0, 0]
+    assert not threads.closed.any()
