@@ -6,7 +6,8 @@ confused on a loose piece is told apart: zero is slashed and O is not; one carri
 bars; 6 and 9 are underlined, so they read upside-down; M stands on uprights and W leans.
 """
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -30,7 +31,7 @@ E 8  8,12 0,12 0,0 8,0 | 0,6 6,6
 F 8  8,12 0,12 0,0 | 0,6 6,6
 G 8  8,9 7,11 5,12 3,12 1,11 0,9 0,3 1,1 3,0 5,0 7,1 8,3 8,6 5,6
 H 8  0,12 0,0 | 0,6 8,6 | 8,12 8,0
-I 4  0,12 4,12 | 2,12 2,0 | 0,0 4,0
+I 6  0,12 6,12 | 3,12 3,0 | 0,0 6,0
 J 6  2,12 6,12 6,3 5,1 3,0 1,1 0,3
 K 8  0,12 0,0 | 8,12 0,4 | 3,7 8,0
 L 7  0,12 0,0 7,0
@@ -38,7 +39,7 @@ M 8  0,0 0,12 4,5 8,12 8,0
 N 8  0,0 0,12 8,0 8,12
 O 8  5,12 3,12 1,11 0,9 0,3 1,1 3,0 5,0 7,1 8,3 8,9 7,11 5,12
 P 8  0,0 0,12 5,12 7,11 8,9 7,7 5,6 0,6
-Q 8  5,12 3,12 1,11 0,9 0,3 1,1 3,0 5,0 7,1 8,3 8,9 7,11 5,12 | 5,3 8,0
+Q 8  5,12 3,12 1,11 0,9 0,3 1,1 3,0 5,0 7,1 8,3 8,9 7,11 5,12 | 4,4 8,0
 R 8  0,0 0,12 5,12 7,11 8,9 7,7 5,6 0,6 | 4,6 8,0
 S 8  8,9 7,11 5,12 3,12 1,11 0,9 1,7 3,6 5,6 7,5 8,3 7,1 5,0 3,0 1,1 0,3
 T 8  0,12 8,12 | 4,12 4,0
@@ -151,13 +152,15 @@ def _glyphs(text: str) -> list[_Glyph]:
 
 
 def _check_height(height_mm: float) -> None:
-    if not (np.isfinite(height_mm) and height_mm > 0.0):
+    if not (math.isfinite(height_mm) and height_mm > 0.0):
         raise InputError(f"the letter height is {height_mm} mm; it must be a positive length")
 
 
-def _units_wide(glyphs: Iterable[_Glyph]) -> int:
-    widths = [glyph.width for glyph in glyphs]
-    return sum(widths) + GAP_UNITS * max(len(widths) - 1, 0)
+def _box(glyphs: Sequence[_Glyph], height_mm: float) -> TextBox:
+    unit = height_mm / CAP_UNITS
+    width = sum(glyph.width for glyph in glyphs) + GAP_UNITS * max(len(glyphs) - 1, 0)
+    bottom = min((glyph.bottom for glyph in glyphs), default=0)
+    return TextBox(width * unit, bottom * unit, float(height_mm))
 
 
 def text_width(text: str, height_mm: float) -> float:
@@ -206,10 +209,7 @@ def text_box(text: str, height_mm: float) -> TextBox:
     -3.0
     """
     _check_height(height_mm)
-    glyphs = _glyphs(text)
-    unit = height_mm / CAP_UNITS
-    bottom = min((glyph.bottom for glyph in glyphs), default=0)
-    return TextBox(_units_wide(glyphs) * unit, bottom * unit, float(height_mm))
+    return _box(_glyphs(text), height_mm)
 
 
 def strokes(text: str, height_mm: float) -> list[FloatArray]:
@@ -269,10 +269,12 @@ def place_text(
     >>> place_text("-", 12.0, (100.0, 50.0), 90.0)[0].round(9).tolist()
     [[100.0, 47.0], [100.0, 53.0]]
     """
-    box = text_box(text, height_mm)
-    points, ends = _laid_out(_glyphs(text))
-    angle = np.deg2rad(angle_deg)
-    cosine, sine = np.cos(angle), np.sin(angle)
+    _check_height(height_mm)
+    glyphs = _glyphs(text)
+    box = _box(glyphs, height_mm)
+    points, ends = _laid_out(glyphs)
+    angle = math.radians(angle_deg)
+    cosine, sine = math.cos(angle), math.sin(angle)
     middle = np.array([box.width / 2.0, (box.bottom + box.top) / 2.0])
     turned = (points * (height_mm / CAP_UNITS) - middle) @ np.array(
         [[cosine, sine], [-sine, cosine]]
