@@ -1,0 +1,122 @@
+"""Join vertices that stand at the same place."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from fabweave.arrays import FloatArray, IntArray, offsets_of
+from fabweave.errors import InputError
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner
+
+#: Vertices closer than this share of the bounding box's diagonal are one vertex.
+WELD_TOLERANCE = 1e-8
+
+
+def weld_mesh(mesh: PolyMesh, *, tolerance: float = WELD_TOLERANCE) -> tuple[PolyMesh, int, int]:
+    """Join vertices that stand at the same place, and drop what collapses.
+
+    A corner that repeats the vertex before it is dropped from its face; a face that then has
+    fewer than three corners is dropped.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh whose faces name vertices that exist.
+    tolerance : float
+        How close is the same place, as a share of the bounding box's diagonal; vertices that
+        are linked by a chain of such steps become one, at the place of the first.
+
+    Returns
+    -------
+    mesh : PolyMesh
+        Vertices in the order of the first of each group.
+    joined : int
+        How many vertices disappeared.
+    dropped : int
+        How many faces disappeared.
+
+    Raises
+    ------
+    InputError
+        If the tolerance is negative or no number.
+
+    Examples
+    --------
+    >>> two = PolyMesh.from_faces(
+    ...     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+    ...     [[0, 1, 2], [3, 4, 5]])
+    >>> mesh, joined, dropped = weld_mesh(two)
+    >>> mesh.faces(), joined, dropped
+    ([[0, 1, 2], [1, 3, 2]], 2, 0)
+    """
+    if not tolerance >= 0:
+        raise InputError(f"the weld tolerance must be zero or more, and is {tolerance}")
+    leader, label = _first_of_each(_coincident_groups(mesh.vertices, tolerance))
+    indices = label[mesh.indices]
+    face = face_of_corner(mesh)
+    previous = np.arange(mesh.n_corners) - 1
+    filled = mesh.face_sizes > 0
+    previous[mesh.offsets[:-1][filled]] = mesh.offsets[1:][filled] - 1
+    # What was repeated in the input is the checker's affair: only drop what welding repeats.
+    keep = (indices != indices[previous]) | (mesh.indices == mesh.indices[previous])
+    sizes = np.bincount(face[keep], minlength=mesh.n_faces)
+    stays = (sizes >= 3) | (sizes == mesh.face_sizes)
+    keep &= stays[face]
+    welded = PolyMesh(mesh.vertices[leader], offsets_of(sizes[stays]), indices[keep])
+    return welded, mesh.n_vertices - len(leader), int(np.count_nonzero(~stays))
+
+
+def _coincident_groups(vertices: FloatArray, tolerance: float) -> IntArray:
+    """Label vertices so that those at the same place share a label, (V,)."""
+    group = same_position_groups(vertices)
+    leader, label = _first_of_each(group)
+    finite = np.flatnonzero(np.isfinite(vertices[leader]).all(axis=1))
+    points = vertices[leader[finite]]
+    if len(points) < 2 or tolerance == 0:
+        return group
+    with np.errstate(over="ignore"):
+        reach = tolerance * float(np.linalg.norm(np.ptp(points, axis=0)))
+    if not 0 < reach < np.inf:
+        return group
+    pairs = finite[KDTree(points).query_pairs(reach, output_type="ndarray")]
+    if not len(pairs):
+        return group
+    links = coo_array(
+        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])),
+        shape=(len(leader), len(leader)),
+    )
+    merged: IntArray = connected_components(links, directed=False)[1][label].astype(np.int64)
+    return merged
+
+
+def same_position_groups(vertices: FloatArray) -> IntArray:
+    """Label vertices so that those at exactly the same position share a label, (V,).
+
+    Positions that are no numbers are all different.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> same_position_groups(np.array([[0.0, 0, 1], [2, 0, 1], [-0.0, 0, 1]])).tolist()
+    [0, 1, 0]
+    """
+    points = vertices + 0.0  # minus zero is zero
+    order = np.lexsort(points.T[::-1])
+    rows = points[order]
+    new = np.ones(len(rows), dtype=np.int64)
+    new[1:] = np.any(rows[1:] != rows[:-1], axis=1)
+    group = np.empty(len(rows), dtype=np.int64)
+    group[order] = np.cumsum(new) - 1
+    return group
+
+
+def _first_of_each(group: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the first member of each group in order, and each member's place in that list."""
+    count = int(group.max()) + 1 if len(group) else 0
+    first = np.full(count, len(group), dtype=np.int64)
+    np.minimum.at(first, group, np.arange(len(group)))
+    leader = np.sort(first)
+    place = np.empty(count, dtype=np.int64)
+    place[np.argsort(first, kind="stable")] = np.arange(count)
+    return leader, place[group]
