@@ -1,0 +1,289 @@
+"""Check the sheets' drawings: what they cut, that both formats agree, and in which order."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from fabweave.verify.check_pieces import holes_of
+from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
+from fabweave.verify.drawing import (
+    ENGRAVE_LAYERS,
+    HOLES,
+    LAYERS,
+    NOTES,
+    OUTLINES,
+    Drawing,
+    Floats,
+    Shape,
+    bulge_height,
+    traced,
+)
+from fabweave.verify.geometry import farthest
+from fabweave.verify.loading import Job
+from fabweave.verify.report import Tally
+
+SAME_MM = 0.01
+_RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
+
+
+def check_dxf(job: Job, tally: Tally) -> None:
+    """Check that every DXF sheet declares millimetres and cuts what the map says."""
+    plan = job.map
+    if plan is None:
+        return
+    for sheet in plan.sheets:
+        drawing = job.dxf.get(sheet.number)
+        if drawing is None:
+            tally.fail(f"{sheet.name}.dxf is not checked, because it could not be read")
+        else:
+            _check_cuts(f"{sheet.name}.dxf", drawing, sheet, plan, tally)
+
+
+def check_svg(job: Job, tally: Tally) -> None:
+    """Check that every SVG sheet has its size, cuts what the map says and draws what DXF draws."""
+    plan = job.map
+    if plan is None:
+        return
+    for sheet in plan.sheets:
+        drawing = job.svg.get(sheet.number)
+        if drawing is None:
+            tally.fail(f"{sheet.name}.svg is not checked, because it could not be read")
+            continue
+        where = f"{sheet.name}.svg"
+        sizes = (drawing.width_mm or 0.0, drawing.height_mm or 0.0)
+        tally.expect(
+            np.allclose(sizes, (sheet.width_mm, sheet.height_mm), rtol=0, atol=1e-3),
+            f"{where} is {sizes[0]:g} × {sizes[1]:g} mm, its sheet "
+            f"{sheet.width_mm:g} × {sheet.height_mm:g} mm",
+        )
+        _check_cuts(where, drawing, sheet, plan, tally)
+        _check_names(where, drawing, tally)
+        other = job.dxf.get(sheet.number)
+        if other is None:
+            tally.fail(f"{where} is not compared, because {sheet.name}.dxf could not be read")
+        else:
+            _compare_formats(where, drawing, other, tally)
+
+
+def _by_piece(drawing: Drawing) -> dict[tuple[str, str | None], list[Shape]]:
+    """Group shapes by layer and piece, in file order."""
+    groups: dict[tuple[str, str | None], list[Shape]] = defaultdict(list)
+    for shape in drawing.shapes:
+        groups[shape.layer, shape.piece].append(shape)
+    return groups
+
+
+def _check_cuts(
+    where: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, tally: Tally
+) -> None:
+    """Check a sheet's outlines and holes against its pieces; nothing extra, nothing missing."""
+    for problem in drawing.problems:
+        tally.fail(f"{where}: {problem}")
+    pieces = {piece.id: piece for piece in plan.pieces if piece.sheet == sheet.number}
+    groups = _by_piece(drawing)
+    for (layer, name), shapes in groups.items():
+        tally.expect(
+            layer == NOTES or name in pieces,
+            f"{where}: {len(shapes)} shapes on {layer} belong to "
+            + (f"{name}, which is not on this sheet" if name else "no piece"),
+        )
+    for piece in pieces.values():
+        _check_outline(where, piece, groups.get((OUTLINES, piece.id), []), tally)
+        _check_holes(where, piece, plan, groups.get((HOLES, piece.id), []), tally)
+        for layer in ENGRAVE_LAYERS:
+            drawn = [
+                min(line.tobytes(), line[::-1].tobytes())
+                for line in (traced(s).round(3) for s in groups.get((layer, piece.id), []))
+            ]
+            tally.expect(
+                len(set(drawn)) == len(drawn), f"{where}: piece {piece.id} is engraved twice"
+            )
+
+
+def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally) -> None:
+    """Check the one outline of a piece."""
+    if not tally.expect(
+        len(shapes) == 1, f"{where}: piece {piece.id} has {len(shapes)} outlines on {OUTLINES}"
+    ):
+        return
+    shape = shapes[0]
+    if not tally.expect(
+        shape.closed and shape.radius is None and len(shape.points) == len(piece.outline),
+        f"{where}: the outline of piece {piece.id} is not closed, or has {len(shape.points)} "
+        f"vertices instead of {len(piece.outline)}",
+    ):
+        return
+    off = _ring_distance(shape.points, piece.placed(piece.outline)) + bulge_height(shape)
+    tally.measure(
+        "outline_mm",
+        off,
+        SAME_MM,
+        f"{where}: the outline of piece {piece.id} is {off:.4f} mm from where it should be",
+    )
+
+
+def _ring_distance(ring: Floats, wanted: Floats) -> float:
+    """Return the largest vertex distance of two rings, whatever their start and direction."""
+    start = int(np.argmin(np.hypot(*(ring - wanted[0]).T)))
+    there = np.roll(ring, -start, axis=0)
+    back = np.roll(ring[::-1], start + 1, axis=0)
+    return min(farthest(there, wanted), farthest(back, wanted))
+
+
+def _check_holes(
+    where: str, piece: Piece, plan: CrossingMap, shapes: Sequence[Shape], tally: Tally
+) -> None:
+    """Check the holes of a piece."""
+    holes = holes_of(piece, plan)
+    if not tally.expect(
+        len(shapes) == len(holes) and all(shape.radius is not None for shape in shapes),
+        f"{where}: piece {piece.id} has {len(shapes)} shapes on {HOLES} instead of {len(holes)} "
+        "circles",
+    ):
+        return
+    if not holes:
+        return
+    wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
+    centres = np.array([shape.points[0] for shape in shapes])
+    distance = np.hypot(*(wanted[:, None] - centres[None, :]).transpose(2, 0, 1))
+    nearest = np.argmin(distance, axis=1)
+    tally.expect(
+        len(set(nearest.tolist())) == len(holes),
+        f"{where}: two holes of piece {piece.id} are drawn in one place",
+    )
+    for hole, at, off in zip(holes, nearest.tolist(), distance.min(axis=1).tolist(), strict=True):
+        tally.measure(
+            "hole_mm",
+            off,
+            SAME_MM,
+            f"{where}: the hole of piece {piece.id} at ({hole.x:.3f}, {hole.y:.3f}) is {off:.4f} "
+            "mm from where it should be",
+        )
+        diameter = 2.0 * (shapes[at].radius or 0.0)
+        change = 0.0 if hole.diameter is None else abs(diameter - hole.diameter)
+        tally.measure(
+            "diameter_mm",
+            change,
+            SAME_MM,
+            f"{where}: the hole of piece {piece.id} at ({hole.x:.3f}, {hole.y:.3f}) has diameter "
+            f"{diameter:.4f} instead of {hole.diameter} mm",
+        )
+
+
+def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
+    """Check that cuts in an SVG are named after their pieces, each once."""
+    names = set()
+    for shape in drawing.shapes:
+        if shape.layer == OUTLINES:
+            good = shape.name == f"{shape.piece}.outline"
+        elif shape.layer == HOLES:
+            good = shape.name.startswith(f"{shape.piece}.hole.")
+        else:
+            continue
+        tally.expect(
+            good and shape.name not in names,
+            f"{where}: id {shape.name!r} on {shape.layer} is used twice, or is not piece "
+            f"{shape.piece}'s",
+        )
+        names.add(shape.name)
+
+
+def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
+    """Check that SVG and DXF draw the same shapes on every layer of every piece."""
+    mine, theirs = _by_piece(drawing), _by_piece(other)
+    for layer, name in sorted({*mine, *theirs}, key=str):
+        one, two = mine.get((layer, name), []), theirs.get((layer, name), [])
+        what = f"{where}: {layer}" + (f" of piece {name}" if name else "")
+        if tally.expect(
+            len(one) == len(two), f"{what} has {len(one)} shapes, the DXF has {len(two)}"
+        ):
+            off = max((_shape_distance(a, b) for a, b in zip(one, two, strict=True)), default=0.0)
+            tally.measure(
+                "formats_mm", off, SAME_MM, f"{what} differs from the DXF by {off:.4f} mm"
+            )
+
+
+def _shape_distance(one: Shape, two: Shape) -> float:
+    """Return the largest distance between corresponding points; infinite for other shapes."""
+    if one.points.shape != two.points.shape or one.closed != two.closed:
+        return float("inf")
+    if (one.radius is None) != (two.radius is None):
+        return float("inf")
+    bulge = abs(bulge_height(one) - bulge_height(two))
+    radius = abs((one.radius or 0.0) - (two.radius or 0.0))
+    return farthest(one.points, two.points) + radius + bulge
+
+
+def check_order(job: Job, tally: Tally) -> None:
+    """Check the order of cutting, and that a piece's holes and engraving are inside its outline."""
+    plan = job.map
+    if plan is None:
+        return
+    for sheet in plan.sheets:
+        drawing = job.dxf.get(sheet.number)
+        if drawing is None:
+            tally.fail(f"{sheet.name}.dxf is not checked, because it could not be read")
+        else:
+            _check_sequence(f"{sheet.name}.dxf", drawing, tally)
+            _check_inside(f"{sheet.name}.dxf", drawing, tally)
+        drawing = job.svg.get(sheet.number)
+        if drawing is None:
+            tally.fail(f"{sheet.name}.svg is not checked, because it could not be read")
+        else:
+            ranks = [LAYERS.index(layer) for layer in drawing.layers if layer in LAYERS]
+            tally.expect(
+                ranks == sorted(set(ranks)),
+                f"{sheet.name}.svg has its layers in the order {', '.join(drawing.layers)}",
+            )
+            _check_inside(f"{sheet.name}.svg", drawing, tally)
+
+
+def _check_sequence(where: str, drawing: Drawing, tally: Tally) -> None:
+    """Check that pieces follow one another whole: engraving, holes, outline."""
+    done: set[str | None] = set()
+    current: str | None = None
+    rank = 0
+    noted = False
+    for shape in drawing.shapes:
+        if shape.layer == NOTES or shape.piece is None:
+            noted = noted or current is not None
+            continue
+        if shape.piece != current:
+            tally.expect(
+                shape.piece not in done,
+                f"{where}: piece {shape.piece} is taken up again after another piece",
+            )
+            done.add(current)
+            current, rank = shape.piece, 0
+        elif noted:
+            tally.fail(f"{where}: a note stands between the shapes of piece {current}")
+        noted = False
+        own = _RANK.get(shape.layer, rank)
+        tally.expect(
+            own >= rank, f"{where}: {shape.where} on {shape.layer} comes after a later operation"
+        )
+        rank = max(rank, own)
+
+
+def _check_inside(where: str, drawing: Drawing, tally: Tally) -> None:
+    """Check that holes lie strictly inside their outlines and engraving does not leave them."""
+    groups = _by_piece(drawing)
+    outlines = {
+        name: shapely.make_valid(shapely.Polygon(traced(shapes[0])))
+        for (layer, name), shapes in groups.items()
+        if layer == OUTLINES and len(shapes[0].points) > 2
+    }
+    for (layer, name), shapes in groups.items():
+        if name not in outlines or layer not in (*ENGRAVE_LAYERS, HOLES):
+            continue
+        tally.count(len(shapes))
+        lines = np.array([shapely.LineString(traced(shape)) for shape in shapes])
+        if layer == HOLES:
+            inside = shapely.contains_properly(outlines[name], lines)
+        else:
+            # Edge ticks may begin on the outline, whose points are rounded.
+            inside = shapely.covers(shapely.buffer(outlines[name], SAME_MM), lines)
+        for at in np.flatnonzero(~inside):
+            tally.fail(f"{where}: {shapes[at].where} on {layer} leaves the outline")

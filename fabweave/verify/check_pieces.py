@@ -1,0 +1,287 @@
+"""Check the pieces by themselves: order along threads, holes, outlines."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.drawing import Floats
+from fabweave.verify.geometry import perimeter, signed_area
+from fabweave.verify.loading import Job
+from fabweave.verify.report import Tally
+
+#: No side of an outline is shorter (less rounding).
+SHORTEST_SIDE_MM = 0.1 - 1e-3
+#: A hole keeps at least this clear of its outline and of other holes.
+LEAST_WEB_MM = 0.01
+#: Two records of one hole agree to this, in its place and its diameter.
+SAME_MM = 1e-3
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A hole of a piece; the diameter is None where no station states it."""
+
+    x: float
+    y: float
+    diameter: float | None
+
+
+def holes_of(piece: Piece, plan: CrossingMap) -> list[Hole]:
+    """Return the holes a piece has: one at each station that states a diameter, and its joints'.
+
+    A joint's hole on a station's own is the same hole; others have that station's diameter.
+    """
+    holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
+    for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
+        joint = plan.joint.get(joint_id) if joint_id is not None else None
+        if joint is None or not piece.stations:
+            continue
+        diameter = piece.stations[at].hole_mm
+        for x, y in joint.holes[:, side].tolist():
+            near = 0.25 * (diameter or 1.0)
+            if all(np.hypot(hole.x - x, hole.y - y) > near for hole in holes):
+                holes.append(Hole(x, y, diameter))
+    return holes
+
+
+def station_run(thread: Thread, piece: Piece) -> int | None:
+    """Return where along its thread a piece's stations begin; None if they are no run of it.
+
+    Where the thread passes the first crossing twice, the over flag decides.
+    """
+    count, size = len(thread.crossings), len(piece.stations)
+    limit = count + 1 if thread.closed else count
+    if not 0 < size <= limit:
+        return None
+    found: list[tuple[bool, int]] = []
+    for start in range(count):
+        if thread.crossings[start] != piece.stations[0].crossing:
+            continue
+        if not thread.closed and start + size > count:
+            continue
+        if all(
+            thread.crossings[(start + at) % count] == station.crossing
+            for at, station in enumerate(piece.stations)
+        ):
+            found.append((thread.over[start] != piece.stations[0].over, start))
+    return min(found)[1] if found else None
+
+
+def check_piece_order(job: Job, tally: Tally) -> None:
+    """Check that pieces carry their thread once around, in order, sharing only joints."""
+    plan = job.map
+    if plan is None:
+        return
+    owned: dict[str, int] = {}
+    used: dict[int, int] = {}
+    for thread in plan.threads:
+        for name in thread.pieces:
+            tally.expect(name not in owned, f"piece {name} is listed by two threads, or twice")
+            owned[name] = thread.id
+        _check_thread(thread, plan, tally)
+        for name in thread.pieces:
+            end = plan.piece[name].joints[1]
+            if end is not None:
+                used[end] = used.get(end, 0) + 1
+    for piece in plan.pieces:
+        tally.expect(
+            owned.get(piece.id) == piece.thread,
+            f"piece {piece.id} says thread {piece.thread}, but is listed by {owned.get(piece.id)}",
+        )
+    for joint in plan.joints:
+        tally.expect(
+            used.get(joint.id) == 1, f"joint {joint.id} ends {used.get(joint.id, 0)} pieces"
+        )
+
+
+def _check_thread(thread: Thread, plan: CrossingMap, tally: Tally) -> None:
+    """Check one thread's pieces and the joints between them."""
+    where = f"thread {thread.label}"
+    count = len(thread.crossings)
+    pieces = [plan.piece[name] for name in thread.pieces]
+    if not tally.expect(
+        bool(pieces) == bool(count), f"{where} has {count} crossings and {len(pieces)} pieces"
+    ):
+        return
+    place = None
+    for number, piece in enumerate(pieces):
+        last = number == len(pieces) - 1
+        start = station_run(thread, piece)
+        if not tally.expect(
+            start is not None,
+            f"{where}: the stations of piece {piece.id} are no run of the thread's crossings",
+        ):
+            place = None
+            continue
+        begin = int(start or 0)
+        expected = 0 if number == 0 and not thread.closed else place
+        if expected is not None:
+            tally.expect(
+                begin == expected % count,
+                f"{where}: piece {piece.id} begins at place {begin}, not {expected % count}, "
+                "where the piece before it ends",
+            )
+        place = begin + len(piece.stations) - 1
+        if last and not thread.closed:
+            tally.expect(place == count - 1, f"{where}: piece {piece.id} does not reach its end")
+        _check_flags(thread, piece, begin, tally)
+        follower = pieces[(number + 1) % len(pieces)] if thread.closed or not last else None
+        _check_joint(thread, piece, follower, plan, tally)
+        if number == 0 and not thread.closed:
+            tally.expect(
+                piece.joints[0] is None, f"{where}: open, but piece {piece.id} begins at a joint"
+            )
+    total = sum(len(piece.stations) for piece in pieces)
+    wanted = count + len(pieces) - (0 if thread.closed else 1)
+    tally.expect(
+        total == wanted,
+        f"{where}: its pieces have {total} stations, where {count} crossings and the joints "
+        f"between {len(pieces)} pieces make {wanted}",
+    )
+
+
+def _check_flags(thread: Thread, piece: Piece, begin: int, tally: Tally) -> None:
+    """Check over flags against the thread's, and that only ends carry joints."""
+    count = len(thread.crossings)
+    final = len(piece.stations) - 1
+    for at, station in enumerate(piece.stations):
+        where = f"piece {piece.id}, station {at}"
+        tally.expect(
+            station.over == thread.over[(begin + at) % count],
+            f"{where} (crossing {station.crossing}) is {'over' if station.over else 'under'}, "
+            "its thread is not",
+        )
+        wanted = piece.joints[0] if at == 0 else piece.joints[1] if at == final else None
+        if final == 0 and at == 0:
+            wanted = piece.joints[0] if piece.joints[0] is not None else piece.joints[1]
+        tally.expect(
+            station.joint == wanted, f"{where} carries joint {station.joint}, not {wanted}"
+        )
+
+
+def _check_joint(
+    thread: Thread, piece: Piece, follower: Piece | None, plan: CrossingMap, tally: Tally
+) -> None:
+    """Check the joint at the end of a piece."""
+    number = piece.joints[1]
+    where = f"thread {thread.label}, end of piece {piece.id}"
+    if follower is None:
+        tally.expect(number is None, f"{where}: joint {number} leads nowhere")
+        return
+    joint = plan.joint.get(number) if number is not None else None
+    if not tally.expect(joint is not None, f"{where}: there is no joint to {follower.id}"):
+        return
+    if joint is None:
+        return
+    tally.expect(
+        joint.pieces == (piece.id, follower.id) and follower.joints[0] == joint.id,
+        f"{where}: joint {joint.id} joins {joint.pieces}, not {(piece.id, follower.id)}, or "
+        f"{follower.id} begins at joint {follower.joints[0]}",
+    )
+    end, begin = piece.stations[-1], follower.stations[0]
+    tally.expect(
+        joint.crossing == end.crossing == begin.crossing,
+        f"{where}: joint {joint.id} is at crossing {joint.crossing}, the pieces end at "
+        f"{end.crossing} and begin at {begin.crossing}",
+    )
+    # A thread that never goes under has no hidden place for its joints.
+    tally.expect(
+        not (end.over or begin.over) or all(thread.over),
+        f"{where}: joint {joint.id} lies on top of crossing {joint.crossing}, not under",
+    )
+
+
+def check_crossing_holes(job: Job, tally: Tally) -> None:
+    """Check that all layers at a crossing have the same hole diameter, or none."""
+    plan = job.map
+    if plan is None:
+        return
+    layers: dict[int, list[tuple[str, float | None]]] = {c.id: [] for c in plan.crossings}
+    for piece in plan.pieces:
+        for station in piece.stations:
+            layers.setdefault(station.crossing, []).append((piece.id, station.hole_mm))
+    for crossing, holes in layers.items():
+        sizes = {size for _, size in holes}
+        drilled = [size for size in sizes if size is not None]
+        tally.expect(
+            not drilled or (len(drilled) == len(sizes) and max(drilled) - min(drilled) < SAME_MM),
+            f"crossing {crossing} has holes: "
+            + ", ".join(f"{name} {'none' if d is None else f'{d:g} mm'}" for name, d in holes),
+        )
+        tally.expect(
+            all(size > 0.0 for size in drilled),
+            f"crossing {crossing} has a hole of no size",
+        )
+
+
+def check_simple(job: Job, tally: Tally) -> None:
+    """Check that outlines are simple, counter-clockwise and clear of their holes."""
+    plan = job.map
+    if plan is None:
+        return
+    for piece in plan.pieces:
+        where = f"piece {piece.id}"
+        outline = piece.outline
+        area = signed_area(outline)
+        tally.expect(area > 0.0, f"{where}: its outline runs clockwise or has no area")
+        polygon = shapely.Polygon(outline)
+        tally.expect(
+            polygon.is_valid,
+            f"{where}: its outline is not simple: {shapely.is_valid_reason(polygon)}",
+        )
+        lengths = np.hypot(*(np.roll(outline, -1, axis=0) - outline).T)
+        short = int(np.argmin(lengths))
+        tally.measure(
+            "side_mm",
+            lengths[short],
+            SHORTEST_SIDE_MM,
+            f"{where}: side {short} is {lengths[short]:.4f} mm long",
+            least=True,
+        )
+        _check_webs(piece, polygon, holes_of(piece, plan), tally)
+
+
+def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally: Tally) -> None:
+    """Check that holes are inside their outline and clear of it and of one another."""
+    if not holes:
+        return
+    centres: Floats = np.array([(hole.x, hole.y) for hole in holes])
+    radii = np.array([(hole.diameter or 0.0) / 2.0 for hole in holes])
+    points = shapely.points(centres)
+    depth = shapely.distance(points, polygon.exterior)
+    webs = np.where(shapely.contains(shapely.make_valid(polygon), points), depth, -depth) - radii
+    for at, web in enumerate(webs.tolist()):
+        tally.measure(
+            "web_mm",
+            web,
+            LEAST_WEB_MM,
+            f"piece {piece.id}: the hole at ({holes[at].x:.3f}, {holes[at].y:.3f}) is {web:.4f} mm "
+            "clear of the outline",
+            least=True,
+        )
+    if len(holes) > 1:
+        apart = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
+        apart = apart - radii[:, None] - radii[None, :]
+        first, second = np.triu_indices(len(holes), 1)
+        worst = int(np.argmin(apart[first, second]))
+        gap = float(apart[first, second][worst])
+        tally.measure(
+            "hole_gap_mm",
+            gap,
+            LEAST_WEB_MM,
+            f"piece {piece.id}: its holes {first[worst]} and {second[worst]} are {gap:.4f} mm "
+            "apart",
+            least=True,
+        )
+
+
+def areas_of(piece: Piece, plan: CrossingMap) -> tuple[float, float, float]:
+    """Return outline area, hole area, and the length of all its cuts."""
+    diameters = np.array([hole.diameter or 0.0 for hole in holes_of(piece, plan)])
+    return (
+        signed_area(piece.outline),
+        float(np.sum(np.pi * diameters**2 / 4.0)),
+        perimeter(piece.outline) + float(np.sum(np.pi * diameters)),
+    )

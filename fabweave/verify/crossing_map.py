@@ -1,0 +1,130 @@
+"""Hold the crossing map as plain values, found by id."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fabweave.verify.drawing import Floats
+
+
+@dataclass(frozen=True)
+class Strand:
+    """One side of a crossing."""
+
+    thread: int
+    piece: str
+    station: int
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where two strands meet."""
+
+    id: int
+    edge: tuple[int, int]
+    position: tuple[float, float, float]
+    over: Strand
+    under: Strand
+
+
+@dataclass(frozen=True)
+class Thread:
+    """A thread with its crossings and pieces in walking order."""
+
+    id: int
+    label: str
+    closed: bool
+    crossings: tuple[int, ...]
+    over: tuple[bool, ...]
+    pieces: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Station:
+    """A crossing as seen from one piece."""
+
+    crossing: int
+    over: bool
+    partner: str
+    x: float
+    y: float
+    hole_mm: float | None
+    joint: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """What is cut, in its own coordinates, and where it stands."""
+
+    id: str
+    thread: int
+    sheet: int
+    rotation_deg: float
+    shift: Floats
+    joints: tuple[int | None, int | None]
+    outline: Floats
+    stations: tuple[Station, ...]
+
+    def placed(self, points: Floats) -> Floats:
+        """Return points of the piece where they stand on its sheet."""
+        angle = math.radians(self.rotation_deg)
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        return np.asarray(points) @ turn.T + self.shift
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """Where two pieces lap; ``holes`` is (n, 2, 2), for each hole its place in both pieces."""
+
+    id: int
+    pieces: tuple[str, str]
+    crossing: int
+    holes: Floats
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A sheet that is cut."""
+
+    number: int
+    name: str
+    width_mm: float
+    height_mm: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the assembly."""
+
+    step: int
+    pieces: tuple[str, ...]
+    crossings: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class CrossingMap:
+    """The whole plan; lists keep the file's order, and lookups find by id."""
+
+    pattern: str
+    exact: bool
+    broken: tuple[int, int, int]
+    margin_mm: float
+    gap_mm: float
+    sheets: tuple[Sheet, ...]
+    threads: tuple[Thread, ...]
+    crossings: tuple[Crossing, ...]
+    pieces: tuple[Piece, ...]
+    joints: tuple[Joint, ...]
+    steps: tuple[Step, ...]
+    thread: dict[int, Thread] = field(default_factory=dict)
+    crossing: dict[int, Crossing] = field(default_factory=dict)
+    piece: dict[str, Piece] = field(default_factory=dict)
+    joint: dict[int, Joint] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Fill the lookups."""
+        self.thread.update((thread.id, thread) for thread in self.threads)
+        self.crossing.update((crossing.id, crossing) for crossing in self.crossings)
+        self.piece.update((piece.id, piece) for piece in self.pieces)
+        self.joint.update((joint.id, joint) for joint in self.joints)

@@ -1,0 +1,112 @@
+"""Run every check on a finished job."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from fabweave.verify.check_drawings import check_dxf, check_order, check_svg
+from fabweave.verify.check_files import check_references
+from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
+from fabweave.verify.check_sheets import check_areas, check_sheets
+from fabweave.verify.check_space import check_space
+from fabweave.verify.check_tables import check_tables
+from fabweave.verify.check_unfolding import check_joints, check_unfolding
+from fabweave.verify.check_weave import check_over_under, check_pattern, check_walks
+from fabweave.verify.loading import Job, load_job
+from fabweave.verify.report import Tally, VerifyReport
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A check: its name, the files it cannot do without, and what runs it."""
+
+    name: str
+    needs: tuple[str, ...]
+    run: Callable[[Job, Tally], None]
+
+
+_FILES = {
+    "map": "crossing_map.json",
+    "mesh": "woven_mesh.obj",
+    "model": "model.glb",
+    "crossing_rows": "crossing_map.csv",
+    "piece_rows": "pieces.csv",
+    "waste": "waste.json",
+}
+
+_TASKS = (
+    _Task("files", (), check_references),
+    _Task("mesh-walks", ("map", "mesh"), check_walks),
+    _Task("over-under", ("map",), check_over_under),
+    _Task("pattern", ("map", "mesh"), check_pattern),
+    _Task("space", ("map", "mesh", "model"), check_space),
+    _Task("piece-order", ("map",), check_piece_order),
+    _Task("joints", ("map", "model"), check_joints),
+    _Task("crossing-holes", ("map",), check_crossing_holes),
+    _Task("unfolding", ("map", "model"), check_unfolding),
+    _Task("outlines-dxf", ("map",), check_dxf),
+    _Task("outlines-svg", ("map",), check_svg),
+    _Task("order", ("map",), check_order),
+    _Task("sheets", ("map",), check_sheets),
+    _Task("simple", ("map",), check_simple),
+    _Task("areas", ("map", "piece_rows", "waste"), check_areas),
+    _Task("tables", ("map", "crossing_rows", "piece_rows"), check_tables),
+)
+
+
+def verify_job(directory: Path, *, progress: Progress | None = None) -> VerifyReport:
+    """Read a finished job's files back and prove them.
+
+    Parameters
+    ----------
+    directory : Path
+        The folder that a run left.
+    progress : callable, optional
+        Called as ``progress(what, done, total)``; never changes a result.
+
+    Returns
+    -------
+    VerifyReport
+        One result for each check, in a fixed order. Missing and malformed files are findings,
+        never exceptions.
+
+    Examples
+    --------
+    >>> report = verify_job(Path("no/such/folder"))
+    >>> report.ok, report.checks[0].name, report.checks[0].findings[0]
+    (False, 'files', 'crossing_map.json is missing')
+    """
+    results = []
+    tally = Tally("files")
+    if progress is not None:
+        progress("files", 0, len(_TASKS))
+    job = load_job(Path(directory), tally)
+    for done, task in enumerate(_TASKS):
+        if done:
+            tally = Tally(task.name)
+        if progress is not None:
+            progress(task.name, done, len(_TASKS))
+        _run(task, job, tally)
+        results.append(tally.result())
+    if progress is not None:
+        progress("done", len(_TASKS), len(_TASKS))
+    return VerifyReport(tuple(results))
+
+
+def _run(task: _Task, job: Job, tally: Tally) -> None:
+    """Run one check if its files are there."""
+    missing = [_FILES[need] for need in task.needs if getattr(job, need) is None]
+    if missing:
+        tally.fail(f"not checked, because {' and '.join(missing)} could not be read")
+        return
+    try:
+        with np.errstate(all="ignore"):  # what is not finite fails its comparison
+            task.run(job, tally)
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        # Files that contradict one another can break any assumption; that is a finding too.
+        tally.fail(f"not finished: the files do not fit together ({type(error).__name__}: {error})")

@@ -1,0 +1,157 @@
+"""Load a finished job's files; whatever is missing or malformed becomes a finding."""
+
+import csv
+import json
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.drawing import Drawing, ReadError
+from fabweave.verify.read_dxf import read_dxf
+from fabweave.verify.read_glb import Strip, read_glb
+from fabweave.verify.read_map import read_crossing_map
+from fabweave.verify.read_svg import read_svg
+from fabweave.verify.report import Tally
+from fabweave.verify.walks import WovenMesh, read_obj
+
+Rows: TypeAlias = list[dict[str, str]]
+_Value = TypeVar("_Value")
+
+CROSSING_COLUMNS = (
+    "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
+    "x", "y", "z",
+)  # fmt: skip
+PIECE_COLUMNS = (
+    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes",
+)  # fmt: skip
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A job as read; None, or absent from a lookup, is what could not be read."""
+
+    map: CrossingMap | None
+    mesh: WovenMesh | None
+    model: dict[str, Strip] | None
+    dxf: dict[int, Drawing]
+    svg: dict[int, Drawing]
+    settings: dict[str, Any] | None
+    crossing_rows: Rows | None
+    piece_rows: Rows | None
+    waste: dict[str, Any] | None
+
+
+def load_job(directory: Path, tally: Tally) -> Job:
+    """Read every file of a job, and count them.
+
+    Parameters
+    ----------
+    directory : Path
+        The job's folder.
+    tally : Tally
+        Where missing and malformed files are told.
+
+    Returns
+    -------
+    Job
+        What could be read.
+    """
+
+    def read(name: str, reader: Callable[[Path], _Value]) -> _Value | None:
+        """Read one file, or say why not."""
+        tally.count()
+        try:
+            return reader(directory / name)
+        except FileNotFoundError:
+            tally.fail(f"{name} is missing")
+        except (ReadError, OSError, UnicodeDecodeError) as error:
+            tally.fail(f"{name} cannot be read: {error}")
+        return None
+
+    plan = read("crossing_map.json", read_crossing_map)
+    dxf: dict[int, Drawing] = {}
+    svg: dict[int, Drawing] = {}
+    sheets = plan.sheets if plan is not None else ()
+    for sheet in sheets:
+        drawing = read(f"sheets/{sheet.name}.dxf", read_dxf)
+        if drawing is not None:
+            dxf[sheet.number] = drawing
+        drawing = read(f"sheets/{sheet.name}.svg", read_svg)
+        if drawing is not None:
+            svg[sheet.number] = drawing
+        read(f"sheets/{sheet.name}.png", _read_png)
+    if plan is not None and (directory / "sheets").is_dir():
+        known = {sheet.name for sheet in sheets}
+        for path in sorted((directory / "sheets").iterdir()):
+            # A sheet left over from an earlier run would be cut too.
+            tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
+    read("waste.html", _read_text)
+    return Job(
+        map=plan,
+        mesh=read("woven_mesh.obj", read_obj),
+        model=read("model.glb", read_glb),
+        dxf=dxf,
+        svg=svg,
+        settings=read("job.toml", _read_toml),
+        crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
+        piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
+        waste=read("waste.json", _read_waste),
+    )
+
+
+def _read_png(path: Path) -> bool:
+    """Require a PNG that is complete."""
+    data = path.read_bytes()
+    if not data.startswith(_PNG) or b"IEND" not in data[-12:]:
+        raise ReadError("it is not a complete PNG")
+    return True
+
+
+def _read_text(path: Path) -> str:
+    """Read text that may not be empty."""
+    text = path.read_text("utf-8")
+    if not text.strip():
+        raise ReadError("it is empty")
+    return text
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    """Read settings."""
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ReadError(f"it is not TOML: {error}") from error
+
+
+def _read_csv(path: Path, columns: tuple[str, ...]) -> Rows:
+    """Read a table with exactly the agreed columns."""
+    with path.open(newline="", encoding="utf-8") as file:
+        try:
+            rows = list(csv.reader(file, strict=True))
+        except csv.Error as error:
+            raise ReadError(f"it is not CSV: {error}") from error
+    if not rows or tuple(rows[0]) != columns:
+        raise ReadError(f"its columns are {rows[0] if rows else []}, not {list(columns)}")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(columns):
+            raise ReadError(f"line {number} has {len(row)} cells instead of {len(columns)}")
+    return [dict(zip(columns, row, strict=True)) for row in rows[1:]]
+
+
+def _read_waste(path: Path) -> dict[str, Any]:
+    """Read the material report."""
+    try:
+        document = json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ReadError(f"it is not JSON: {error}") from error
+    if not isinstance(document, dict) or document.get("schema") != "fabweave.waste/1":
+        raise ReadError("its schema is not 'fabweave.waste/1'")
+    if document.get("units") != "mm":
+        raise ReadError("its units are not 'mm'")
+    if not isinstance(document.get("sheets"), list) or not isinstance(document.get("totals"), dict):
+        raise ReadError("it has no list of sheets or no totals")
+    return document

@@ -1,0 +1,210 @@
+"""Read the crossing map, and say where it breaks its schema."""
+
+import contextlib
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.verify.crossing_map import (
+    Crossing,
+    CrossingMap,
+    Joint,
+    Piece,
+    Sheet,
+    Station,
+    Step,
+    Strand,
+    Thread,
+)
+from fabweave.verify.drawing import Floats, ReadError
+
+SCHEMA = "fabweave.crossing-map/1"
+
+
+class _Node:
+    """A JSON value that knows its path, so that errors say where."""
+
+    def __init__(self, value: object, path: str) -> None:
+        self.value = value
+        self.path = path
+
+    def __getitem__(self, key: str) -> "_Node":
+        """Return a member of an object."""
+        if not isinstance(self.value, dict):
+            raise ReadError(f"{self.path} is not an object")
+        if key not in self.value:
+            raise ReadError(f"{self.path} has no {key!r}")
+        return _Node(self.value[key], f"{self.path}.{key}")
+
+    def items(self, count: int | None = None) -> list["_Node"]:
+        """Return the items of a list, of a certain length if given."""
+        if not isinstance(self.value, list) or (count is not None and len(self.value) != count):
+            raise ReadError(f"{self.path} is not a list" + (f" of {count}" if count else ""))
+        return [_Node(item, f"{self.path}[{at}]") for at, item in enumerate(self.value)]
+
+    def integer(self) -> int:
+        """Return an integer."""
+        if not isinstance(self.value, int) or isinstance(self.value, bool):
+            raise ReadError(f"{self.path} is not an integer but {self.value!r:.40}")
+        return self.value
+
+    def number(self) -> float:
+        """Return a finite number."""
+        value = self.value
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            # A number beyond all floats raises, a huge exponent has become infinite.
+            with contextlib.suppress(OverflowError):
+                if math.isfinite(value):
+                    return float(value)
+        raise ReadError(f"{self.path} is not a finite number but {value!r:.40}")
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            raise ReadError(f"{self.path} is not true or false but {self.value!r:.40}")
+        return self.value
+
+    def text(self) -> str:
+        """Return a string."""
+        if not isinstance(self.value, str):
+            raise ReadError(f"{self.path} is not a string but {self.value!r:.40}")
+        return self.value
+
+    def points(self, *inner: int) -> Floats:
+        """Return a list of arrays of numbers as an (n, ...) array."""
+        try:
+            result = np.array(self.value, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise ReadError(f"{self.path} is not a list of points: {error}") from error
+        result = result.reshape((0, *inner)) if result.size == 0 else result
+        if result.shape[1:] != inner or not np.all(np.isfinite(result)):
+            raise ReadError(f"{self.path} is not a list of points of shape {inner}")
+        return result
+
+    def maybe(self, read: "Callable[[_Node], Any]") -> Any:
+        """Return null as None, anything else as read."""
+        return None if self.value is None else read(self)
+
+
+def read_crossing_map(path: Path) -> CrossingMap:
+    """Read the crossing map.
+
+    Raises
+    ------
+    ReadError
+        If it is not JSON or breaks the schema; the message says where.
+    """
+    try:
+        document = json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ReadError(f"it is not JSON: {error}") from error
+    root = _Node(document, "map")
+    if root["schema"].text() != SCHEMA:
+        raise ReadError(f"its schema is {root['schema'].text()!r}, not {SCHEMA!r}")
+    if root["units"].text() != "mm":
+        raise ReadError(f"its units are {root['units'].text()!r}, not 'mm'")
+    weave, broken = root["weave"], root["weave"]["broken"]
+    return CrossingMap(
+        pattern=weave["pattern"].text(),
+        exact=weave["exact"].flag(),
+        broken=(
+            broken["edge"].integer(),
+            broken["face"].integer(),
+            broken["vertex"].integer(),
+        ),
+        margin_mm=root["layout"]["margin_mm"].number(),
+        gap_mm=root["layout"]["gap_mm"].number(),
+        sheets=tuple(
+            Sheet(
+                node["sheet"].integer(),
+                node["name"].text(),
+                node["width_mm"].number(),
+                node["height_mm"].number(),
+            )
+            for node in root["sheets"].items()
+        ),
+        threads=tuple(_thread(node) for node in root["threads"].items()),
+        crossings=tuple(_crossing(node) for node in root["crossings"].items()),
+        pieces=tuple(_piece(node) for node in root["pieces"].items()),
+        joints=tuple(
+            Joint(
+                node["id"].integer(),
+                _pair(node["pieces"]),
+                node["crossing"].integer(),
+                node["holes"].points(2, 2),
+            )
+            for node in root["joints"].items()
+        ),
+        steps=tuple(
+            Step(
+                node["step"].integer(),
+                tuple(item.text() for item in node["pieces"].items()),
+                tuple(item.integer() for item in node["crossings"].items()),
+            )
+            for node in root["steps"].items()
+        ),
+    )
+
+
+def _pair(node: _Node) -> tuple[str, str]:
+    """Read two piece ids."""
+    first, second = node.items(2)
+    return first.text(), second.text()
+
+
+def _thread(node: _Node) -> Thread:
+    """Read a thread."""
+    node["bunch"].integer()
+    return Thread(
+        node["id"].integer(),
+        node["label"].text(),
+        node["closed"].flag(),
+        tuple(item.integer() for item in node["crossings"].items()),
+        tuple(item.flag() for item in node["over"].items()),
+        tuple(item.text() for item in node["pieces"].items()),
+    )
+
+
+def _crossing(node: _Node) -> Crossing:
+    """Read a crossing."""
+    start, end = node["edge"].items(2)
+    x, y, z = (item.number() for item in node["position"].items(3))
+    over, under = (
+        Strand(side["thread"].integer(), side["piece"].text(), side["station"].integer())
+        for side in (node["over"], node["under"])
+    )
+    return Crossing(node["id"].integer(), (start.integer(), end.integer()), (x, y, z), over, under)
+
+
+def _piece(node: _Node) -> Piece:
+    """Read a piece."""
+    placement = node["placement"]
+    start, end = (item.maybe(_Node.integer) for item in node["joints"].items(2))
+    outline = node["outline"].points(2)
+    if len(outline) < 3:
+        raise ReadError(f"{node.path}.outline has fewer than three points")
+    return Piece(
+        id=node["id"].text(),
+        thread=node["thread"].integer(),
+        sheet=node["sheet"].integer(),
+        rotation_deg=placement["rotation_deg"].number(),
+        shift=np.array([placement["x_mm"].number(), placement["y_mm"].number()]),
+        joints=(start, end),
+        outline=outline,
+        stations=tuple(
+            Station(
+                crossing=item["crossing"].integer(),
+                over=item["over"].flag(),
+                partner=item["partner"].text(),
+                x=item["x"].number(),
+                y=item["y"].number(),
+                hole_mm=item["hole_mm"].maybe(_Node.number),
+                joint=item["joint"].maybe(_Node.integer),
+            )
+            for item in node["stations"].items()
+        ),
+    )

@@ -1,0 +1,181 @@
+"""Hold what was proved about a finished job: one result for each check."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+SCHEMA = "fabweave.verify/1"
+
+#: How many findings of a check are kept in words; all are counted.
+FINDINGS_KEPT = 8
+
+#: Every check in the order of the report, with its one-line meaning.
+MEANINGS: Mapping[str, str] = MappingProxyType(
+    {
+        "files": "every file is there, can be read, keeps its schema, and every reference resolves",
+        "mesh-walks": "the threads are exactly the straight-ahead walks of the woven mesh",
+        "over-under": "each crossing has one strand over and one under, and every record agrees",
+        "pattern": "the weave has the pattern and the broken conditions that it claims",
+        "space": "in the model the over strand stands outside the under strand at each crossing",
+        "piece-order": "pieces carry their thread's stations in order and share only joints",
+        "joints": "the holes of two joined pieces coincide when their tabs are superposed",
+        "crossing-holes": "all strands at a crossing have the same hole diameter, or none",
+        "unfolding": "each piece is the unreflected development of its part of the model",
+        "outlines-dxf": "the DXF sheets cut exactly the pieces' outlines and holes, in millimetres",
+        "outlines-svg": "the SVG sheets cut exactly the same, and engrave what the DXF engraves",
+        "order": "engraving comes before holes and holes before outlines, each inside the outline",
+        "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
+        "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
+        "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
+        "tables": "the tables for people say what the crossing map says",
+    }
+)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """The most extreme value of one measured quantity and the limit it was held to."""
+
+    what: str
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """The result of one check.
+
+    Parameters
+    ----------
+    name, meaning : str
+        A stable name, and what is proved when the check is ok.
+    ok : bool
+        Whether nothing was found.
+    count : int
+        How many things were checked.
+    worst : float or None
+        The measured value that comes nearest to its limit or lies furthest beyond it.
+    findings : tuple of str
+        The first few things that are wrong, with ids and numbers.
+    found : int
+        How many things are wrong altogether.
+    measured : tuple of Measure
+        The most extreme value of each quantity that was measured.
+    """
+
+    name: str
+    meaning: str
+    ok: bool
+    count: int
+    worst: float | None
+    findings: tuple[str, ...]
+    found: int
+    measured: tuple[Measure, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the result as plain values."""
+        return {
+            "name": self.name,
+            "meaning": self.meaning,
+            "ok": self.ok,
+            "count": self.count,
+            "worst": None if self.worst is None else round(self.worst, 9),
+            "findings": list(self.findings),
+            "found": self.found,
+            "measured": {
+                measure.what: {"value": round(measure.value, 9), "limit": round(measure.limit, 9)}
+                for measure in self.measured
+            },
+        }
+
+
+@dataclass(frozen=True)
+class VerifyReport:
+    """What was proved, check by check."""
+
+    checks: tuple[Check, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every check is ok."""
+        return all(check.ok for check in self.checks)
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The names of the checks that object."""
+        return tuple(check.name for check in self.checks if not check.ok)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the report as plain values for ``verify.json``."""
+        return {
+            "schema": SCHEMA,
+            "ok": self.ok,
+            "checks": [check.to_json() for check in self.checks],
+        }
+
+
+class Tally:
+    """Collect what one check counts, measures and finds.
+
+    Examples
+    --------
+    >>> tally = Tally("sheets")
+    >>> tally.measure("gap_mm", 2.5, 3.0, "pieces A1 and B2 are 2.5 mm apart", least=True)
+    >>> result = tally.result()
+    >>> result.ok, result.worst, result.findings
+    (False, 2.5, ('pieces A1 and B2 are 2.5 mm apart',))
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._count = 0
+        self._found = 0
+        self._findings: list[str] = []
+        self._measured: dict[str, tuple[float, Measure]] = {}
+
+    def count(self, number: int = 1) -> None:
+        """Count things that were checked."""
+        self._count += number
+
+    def fail(self, finding: str) -> None:
+        """Keep a finding."""
+        self._found += 1
+        if len(self._findings) < FINDINGS_KEPT:
+            self._findings.append(finding)
+
+    def expect(self, condition: object, finding: str) -> bool:
+        """Count one thing, keep the finding unless the condition holds, and return it."""
+        self._count += 1
+        if not condition:
+            self.fail(finding)
+        return bool(condition)
+
+    def measure(
+        self, what: str, value: float, limit: float, finding: str, *, least: bool = False
+    ) -> None:
+        """Hold a value to a limit that it may not exceed (or, with ``least``, fall below)."""
+        self._count += 1
+        excess = float(limit - value if least else value - limit)
+        if what not in self._measured or not excess <= self._measured[what][0]:
+            self._measured[what] = (excess, Measure(what, float(value), float(limit)))
+        # Written so that NaN objects.
+        if not excess <= 0.0:
+            self.fail(finding)
+
+    def result(self) -> Check:
+        """Return the result."""
+        ranked = [
+            (excess / max(abs(measure.limit), 1e-9), measure.value)
+            for excess, measure in self._measured.values()
+        ]
+        return Check(
+            name=self._name,
+            meaning=MEANINGS[self._name],
+            ok=self._found == 0,
+            count=self._count,
+            worst=max(ranked)[1] if ranked else None,
+            findings=tuple(self._findings),
+            found=self._found,
+            measured=tuple(measure for _, measure in self._measured.values()),
+        )

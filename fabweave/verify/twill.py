@@ -1,0 +1,105 @@
+"""Count the broken conditions of a 2/2 twill."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.report import Tally
+from fabweave.verify.threads import edge_of_crossings
+from fabweave.verify.walks import WovenMesh, edge_keys
+
+
+def broken_conditions(
+    plan: CrossingMap, mesh: WovenMesh, sense: dict[int, bool], tally: Tally
+) -> tuple[int, int, int]:
+    """Count the broken edge, face and vertex conditions of a 2/2 twill.
+
+    Three consecutive edges of a thread want the first and last to differ. Four consecutive edges
+    of a face or around a vertex want: where the middle two differ, the outer two agree. Windows
+    with a boundary edge do not count; nor do those of triangles and three-valent vertices, whose
+    outer edges are the same.
+
+    References
+    ----------
+    Akleman et al., "Cyclic twill-woven objects" (2011), definition 5.1.
+    """
+    edges = edge_of_crossings(plan, mesh)
+    keys = edge_keys(mesh).tolist()
+    broken = 0
+    for thread in plan.threads:
+        twists = [sense.get(edges.get(crossing, -1)) for crossing in thread.crossings]
+        windows = _windows(twists, 3, thread.closed)
+        tally.count(len(windows))
+        broken += sum(a == c for a, _, c in windows)
+    totals = [broken]
+    following, twin = mesh.next.tolist(), mesh.twin.tolist()
+    previous = mesh.prev.tolist()
+    starts = np.flatnonzero(np.diff(mesh.face, prepend=-1)).tolist()
+    around_faces = [_orbit(start, following) for start in starts]
+    # Turning around a vertex: the side before this one in its face, seen from across.
+    turn = [twin[previous[side]] for side in range(len(keys))]
+    for orbits in (around_faces, _vertex_orbits(turn)):
+        broken = 0
+        for orbit, closed in orbits:
+            twists = [sense.get(keys[side]) for side in orbit]
+            for run, ring in _inner_runs(twists, closed):
+                windows = _windows(run, 4, ring) if len(run) >= 4 else []
+                tally.count(len(windows))
+                broken += sum(b != c and a != d for a, b, c, d in windows)
+        totals.append(broken)
+    return totals[0], totals[1], totals[2]
+
+
+def _windows(
+    values: Sequence[bool | None], size: int, closed: bool
+) -> list[tuple[bool | None, ...]]:
+    """Return all runs of consecutive values, around the end if closed."""
+    count = len(values) if closed else len(values) - size + 1
+    around = list(values) * (1 + size // max(len(values), 1)) if closed else list(values)
+    return [tuple(around[at : at + size]) for at in range(max(count, 0))]
+
+
+def _orbit(start: int, following: Sequence[int]) -> tuple[list[int], bool]:
+    """Follow a permutation from one place round to it."""
+    orbit = [start]
+    while (side := following[orbit[-1]]) != start:
+        orbit.append(side)
+    return orbit, True
+
+
+def _vertex_orbits(turn: Sequence[int]) -> list[tuple[list[int], bool]]:
+    """Return the sides that leave each vertex in turning order; fans at the boundary are open."""
+    reached = np.zeros(len(turn), dtype=bool)
+    inner = np.array([side for side in turn if side >= 0], dtype=np.int64)
+    reached[inner] = True
+    seen = [False] * len(turn)
+    orbits = []
+    for start in [*np.flatnonzero(~reached).tolist(), *range(len(turn))]:
+        if seen[start]:
+            continue
+        orbit: list[int] = []
+        side = start
+        while side >= 0 and not seen[side]:
+            seen[side] = True
+            orbit.append(side)
+            side = turn[side]
+        orbits.append((orbit, side >= 0))
+    return orbits
+
+
+def _inner_runs(
+    twists: Sequence[bool | None], closed: bool
+) -> list[tuple[list[bool | None], bool]]:
+    """Split a cycle or run at boundary edges, which have no twist."""
+    if None not in twists:
+        return [(list(twists), closed)]
+    gap = twists.index(None)
+    line = [*twists[gap + 1 :], *twists[:gap]] if closed else list(twists)
+    runs: list[list[bool | None]] = [[]]
+    for twist in line:
+        if twist is None:
+            runs.append([])
+        else:
+            runs[-1].append(twist)
+    return [(run, False) for run in runs]
