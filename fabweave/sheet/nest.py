@@ -1,0 +1,359 @@
+"""Nest pieces on sheets: greedy, largest first, where they touch most.
+
+The sheets are filled one after another. On each, the next few pieces by size are tried at every
+rotation and every free position; the one with the most contact is put down. A piece that does
+not fit is left for a later sheet, and so are those of nearly its size; smaller ones fill up.
+Everything is counted, never timed: same input, same settings and same seed, same layout.
+"""
+
+import math
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, Progress, no_progress
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.sheet.search import Grid, Kernels, Position, SheetPixels, grid_of, kernels_of
+from fabweave.sheet.shape import (
+    Pose,
+    Shape,
+    check_outlines,
+    fitting_angles,
+    rotated,
+    shape_of,
+    shapes_of,
+)
+from fabweave.sheet.stock import check_stock, format_stock, usable_size
+
+_MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
+_CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
+_JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard to look: all counts, so that a result never depends on the machine.
+
+    Parameters
+    ----------
+    pixel_mm : float
+        Side of a pixel.
+    rotations : int
+        Angles that are tried, evenly spread; a divisor of 720 and a multiple of 4.
+    look_ahead : int
+        How many pieces that fit are compared before one is put down.
+    failures : int
+        How many pieces may fail on a sheet before it is closed.
+    same_size : float
+        A piece at least this share as long and as wide as one that failed is not tried.
+    """
+
+    pixel_mm: float
+    rotations: int
+    look_ahead: int
+    failures: int
+    same_size: float
+
+
+def effort_named(name: str) -> Effort:
+    """Return the settings of an effort: ``quick``, ``normal`` or ``best``.
+
+    Raises
+    ------
+    InputError
+        If there is no such effort.
+
+    Examples
+    --------
+    >>> effort_named("quick").pixel_mm
+    2.0
+    """
+    efforts = {
+        "quick": Effort(2.0, 24, 1, 40, 0.9),
+        "normal": Effort(1.5, 36, 1, 60, 0.93),
+        "best": Effort(1.0, 48, 3, 80, 0.95),
+    }
+    if name not in efforts:
+        raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")
+    return efforts[name]
+
+
+def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
+    """Return whether a piece alone fits on a sheet, at some multiple of half a degree.
+
+    Whatever this accepts, `nest` can put on an empty sheet of that size, at every effort.
+
+    Parameters
+    ----------
+    outline : (K, 2) float array
+        Simple polygon, millimetres.
+    sheets : sequence of SheetSize
+        The stock; quantities do not matter.
+    margin_mm : float
+        Border of each sheet that stays free.
+
+    Returns
+    -------
+    bool
+        True if it fits on at least one of them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bar = np.array([[0.0, 0.0], [0.0, 5.0], [400.0, 5.0], [400.0, 0.0]])
+    >>> fits_some_sheet(bar, [SheetSize(300.0, 300.0)], 0.0)
+    True
+    >>> fits_some_sheet(bar, [SheetSize(300.0, 300.0)], 10.0)
+    False
+    """
+    check_outlines([outline], ["the piece"])
+    shape = shape_of(outline)[0]
+    return any(len(fitting_angles(shape, usable_size(sheet, margin_mm), 4)) > 0 for sheet in sheets)
+
+
+def nest(
+    outlines: Sequence[FloatArray],
+    sheets: Sequence[SheetSize],
+    *,
+    margin_mm: float,
+    gap_mm: float,
+    effort: str = "normal",
+    seed: int = 0,
+    ids: Sequence[str] | None = None,
+    workers: int = -1,
+    progress: Progress = no_progress,
+) -> Layout:
+    """Place every piece on a sheet, the gap apart and the margin from the border.
+
+    Parameters
+    ----------
+    outlines : sequence of (K, 2) float arrays
+        Simple polygons, millimetres; they are turned and shifted, never mirrored.
+    sheets : sequence of SheetSize
+        The stock, in the order of preference.
+    margin_mm : float
+        Least distance of a piece from the border of its sheet.
+    gap_mm : float
+        Least distance between two pieces.
+    effort : str
+        ``quick``, ``normal`` or ``best``.
+    seed : int
+        Another seed tries the pieces in a slightly different order; 0 is strictly by length.
+    ids : sequence of str, optional
+        What the pieces are called in messages; else their numbers.
+    workers : int
+        Threads for the transforms, -1 for one for each core; does not change the layout.
+    progress : Progress
+        Told how many pieces are placed.
+
+    Returns
+    -------
+    Layout
+        One placement for each piece, in the order given; sheets in the order of use.
+
+    Raises
+    ------
+    InputError
+        If an outline, the stock, the margin, the gap or the effort makes no sense.
+    CannotMakeError
+        If a piece fits on no sheet, or the sheets run out.
+
+    References
+    ----------
+    Q. Cui, V. Rong, D. Chen, W. Matusik, "Dense, interlocking-free and scalable spectral packing
+    of generic 3D objects", ACM Transactions on Graphics 42(4), 2023.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bar = np.array([[0.0, 0.0], [90.0, 0.0], [90.0, 10.0], [0.0, 10.0]])
+    >>> layout = nest([bar] * 8, [SheetSize(100.0, 65.0)], margin_mm=5.0, gap_mm=2.0)
+    >>> len(layout.sheets), sorted(p.sheet for p in layout.placements)
+    (2, [0, 0, 0, 0, 1, 1, 1, 1])
+    """
+    outlines = [np.asarray(outline, dtype=np.float64) for outline in outlines]
+    names = [str(number) for number in range(len(outlines))] if ids is None else list(ids)
+    check_outlines(outlines, names)
+    check_stock(sheets, margin_mm)
+    if not (math.isfinite(gap_mm) and gap_mm >= 0.0):
+        raise InputError(f"gap of {gap_mm} mm must be zero or more")
+    settings = effort_named(effort)
+    shapes, poses = shapes_of(outlines)
+    job = _Job(
+        shapes=shapes,
+        poses=poses,
+        names=names,
+        sheets=tuple(sheets),
+        margin_mm=margin_mm,
+        gap_mm=gap_mm,
+        effort=settings,
+        workers=workers,
+    )
+    queue = _ordered(job, seed)
+    placements: dict[int, Placement] = {}
+    used: list[int] = []
+    while queue:
+        choice = _next_sheet(job, queue, used)
+        placed = _filled_sheet(job, queue, choice, len(used))
+        placements.update(placed)
+        queue = [piece for piece in queue if piece not in placed]
+        used.append(choice)
+        progress("nesting", len(placements), len(outlines))
+    return Layout(
+        sheets=tuple(SheetSize(sheets[k].width_mm, sheets[k].height_mm, 1) for k in used),
+        placements=tuple(placements[piece] for piece in range(len(outlines))),
+        margin_mm=margin_mm,
+        gap_mm=gap_mm,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """What a call of `nest` works on, and the kernels that it keeps for the next try."""
+
+    shapes: tuple[Shape, ...]
+    poses: tuple[Pose, ...]
+    names: list[str]
+    sheets: tuple[SheetSize, ...]
+    margin_mm: float
+    gap_mm: float
+    effort: Effort
+    workers: int
+    cache: OrderedDict[tuple[Grid, int], Kernels] = field(default_factory=OrderedDict)
+
+    def grid(self, sheet: int) -> Grid:
+        usable = usable_size(self.sheets[sheet], self.margin_mm)
+        pixel_mm = max(self.effort.pixel_mm, math.sqrt(usable[0] * usable[1] / _MAX_PIXELS))
+        return grid_of(usable, self.gap_mm, pixel_mm)
+
+    def fits(self, shape: int, sheet: int) -> bool:
+        usable = usable_size(self.sheets[sheet], self.margin_mm)
+        return len(fitting_angles(self.shapes[shape], usable, self.effort.rotations)) > 0
+
+    def kernels(self, shape: int, grid: Grid) -> Kernels:
+        key = (grid, shape)
+        if key in self.cache:
+            self.cache.move_to_end(key)
+            return self.cache[key]
+        kernels = kernels_of(self.shapes[shape], grid, self.effort.rotations)
+        self.cache[key] = kernels
+        while sum(entry.pixels.size * 2 for entry in self.cache.values()) > _CACHE_BYTES:
+            self.cache.popitem(last=False)
+        return kernels
+
+
+def _ordered(job: _Job, seed: int) -> list[int]:
+    """Return the pieces: those that fit on the fewest sheets first, then the longest."""
+    fitting = [
+        sum(job.fits(shape, sheet) for sheet in range(len(job.sheets)))
+        for shape in range(len(job.shapes))
+    ]
+    stranded = [piece for piece, pose in enumerate(job.poses) if fitting[pose.shape] == 0]
+    if stranded:
+        raise CannotMakeError(_too_large(job, stranded))
+    # Rounded, so that the last bit of a length does not order congruent pieces.
+    lengths = np.array([shape.length_mm for shape in job.shapes]).round(6)
+    if seed != 0:
+        generator = np.random.default_rng(seed)
+        lengths = lengths * generator.uniform(1.0 - _JITTER, 1.0 + _JITTER, len(lengths))
+
+    def key(piece: int) -> tuple[int, float, float, int, int]:
+        shape = job.poses[piece].shape
+        width = round(job.shapes[shape].width_mm, 6)
+        return (fitting[shape], -float(lengths[shape]), -width, shape, piece)
+
+    return sorted(range(len(job.poses)), key=key)
+
+
+def _too_large(job: _Job, stranded: list[int]) -> str:
+    largest = max(job.sheets, key=lambda sheet: sheet.width_mm * sheet.height_mm)
+    width, height = usable_size(largest, job.margin_mm)
+    said = []
+    for piece in stranded[:8]:
+        shape = job.shapes[job.poses[piece].shape]
+        said.append(f"{job.names[piece]} ({shape.length_mm:.1f} × {shape.width_mm:.1f} mm)")
+    more = f" and {len(stranded) - 8} more" if len(stranded) > 8 else ""
+    return (
+        f"{len(stranded)} of {len(job.poses)} pieces fit on no sheet at any rotation: "
+        f"{', '.join(said)}{more}; the largest sheet, {format_stock(largest)}, leaves "
+        f"{width:.1f} × {height:.1f} mm inside its margin. "
+        "Take a larger --sheet, a smaller margin, or cut shorter pieces with --max-length"
+    )
+
+
+def _next_sheet(job: _Job, queue: list[int], used: list[int]) -> int:
+    """Return the first size in stock that takes the first piece of the queue."""
+    shape = job.poses[queue[0]].shape
+    for number, sheet in enumerate(job.sheets):
+        left = sheet.quantity is None or used.count(number) < sheet.quantity
+        if left and job.fits(shape, number):
+            return number
+    area = np.array([job.shapes[pose.shape].area_mm2 for pose in job.poses])
+    rest = float(area[queue].sum())
+    taken = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in used)
+    share = float(area.sum() - rest) / taken if used else 0.4
+    wanted = next(k for k in range(len(job.sheets)) if job.fits(shape, k))
+    size = job.sheets[wanted]
+    count = max(1, math.ceil(rest / (share * size.width_mm * size.height_mm)))
+    said = ", ".join(job.names[piece] for piece in queue[:8])
+    raise CannotMakeError(
+        f"the sheets run out: {len(queue)} of {len(job.poses)} pieces are left ({said}"
+        f"{', …' if len(queue) > 8 else ''}) after {len(used)} sheets; about {count} more of "
+        f"{format_stock(SheetSize(size.width_mm, size.height_mm))} would take them. Add sheets, "
+        "take larger ones, or try --effort best"
+    )
+
+
+def _filled_sheet(job: _Job, queue: list[int], choice: int, number: int) -> dict[int, Placement]:
+    """Return the placements of the pieces that go on one sheet."""
+    grid = job.grid(choice)
+    pixels = SheetPixels(grid, workers=job.workers)
+    waiting = [piece for piece in queue if job.fits(job.poses[piece].shape, choice)]
+    failed = np.empty((0, 2))
+    placed: dict[int, Placement] = {}
+    while waiting:
+        tried: list[tuple[int, Position]] = []
+        head = 0
+        while head < len(waiting) and len(tried) < job.effort.look_ahead:
+            index = job.poses[waiting[head]].shape
+            shape = job.shapes[index]
+            size = np.array([shape.length_mm, shape.width_mm])
+            if (size >= job.effort.same_size * failed).all(axis=1).any():
+                waiting.pop(head)
+                continue
+            if tried and index == job.poses[waiting[head - 1]].shape:
+                head += 1  # congruent with the one before it: the same position
+                continue
+            position = pixels.best_position(job.kernels(index, grid))
+            if position is None:
+                waiting.pop(head)
+                failed = np.concatenate([failed, size[None]])
+                if len(failed) >= job.effort.failures:
+                    return placed
+                continue
+            tried.append((head, position))
+            head += 1
+        if not tried:
+            break
+        best, position = max(tried, key=lambda one: one[1].score)
+        piece = waiting.pop(best)
+        kernels = job.kernels(job.poses[piece].shape, grid)
+        pixels.put(kernels, position)
+        placed[piece] = _placement(job, piece, number, kernels, grid, position)
+    return placed
+
+
+def _placement(
+    job: _Job, piece: int, sheet: int, kernels: Kernels, grid: Grid, position: Position
+) -> Placement:
+    """Return the motion of a piece whose shape stands at a position of the grid."""
+    pose = job.poses[piece]
+    angle = kernels.angles_deg[position.rotation]
+    turned = rotated(np.array([[pose.x_mm, pose.y_mm]]), np.array([angle]))[0, 0]
+    steps = np.array([position.column, position.row]) * grid.pixel_mm
+    x, y = job.margin_mm + steps - kernels.corners[position.rotation] + turned
+    rotation = (float(angle) + pose.angle_deg) % 360.0
+    return Placement(piece, sheet, rotation, float(x), float(y))

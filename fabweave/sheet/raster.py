@@ -1,0 +1,149 @@
+"""Turn polygons into pixels so that disjoint pixels prove a distance.
+
+A pixel is a square of side s; a polygon owns every pixel whose *centre* lies in the polygon
+inflated by `clear_radius`. Two polygons that own no pixel in common are at least the gap apart.
+"""
+
+import math
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import BoolArray, FloatArray
+
+_ARC_STEPS = 16  # chords in a quarter circle of a buffered corner
+
+
+def clear_radius(gap_mm: float, pixel_mm: float) -> float:
+    """Return the inflation that makes disjoint pixels a proof of distance.
+
+    It is the least r such that, for any two points nearer than the gap, some pixel centre lies
+    within r of both. The worst pair lies along a row of pixels, its middle at a pixel's corner
+    line: r = |(gap + s, s)| / 2. (Half the gap plus half a pixel's diagonal would also do, and
+    is up to a tenth larger.)
+
+    Parameters
+    ----------
+    gap_mm, pixel_mm : float
+        Wanted distance, and the side s of a pixel.
+
+    Returns
+    -------
+    float
+        The radius in millimetres.
+
+    Examples
+    --------
+    >>> clear_radius(3.0, 1.0)**2
+    4.25
+    """
+    return math.hypot(gap_mm + pixel_mm, pixel_mm) / 2.0
+
+
+def inflated_sides(outline: FloatArray, radius_mm: float) -> FloatArray:
+    """Return the sides of a polygon that contains everything within a radius of the outline.
+
+    Parameters
+    ----------
+    outline : (K, 2) float array
+        Simple polygon, millimetres.
+    radius_mm : float
+        The radius, positive.
+
+    Returns
+    -------
+    (E, 2, 2) float array
+        First and second end of every side, of the outer ring and of any holes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> inflated_sides(square, 2.0).min(axis=(0, 1)).round(1).tolist()
+    [-2.0, -2.0]
+    """
+    # The corners of a buffer are chords of arcs; the factor puts the chords outside the arcs.
+    reach = radius_mm / math.cos(math.pi / (4.0 * _ARC_STEPS))
+    body = shapely.buffer(shapely.polygons(outline), reach, quad_segs=_ARC_STEPS)
+    rings = shapely.get_rings(body)
+    ends = [shapely.get_coordinates(ring) for ring in rings]
+    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in ends])
+
+
+def filled_pixels(sides: FloatArray, shape: tuple[int, int], pixel_mm: float) -> BoolArray:
+    """Return which pixel centres lie inside polygons, by the even-odd rule along each row.
+
+    Parameters
+    ----------
+    sides : (R, E, 2, 2) float array
+        The closed sides of R polygons (the same one at R rotations, say), millimetres; pixel
+        (row j, column i) has its centre at ((i + ½) s, (j + ½) s).
+    shape : (int, int)
+        Rows H and columns W.
+    pixel_mm : float
+        The side s of a pixel.
+
+    Returns
+    -------
+    (R, H, W) bool array
+        True where the centre is inside.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ring = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    >>> sides = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+    >>> filled_pixels(sides[None], (2, 3), 1.0).astype(int).tolist()
+    [[[1, 1, 0], [0, 0, 0]]]
+    """
+    count, height, width = len(sides), *shape
+    x0, y0 = sides[..., 0, 0].ravel(), sides[..., 0, 1].ravel()
+    x1, y1 = sides[..., 1, 0].ravel(), sides[..., 1, 1].ravel()
+    owner = np.repeat(np.arange(count), sides.shape[1])
+    first = np.ceil(np.minimum(y0, y1) / pixel_mm - 0.5).astype(np.int64).clip(0, height)
+    last = np.ceil(np.maximum(y0, y1) / pixel_mm - 0.5).astype(np.int64).clip(0, height)
+    rows = last - first  # half-open, so that a vertex on a row counts once
+    side = np.repeat(np.arange(len(rows)), rows)
+    row = np.arange(len(side)) - np.repeat(np.cumsum(rows) - rows, rows) + first[side]
+    share = ((row + 0.5) * pixel_mm - y0[side]) / (y1[side] - y0[side])
+    x = x0[side] + share * (x1[side] - x0[side])
+    column = np.ceil(x / pixel_mm - 0.5).astype(np.int64).clip(0, width)
+    cell = (owner[side] * height + row) * (width + 1) + column
+    crossings = np.bincount(cell, minlength=count * height * (width + 1))
+    parity = np.cumsum(crossings.reshape(count, height, width + 1), axis=2, dtype=np.uint8)
+    return (parity[:, :, :width] & 1).astype(np.bool_)
+
+
+def ring_around(pixels: BoolArray, width: int) -> BoolArray:
+    """Return the pixels within some steps of filled ones, by side or corner, that are not filled.
+
+    Parameters
+    ----------
+    pixels : (R, H, W) bool array
+        Filled pixels.
+    width : int
+        How many pixels the ring is wide.
+
+    Returns
+    -------
+    (R, H, W) bool array
+        The ring, as far as it lies in the array.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> dot = np.zeros((1, 7, 7), dtype=bool)
+    >>> dot[0, 3, 3] = True
+    >>> int(ring_around(dot, 1).sum()), int(ring_around(dot, 3).sum())
+    (8, 48)
+    """
+    result = pixels.copy()
+    for _ in range(width):
+        wide = result.copy()
+        wide[:, :, 1:] |= result[:, :, :-1]
+        wide[:, :, :-1] |= result[:, :, 1:]
+        result = wide.copy()
+        result[:, 1:] |= wide[:, :-1]
+        result[:, :-1] |= wide[:, 1:]
+    result &= ~pixels
+    return result
