@@ -3,6 +3,7 @@
 The writers call ``check_drawing`` first, so that no file is ever written from a spoiled drawing.
 """
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
@@ -41,7 +42,7 @@ def on_grid(points: FloatArray) -> FloatArray:
 def check_drawing(drawing: SheetDrawing) -> None:
     """Raise unless a drawing can be written and cut.
 
-    The sheet has a size and a name; piece ids are unique, printable and without spaces; every
+    The sheet has a size and a name; piece ids are unique, of ASCII and without spaces; every
     piece is engraved, then its holes, then its outline (the order of ``Layer``) and has an
     outline; what is cut is closed; only notes are on NOTES; coordinates are finite and within a
     hundred metres; no segment, the closing one included, is shorter than 0.1 mm; no line and no
@@ -102,13 +103,9 @@ def _check_sheet(drawing: SheetDrawing) -> None:
     if not drawing.name.strip() or not drawing.name.isprintable():
         raise InputError(f"a sheet is named {drawing.name!r}; give it a printable name")
     ids = [piece.piece_id for piece in drawing.pieces]
-    # An id becomes part of an XML id and of a DXF string of at most 255 bytes.
-    bad = [
-        repr(name)
-        for name in ids
-        if not name or len(name) > 60 or not name.isprintable() or " " in name
-    ]
-    _refuse("piece id(s) cannot be written", bad, "use 1 to 60 printable characters, no spaces")
+    # An id becomes part of an XML id, and of a DXF string that old versions keep in a code page.
+    bad = [repr(name) for name in ids if re.fullmatch(r"[!-~]{1,60}", name) is None]
+    _refuse("piece id(s) cannot be written", bad, "use 1 to 60 characters of ASCII, no spaces")
     twice = [name for name, count in Counter(ids).items() if count > 1]
     _refuse("piece id(s) occur more than once", twice, "give every piece an id of its own")
 

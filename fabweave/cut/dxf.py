@@ -102,7 +102,7 @@ def dxf_bytes(
         raise RuntimeError("ezdxf wrote no empty ENTITIES section; fabweave needs another version")
     head, tail = text.split(_EMPTY_ENTITIES)
     whole = f"{head}  0\nSECTION\n  2\nENTITIES\n{body}  0\nENDSEC\n{tail}"
-    return whole.encode(document.output_encoding, errors="dxfreplace")
+    return whole.encode(document.output_encoding)
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Draw what stands on a sheet for people and is never cut: frame, reference bar, texts."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
@@ -105,13 +106,22 @@ def _letter(
     if not text or room <= 0.0:
         return left
     height = max(_SMALLEST_TEXT_MM, letter * min(1.0, room / wide)) if wide else letter
-    shown = text
-    while text_width(shown, height) > room * (1.0 + 1e-9):
-        if len(shown) <= len(_ELLIPSIS):
-            return left
-        shown = shown.removesuffix(_ELLIPSIS)[:-1] + _ELLIPSIS
+    shown = _shortened(text, height, room)
+    if not shown:
+        return left
     box = text_box(shown, height)
     centre = (left + box.width / 2.0, middle + box.bottom / 2.0)
     strokes = place_text(shown, height, centre, 0.0)
     entities.extend(Polyline(Layer.NOTES, stroke) for stroke in strokes)
     return left + box.width
+
+
+def _shortened(text: str, height: float, room: float) -> str:
+    """Return a text as it is if it fits, or its longest beginning that fits with two dots."""
+    limit = room * (1.0 + 1e-9)
+    if text_width(text, height) <= limit:
+        return text
+    fitting = bisect_right(
+        range(len(text)), limit, key=lambda count: text_width(text[:count] + _ELLIPSIS, height)
+    )
+    return text[: fitting - 1] + _ELLIPSIS if fitting > 1 else ""

@@ -213,7 +213,7 @@ class _Painter:
                     self._area(entity, colour)
         for entity in entities:
             cut = entity.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)
-            self.line(entity, self._preset.colours[entity.layer].rgb, 1.5 if cut else 1.0)
+            self.line(entity, self._preset.colours[entity.layer].rgb, 2.0 if cut else 1.0)
 
     def _area(self, entity: Entity, colour: _Colour) -> None:
         if isinstance(entity, Circle):

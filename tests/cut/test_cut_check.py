@@ -1,0 +1,145 @@
+"""The check objects to every kind of spoiled drawing, and all writers ask it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fabweave.cut.check import check_drawing
+from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.cut.dxf import write_dxf
+from fabweave.cut.preview import write_png
+from fabweave.cut.svg import write_svg
+from fabweave.errors import InputError
+
+
+def outline(points, layer=Layer.CUT_OUTER, closed=True):
+    return Polyline(layer, np.array(points, dtype=float), closed)
+
+
+TRIANGLE = outline([[10, 10], [20, 10], [10, 20]])
+HOLE = Circle(Layer.CUT_INNER, 13.0, 13.0, 1.0)
+MARK = outline([[11, 11], [12, 11]], Layer.ENGRAVE_MARK, closed=False)
+
+
+#: What is wrong, the entities of piece Q7 that are so, and the words of the message.
+SPOILED = [
+    ("nan", [outline([[0, 0], [9, 0], [0, np.nan]])], "1 point.*not finite.*Q7"),
+    ("infinite", [outline([[0, 0], [np.inf, 0], [0, 9]])], "not finite.*Q7"),
+    ("nan centre", [Circle(Layer.CUT_INNER, np.nan, 1.0, 1.0), TRIANGLE], "not finite.*Q7"),
+    ("nan radius", [Circle(Layer.CUT_INNER, 1.0, 1.0, np.nan), TRIANGLE], "not finite.*Q7"),
+    ("short", [outline([[0, 0], [9, 0], [9.05, 0.05], [0, 9]])], "1 segment.*shorter.*Q7"),
+    ("repeated last", [outline([[0, 0], [9, 0], [0, 9], [0, 0]])], "1 segment.*shorter.*Q7"),
+    ("short mark", [outline([[0, 0], [0.05, 0]], Layer.ENGRAVE_MARK, False), TRIANGLE], "shorter"),
+    ("open outline", [outline([[0, 0], [9, 0], [0, 9]], closed=False)], "cut are open.*Q7"),
+    ("open hole", [outline([[0, 0], [9, 0]], Layer.CUT_INNER, False), TRIANGLE], "open.*Q7"),
+    ("two points", [outline([[0, 0], [9, 0]])], "too few points.*Q7"),
+    ("one point", [outline([[0, 0]], Layer.ENGRAVE_MARK, False), TRIANGLE], "too few points.*Q7"),
+    ("3-D", [Polyline(Layer.CUT_OUTER, np.zeros((4, 3)), True)], "too few points.*Q7"),
+    ("flat array", [Polyline(Layer.CUT_OUTER, np.zeros(6), True)], "too few points.*Q7"),
+    ("small circle", [Circle(Layer.CUT_INNER, 1.0, 1.0, 0.0), TRIANGLE], "radius.*Q7"),
+    ("negative", [Circle(Layer.CUT_INNER, 1.0, 1.0, -3.0), TRIANGLE], "radius.*Q7"),
+    ("metres", [outline([[0, 0], [1e6, 0], [0, 9]])], "100 m away.*Q7"),
+    ("hole last", [TRIANGLE, HOLE], "not in the order of the cut.*Q7"),
+    ("mark after hole", [HOLE, MARK, TRIANGLE], "not in the order of the cut.*Q7"),
+    ("note", [TRIANGLE, outline([[0, 0], [9, 0]], Layer.NOTES, False)], "on NOTES.*Q7"),
+    ("no outline", [MARK, HOLE], "no outline.*Q7"),
+    ("nothing", [], "no outline.*Q7"),
+    ("hole twice", [HOLE, HOLE, TRIANGLE], "1 circle.*twice.*Q7"),
+    ("outline twice", [TRIANGLE, TRIANGLE], "3 segment.*twice.*Q7"),
+    ("there and back", [outline([[0, 0], [9, 0], [9, 9], [9, 0]])], "2 segment.*twice.*Q7"),
+    (
+        "reversed mark",
+        [MARK, outline([[12, 11], [11, 11]], Layer.ENGRAVE_MARK, False), TRIANGLE],
+        "1 segment.*twice.*Q7",
+    ),
+]
+
+
+@pytest.fixture
+def spoil(sheet_of, make_piece):
+    """Return a function that adds a piece Q7 to a good sheet."""
+    good = sheet_of([make_piece("A1", (10.0, 40.0))])
+
+    def spoiled(entities):
+        return replace(good, pieces=(*good.pieces, PieceDrawing("Q7", tuple(entities))))
+
+    return spoiled
+
+
+@pytest.mark.parametrize(("_what", "entities", "message"), SPOILED, ids=[row[0] for row in SPOILED])
+def test_spoiled_pieces_are_refused_and_named(_what, entities, message, spoil):
+    with pytest.raises(InputError, match=message) as caught:
+        check_drawing(spoil(entities))
+    assert "A1" not in str(caught.value)
+
+
+@pytest.mark.parametrize("write", [write_dxf, write_svg, write_png])
+@pytest.mark.parametrize("row", [0, 4, 16, 18], ids=lambda row: SPOILED[row][0])
+def test_no_writer_writes_a_spoiled_drawing(write, row, spoil, tmp_path):
+    with pytest.raises(InputError, match="Q7"):
+        write(tmp_path / "sheet", spoil(SPOILED[row][1]))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_unspoiled_drawing_passes(spoil, sheet):
+    check_drawing(spoil([MARK, HOLE, TRIANGLE]))
+    check_drawing(sheet)
+
+
+def test_segments_of_just_the_limit_pass(spoil):
+    for turn in np.linspace(0.0, 6.0, 50):
+        near = [50.0 + 0.1 * np.cos(turn), 50.0 + 0.1 * np.sin(turn)]
+        check_drawing(spoil([outline([[50.0, 50.0], near, [70.0, 70.0]])]))
+
+
+def test_a_line_may_not_be_shared_by_two_pieces(sheet_of):
+    left = outline([[0, 0], [9, 0], [9, 9]])
+    right = outline([[9, 9], [9, 0], [18, 0]])
+    drawing = sheet_of([PieceDrawing("L", (left,)), PieceDrawing("R", (right,))])
+    with pytest.raises(InputError, match=r"1 segment.*twice, in R"):
+        check_drawing(drawing)
+
+
+@pytest.mark.parametrize("layer", [layer for layer in Layer if layer is not Layer.NOTES])
+def test_notes_are_on_no_layer_of_the_pieces(layer, sheet):
+    stray = outline([[1, 1], [9, 1], [1, 9]], layer)
+    with pytest.raises(InputError, match=f"layer of the pieces, in {layer.value}"):
+        check_drawing(replace(sheet, notes=(*sheet.notes, stray)))
+
+
+def test_spoiled_notes_are_named_as_notes(sheet):
+    bad = outline([[1, 1], [np.nan, 1]], Layer.NOTES, closed=False)
+    with pytest.raises(InputError, match="in the notes"):
+        check_drawing(replace(sheet, notes=(bad,)))
+
+
+@pytest.mark.parametrize("name", ["", "A 1", "A\n1", "Ä1", "A" * 61, "A\x00"])
+def test_ids_that_a_file_cannot_carry_are_refused(name, sheet):
+    piece = PieceDrawing(name, (TRIANGLE,))
+    with pytest.raises(InputError, match="1 piece id"):
+        check_drawing(replace(sheet, pieces=(piece,), notes=()))
+
+
+def test_an_id_that_occurs_twice_is_refused(sheet):
+    with pytest.raises(InputError, match="more than once, in A1"):
+        check_drawing(replace(sheet, pieces=(*sheet.pieces, replace(sheet.pieces[0]))))
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), 1e6])
+def test_a_sheet_without_a_size_is_refused(size, sheet):
+    for spoiled in (replace(sheet, width_mm=size), replace(sheet, height_mm=size)):
+        with pytest.raises(InputError, match=r"sheet_01.*measures"):
+            check_drawing(spoiled)
+
+
+@pytest.mark.parametrize("name", ["", "  ", "a\nb"])
+def test_a_sheet_without_a_name_is_refused(name, sheet):
+    with pytest.raises(InputError, match="name"):
+        check_drawing(replace(sheet, name=name))
+
+
+def test_many_offenders_are_counted_and_a_few_named(sheet_of):
+    pieces = [PieceDrawing(f"P{k}", ()) for k in range(20)]
+    with pytest.raises(InputError, match=r"^20 piece.*P7 and 12 more"):
+        check_drawing(sheet_of(pieces))

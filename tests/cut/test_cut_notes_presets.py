@@ -1,0 +1,131 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.cut.check import check_drawing
+from fabweave.cut.drawing import Layer, SheetDrawing
+from fabweave.cut.lettering import strokes
+from fabweave.cut.notes import sheet_notes
+from fabweave.cut.presets import LayerColour, Preset, preset_named, preset_names
+from fabweave.errors import InputError
+
+sides = st.floats(12.0, 2000.0)
+lines = st.lists(st.text(alphabet="ABC 069-/.", max_size=60), max_size=4)
+
+
+@given(sides, sides, lines, st.floats(0.0, 20.0))
+def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(width, height, texts, margin):
+    notes = sheet_notes(width, height, texts, margin_mm=margin)
+    assert {note.layer for note in notes} == {Layer.NOTES}
+    points = np.concatenate([note.points for note in notes])
+    assert points.min() >= -1e-9
+    assert (points.max(axis=0) <= np.array([width, height]) + 1e-9).all()
+    check_drawing(SheetDrawing("s", width, height, (), notes))
+
+
+@given(sides, sides)
+def test_the_frame_is_the_sheet(width, height):
+    frame = sheet_notes(width, height, [])[0]
+    assert frame.closed
+    assert shapely.Polygon(frame.points).equals(shapely.box(0.0, 0.0, width, height))
+
+
+@pytest.mark.parametrize(
+    ("width", "length"), [(600.0, 100.0), (110.0, 100.0), (109.0, 50.0), (50.0, 20.0), (12.0, 10.0)]
+)
+def test_the_bar_is_as_long_as_it_says(width, length):
+    _, bar, *letters = sheet_notes(width, 100.0, [])
+    assert np.ptp(bar.points[:, 0]) == pytest.approx(length, abs=1e-9)
+    # Its ends are marked by strokes that stand on it.
+    np.testing.assert_allclose(bar.points[[0, 3], 0], bar.points[[1, 2], 0])
+    if width == 600.0:
+        expected = strokes("100 MM", 2.5)
+        assert len(letters) == len(expected)
+        shift = letters[0].points[0] - expected[0][0]
+        for letter, wanted in zip(letters, expected, strict=True):
+            np.testing.assert_allclose(letter.points - shift, wanted, atol=1e-9)
+        assert letters[0].points[:, 0].min() > bar.points[:, 0].max()
+
+
+@pytest.mark.parametrize("margin", [3.0, 5.0, 10.0])
+def test_notes_keep_to_the_margin(margin):
+    _, *others = sheet_notes(600.0, 400.0, ["job 69 sheet 1/4", "card 0.4 mm"], margin_mm=margin)
+    inside = shapely.box(margin, margin, 600.0 - margin, 400.0 - margin)
+    for note in others:
+        assert not shapely.LineString(note.points).intersects(inside)
+
+
+def test_a_long_text_is_made_smaller_and_then_cut_off():
+    short = sheet_notes(300.0, 200.0, ["ABC"])
+    long = sheet_notes(300.0, 200.0, ["ABC" * 40])
+    dots = sheet_notes(300.0, 200.0, ["ABC" * 4000])
+    assert len(short) < len(long) < len(dots) + 200
+    assert np.ptp(long[-1].points[:, 1]) < np.ptp(short[-1].points[:, 1])
+    for dot in dots[-2:]:
+        assert np.ptp(dot.points[:, 0]) == 0.0
+        assert np.ptp(dot.points[:, 1]) == pytest.approx(1.0 / 6.0)
+
+
+def test_notes_refuse_what_they_cannot_draw():
+    with pytest.raises(InputError, match="no room"):
+        sheet_notes(5.0, 100.0, [])
+    with pytest.raises(InputError, match="no room"):
+        sheet_notes(100.0, float("nan"), [])
+    with pytest.raises(InputError, match="漢"):
+        sheet_notes(600.0, 400.0, ["ok", "漢"])
+
+
+# ---- presets --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_every_preset_tells_cuts_from_engraving_and_from_notes(name):
+    preset = preset_named(name)
+    assert preset.name == name
+    assert preset.description
+    assert list(preset.colours) == list(Layer)
+    engraved = {preset.colours[Layer.ENGRAVE_LABEL], preset.colours[Layer.ENGRAVE_MARK]}
+    rest = [preset.colours[layer] for layer in (Layer.CUT_INNER, Layer.CUT_OUTER, Layer.NOTES)]
+    for table in ("colour", "aci"):
+        values = [getattr(colour, table) for colour in rest]
+        assert len(set(values)) == 3
+        assert not set(values) & {getattr(colour, table) for colour in engraved}
+
+
+def test_lightburn_burns_in_the_order_of_the_layers():
+    # LightBurn's palette C00, C01, C02: it burns in this order; T1 is a tool layer.
+    palette = ["#000000", "#0000FF", "#FF0000", "#F36926"]
+    colours = [entry.colour for entry in preset_named("lightburn").colours.values()]
+    assert [palette.index(colour) for colour in colours] == [0, 0, 1, 2, 3]
+    assert preset_named() == preset_named("lightburn")
+
+
+def test_an_unknown_preset_is_refused_with_the_choices():
+    with pytest.raises(InputError, match="'glow'; choose one of lightburn"):
+        preset_named("glow")
+
+
+def test_a_preset_cannot_leave_out_a_layer_or_be_changed():
+    preset = preset_named()
+    with pytest.raises(InputError, match=r"1 layer.*CUT_OUTER"):
+        replace(preset, colours={k: v for k, v in preset.colours.items() if k.name != "CUT_OUTER"})
+    with pytest.raises(TypeError):
+        preset.colours[Layer.NOTES] = LayerColour("#000000", 7)
+
+
+@pytest.mark.parametrize(
+    ("colour", "aci"),
+    [("red", 1), ("#ff0000", 1), ("#FF00001", 1), ("#FF0000", 0), ("#FF0000", 256)],
+)
+def test_a_colour_that_must_be_guessed_is_refused(colour, aci):
+    with pytest.raises(InputError):
+        LayerColour(colour, aci)
+
+
+def test_a_preset_of_ones_own_is_taken():
+    table = {layer: LayerColour("#123456", 3) for layer in Layer}
+    assert Preset("mine", "one colour", table).colours[Layer.NOTES].rgb == (0x12, 0x34, 0x56)

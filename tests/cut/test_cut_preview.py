@@ -1,0 +1,236 @@
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.cut.presets import preset_named
+from fabweave.cut.preview import png_bytes, preview_frame, write_png
+from fabweave.cut.titles import Title, place_titles
+from fabweave.errors import InputError
+
+SCALE = 4.0
+
+
+def pixels_of(data):
+    image = Image.open(io.BytesIO(data))
+    assert image.mode == "RGB"
+    return np.asarray(image).astype(int)
+
+
+def along(line, step=0.5):
+    """Return points along a closed polyline."""
+    ring = shapely.LinearRing(line.points)
+    return shapely.get_coordinates(
+        shapely.line_interpolate_point(ring, np.arange(0.0, ring.length, step))
+    )
+
+
+def nearest(image, places, colour):
+    """Return, for each place, the least distance of a pixel around it to a colour."""
+    column, row = np.floor(places).astype(int).T
+    around = [
+        np.abs(image[row + dy, column + dx] - colour).max(axis=1)
+        for dy in (-1, 0, 1)
+        for dx in (-1, 0, 1)
+    ]
+    return np.min(around, axis=0)
+
+
+def test_outlines_and_holes_are_where_they_are_and_in_their_colours(sheet):
+    image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
+    frame = preview_frame(sheet, pixels_per_mm=SCALE)
+    colours = preset_named().colours
+    for piece in sheet.pieces:
+        outline = piece.entities[-1]
+        red = nearest(image, frame.pixels(along(outline)), colours[Layer.CUT_OUTER].rgb)
+        assert np.mean(red < 120) > 0.99
+        # The check can object: four millimetres off, there is no red line.
+        off = nearest(
+            image, frame.pixels(along(outline) + np.array([0.0, 4.0])), colours[Layer.CUT_OUTER].rgb
+        )
+        assert np.mean(off < 120) < 0.25
+        for hole in (entity for entity in piece.entities if isinstance(entity, Circle)):
+            turn = np.linspace(0.0, 6.2, 40)
+            rim = np.stack([np.cos(turn), np.sin(turn)], axis=1) * hole.radius + (hole.x, hole.y)
+            blue = nearest(image, frame.pixels(rim), colours[Layer.CUT_INNER].rgb)
+            assert np.mean(blue < 120) > 0.95
+            middle = frame.pixels(np.array([[hole.x, hole.y]])).astype(int)[0]
+            assert image[middle[1], middle[0]].tolist() == [255, 255, 255]
+
+
+def test_every_red_pixel_is_near_an_outline(sheet):
+    image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
+    frame = preview_frame(sheet, pixels_per_mm=SCALE)
+    row, column = np.nonzero((image[..., 0] > 220) & (image[..., 1:].max(axis=2) < 90))
+    assert len(row) > 1000
+    rings = shapely.union_all(
+        [shapely.LinearRing(frame.pixels(piece.entities[-1].points)) for piece in sheet.pieces]
+    )
+    shapely.prepare(rings)
+    assert shapely.distance(rings, shapely.points(column + 0.5, row + 0.5)).max() < 2.0
+
+
+def test_pieces_are_filled_and_the_sheet_is_white(sheet):
+    image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
+    frame = preview_frame(sheet, pixels_per_mm=SCALE)
+    x, y = np.meshgrid(np.arange(2.0, 218.0, 1.5), np.arange(8.0, 152.0, 1.5))
+    points = np.stack([x.ravel(), y.ravel()], axis=1)
+    column, row = np.floor(frame.pixels(points)).astype(int).T
+    area = shapely.union_all([shapely.Polygon(p.entities[-1].points) for p in sheet.pieces])
+    outside = ~shapely.contains_xy(area.buffer(1.0), points)
+    assert (image[row[outside], column[outside]] == 255).all()
+    obstacles = [
+        shapely.Point(e.x, e.y).buffer(e.radius)
+        if isinstance(e, Circle)
+        else shapely.LineString(e.points)
+        for p in sheet.pieces
+        for e in p.entities[:-1]
+    ]
+    clear = area.buffer(-1.0).difference(shapely.union_all(obstacles).buffer(1.0))
+    inside = shapely.contains_xy(clear, points)
+    assert inside.sum() > 500
+    filled = image[row[inside], column[inside]]
+    assert (filled.min(axis=1) > 215).all()
+    assert (filled.min(axis=1) < 250).all()
+
+
+def test_titles_are_painted_where_they_are_asked_for_and_nowhere_else(sheet):
+    frame = preview_frame(sheet, pixels_per_mm=SCALE)
+    without = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
+    title = Title(110.0, 80.0, 30.0, 8.0)
+    with_one = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={"B66": title}))
+    assert with_one.shape == without.shape
+    row, column = np.nonzero((with_one != without).any(axis=2))
+    places = np.stack([column + 0.5, row + 0.5], axis=1)
+    reach = np.hypot(*(places - frame.pixels(np.array([[110.0, 80.0]]))).T) / SCALE
+    assert len(reach) > 100
+    assert reach.max() < 12.0
+    # The middle of what was painted is the place that was asked for.
+    np.testing.assert_allclose(
+        (places.max(axis=0) + places.min(axis=0)) / 2.0,
+        frame.pixels(np.array([[110.0, 80.0]]))[0],
+        atol=1.0 * SCALE,
+    )
+
+
+def test_a_turned_title_reads_along_its_direction(sheet):
+    without = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
+
+    def direction_deg(angle_deg):
+        titles = {"B66": Title(110.0, 80.0, angle_deg, 12.0)}
+        image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles=titles))
+        row, column = np.nonzero((image != without).any(axis=2))
+        x, y = np.linalg.eigh(np.cov(np.stack([column, -row])))[1][:, 1]
+        return np.rad2deg(np.arctan2(y, x))
+
+    upright = direction_deg(0.0)
+    assert abs((upright + 90.0) % 180.0 - 90.0) < 10.0
+    for angle_deg in (30.0, -60.0, 90.0):
+        turned = direction_deg(angle_deg) - upright
+        assert abs((turned - angle_deg + 90.0) % 180.0 - 90.0) < 5.0
+
+
+def test_titles_found_by_ourselves_change_neither_size_nor_outlines(sheet):
+    frame = preview_frame(sheet, pixels_per_mm=SCALE)
+    image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE))
+    assert image.shape == (frame.height_px, frame.width_px, 3)
+    red = preset_named().colours[Layer.CUT_OUTER].rgb
+    for piece in sheet.pieces:
+        found = nearest(image, frame.pixels(along(piece.entities[-1])), red)
+        assert np.mean(found < 120) > 0.98
+
+
+def test_the_reference_bar_is_a_hundred_millimetres(sheet):
+    image = pixels_of(png_bytes(replace(sheet, pieces=(), notes=()), pixels_per_mm=SCALE))
+    heading = image[: round(22.0 * SCALE)]
+    longest = max(
+        len(run)
+        for row in heading.max(axis=2) < 90
+        for run in "".join("X" if dark else " " for dark in row).split()
+    )
+    assert longest == pytest.approx(100.0 * SCALE, abs=3)
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.5, 4.0])
+def test_picture_has_the_size_of_the_frame_and_same_bytes(scale, sheet, tmp_path):
+    frame = preview_frame(sheet, pixels_per_mm=scale)
+    for name in ("a.png", "b.png"):
+        write_png(tmp_path / name, sheet, pixels_per_mm=scale)
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.size == (frame.width_px, frame.height_px)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf"), 500.0])
+def test_a_scale_that_makes_no_picture_is_refused(scale, sheet, tmp_path):
+    with pytest.raises(InputError):
+        write_png(tmp_path / "a.png", sheet, pixels_per_mm=scale)
+    assert list(tmp_path.iterdir()) == []
+
+
+# ---- titles ---------------------------------------------------------------------------------
+
+
+def box_of(text, title):
+    """Return the box that the letters need, as a polygon."""
+    half = np.array([0.62 * len(text) * title.height_mm, 0.7 * title.height_mm]) / 2.0
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
+    angle = np.deg2rad(title.angle_deg)
+    rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return shapely.Polygon(corners @ rotation.T + (title.x, title.y))
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(data=st.data())
+def test_titles_lie_in_their_pieces_clear_of_holes_and_upright(data, sheets):
+    pieces = data.draw(sheets).pieces
+    titles = place_titles(pieces)
+    assert set(titles) == {piece.piece_id for piece in pieces}
+    for piece in pieces:
+        title = titles[piece.piece_id]
+        assert -90.0 < title.angle_deg <= 90.0
+        outline = shapely.Polygon(piece.entities[-1].points)
+        if title.height_mm > 2.5 and outline.is_valid:
+            box = box_of(piece.piece_id, title)
+            assert outline.contains(box)
+            for hole in (entity for entity in piece.entities if isinstance(entity, Circle)):
+                assert box.distance(shapely.Point(hole.x, hole.y)) > hole.radius * 0.99
+
+
+@pytest.mark.parametrize("angle_deg", [-60.0, -30.0, 0.0, 45.0, 90.0])
+def test_a_title_runs_along_a_narrow_piece(angle_deg):
+    angle = np.deg2rad(angle_deg)
+    rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    strip = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 6.0], [0.0, 6.0]]) @ rotation.T
+    piece = PieceDrawing("K102", (Polyline(Layer.CUT_OUTER, strip, closed=True),))
+    title = place_titles([piece])["K102"]
+    assert (title.angle_deg - angle_deg) % 180.0 == 0.0
+    assert title.height_mm > 4.0
+
+
+def test_a_title_keeps_clear_of_the_engraved_label(make_piece):
+    piece = make_piece("AB12", (0.0, 0.0), amplitude=0.0)
+    box = box_of("AB12", place_titles([piece])["AB12"])
+    for entity in piece.entities:
+        if entity.layer is Layer.ENGRAVE_LABEL:
+            assert not box.intersects(shapely.LineString(entity.points))
+
+
+def test_a_piece_too_small_for_letters_is_named_all_the_same():
+    speck = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    piece = PieceDrawing("A1", (Polyline(Layer.CUT_OUTER, speck, closed=True),))
+    title = place_titles([piece])["A1"]
+    assert shapely.Polygon(speck).contains(shapely.Point(title.x, title.y))
+    assert title.height_mm == 2.5
+
+
+def test_a_round_outline_has_a_title_and_a_piece_without_outline_none():
+    disc = PieceDrawing("D1", (Circle(Layer.CUT_OUTER, 30.0, 30.0, 10.0),))
+    assert np.hypot(*np.subtract(place_titles([disc])["D1"][:2], 30.0)) < 3.0
+    assert place_titles([PieceDrawing("E1", ())]) == {}

@@ -1,0 +1,424 @@
+"""DXF and SVG hold what was drawn: read back by ezdxf and by readers written here."""
+
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
+
+import ezdxf
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.cut.dxf import DXF_VERSIONS, dxf_bytes, write_dxf
+from fabweave.cut.presets import preset_named
+from fabweave.cut.svg import svg_text, write_svg
+from fabweave.errors import InputError
+
+SVG = "{http://www.w3.org/2000/svg}"
+INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
+LAYERS = [layer.value for layer in Layer]
+versions = st.sampled_from(DXF_VERSIONS)
+relaxed = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+# ---- an own reader of DXF -------------------------------------------------------------------
+
+
+def tags_of(data):
+    """Return (code, value) pairs of a DXF file."""
+    lines = data.decode("utf-8").split("\n")
+    assert lines.pop() == ""
+    return [(int(code), value) for code, value in zip(lines[::2], lines[1::2], strict=True)]
+
+
+def sections_of(data):
+    """Return the tags of each section by its name."""
+    sections, name = {}, None
+    tags = tags_of(data)
+    assert tags[-1] == (0, "EOF")
+    for previous, tag in zip([(0, ""), *tags], tags, strict=False):
+        if previous == (0, "SECTION"):
+            name = tag[1]
+            sections[name] = []
+        elif tag == (0, "ENDSEC"):
+            name = None
+        elif name is not None:
+            sections[name].append(tag)
+    return sections
+
+
+def read_dxf(data):
+    """Return a list of (kind, layer, points or (x, y, r), closed, piece id) in file order."""
+    records = []
+    for code, value in sections_of(data)["ENTITIES"]:
+        if code == 0:
+            records.append((value, []))
+        else:
+            records[-1][1].append((code, value))
+    entities = []
+    for kind, tags in records:
+        first = dict(reversed(tags))
+        x, y = ([float(value) for code, value in tags if code == wanted] for wanted in (10, 20))
+        mark = first.get(1000) if first.get(1001) == "FABWEAVE" else None
+        closed = first.get(70, "0") == "1"
+        points = np.stack([x, y], axis=1) if x else None
+        if kind == "LINE":
+            points = np.array([points[0], [float(first[11]), float(first[21])]])
+        if kind == "CIRCLE":
+            points = np.array([x[0], y[0], float(first[40])])
+        if kind == "LWPOLYLINE":
+            assert len(points) == int(first[90])
+        if kind == "POLYLINE":
+            entities.append(("LWPOLYLINE", first[8], [], closed, mark))
+        elif kind == "VERTEX":
+            assert first[8] == entities[-1][1]
+            entities[-1][2].append(points[0])
+        elif kind != "SEQEND":
+            entities.append((kind, first[8], points, closed, mark))
+    return [(a, b, np.asarray(points), c, d) for a, b, points, c, d in entities]
+
+
+def all_entities(drawing):
+    """Return (entity, piece id or None) in the order of the drawing."""
+    drawn = [(entity, p.piece_id) for p in drawing.pieces for entity in p.entities]
+    return drawn + [(note, None) for note in drawing.notes]
+
+
+def length_of(points, closed):
+    run = np.concatenate([points, points[:1]]) if closed else points
+    return float(np.hypot(*np.diff(run, axis=0).T).sum())
+
+
+# ---- DXF ------------------------------------------------------------------------------------
+
+
+@relaxed
+@given(data=st.data(), version=versions)
+def test_dxf_holds_every_entity_in_order(data, version, sheets):
+    drawing = data.draw(sheets)
+    read = read_dxf(dxf_bytes(drawing, version=version))
+    drawn = all_entities(drawing)
+    assert len(read) == len(drawn)
+    for (kind, layer, points, closed, mark), (entity, piece_id) in zip(read, drawn, strict=True):
+        assert (layer, mark) == (entity.layer.value, piece_id)
+        if isinstance(entity, Circle):
+            assert kind == "CIRCLE"
+            np.testing.assert_allclose(points, [entity.x, entity.y, entity.radius], atol=6e-5)
+        else:
+            assert kind == ("LINE" if len(entity.points) == 2 else "LWPOLYLINE")
+            assert closed == entity.closed
+            np.testing.assert_allclose(points, entity.points, atol=6e-5)
+            assert length_of(points, closed) == pytest.approx(
+                length_of(np.round(entity.points, 4), entity.closed), rel=1e-6
+            )
+
+
+@relaxed
+@given(data=st.data())
+def test_all_dxf_versions_hold_the_same(data, sheets):
+    drawing = data.draw(sheets)
+    newest, *others = (read_dxf(dxf_bytes(drawing, version=version)) for version in DXF_VERSIONS)
+    for other in others:
+        for one, same in zip(newest, other, strict=True):
+            assert (one[:2], one[3:]) == (same[:2], same[3:])
+            np.testing.assert_array_equal(one[2], same[2])
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_ezdxf_finds_no_fault_and_the_same_entities(version, sheet, tmp_path):
+    path = tmp_path / "sheet.dxf"
+    write_dxf(path, sheet, version=version)
+    document = ezdxf.readfile(path)
+    auditor = document.audit()
+    assert not auditor.errors
+    assert not auditor.fixes
+    assert document.acad_release == version
+    read = list(document.modelspace())
+    own = read_dxf(path.read_bytes())
+    assert Counter(entity.dxf.layer for entity in read) == Counter(item[1] for item in own)
+    for entity, (kind, layer, points, closed, mark) in zip(read, own, strict=True):
+        assert entity.dxf.layer == layer
+        assert (entity.dxf.color, entity.dxf.linetype) == (256, "BYLAYER")
+        assert (entity.get_xdata("FABWEAVE")[0].value if mark else None) == mark
+        if kind == "CIRCLE":
+            assert entity.dxf.radius == points[2]
+            assert list(entity.dxf.center)[:2] == points[:2].tolist()
+        elif kind == "LINE":
+            assert [list(entity.dxf.start)[:2], list(entity.dxf.end)[:2]] == points.tolist()
+        elif version == "R12":
+            assert entity.is_closed == closed
+            np.testing.assert_array_equal([list(p)[:2] for p in entity.points()], points)
+        else:
+            assert entity.closed == closed
+            np.testing.assert_array_equal(list(entity.get_points("xy")), points)
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_handles_are_unique_and_below_the_seed(version, sheet):
+    tags = tags_of(dxf_bytes(sheet, version=version))
+    seed = next(value for (_, name), (_, value) in pairwise(tags) if name == "$HANDSEED")
+    entities = sections_of(dxf_bytes(sheet, version=version))["ENTITIES"]
+    handles = [int(value, 16) for code, value in entities if code == 5]
+    # Group 5 is a text in the header and in the dimension style of R12, where it is empty.
+    everywhere = [int(value, 16) for code, value in tags if code == 5 and value not in ("", seed)]
+    assert len(set(handles)) == len(handles) > 0
+    assert Counter(everywhere).most_common(1)[0][1] == 1
+    assert max(everywhere) < int(seed, 16)
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_header_says_millimetres_and_real_extents(version, sheet):
+    header, name = {}, ""
+    for code, value in sections_of(dxf_bytes(sheet, version=version))["HEADER"]:
+        if code == 9:
+            name = value
+            header[name] = []
+        else:
+            header[name].append(value)
+    assert header["$ACADVER"] == [{"R12": "AC1009", "R2000": "AC1015", "R2010": "AC1024"}[version]]
+    if version == "R12":
+        assert "$INSUNITS" not in header
+    else:
+        assert header["$INSUNITS"] == ["4"]
+        assert header["$MEASUREMENT"] == ["1"]
+    points = np.concatenate(
+        [
+            item[2] if item[0] != "CIRCLE" else item[2][:2] + item[2][2] * np.array([[-1], [1]])
+            for item in read_dxf(dxf_bytes(sheet, version=version))
+        ]
+    )
+    for variable, expected in (("$EXTMIN", points.min(axis=0)), ("$EXTMAX", points.max(axis=0))):
+        np.testing.assert_allclose(np.array(header[variable][:2], dtype=float), expected, atol=1e-9)
+    assert [float(value) for value in header["$LIMMIN"]] == [0.0, 0.0]
+    assert [float(value) for value in header["$LIMMAX"]] == [sheet.width_mm, sheet.height_mm]
+
+
+def test_extents_follow_what_lies_beyond_the_sheet(sheet_of, make_piece):
+    drawing = sheet_of([make_piece("A1", (-50.0, 300.0))])
+    header = sections_of(dxf_bytes(drawing))["HEADER"]
+    low = header.index((9, "$EXTMIN"))
+    high = header.index((9, "$EXTMAX"))
+    assert float(header[low + 1][1]) < -49.0
+    assert float(header[high + 2][1]) > 300.0
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_layers_are_those_of_the_preset(version, sheet, tmp_path):
+    path = tmp_path / "sheet.dxf"
+    write_dxf(path, sheet, version=version)
+    tables = sections_of(path.read_bytes())["TABLES"]
+    start = next(i for i, tag in enumerate(tables) if tag == (2, "LAYER"))
+    end = tables.index((0, "ENDTAB"), start)
+    names = [value for code, value in tables[start + 1 : end] if code == 2]
+    assert names == ["0", *LAYERS]
+    document = ezdxf.readfile(path)
+    for layer, colour in preset_named("lightburn").colours.items():
+        entry = document.layers.get(layer.value)
+        assert entry.dxf.color == colour.aci
+        assert entry.dxf.linetype == "Continuous"
+        assert entry.rgb == (colour.rgb if version == "R2010" else None)
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_only_plain_entities_occur(version, sheet):
+    kinds = {
+        value
+        for code, value in sections_of(dxf_bytes(sheet, version=version))["ENTITIES"]
+        if code == 0
+    }
+    runs = {"POLYLINE", "VERTEX", "SEQEND"} if version == "R12" else {"LWPOLYLINE"}
+    assert kinds == {"CIRCLE", "LINE"} | runs
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_each_piece_is_engraved_then_drilled_then_cut_out(version, sheet):
+    read = read_dxf(dxf_bytes(sheet, version=version))
+    blocks = list(dict.fromkeys(item[4] for item in read))
+    assert blocks == ["A1", "A2", "B66", "C9", None]
+    assert [item[4] for item in read] == sorted((item[4] for item in read), key=blocks.index)
+    for piece_id in blocks[:-1]:
+        layers = [LAYERS.index(item[1]) for item in read if item[4] == piece_id]
+        assert layers == sorted(layers)
+        assert set(layers) == {0, 1, 2, 3}
+
+
+def test_the_layer_of_the_notes_can_be_taken_for_no_cut(sheet):
+    assert {item[1] for item in read_dxf(dxf_bytes(sheet)) if item[4] is None} == {"NOTES"}
+    assert all("CUT" not in name for name in LAYERS if not name.startswith("CUT_"))
+
+
+@pytest.mark.parametrize("version", DXF_VERSIONS)
+def test_same_drawing_same_bytes_in_every_process(version, tmp_path):
+    code = (
+        "import sys, numpy as np\n"
+        "from fabweave.cut.drawing import *\n"
+        "from fabweave.cut.dxf import write_dxf\n"
+        "p = np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]])\n"
+        "piece = PieceDrawing('A1', (Polyline(Layer.CUT_OUTER, p, True),))\n"
+        "d = SheetDrawing('s', 20.0, 10.0, (piece,), ())\n"
+        "write_dxf(sys.argv[1], d, version=sys.argv[2])\n"
+    )
+    files = []
+    for seed in ("1", "2", "3"):
+        files.append(tmp_path / f"{seed}.dxf")
+        result = subprocess.run(
+            [sys.executable, "-c", code, str(files[-1]), version],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert result.stdout + result.stderr == ""
+    assert len({file.read_bytes() for file in files}) == 1
+
+
+def test_writing_leaves_ezdxf_as_it_was(sheet):
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    dxf_bytes(sheet)
+    with pytest.raises(InputError):
+        dxf_bytes(sheet, version="R9")
+    assert ezdxf.options.write_fixed_meta_data_for_testing == before
+
+
+def test_an_empty_sheet_can_be_written(sheet_of, tmp_path):
+    empty = replace(sheet_of([]), notes=())
+    write_dxf(tmp_path / "a.dxf", empty)
+    document = ezdxf.readfile(tmp_path / "a.dxf")
+    assert len(document.modelspace()) == 0
+    assert list(document.header["$EXTMAX"]) == [220.0, 160.0, 0.0]
+    root = parse(svg_text(empty))
+    assert len(root.findall(f"{SVG}g")) == 5
+
+
+# ---- SVG ------------------------------------------------------------------------------------
+
+
+def parse(text):
+    return ET.fromstring(text.encode())  # noqa: S314 - written by ourselves a moment ago
+
+
+def read_svg(text):
+    """Return {layer: [(id, title, points or (x, y, r), closed)]}; a path may have many runs."""
+    root = parse(text)
+    layers = {}
+    for group in root.findall(f"{SVG}g"):
+        assert group.get(f"{INKSCAPE}groupmode") == "layer"
+        found = layers.setdefault(group.get(f"{INKSCAPE}label"), [])
+        for element in group:
+            name, title = element.get("id"), element.findtext(f"{SVG}title")
+            if element.tag == f"{SVG}circle":
+                values = [float(element.get(key)) for key in ("cx", "cy", "r")]
+                found.append((name, title, np.array(values), False))
+                continue
+            assert element.tag == f"{SVG}path"
+            for run in element.get("d").split("M")[1:]:
+                numbers = [pair.split(",") for pair in run.rstrip("Z").split("L")]
+                found.append((name, title, np.array(numbers, dtype=float), run.endswith("Z")))
+    return layers
+
+
+@relaxed
+@given(data=st.data())
+def test_svg_is_the_dxf_turned_over(data, sheets):
+    drawing = data.draw(sheets)
+    layers = read_svg(svg_text(drawing))
+    assert list(layers) == LAYERS
+    dxf = read_dxf(dxf_bytes(drawing))
+    for layer, elements in layers.items():
+        same = [item for item in dxf if item[1] == layer]
+        assert len(elements) == len(same)
+        for (_, title, points, closed), item in zip(elements, same, strict=True):
+            assert (title, closed) == (item[4], item[3])
+            turned = points.copy()
+            turned[..., 1] = drawing.height_mm - turned[..., 1]
+            np.testing.assert_allclose(turned, item[2], atol=1e-4 + 1e-9)
+
+
+def test_svg_page_is_in_millimetres(sheet, tmp_path):
+    write_svg(tmp_path / "a.svg", sheet)
+    root = parse((tmp_path / "a.svg").read_text(encoding="utf-8"))
+    assert (root.get("width"), root.get("height")) == ("220mm", "160mm")
+    assert root.get("viewBox") == "0 0 220 160"
+
+
+def test_svg_has_only_plain_elements_and_attributes(sheet):
+    root = parse(svg_text(sheet))
+    allowed = {
+        "svg": {"width", "height", "viewBox", "version"},
+        "g": {"id", f"{INKSCAPE}groupmode", f"{INKSCAPE}label"},
+        "path": {"id", "fill", "stroke", "stroke-width", "d"},
+        "circle": {"id", "fill", "stroke", "stroke-width", "cx", "cy", "r"},
+        "title": set(),
+    }
+    for element in root.iter():
+        assert set(element.attrib) <= allowed[element.tag.removeprefix(SVG)]
+    colours = preset_named("lightburn").colours
+    for group in root.findall(f"{SVG}g"):
+        for element in group:
+            assert element.get("fill") == "none"
+            assert element.get("stroke") == colours[Layer(group.get("id"))].colour
+            assert element.get("stroke-width") == "0.025"
+
+
+def test_svg_ids_are_unique_and_tell_piece_and_kind(sheet):
+    root = parse(svg_text(sheet))
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    for piece_id in ("A1", "A2", "B66", "C9"):
+        holes = {f"{piece_id}.hole.{k}" for k in (1, 2, 3)}
+        expected = holes | {f"{piece_id}.{word}" for word in ("label", "mark", "outline")}
+        assert {name for name in ids if name.startswith(f"{piece_id}.")} == expected
+    assert [name for name in ids if name.startswith("notes")] == ["notes.note"]
+
+
+def test_svg_in_pixels_is_the_svg_in_millimetres_scaled(sheet):
+    millimetres, pixels = svg_text(sheet), svg_text(sheet, units="px96")
+    root = parse(pixels)
+    assert root.get("width") == "220mm"
+    box = [float(value) for value in root.get("viewBox").split()]
+    np.testing.assert_allclose(box, np.array([0.0, 0.0, 220.0, 160.0]) * 96 / 25.4, atol=1e-4)
+    for layer, elements in read_svg(pixels).items():
+        for one, other in zip(elements, read_svg(millimetres)[layer], strict=True):
+            np.testing.assert_allclose(one[2], other[2] * 96 / 25.4, atol=3e-4)
+
+
+def test_svg_escapes_what_xml_reserves(sheet_of, make_piece):
+    piece = replace(make_piece("A1", (10.0, 30.0)), piece_id="<&\"'>")
+    root = parse(svg_text(replace(sheet_of([piece]), name="a<b & c")))
+    assert root.findtext(f"{SVG}title") == "a<b & c"
+    assert "<&\"'>.outline" in {element.get("id") for element in root.iter()}
+
+
+def test_svg_same_drawing_same_bytes_and_no_negative_zero(sheet, tmp_path):
+    for name in ("a", "b"):
+        write_svg(tmp_path / name, sheet)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    tiny = Polyline(
+        Layer.CUT_OUTER, np.array([[-1e-9, 160.0 + 1e-9], [9.0, 9.0], [0.0, 9.0]]), True
+    )
+    text = svg_text(replace(sheet, pieces=(PieceDrawing("A1", (tiny,)),), notes=()))
+    assert 'd="M0,0L9,151L0,151Z"' in text
+    assert b"-0.0000" not in dxf_bytes(replace(sheet, pieces=(PieceDrawing("A1", (tiny,)),)))
+
+
+@pytest.mark.parametrize(
+    "options", [{"units": "inch"}, {"stroke_width_mm": 0.0}, {"stroke_width_mm": float("nan")}]
+)
+def test_svg_refuses_what_it_cannot_write(options, sheet):
+    with pytest.raises(InputError):
+        svg_text(sheet, **options)
+
+
+def test_holes_that_are_not_round_are_closed_paths(sheet_of, make_piece):
+    piece = make_piece("A1", (10.0, 30.0))
+    slot = Polyline(Layer.CUT_INNER, np.array([[20.0, 29.0], [24.0, 29.0], [24.0, 31.0]]), True)
+    entities = (*piece.entities[:-1], slot, piece.entities[-1])
+    layers = read_svg(svg_text(sheet_of([PieceDrawing("A1", entities)])))
+    assert [name for name, *_ in layers["CUT_INNER"]] == [f"A1.hole.{k}" for k in (1, 2, 3, 4)]
+    assert layers["CUT_INNER"][-1][3]
