@@ -103,18 +103,18 @@ def test_pieces_are_filled_and_the_sheet_is_white(sheet):
 def test_titles_are_painted_where_they_are_asked_for_and_nowhere_else(sheet):
     frame = preview_frame(sheet, pixels_per_mm=SCALE)
     without = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
-    title = Title(110.0, 80.0, 30.0, 8.0)
+    title = Title(45.0, 120.0, 30.0, 8.0)
     with_one = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={"B66": title}))
     assert with_one.shape == without.shape
     row, column = np.nonzero((with_one != without).any(axis=2))
     places = np.stack([column + 0.5, row + 0.5], axis=1)
-    reach = np.hypot(*(places - frame.pixels(np.array([[110.0, 80.0]]))).T) / SCALE
+    reach = np.hypot(*(places - frame.pixels(np.array([[45.0, 120.0]]))).T) / SCALE
     assert len(reach) > 100
     assert reach.max() < 12.0
     # The middle of what was painted is the place that was asked for.
     np.testing.assert_allclose(
         (places.max(axis=0) + places.min(axis=0)) / 2.0,
-        frame.pixels(np.array([[110.0, 80.0]]))[0],
+        frame.pixels(np.array([[45.0, 120.0]]))[0],
         atol=1.0 * SCALE,
     )
 
@@ -123,7 +123,7 @@ def test_a_turned_title_reads_along_its_direction(sheet):
     without = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles={}))
 
     def direction_deg(angle_deg):
-        titles = {"B66": Title(110.0, 80.0, angle_deg, 12.0)}
+        titles = {"B66": Title(45.0, 120.0, angle_deg, 12.0)}
         image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE, titles=titles))
         row, column = np.nonzero((image != without).any(axis=2))
         x, y = np.linalg.eigh(np.cov(np.stack([column, -row])))[1][:, 1]
