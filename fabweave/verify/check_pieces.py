@@ -105,6 +105,8 @@ def _check_thread(thread: Thread, plan: CrossingMap, tally: Tally) -> None:
         bool(pieces) == bool(count), f"{where} has {count} crossings and {len(pieces)} pieces"
     ):
         return
+    if not pieces:
+        return
     place = None
     for number, piece in enumerate(pieces):
         last = number == len(pieces) - 1
@@ -281,7 +283,7 @@ def areas_of(piece: Piece, plan: CrossingMap) -> tuple[float, float, float]:
     """Return outline area, hole area, and the length of all its cuts."""
     diameters = np.array([hole.diameter or 0.0 for hole in holes_of(piece, plan)])
     return (
-        signed_area(piece.outline),
+        abs(signed_area(piece.outline)),
         float(np.sum(np.pi * diameters**2 / 4.0)),
         perimeter(piece.outline) + float(np.sum(np.pi * diameters)),
     )

@@ -89,8 +89,8 @@ def verify_job(directory: Path, *, progress: Progress | None = None) -> VerifyRe
     for done, task in enumerate(_TASKS):
         if done:
             tally = Tally(task.name)
-        if progress is not None:
-            progress(task.name, done, len(_TASKS))
+            if progress is not None:
+                progress(task.name, done, len(_TASKS))
         _run(task, job, tally)
         results.append(tally.result())
     if progress is not None:

@@ -55,9 +55,9 @@ def _windows(
     values: Sequence[bool | None], size: int, closed: bool
 ) -> list[tuple[bool | None, ...]]:
     """Return all runs of consecutive values, around the end if closed."""
-    count = len(values) if closed else len(values) - size + 1
-    around = list(values) * (1 + size // max(len(values), 1)) if closed else list(values)
-    return [tuple(around[at : at + size]) for at in range(max(count, 0))]
+    count = len(values)
+    starts = range(count if closed else count - size + 1)
+    return [tuple(values[(at + k) % count] for k in range(size)) for at in starts]
 
 
 def _orbit(start: int, following: Sequence[int]) -> tuple[list[int], bool]:

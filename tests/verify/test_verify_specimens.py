@@ -1,0 +1,147 @@
+"""The verifier passes jobs that hand-written code made, and shares nothing with the makers."""
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+from verify_specimen import exact_twill, make_specimen, octahedron, saddle, torus
+from verify_writers import dxf_text, sheet_shapes, write_job
+
+from fabweave.verify import verify_job
+from fabweave.verify.report import MEANINGS
+
+ROOT = Path(__file__).parents[2]
+ALLOWED = {"numpy", "scipy", "shapely"}
+
+CLEAN = {
+    "plain torus, three pieces a ring, three holes a joint": (torus(6, 4), {"offcentre": True}),
+    "rings of one piece": (octahedron(), {"joints": 1}),
+    "open threads, some without a crossing": (saddle(), {"joints": 1}),
+    "open threads of one crossing": (saddle(2), {"joints": 0}),
+    "a thread that crosses itself": (torus(5, 4), {"joints": 6}),
+    "exact twill": (torus(6, 4), {"pattern": "twill"}),
+}
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_a_true_job_is_proved(name, tmp_path):
+    mesh, options = CLEAN[name]
+    specimen = make_specimen(mesh, **options)
+    report = verify_job(write_job(specimen, tmp_path))
+    assert [finding for check in report.checks for finding in check.findings] == []
+    assert report.ok
+    assert [check.name for check in report.checks] == list(MEANINGS)
+    n_crossings = len(specimen.plan["crossings"])
+    counts = {check.name: check.count for check in report.checks}
+    # Nothing passes by not having been looked at.
+    idle = {name for name, count in counts.items() if count == 0}
+    assert idle == (set() if specimen.plan["joints"] else {"joints"})
+    assert counts["space"] >= 6 * n_crossings
+    assert counts["crossing-holes"] == 2 * n_crossings
+    assert counts["unfolding"] >= 2 * len(specimen.plan["pieces"])
+
+
+def test_the_worst_values_are_those_of_32_bit_rounding(tmp_path):
+    # Independent unfoldings of the same strip agree to what float32 metres can hold.
+    report = verify_job(write_job(make_specimen(torus(6, 4), offcentre=True), tmp_path))
+    measured = {
+        (check.name, measure.what): measure.value
+        for check in report.checks
+        for measure in check.measured
+    }
+    assert measured["unfolding", "station_mm"] < 1e-4
+    assert measured["unfolding", "outline_mm"] < 1e-4
+    assert measured["joints", "hole_mm"] < 1e-4
+    assert measured["space", "apart_mm"] == pytest.approx(1.2, abs=1e-4)
+    assert measured["outlines-dxf", "outline_mm"] < 1e-4
+
+
+def test_r12_is_read_too(tmp_path):
+    specimen = make_specimen(octahedron(), joints=2)
+    write_job(specimen, tmp_path)
+    for sheet in specimen.plan["sheets"]:
+        text = dxf_text(sheet_shapes(specimen, specimen.plan, sheet), sheet, r12=True)
+        assert "LWPOLYLINE" not in text
+        (tmp_path / "sheets" / f"{sheet['name']}.dxf").write_text(text)
+    report = verify_job(tmp_path)
+    assert report.failed == ()
+
+
+def test_a_thread_may_start_anywhere(tmp_path):
+    specimen = make_specimen(torus(6, 4))
+    for thread in specimen.plan["threads"]:
+        strip = specimen.strips[thread["label"]]
+        for values in (thread["crossings"], thread["over"], strip["entry"], strip["exit"]):
+            values[:] = values[5:] + values[:5]
+    assert verify_job(write_job(specimen, tmp_path)).failed == ()
+
+
+def test_broken_twill_is_counted_not_just_refused(tmp_path):
+    # A weave with one sense turned breaks conditions; the claim must be the very numbers.
+    from verify_specimen import Corners, count_broken, walk_threads  # noqa: PLC0415 - only here
+
+    mesh = torus(6, 4)
+    corners = Corners(mesh[1])
+    threads = walk_threads(corners)
+    sense = exact_twill(corners, threads)
+    edge = sorted(sense)[7]
+    sense[edge] = not sense[edge]
+    broken = count_broken(corners, threads, sense)
+    assert min(broken) > 0
+    specimen = make_specimen(mesh, pattern="twill", sense=sense)
+    claim = specimen.plan["weave"]
+    claim["exact"] = False
+    claim["broken"] = dict(zip(("edge", "face", "vertex"), broken, strict=True))
+    assert verify_job(write_job(specimen, tmp_path / "told")).failed == ()
+    for key in claim["broken"]:
+        claim["broken"][key] += 1
+        assert verify_job(write_job(specimen, tmp_path / key)).failed == ("pattern",)
+        claim["broken"][key] -= 1
+
+
+def test_the_report_is_plain_json(tmp_path):
+    report = verify_job(write_job(make_specimen(octahedron(), joints=2), tmp_path))
+    document = json.loads(json.dumps(report.to_json()))
+    assert document["schema"] == "fabweave.verify/1"
+    assert document["ok"] is True
+    assert {check["name"] for check in document["checks"]} == set(MEANINGS)
+    assert all(
+        set(check) == {"name", "meaning", "ok", "count", "worst", "findings", "found", "measured"}
+        for check in document["checks"]
+    )
+
+
+def test_verify_json_may_be_there_already(tmp_path):
+    write_job(make_specimen(octahedron(), joints=2), tmp_path)
+    first = verify_job(tmp_path)
+    (tmp_path / "verify.json").write_text(json.dumps(first.to_json()))
+    assert verify_job(tmp_path).to_json() == first.to_json()
+
+
+def test_progress_is_told_in_order(tmp_path):
+    write_job(make_specimen(octahedron(), joints=2), tmp_path)
+    calls = []
+    verify_job(tmp_path, progress=lambda what, done, total: calls.append((what, done, total)))
+    assert [what for what, _, _ in calls] == [*MEANINGS, "done"]
+    assert [done for _, done, _ in calls] == list(range(len(MEANINGS) + 1))
+
+
+def test_the_verifier_shares_no_code_with_the_makers():
+    modules = sorted((ROOT / "fabweave" / "verify").glob("**/*.py"))
+    assert len(modules) > 10
+    import sys  # noqa: PLC0415 - only here
+
+    for path in modules:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, path
+                names = [node.module]
+            else:
+                continue
+            for name in names:
+                root = name.partition(".")[0]
+                ours = name == "fabweave.verify" or name.startswith("fabweave.verify.")
+                assert ours or root in ALLOWED | set(sys.stdlib_module_names), (path.name, name)

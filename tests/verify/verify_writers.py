@@ -1,0 +1,311 @@
+"""Write a specimen's files by hand-written code that shares nothing with fabweave."""
+
+import csv
+import itertools
+import json
+import math
+import struct
+import zlib
+
+import numpy as np
+import shapely
+from verify_specimen import DENSITY, THICKNESS, placed
+
+PIECE_COLUMNS = (
+    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes",
+)  # fmt: skip
+CROSSING_COLUMNS = (
+    "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
+    "x", "y", "z",
+)  # fmt: skip
+LAYERS = ("ENGRAVE_LABEL", "ENGRAVE_MARK", "CUT_INNER", "CUT_OUTER", "NOTES")
+
+
+def rounded(value, digits=6):
+    """Round every float of a plan."""
+    if isinstance(value, float | np.floating):
+        return round(float(value), digits) + 0.0
+    if isinstance(value, dict):
+        return {key: rounded(item, digits) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(item, digits) for item in value]
+    return value
+
+
+def piece_holes(plan, piece):
+    """Return (x, y, diameter) of a piece's holes, each once."""
+    holes = [(s["x"], s["y"], s["hole_mm"]) for s in piece["stations"] if s["hole_mm"]]
+    for joint in plan["joints"]:
+        for side in (0, 1):
+            if joint["pieces"][side] != piece["id"]:
+                continue
+            diameter = piece["stations"][-1 if side == 0 else 0]["hole_mm"]
+            holes += [(*both[side], diameter) for both in joint["holes"][1:]]
+    return holes
+
+
+def sheet_shapes(specimen, plan, sheet):
+    """Return (piece, layer, kind, points or circle, closed) in cutting order."""
+    shapes = []
+    for piece in plan["pieces"]:
+        if piece["sheet"] != sheet["sheet"]:
+            continue
+        name = piece["id"]
+        for layer, points, closed in specimen.engraving[name]:
+            shapes.append((name, layer, "path", placed(piece, points), closed))
+        for x, y, diameter in piece_holes(plan, piece):
+            shapes.append(
+                (name, "CUT_INNER", "circle", (*placed(piece, [(x, y)])[0], diameter / 2), True)
+            )
+        shapes.append((name, "CUT_OUTER", "path", placed(piece, piece["outline"]), True))
+    w, h = sheet["width_mm"], sheet["height_mm"]
+    shapes.append((None, "NOTES", "path", [[0, 0], [w, 0], [w, h], [0, h]], True))
+    shapes.append((None, "NOTES", "path", [[5, 4], [105, 4]], False))
+    return shapes
+
+
+def dxf_text(shapes, sheet, *, r12=False):
+    lines = []
+
+    def put(*groups):
+        for code, value in groups:
+            lines.extend([f"{code:>3}", f"{value:.4f}" if isinstance(value, float) else str(value)])
+
+    put((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009" if r12 else "AC1024"))
+    if not r12:
+        put((9, "$INSUNITS"), (70, 4), (9, "$MEASUREMENT"), (70, 1))
+    put((9, "$EXTMIN"), (10, 0.0), (20, 0.0), (30, 0.0))
+    put((9, "$EXTMAX"), (10, sheet["width_mm"]), (20, sheet["height_mm"]), (30, 0.0), (0, "ENDSEC"))
+    put((0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LAYER"))
+    for layer in LAYERS:
+        put((0, "LAYER"), (2, layer), (70, 0), (62, 7), (6, "Continuous"))
+    put((0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
+    for handle, (piece, layer, kind, data, closed) in enumerate(shapes, start=0x100):
+        tag = [(1001, "FABWEAVE"), (1000, piece)] if piece else []
+        mark = [] if r12 else [(5, f"{handle:X}")]
+        if kind == "circle":
+            put((0, "CIRCLE"), *mark, (8, layer), (10, float(data[0])), (20, float(data[1])))
+            put((30, 0.0), (40, float(data[2])), *tag)
+        elif len(data) == 2 and not closed:
+            (x, y), (u, v) = data
+            put((0, "LINE"), *mark, (8, layer), (10, float(x)), (20, float(y)), (30, 0.0))
+            put((11, float(u)), (21, float(v)), (31, 0.0), *tag)
+        elif r12:
+            put((0, "POLYLINE"), (8, layer), (66, 1), (10, 0.0), (20, 0.0), (30, 0.0))
+            put((70, int(closed)), *tag)
+            for x, y in data:
+                put((0, "VERTEX"), (8, layer), (10, float(x)), (20, float(y)), (30, 0.0))
+            put((0, "SEQEND"), (8, layer))
+        else:
+            put((0, "LWPOLYLINE"), *mark, (8, layer), (90, len(data)), (70, int(closed)))
+            for x, y in data:
+                put((10, float(x)), (20, float(y)))
+            put(*tag)
+    put((0, "ENDSEC"), (0, "EOF"))
+    return "\n".join(lines) + "\n"
+
+
+def svg_text(shapes, sheet):
+    w, h = sheet["width_mm"], sheet["height_mm"]
+    out = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<svg xmlns="http://www.w3.org/2000/svg" '
+        'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
+        f'width="{w:g}mm" height="{h:g}mm" viewBox="0 0 {w:g} {h:g}">',
+    ]
+    for layer in LAYERS:
+        out.append(f'<g id="{layer}" inkscape:groupmode="layer" inkscape:label="{layer}">')
+        count = {}
+        for k, (piece, own, kind, data, closed) in enumerate(shapes):
+            if own != layer:
+                continue
+            count[piece] = count.get(piece, 0) + 1
+            suffix = {"CUT_OUTER": "outline", "CUT_INNER": f"hole.{count[piece]}"}.get(
+                layer, f"mark.{k}"
+            )
+            name = f"{piece}.{suffix}" if piece else f"note.{k}"
+            title = f"<title>{piece}</title>" if piece else ""
+            if kind == "circle":
+                x, y, r = data
+                out.append(
+                    f'<circle id="{name}" cx="{x:.4f}" cy="{h - y:.4f}" r="{r:.4f}" fill="none" '
+                    f'stroke="#0000FF">{title}</circle>'
+                )
+            else:
+                run = "L".join(f"{x:.4f},{h - y:.4f}" for x, y in data)
+                out.append(
+                    f'<path id="{name}" d="M{run}{"Z" if closed else ""}" fill="none" '
+                    f'stroke="#000000">{title}</path>'
+                )
+        out.append("</g>")
+    out.append("</svg>")
+    return "\n".join(out) + "\n"
+
+
+def glb_bytes(strips, *, edit=None):
+    binary = b""
+    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}], "nodes": [],
+                "meshes": [], "accessors": [], "bufferViews": [], "buffers": []}  # fmt: skip
+
+    def store(array, kind, shape):
+        nonlocal binary
+        document["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes}
+        )
+        binary += array.tobytes()
+        document["accessors"].append(
+            {"bufferView": len(document["bufferViews"]) - 1, "componentType": kind,
+             "count": len(array), "type": shape}
+        )  # fmt: skip
+        return len(document["accessors"]) - 1
+
+    for label, strip in strips.items():
+        positions = (np.asarray(strip["rungs"]).reshape(-1, 3) * 0.001).astype("<f4")
+        triangles = np.array(strip["triangles"], dtype="<u4").reshape(-1)
+        document["meshes"].append(
+            {"primitives": [{"attributes": {"POSITION": store(positions, 5126, "VEC3")},
+                             "indices": store(triangles, 5125, "SCALAR")}],
+             "extras": {key: strip[key] for key in ("closed", "entry", "exit")}}
+        )  # fmt: skip
+        document["nodes"].append({"name": label, "mesh": len(document["meshes"]) - 1})
+        document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
+    document["buffers"].append({"byteLength": len(binary)})
+    if edit is not None:
+        edit(document)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    body = struct.pack("<II", len(text), 0x4E4F534A) + text
+    body += struct.pack("<II", len(binary), 0x004E4942) + binary
+    return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
+
+
+def png_bytes():
+    def chunk(kind, body):
+        return (
+            struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        )
+
+    head = struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0)
+    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"\0\xff")) + chunk(b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + body
+
+
+def areas(plan, piece):
+    outline = shapely.Polygon(piece["outline"])
+    holes = [d for _, _, d in piece_holes(plan, piece)]
+    return outline.area, sum(math.pi * d * d / 4 for d in holes), holes, outline.length
+
+
+def least_rectangle(points):
+    hull = np.array(shapely.MultiPoint(points).convex_hull.exterior.coords)
+    best = None
+    for a, b in itertools.pairwise(hull):
+        angle = -math.atan2(b[1] - a[1], b[0] - a[0])
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        size = np.ptp(hull @ turn.T, axis=0)
+        if best is None or size.prod() < best.prod() - 1e-9:
+            best = size
+    return max(best), min(best)
+
+
+def write_tables(specimen, folder):
+    plan = specimen.plan
+    piece_of = {piece["id"]: piece for piece in plan["pieces"]}
+    with (folder / "pieces.csv").open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(PIECE_COLUMNS)
+        for piece in plan["pieces"]:
+            outline, hole, holes, _ = areas(plan, piece)
+            length, width = least_rectangle(piece["outline"])
+            mass = (outline - hole) * THICKNESS * DENSITY * 1e-6
+            rows.writerow([piece["id"], piece["thread"], piece["sheet"], f"{length:.2f}",
+                           f"{width:.2f}", f"{outline - hole:.2f}", f"{mass:.3f}",
+                           len(holes)])  # fmt: skip
+    joint_at = {joint["crossing"]: joint["id"] for joint in plan["joints"]}
+    with (folder / "crossing_map.csv").open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(CROSSING_COLUMNS)
+        for crossing in plan["crossings"]:
+            over, under = crossing["over"], crossing["under"]
+            hole = piece_of[under["piece"]]["stations"][under["station"]]["hole_mm"]
+            rows.writerow([crossing["id"], over["piece"], over["station"], under["piece"],
+                           under["station"], joint_at.get(crossing["id"], ""),
+                           "" if hole is None else hole,
+                           *(round(x, 6) for x in crossing["position"])])  # fmt: skip
+
+
+def engraved_length(specimen):
+    total = 0.0
+    for shapes in specimen.engraving.values():
+        for _, points, closed in shapes:
+            run = [*points, points[0]] if closed else points
+            total += sum(math.dist(a, b) for a, b in itertools.pairwise(run))
+    return total
+
+
+def write_waste(specimen, folder):
+    plan = specimen.plan
+    keys = ("area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces")
+    sheets, cut, n_holes = [], 0.0, 0
+    for sheet in plan["sheets"]:
+        entry = dict.fromkeys(keys, 0)
+        entry |= {key: sheet[key] for key in ("sheet", "width_mm", "height_mm")}
+        entry["area_mm2"] = sheet["width_mm"] * sheet["height_mm"]
+        for piece in plan["pieces"]:
+            if piece["sheet"] == sheet["sheet"]:
+                outline, hole, holes, length = areas(plan, piece)
+                entry["piece_area_mm2"] += outline - hole
+                entry["hole_area_mm2"] += hole
+                entry["pieces"] += 1
+                cut += length + sum(math.pi * d for d in holes)
+                n_holes += len(holes)
+        used = entry["piece_area_mm2"] + entry["hole_area_mm2"]
+        entry["waste_mm2"] = entry["area_mm2"] - used
+        entry["utilisation"] = used / entry["area_mm2"]
+        sheets.append(entry)
+    totals = {key: sum(entry[key] for entry in sheets) for key in keys}
+    totals["utilisation"] = 1 - totals["waste_mm2"] / totals["area_mm2"]
+    totals |= {"sheets": len(sheets), "cut_length_mm": cut, "holes": n_holes}
+    totals["engrave_length_mm"] = engraved_length(specimen)
+    waste = {"schema": "fabweave.waste/1", "units": "mm", "sheets": sheets, "totals": totals}
+    (folder / "waste.json").write_text(json.dumps(rounded(waste)))
+    (folder / "waste.html").write_text("<html></html>")
+
+
+def write_sheets(specimen, folder, *, r12=False, edit=None):
+    """Write the drawings; ``edit`` changes the list of shapes of each sheet."""
+    (folder / "sheets").mkdir(exist_ok=True)
+    for sheet in specimen.plan["sheets"]:
+        shapes = sheet_shapes(specimen, specimen.plan, sheet)
+        if edit is not None:
+            shapes = edit(sheet, shapes)
+        stem = folder / "sheets" / sheet["name"]
+        stem.with_suffix(".dxf").write_text(dxf_text(shapes, sheet, r12=r12))
+        stem.with_suffix(".svg").write_text(svg_text(shapes, sheet))
+        stem.with_suffix(".png").write_bytes(png_bytes())
+
+
+def write_plan(specimen, folder):
+    (folder / "crossing_map.json").write_text(json.dumps(rounded(specimen.plan)))
+
+
+def write_mesh(specimen, folder):
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in specimen.points.tolist()]
+    lines += ["f " + " ".join(str(v + 1) for v in face) for face in specimen.faces]
+    (folder / "woven_mesh.obj").write_text("\n".join(lines) + "\n")
+
+
+def write_job(specimen, folder):
+    """Write every file of a job."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "job.toml").write_text(
+        f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\ndensity_kg_m3 = {DENSITY}\n'
+    )
+    write_mesh(specimen, folder)
+    write_plan(specimen, folder)
+    (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))
+    write_tables(specimen, folder)
+    write_waste(specimen, folder)
+    write_sheets(specimen, folder)
+    return folder
