@@ -1,0 +1,118 @@
+"""Make a mesh ready to weave, or say why it cannot be."""
+
+import numpy as np
+
+from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.errors import InputError
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.report import MeshReport
+from fabweave.mesh.topology import EdgeGroups, group_edges, orient_faces, turn_faces
+
+
+def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:
+    """Drop loose vertices and turn faces so that the mesh can be woven; say what was done.
+
+    In each component the direction of most faces stays; a closed component that is then inside
+    out is turned as a whole. Nothing else is changed.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh.
+
+    Returns
+    -------
+    mesh : PolyMesh
+        An oriented manifold mesh; the same object if nothing had to be done.
+    report : MeshReport
+        The check of that mesh.
+    notes : tuple of str
+        What was changed.
+
+    Raises
+    ------
+    InputError
+        If the mesh cannot be woven: the message lists what is wrong, how many, where, and what
+        to do about each.
+
+    Examples
+    --------
+    >>> mesh, report, notes = prepare_mesh(PolyMesh.from_faces(
+    ...     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]], [[0, 1, 2], [0, 3, 2]]))
+    >>> mesh.faces(), report.oriented
+    ([[0, 1, 2], [0, 2, 3]], True)
+    >>> notes[0]
+    '1 vertices belong to no face and were left out'
+    """
+    if not mesh.n_faces:
+        raise InputError("the mesh has no faces; there is nothing to weave")
+    report = check_mesh(mesh)
+    if report.fatal:
+        raise InputError(
+            "the mesh cannot be woven:\n"
+            + "\n".join(f"  - {problem}" for problem in report.fatal)
+            + "\n(vertices and faces are counted from 0)"
+        )
+    notes = []
+    prepared = mesh
+    used = np.zeros(mesh.n_vertices, dtype=bool)
+    used[mesh.indices] = True
+    if not used.all():
+        loose = np.flatnonzero(~used)
+        prepared = PolyMesh(mesh.vertices[used], mesh.offsets, (np.cumsum(used) - 1)[mesh.indices])
+        notes.append(f"{len(loose)} vertices belong to no face and were left out")
+    edges = group_edges(prepared)
+    turned, _, patch = orient_faces(edges, prepared.n_faces)
+    if not report.oriented:
+        prepared = turn_faces(prepared, turned)
+        notes.append(
+            f"{np.count_nonzero(turned)} faces were inside out and were turned ({_some(turned)})"
+        )
+    inward = _inward_patches(prepared, edges, patch)
+    if inward.any():
+        prepared = turn_faces(prepared, inward[patch])
+        notes.append(
+            f"{np.count_nonzero(inward)} closed bodies were inside out and were turned as a whole "
+            f"({_some(inward[patch])})"
+        )
+    if prepared is not mesh:
+        report = check_mesh(prepared)
+    return prepared, report, tuple(notes)
+
+
+def _some(chosen: BoolArray) -> str:
+    places = np.flatnonzero(chosen)
+    shown = ", ".join(map(str, places[:5].tolist()))
+    return f"face {shown}" + (", …" if len(places) > 5 else "")
+
+
+def _inward_patches(mesh: PolyMesh, edges: EdgeGroups, patch: IntArray) -> BoolArray:
+    """Return which components are closed and enclose a negative volume."""
+    number = int(patch.max()) + 1
+    closed = np.ones(number, dtype=bool)
+    closed[patch[edges.face[edges.first[edges.sizes == 1]]]] = False
+    volume, size = _patch_volumes(mesh, patch, number)
+    # What rounding could make negative (a body without inside) is not called inside out.
+    inward: BoolArray = closed & (volume < -1e-12 * size)
+    return inward
+
+
+def _patch_volumes(mesh: PolyMesh, patch: IntArray, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return six times each component's signed volume, and the sum of its terms' sizes."""
+    start = mesh.offsets[:-1]
+    size = mesh.face_sizes
+    some_vertex = np.zeros((number, 3))
+    some_vertex[patch] = mesh.vertices[mesh.indices[start]]  # any point of the component will do
+    following = np.arange(1, mesh.n_corners + 1)
+    following[mesh.offsets[1:] - 1] = start
+    centre = np.repeat(some_vertex[patch], size, axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        base = np.repeat(mesh.vertices[mesh.indices[start]], size, axis=0) - centre
+        here = mesh.vertices[mesh.indices] - centre
+        there = here[following]
+        terms = np.einsum("ij,ij->i", base, np.cross(here, there))
+        corner_patch = np.repeat(patch, size)
+        volume = np.bincount(corner_patch, weights=terms, minlength=number)
+        total = np.bincount(corner_patch, weights=np.abs(terms), minlength=number)
+    return volume.astype(np.float64), total.astype(np.float64)

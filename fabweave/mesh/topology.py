@@ -1,0 +1,349 @@
+"""Find the edges, components, fans, orientations and boundary loops of any polygon mesh."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from fabweave.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.mesh.halfedge import pair_corners
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
+
+#: Steps of the walk around a vertex before the general way takes over.
+_WALKED = 64
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeGroups:
+    """The half-edges of a mesh, grouped by edge; an edge may have any number of faces.
+
+    Parameters
+    ----------
+    tail, head, face, next : (H,) int arrays
+        Ends, face and following half-edge of each half-edge.
+    order : (H,) int array
+        Half-edges grouped by edge.
+    starts : (E + 1,) int array
+        Bounds of the groups.
+    """
+
+    tail: IntArray
+    head: IntArray
+    face: IntArray
+    next: IntArray
+    order: IntArray
+    starts: IntArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("tail", "head", "face", "next", "order", "starts"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @cached_property
+    def sizes(self) -> IntArray:
+        """Number of faces along each edge, (E,)."""
+        return np.diff(self.starts)
+
+    @cached_property
+    def first(self) -> IntArray:
+        """First half-edge of each edge, (E,)."""
+        return self.order[self.starts[:-1]]
+
+    @cached_property
+    def pairs(self) -> tuple[IntArray, IntArray]:
+        """The two half-edges of every edge that has exactly two, two (N,) arrays."""
+        at = self.starts[:-1][self.sizes == 2]
+        return self.order[at], self.order[at + 1]
+
+    @cached_property
+    def same_way(self) -> IntArray:
+        """Edges whose two faces run along them the same way, (N,)."""
+        first, second = self.pairs
+        wrong: IntArray = np.flatnonzero(self.sizes == 2)[self.tail[first] == self.tail[second]]
+        return wrong
+
+    def ends(self, edges: IntArray) -> IntArray:
+        """Return the end vertices of some edges, smaller number first, (N, 2)."""
+        half = self.first[edges]
+        return np.sort(np.column_stack([self.tail[half], self.head[half]]), axis=1)
+
+
+def group_edges(mesh: PolyMesh) -> EdgeGroups:
+    """Group the half-edges of a mesh by edge.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Faces that name vertices that exist.
+
+    Returns
+    -------
+    EdgeGroups
+        The groups.
+
+    Examples
+    --------
+    >>> fin = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
+    >>> sorted(group_edges(fin).sizes.tolist())
+    [1, 1, 1, 1, 1, 1, 3]
+    """
+    following = next_corner(mesh)
+    tail = mesh.indices
+    head = tail[following]
+    order, starts = pair_corners(tail, head, mesh.n_vertices)
+    return EdgeGroups(tail, head, face_of_corner(mesh), following, order, starts)
+
+
+def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
+    """Label the connected components of a graph given by its links.
+
+    Parameters
+    ----------
+    first, second : (N,) int arrays
+        Ends of the links.
+    count : int
+        Number of nodes.
+
+    Returns
+    -------
+    number : int
+        Number of components.
+    labels : (count,) int array
+        Component of each node, numbered in the order of the first node of each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> label_links(np.array([0, 3]), np.array([2, 2]), 5)[1].tolist()
+    [0, 1, 0, 0, 2]
+    """
+    if not count:
+        return 0, np.zeros(0, dtype=np.int64)
+    weights = np.ones(len(first), dtype=np.float64)
+    graph: csr_array[np.float64, tuple[int, int]]
+    if np.all(first[1:] >= first[:-1]):
+        starts = offsets_of(np.bincount(first, minlength=count))
+        graph = csr_array((weights, second, starts), shape=(count, count))
+    else:
+        graph = csr_array((weights, (first, second)), shape=(count, count))
+    number, labels = connected_components(graph, directed=False)
+    return int(number), labels.astype(np.int64)
+
+
+def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
+    """Count the fans at each vertex: groups of faces that hang together by edges there.
+
+    A vertex of a surface has one fan; a vertex without faces has none.
+
+    Parameters
+    ----------
+    edges : EdgeGroups
+        The edges.
+    n_vertices : int
+        Number of vertices.
+
+    Returns
+    -------
+    (V,) int array
+        Number of fans.
+
+    Examples
+    --------
+    >>> bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
+    >>> vertex_fans(group_edges(bow_tie), 5).tolist()
+    [2, 1, 1, 1, 1]
+    """
+    if not len(edges.same_way) and not np.any(edges.sizes > 2):
+        # A vertex with one fan is by far the most common, and a walk around it is cheap.
+        valence = np.bincount(edges.tail, minlength=n_vertices)
+        if np.array_equal(_walk_around(edges, n_vertices), valence):
+            return (valence > 0).astype(np.int64)
+    # Neighbours inside a group of half-edges are neighbours around both ends of the edge.
+    inside = np.ones(len(edges.order), dtype=bool)
+    inside[edges.starts[:-1]] = False
+    at = np.flatnonzero(inside)
+    one, two = edges.order[at - 1], edges.order[at]
+    same = edges.tail[one] == edges.tail[two]
+    one_head, two_head = edges.next[one], edges.next[two]
+    links_from = np.concatenate([one, one_head])
+    links_to = np.concatenate([np.where(same, two, two_head), np.where(same, two_head, two)])
+    number, label = label_links(links_from, links_to, len(edges.order))
+    vertex = np.empty(number, dtype=np.int64)
+    vertex[label] = edges.tail
+    return np.bincount(vertex, minlength=n_vertices)
+
+
+def _walk_around(edges: EdgeGroups, n_vertices: int) -> IntArray:
+    """Count the corners met by walking once around each vertex of an oriented mesh."""
+    first, second = edges.pairs
+    twin = np.full(len(edges.tail), -1, dtype=np.int64)
+    twin[first] = second
+    twin[second] = first
+    before = np.empty_like(edges.next)
+    before[edges.next] = np.arange(len(edges.next))
+    start = np.full(n_vertices, -1, dtype=np.int64)
+    start[edges.tail] = np.arange(len(edges.tail))
+    rim = np.flatnonzero(twin < 0)
+    start[edges.tail[rim]] = rim  # an open fan is walked from its end
+    met = np.zeros(n_vertices, dtype=np.int64)
+    vertex = np.flatnonzero(start >= 0)
+    here = start[vertex]
+    # Vertices of higher valence are left to the general way.
+    for _ in range(_WALKED):
+        met[vertex] += 1
+        here = twin[before[here]]
+        goes_on = (here >= 0) & (here != start[vertex])
+        vertex, here = vertex[goes_on], here[goes_on]
+        if not len(vertex):
+            break
+    return met
+
+
+def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray, IntArray]:
+    """Find which faces to turn so that neighbours run along their common edge opposite ways.
+
+    The double cover holds every face twice, as it is and turned; neighbours that agree are
+    linked on each sheet, neighbours that disagree across the sheets. A component of the mesh is
+    orientable exactly if its cover falls into two components; on a Möbius strip it is one.
+    Edges with more than two faces link nothing.
+
+    Parameters
+    ----------
+    edges : EdgeGroups
+        The edges.
+    n_faces : int
+        Number of faces.
+
+    Returns
+    -------
+    turned : (F,) bool array
+        Faces to turn; in each component the majority stays, and in a tie its first face.
+    one_sided : (F,) bool array
+        Faces of components that cannot be oriented.
+    patch : (F,) int array
+        Component, by shared edges, of each face.
+
+    Examples
+    --------
+    >>> flipped = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 1, 3], [1, 4, 3]])
+    >>> [values.tolist() for values in orient_faces(group_edges(flipped), 3)]
+    [[True, False, False], [False, False, False], [0, 0, 0]]
+    """
+    first, second = edges.pairs
+    one, two = edges.face[first], edges.face[second]
+    number, patch = label_links(one, two, n_faces)
+    across = np.where(edges.tail[first] == edges.tail[second], n_faces, 0)
+    links_from = np.concatenate([one, one + n_faces])
+    links_to = np.concatenate([two + across, two + n_faces - across])
+    label = label_links(links_from, links_to, 2 * n_faces)[1]
+    one_sided = label[:n_faces] == label[n_faces:]
+    # Labels grow with the first node, so the first face of each patch is never turned here.
+    turned = label[:n_faces] > label[n_faces:]
+    counts = np.bincount(patch, minlength=number)
+    minority_stays = 2 * np.bincount(patch, weights=turned, minlength=number) > counts
+    return (turned ^ minority_stays[patch]) & ~one_sided, one_sided, patch
+
+
+def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:
+    """Reverse some faces; each keeps its first corner.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quad = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
+    >>> turn_faces(quad, np.array([True])).faces()
+    [[0, 3, 2, 1]]
+    """
+    face = face_of_corner(mesh)
+    start = mesh.offsets[:-1][face]
+    size = mesh.face_sizes[face]
+    place = np.arange(mesh.n_corners) - start
+    mirrored = start + (size - place) % np.maximum(size, 1)
+    source = np.where(turned[face], mirrored, np.arange(mesh.n_corners))
+    return PolyMesh(mesh.vertices, mesh.offsets, mesh.indices[source])
+
+
+def boundary_loops(edges: EdgeGroups) -> tuple[int, IntArray]:
+    """Count the boundary loops: groups of boundary edges that hang together by vertices.
+
+    Returns
+    -------
+    number : int
+        Number of loops.
+    vertex : (number,) int array
+        One vertex of each loop.
+
+    Examples
+    --------
+    >>> square = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
+    >>> boundary_loops(group_edges(square))[0]
+    1
+    """
+    half = edges.first[edges.sizes == 1]
+    vertices, place = np.unique(
+        np.concatenate([edges.tail[half], edges.head[half]]), return_inverse=True
+    )
+    number, label = label_links(place[: len(half)], place[len(half) :], len(vertices))
+    some = np.empty(number, dtype=np.int64)
+    some[label] = vertices
+    return number, some
+
+
+def sound_faces(mesh: PolyMesh) -> tuple[BoolArray, BoolArray, BoolArray]:
+    """Sort the faces of a mesh of any content by what is wrong with each.
+
+    Returns
+    -------
+    small, out_of_range, repeating : (F,) bool arrays
+        Faces with fewer than three corners; with a vertex that is not there; with the same
+        vertex more than once (of those that are otherwise right).
+
+    Examples
+    --------
+    >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 3, [[0, 1], [0, 1, 7], [0, 1, 0, 2], [0, 1, 2]])
+    >>> [values.tolist() for values in sound_faces(mesh)]
+    [[True, False, False, False], [False, True, False, False], [False, False, True, False]]
+    """
+    small = mesh.face_sizes < 3
+    face = face_of_corner(mesh)
+    wrong = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
+    out_of_range = np.zeros(mesh.n_faces, dtype=bool)
+    out_of_range[face[wrong]] = True
+    repeating = np.zeros(mesh.n_faces, dtype=bool)
+    rows, members = sorted_faces(mesh)
+    equal = (rows[1:] == rows[:-1]) & (members[1:] == members[:-1])
+    repeating[rows[1:][equal]] = True
+    return small, out_of_range & ~small, repeating & ~small & ~out_of_range
+
+
+def sorted_faces(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
+    """Return the face of each corner, and the vertices of each face in rising order."""
+    face = face_of_corner(mesh)
+    sizes = np.unique(mesh.face_sizes)
+    if len(sizes) > 32:
+        order = np.lexsort((mesh.indices, face))
+        return face, mesh.indices[order]
+    members = np.empty_like(mesh.indices)
+    for size in sizes.tolist():  # one array operation for each size of face
+        if size:
+            corners = mesh.offsets[:-1][mesh.face_sizes == size, None] + np.arange(size)
+            members[corners] = np.sort(mesh.indices[corners], axis=1)
+    return face, members
+
+
+def keep_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
+    """Return the mesh with some faces only, all vertices kept.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [1, 2, 3]])
+    >>> keep_faces(mesh, np.array([False, True])).faces()
+    [[1, 2, 3]]
+    """
+    if keep.all():
+        return mesh
+    corners = np.repeat(keep, mesh.face_sizes)
+    return PolyMesh(mesh.vertices, offsets_of(mesh.face_sizes[keep]), mesh.indices[corners])
