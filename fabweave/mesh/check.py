@@ -11,6 +11,7 @@ from fabweave.mesh.faults import (
     surface_problems,
     vertex_problems,
 )
+from fabweave.mesh.orient import orient_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport, Problem
 from fabweave.mesh.topology import (
@@ -19,7 +20,6 @@ from fabweave.mesh.topology import (
     group_edges,
     keep_faces,
     label_links,
-    orient_faces,
     sound_faces,
     vertex_fans,
 )

@@ -7,13 +7,8 @@ import numpy as np
 from fabweave.arrays import IntArray, offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.text import (
-    first_columns,
-    int_numbers,
-    keyword_rows,
-    text_rows,
-    without_slashes,
-)
+from fabweave.mesh.text import keyword_rows, text_rows, without_slashes
+from fabweave.mesh.textnumbers import first_columns, int_numbers
 
 
 def read_obj(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:

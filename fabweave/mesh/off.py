@@ -8,7 +8,8 @@ from fabweave.arrays import IntArray, offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.obj import counted_face_lines, vertex_lines
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.text import Rows, first_columns, float_numbers, parse_int, row_lists, text_rows
+from fabweave.mesh.text import Rows, text_rows
+from fabweave.mesh.textnumbers import first_columns, float_numbers, parse_int, row_lists
 
 _KEYWORD = re.compile(r"((?:ST|C|N)*)(4?n?)OFF")
 _BINARY = re.compile(rb"\s*((?:ST|C|N)*)OFF[ \t]+BINARY[ \t]*\r?\n")

@@ -9,7 +9,8 @@ import numpy.typing as npt
 from fabweave.arrays import FloatArray, IntArray, offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.plyhead import Element
-from fabweave.mesh.text import Rows, first_columns, float_numbers, row_lists, text_rows
+from fabweave.mesh.text import Rows, text_rows
+from fabweave.mesh.textnumbers import first_columns, float_numbers, row_lists
 
 #: Codes of `struct` for numpy's type codes.
 _STRUCT = {

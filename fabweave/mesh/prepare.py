@@ -5,9 +5,10 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import InputError
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.orient import orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport
-from fabweave.mesh.topology import EdgeGroups, group_edges, orient_faces, turn_faces
+from fabweave.mesh.topology import EdgeGroups, group_edges
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:

@@ -1,0 +1,81 @@
+"""Find faces of a mesh that run through one another."""
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.topology import keep_faces, sound_faces
+
+
+def self_intersections(mesh: PolyMesh) -> IntArray:
+    """Find the pairs of faces that run through one another.
+
+    Faces are cut into triangles from their first corner; triangles that merely share a vertex
+    or an edge do not count, those that touch otherwise do. A warning, not a verdict: a face that
+    is not flat or not convex is only nearly its triangles. Faces that are no polygons, have no
+    area, or use coordinates that are no numbers are passed over.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh.
+
+    Returns
+    -------
+    (N, 2) int array
+        Pairs of faces, the smaller number first, sorted.
+
+    Examples
+    --------
+    >>> crossed = PolyMesh.from_faces(
+    ...     [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0.5, 0.5, -1], [0.5, 0.5, 1], [0.6, 0.4, 1]],
+    ...     [[0, 1, 2], [3, 4, 5]])
+    >>> self_intersections(crossed).tolist()
+    [[0, 1]]
+    """
+    # igl takes a while to import, and most jobs never need it.
+    from igl.predicates import find_self_intersections  # noqa: PLC0415 -- see above
+
+    none = np.zeros((0, 2), dtype=np.int64)
+    small, out_of_range, repeating = sound_faces(mesh)
+    keep = ~(small | out_of_range | repeating)
+    sound = keep_faces(mesh, keep)
+    if not sound.n_faces:
+        return none
+    finite = np.isfinite(sound.vertices).all(axis=1)
+    spoilt = np.add.reduceat(~finite[sound.indices], sound.offsets[:-1], dtype=np.int64)
+    keep[keep] = spoilt == 0
+    sound = keep_faces(mesh, keep)
+    if not sound.n_faces:
+        return none
+    points, corners = np.unique(sound.indices, return_inverse=True)
+    places = _near_one(mesh.vertices[points])
+    triangles, face = _fan(PolyMesh(places, sound.offsets, corners))
+    one, two, three = (places[triangles[:, k]] for k in range(3))
+    # libigl ends the interpreter on input that it does not expect, so nothing odd goes there.
+    wide = np.any(np.cross(two - one, three - one) != 0, axis=1)
+    triangles, face = np.ascontiguousarray(triangles[wide]), face[wide]
+    if not len(triangles):
+        return none
+    _, pairs, _ = find_self_intersections(places, triangles)
+    found = np.sort(np.flatnonzero(keep)[face[pairs]].reshape(-1, 2), axis=1)
+    found = found[found[:, 0] != found[:, 1]]
+    code = np.unique(found[:, 0] * mesh.n_faces + found[:, 1])
+    return np.column_stack(np.divmod(code, mesh.n_faces)).astype(np.int64)
+
+
+def _near_one(points: FloatArray) -> FloatArray:
+    """Scale by a power of two, which rounds nothing, so that products stay in range."""
+    exponent = np.frexp(np.abs(points).max())[1]
+    return np.ascontiguousarray(np.ldexp(points, -exponent))
+
+
+def _fan(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
+    """Cut faces into triangles from their first corner; return those and the face of each."""
+    sizes = mesh.face_sizes - 2
+    face = np.repeat(np.arange(mesh.n_faces), sizes)
+    bounds = np.cumsum(sizes) - sizes
+    first = mesh.offsets[:-1][face]
+    place = first + 1 + np.arange(len(face)) - bounds[face]
+    triangles = np.column_stack([mesh.indices[first], mesh.indices[place], mesh.indices[place + 1]])
+    return triangles, face
