@@ -125,8 +125,8 @@ def _skeleton(drawing: SheetDrawing, version: str, preset: Preset) -> Drawing:
     document = new(version, setup=False, units=_MILLIMETRES)
     document.header["$MEASUREMENT"] = 1
     if version != "R12":
-        # ezdxf adds these at writing in an order that changes from run to run.
-        document.classes.add_required_classes(document.dxfversion)
+        # ezdxf adds these at writing in an order that changes from run to run; it leaves alone
+        # those that are there.
         for name in sorted(document.entitydb.dxf_types_in_use()):
             document.classes.add_class(name)
     document.appids.new(APPID)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.cut.lettering import place_text
 from fabweave.cut.presets import preset_named
 from fabweave.cut.preview import png_bytes, preview_frame, write_png
 from fabweave.cut.titles import Title, place_titles
@@ -215,11 +216,15 @@ def test_a_title_runs_along_a_narrow_piece(angle_deg):
 
 
 def test_a_title_keeps_clear_of_the_engraved_label(make_piece):
-    piece = make_piece("AB12", (0.0, 0.0), amplitude=0.0)
-    box = box_of("AB12", place_titles([piece])["AB12"])
-    for entity in piece.entities:
-        if entity.layer is Layer.ENGRAVE_LABEL:
-            assert not box.intersects(shapely.LineString(entity.points))
+    plain = make_piece("AB12", (0.0, 0.0), amplitude=0.0, holes=0)
+    plain = replace(plain, entities=plain.entities[-1:])
+    before = place_titles([plain])["AB12"]
+    strokes = place_text("AB12", 2.5, before[:2], before.angle_deg)
+    label = tuple(Polyline(Layer.ENGRAVE_LABEL, stroke) for stroke in strokes)
+    after = place_titles([replace(plain, entities=(*label, *plain.entities))])["AB12"]
+    engraved = shapely.MultiLineString(strokes)
+    assert box_of("AB12", before).intersects(engraved)
+    assert not box_of("AB12", after).intersects(engraved)
 
 
 def test_a_piece_too_small_for_letters_is_named_all_the_same():

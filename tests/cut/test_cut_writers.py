@@ -264,8 +264,8 @@ def test_same_drawing_same_bytes_in_every_process():
         "print([hashlib.sha256(dxf_bytes(d, version=v)).hexdigest() for v in DXF_VERSIONS])\n"
     )
     outputs = []
-    # ezdxf keeps some names in sets, so their order would change with the seed of the hashes.
-    for seed in range(5):
+    # ezdxf keeps some names in sets: left alone, their order changes from seed 2 to seed 5.
+    for seed in (1, 2, 5, 8):
         result = subprocess.run(
             [sys.executable, "-c", code],
             env={**os.environ, "PYTHONHASHSEED": str(seed)},
