@@ -62,8 +62,9 @@ def inflated_sides(outline: FloatArray, radius_mm: float) -> FloatArray:
     >>> inflated_sides(square, 2.0).min(axis=(0, 1)).round(1).tolist()
     [-2.0, -2.0]
     """
-    # The corners of a buffer are chords of arcs; the factor puts the chords outside the arcs.
-    reach = radius_mm / math.cos(math.pi / (4.0 * _ARC_STEPS))
+    # The corners of a buffer are chords of arcs, and GEOS rounds their number, so that a chord
+    # may span up to one and a half steps; the factor puts every chord outside its arc.
+    reach = radius_mm / math.cos(1.5 * math.pi / (4.0 * _ARC_STEPS))
     body = shapely.buffer(shapely.polygons(outline), reach, quad_segs=_ARC_STEPS)
     rings = shapely.get_rings(body)
     ends = [shapely.get_coordinates(ring) for ring in rings]

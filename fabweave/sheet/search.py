@@ -18,7 +18,7 @@ from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides, r
 from fabweave.sheet.shape import Shape, fitting_angles, rotated
 
 _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
-_RING = 3  # pixels around a shape whose neighbours count as contact
+_RING = 2  # pixels around a shape whose neighbours count as contact
 _PULL = 0.1  # contact that a position at the far end of the sheet must have more
 _MAX_CELLS = 12_000_000  # pixels in one batch of correlations: bounds the memory, not the result
 
@@ -77,7 +77,7 @@ def grid_of(usable_mm: tuple[float, float], gap_mm: float, pixel_mm: float) -> G
     Examples
     --------
     >>> grid_of((580.0, 380.0), 3.0, 2.0).shape
-    (210, 320)
+    (200, 300)
     """
     radius = clear_radius(gap_mm, pixel_mm) + _SLACK_MM
     return Grid(usable_mm, pixel_mm, radius, int(np.ceil(radius / pixel_mm)) + _RING)
@@ -157,16 +157,15 @@ class SheetPixels:
         if not able.any():
             return None
         chosen, free = chosen[able], free[able]
-        contact = np.rint(self._correlation(kernels.ring[chosen], self._spectra[1], rows, columns))
+        score = self._correlation(kernels.ring[chosen], self._spectra[1], rows, columns)
+        np.rint(score, out=score)
+        score /= kernels.ring_size[chosen].astype(np.float32)[:, None, None]
         # How far to the right its far side comes, as a share of the sheet; less so upwards.
-        reach = (
-            np.arange(columns)[None, None, :] * self.grid.pixel_mm
-            + kernels.sizes[chosen, 0][:, None, None]
-        )
-        height = np.arange(rows)[None, :, None] * self.grid.pixel_mm
-        far = reach / self.grid.usable_mm[0] + 0.1 * height / self.grid.usable_mm[1]
-        score = contact / kernels.ring_size[chosen][:, None, None] - _PULL * far
-        score[~free] = -np.inf
+        right = np.arange(columns) * self.grid.pixel_mm + kernels.sizes[chosen, 0][:, None]
+        up = np.arange(rows) * self.grid.pixel_mm
+        score -= (_PULL * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
+        score -= (0.1 * _PULL * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
+        score = np.where(free, score, np.float32(-np.inf))
         where = int(np.argmax(score))
         rotation, row, column = np.unravel_index(where, score.shape)
         return Position(float(score.flat[where]), int(chosen[rotation]), int(row), int(column))

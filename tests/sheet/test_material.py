@@ -1,0 +1,90 @@
+from dataclasses import FrozenInstanceError, replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.sheet.material import (
+    hole_edge_mm,
+    material_library,
+    material_named,
+    min_bend_radius_mm,
+    min_hole_mm,
+    sheet_mass_kg,
+    with_thickness,
+)
+
+ANY = st.sampled_from(material_library())
+
+
+def test_library_names_are_unique_and_found():
+    names = [material.name for material in material_library()]
+    assert len(set(names)) == len(names) >= 10
+    for material in material_library():
+        assert material_named(material.name.upper()) == material
+
+
+def test_unknown_name_lists_all_closest_first():
+    with pytest.raises(InputError) as caught:
+        material_named("stainles-304")
+    listed = str(caught.value).split("choose one of ")[1].split(", ")
+    assert listed[0] == "stainless-304"
+    assert sorted(listed) == sorted(material.name for material in material_library())
+
+
+def test_material_is_frozen():
+    with pytest.raises(FrozenInstanceError):
+        material_named("card").thickness_mm = 1.0
+
+
+@given(ANY, st.floats(0.05, 10))
+def test_rules_of_practice(material, thickness):
+    changed = with_thickness(material, thickness)
+    assert min_hole_mm(changed) == max(thickness, 1.0)
+    assert changed.gap_mm >= max(thickness, 2 * changed.kerf_mm)
+    hole = min_hole_mm(changed)
+    if changed.metal:
+        assert hole_edge_mm(changed, hole) == 2 * hole
+    else:
+        assert hole_edge_mm(changed, hole) == max(2 * hole, 3 * thickness)
+    assert sheet_mass_kg(changed, 1e6) == pytest.approx(changed.density_kg_m3 * thickness / 1e3)
+
+
+@given(ANY, st.floats(0.05, 10), st.floats(0.05, 10))
+def test_thicker_bends_less(material, one, other):
+    thin, thick = sorted((one, other))
+    assert min_bend_radius_mm(with_thickness(material, thin)) <= min_bend_radius_mm(
+        with_thickness(material, thick)
+    )
+
+
+@pytest.mark.parametrize(
+    ("thickness", "radius"), [(0.89, 51), (1.78, 132), (3.18, 305), (3.94, 406)]
+)
+def test_plywood_bends_as_ac_43_13_says(thickness, radius):
+    ply = with_thickness(material_named("birch-ply-1.5"), thickness)
+    assert min_bend_radius_mm(ply) == pytest.approx(radius)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"thickness_mm": 0.0},
+        {"density_kg_m3": -1.0},
+        {"kerf_mm": -0.1},
+        {"gap_mm": float("nan")},
+        {"min_bend_radius_t": None},
+    ],
+)
+def test_values_that_no_material_has_are_refused(change):
+    with pytest.raises(InputError):
+        replace(material_named("card"), **change)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("inf"), float("nan")])
+def test_thickness_and_hole_must_be_positive(value):
+    with pytest.raises(InputError):
+        with_thickness(material_named("card"), value)
+    with pytest.raises(InputError):
+        hole_edge_mm(material_named("card"), value)

@@ -1,0 +1,240 @@
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.sheet.check import check_layout
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.nest import effort_named, fits_some_sheet, nest
+
+
+def bar(length, width):
+    return np.array([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]])
+
+
+def band(axis, width):
+    """Return the outline of a band of constant width along a curve."""
+    body = shapely.buffer(shapely.LineString(axis), width / 2, cap_style="flat", quad_segs=2)
+    return shapely.get_coordinates(shapely.normalize(body.exterior))[:-1]
+
+
+@st.composite
+def outlines(draw):
+    kind = draw(st.sampled_from(["star", "spiral", "sliver", "tiny", "wave", "ring"]))
+    size = draw(st.floats(20, 120))
+    if kind == "star":
+        rng = np.random.default_rng(draw(st.integers(0, 999)))
+        angle = np.linspace(0, 2 * math.pi, 11, endpoint=False)
+        radius = size / 2 * rng.uniform(0.2, 1.0, 11)
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    if kind == "spiral":
+        angle = np.linspace(0, 3.5 * math.pi, 60)
+        radius = size / 2 * (0.2 + 0.8 * angle / angle[-1])
+        return band(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1), size / 20)
+    if kind == "ring":
+        angle = np.linspace(0.2, 2 * math.pi - 0.2, 50)
+        return band(size / 2.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1), size / 12)
+    if kind == "wave":
+        x = np.linspace(0, size, 40)
+        return band(np.stack([x, size / 15 * np.sin(x / size * 9)], axis=1), size / 14)
+    if kind == "sliver":
+        return np.array([[0.0, 0.0], [size, 0.3], [size * 1.1, 0.1], [size, 0.5]])
+    return bar(0.4, 0.3) + 1000.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(outlines(), min_size=1, max_size=9),
+    st.sampled_from([0.0, 0.5, 3.0]),
+    st.sampled_from([0.0, 4.0]),
+    st.integers(0, 3),
+)
+def test_any_pieces_are_placed_once_apart_and_inside(pieces, gap, margin, seed):
+    stock = [SheetSize(150, 140)]
+    layouts = [
+        nest(pieces, stock, margin_mm=margin, gap_mm=gap, effort="quick", seed=seed, workers=n)
+        for n in (1, 2)
+    ]
+    assert check_layout(layouts[0], pieces) == []
+    assert layouts[0] == layouts[1]
+    assert [placement.piece for placement in layouts[0].placements] == list(range(len(pieces)))
+    assert {p.sheet for p in layouts[0].placements} == set(range(len(layouts[0].sheets)))
+
+
+def test_result_does_not_depend_on_where_a_piece_was_drawn():
+    rng = np.random.default_rng(3)
+    pieces = [bar(length, 9.0) for length in rng.uniform(20, 90, 12)]
+    drawn = [piece + rng.uniform(-1e3, 1e3, 2) for piece in pieces]
+    stock = [SheetSize(120, 100)]
+    one = nest(pieces, stock, margin_mm=3, gap_mm=1, effort="quick")
+    other = nest(drawn, stock, margin_mm=3, gap_mm=1, effort="quick")
+    for a, b, p, q in zip(one.placements, other.placements, pieces, drawn, strict=True):
+        assert a.sheet == b.sheet
+        np.testing.assert_allclose(a.apply(p), b.apply(q), atol=1e-6)
+
+
+@pytest.mark.parametrize("effort", ["quick", "normal", "best"])
+def test_equal_rectangles_use_nearly_the_computed_number_of_sheets(effort):
+    # Ten bars of 16 mm and nine gaps of 2 mm are 178 mm: exactly what the margin leaves.
+    pieces = [bar(200.0, 16.0)] * 60
+    layout = nest(pieces, [SheetSize(220, 198)], margin_mm=10, gap_mm=2, effort=effort)
+    assert check_layout(layout, pieces) == []
+    # A pitch is rounded up to pixels, so one bar in ten may be lost, at 2 mm two.
+    lost = 2 if effort == "quick" else 1
+    assert 6 <= len(layout.sheets) <= math.ceil(60 / (10 - lost))
+
+
+def test_piece_that_just_fits_is_placed_on_the_margin():
+    for angle in (0.0, 90.0, 17.0):
+        turn = np.deg2rad(angle)
+        rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        piece = bar(580.0, 380.0) @ rotation
+        assert fits_some_sheet(piece, [SheetSize(600, 400)], 10)
+        layout = nest([piece], [SheetSize(600, 400)], margin_mm=10, gap_mm=5, effort="quick")
+        assert check_layout(layout, [piece]) == []
+        stands = layout.placements[0].apply(piece)
+        np.testing.assert_allclose(stands.min(axis=0), [10, 10], atol=1e-6)
+        np.testing.assert_allclose(stands.max(axis=0), [590, 390], atol=1e-6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.floats(20, 300), st.floats(1, 60), st.floats(60, 250), st.floats(60, 250), st.integers(0, 2)
+)
+def test_fits_some_sheet_agrees_with_nest(length, width, sheet_width, sheet_height, effort):
+    piece, stock = bar(length, width), [SheetSize(sheet_width, sheet_height)]
+    name = ("quick", "normal", "best")[effort]
+    if fits_some_sheet(piece, stock, 5):
+        layout = nest([piece], stock, margin_mm=5, gap_mm=2, effort=name)
+        assert check_layout(layout, [piece]) == []
+    else:
+        assert math.hypot(length, width) > min(sheet_width, sheet_height) - 10
+        with pytest.raises(CannotMakeError, match="fit on no sheet"):
+            nest([piece], stock, margin_mm=5, gap_mm=2, effort=name)
+
+
+def test_ring_takes_a_small_piece_into_its_opening():
+    angle = np.linspace(0.15, 2 * math.pi - 0.15, 120)
+    ring = band(70 * np.stack([np.cos(angle), np.sin(angle)], axis=1), 14.0)
+    pieces = [ring, bar(70.0, 60.0)]
+    # The sheet is hardly larger than the ring, so the opening is the only place left.
+    layout = nest(pieces, [SheetSize(160, 160)], margin_mm=1, gap_mm=3, effort="quick")
+    assert check_layout(layout, pieces) == []
+    assert len(layout.sheets) == 1
+
+
+def test_large_piece_takes_the_large_sheet_and_the_rest_fills_it_up():
+    pieces = [bar(60.0, 10.0)] * 5 + [bar(180.0, 10.0)]
+    stock = [SheetSize(80, 80), SheetSize(200, 100, 1)]
+    layout = nest(pieces, stock, margin_mm=2, gap_mm=2, effort="quick")
+    assert check_layout(layout, pieces) == []
+    assert layout.sheets == (SheetSize(200, 100, 1),)
+    small = nest(pieces[:5], stock, margin_mm=2, gap_mm=2, effort="quick")
+    assert {sheet.width_mm for sheet in small.sheets} == {80}
+
+
+def test_quantities_are_kept_and_sizes_follow_the_given_order():
+    pieces = [bar(70.0, 30.0)] * 6
+    stock = [SheetSize(80, 80, 2), SheetSize(90, 80)]
+    layout = nest(pieces, stock, margin_mm=2, gap_mm=2, effort="quick")
+    assert [sheet.width_mm for sheet in layout.sheets] == [80, 80, 90]
+
+
+def test_seed_changes_the_order_and_nothing_else():
+    rng = np.random.default_rng(1)
+    pieces = [bar(*size) for size in rng.uniform([20, 5], [90, 20], (14, 2))]
+    found = [
+        nest(pieces, [SheetSize(150, 100)], margin_mm=2, gap_mm=1, effort="quick", seed=seed)
+        for seed in (0, 1, 2, 0)
+    ]
+    assert all(check_layout(layout, pieces) == [] for layout in found)
+    assert found[0] == found[3]
+    assert found[0] != found[1] != found[2]
+
+
+def test_progress_ends_with_everything_placed():
+    said = []
+    pieces = [bar(70.0, 60.0)] * 3
+    nest(
+        pieces,
+        [SheetSize(80, 80)],
+        margin_mm=2,
+        gap_mm=2,
+        effort="quick",
+        progress=lambda *args: said.append(args),
+    )
+    assert said == [("nesting", 1, 3), ("nesting", 2, 3), ("nesting", 3, 3)]
+
+
+def test_nothing_to_nest_needs_no_sheet():
+    layout = nest([], [SheetSize(80, 80)], margin_mm=2, gap_mm=2)
+    assert layout.sheets == layout.placements == ()
+
+
+@pytest.mark.parametrize(
+    "outline",
+    [
+        np.empty((0, 2)),
+        np.zeros((2, 2)),
+        np.array([[0.0, 0.0], [9.0, 9.0], [9.0, 0.0], [0.0, 9.0]]),
+        np.array([[0.0, 0.0], [9.0, float("nan")], [9.0, 0.0]]),
+        np.array([[0.0, 0.0], [5.0, 0.0], [9.0, 0.0]]),
+        np.zeros((3, 3)),
+    ],
+)
+def test_bad_outline_is_refused_by_its_name(outline):
+    with pytest.raises(InputError, match="1 of 2 outlines cannot be nested: B7"):
+        nest([bar(5, 5), outline], [SheetSize(80, 80)], margin_mm=2, gap_mm=2, ids=["A1", "B7"])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"gap_mm": -1.0},
+        {"gap_mm": float("nan")},
+        {"margin_mm": 40.0},
+        {"margin_mm": -1.0},
+        {"effort": "harder"},
+        {"ids": ["A", "B"]},
+    ],
+)
+def test_bad_settings_are_refused(change):
+    with pytest.raises(InputError):
+        nest([bar(5, 5)], [SheetSize(80, 80)], **({"margin_mm": 2.0, "gap_mm": 2.0} | change))
+
+
+def test_piece_too_large_names_it_its_size_and_the_cure():
+    with pytest.raises(CannotMakeError) as caught:
+        nest(
+            [bar(5, 5), bar(500, 20)],
+            [SheetSize(300, 200)],
+            margin_mm=5,
+            gap_mm=2,
+            ids=["A1", "C3"],
+        )
+    for said in ("1 of 2", "C3 (500.0 × 20.0 mm)", "290.0 × 190.0 mm", "--max-length", "--sheet"):
+        assert said in str(caught.value)
+
+
+def test_stock_that_runs_out_says_what_is_left_and_what_is_missing():
+    with pytest.raises(CannotMakeError, match=r"2 of 5 pieces are left .* about 2 more of 80x80mm"):
+        nest([bar(70, 60)] * 5, [SheetSize(80, 80, 3)], margin_mm=2, gap_mm=2, effort="quick")
+
+
+def test_efforts_divide_the_fan_of_fitting_angles():
+    for name in ("quick", "normal", "best"):
+        assert 720 % effort_named(name).rotations == 0
+        assert effort_named(name).rotations % 4 == 0
+
+
+@pytest.mark.slow
+def test_measured_set_is_as_dense_as_if_bounding_rectangles_had_no_waste(piece_sets):
+    pieces = piece_sets["measured_set"](60, seed=1)
+    layout = nest(pieces, [SheetSize(600, 400)], margin_mm=10, gap_mm=3, effort="quick")
+    assert check_layout(layout, pieces) == []
+    boxes = sum(shapely.minimum_rotated_rectangle(shapely.polygons(p)).area for p in pieces)
+    assert len(layout.sheets) <= math.ceil(boxes / (580 * 380))

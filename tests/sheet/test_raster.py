@@ -1,0 +1,97 @@
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides, ring_around
+from fabweave.sheet.shape import rotated, shapes_of
+
+
+def shared_centres(gap, pixel, radius, directions, shifts):
+    """Return for each pair of points the gap apart whether a pixel centre is near both."""
+    angle = np.linspace(0, math.pi / 2, directions, endpoint=False)
+    half = gap / 2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    grid = (np.arange(shifts) / shifts - 0.5) * pixel
+    shift = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    reach = np.arange(-4, 5) * pixel
+    centres = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
+    middle = centres[None, None] - shift[None, :, None]
+    near_p = np.linalg.norm(middle - half[:, None, None], axis=-1)
+    near_q = np.linalg.norm(middle + half[:, None, None], axis=-1)
+    return (np.maximum(near_p, near_q) <= radius).any(axis=-1)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.2, 1.0, 1.5, 3.0])
+def test_clear_radius_is_enough_and_least(ratio):
+    radius = clear_radius(ratio, 1.0)
+    assert shared_centres(ratio, 1.0, radius + 1e-9, 60, 20).all()
+    assert not shared_centres(ratio, 1.0, 0.995 * radius, 60, 20).all()
+    assert radius <= ratio / 2 + math.sqrt(0.5) + 1e-12
+
+
+def star(seed, count):
+    rng = np.random.default_rng(seed)
+    angle = np.sort(rng.uniform(0, 2 * math.pi, count))
+    radius = rng.uniform(2, 12, count)
+    return 15.0 + np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.integers(5, 30), st.floats(0.4, 2.0))
+def test_filled_pixels_are_the_centres_that_shapely_contains(seed, count, pixel):
+    outline = star(seed, count)
+    sides = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
+    turned = rotated(sides.reshape(-1, 2) - 15, np.array([0.0, 33.0, 200.0])) + 15
+    got = filled_pixels(turned.reshape(3, -1, 2, 2), (40, 50), pixel)
+    x, y = np.meshgrid((np.arange(50) + 0.5) * pixel, (np.arange(40) + 0.5) * pixel)
+    for k in range(3):
+        # The even-odd rule, also where a star whose centre lies outside crosses itself.
+        parity = np.zeros(x.shape, dtype=bool)
+        for (x0, y0), (x1, y1) in turned[k].reshape(-1, 2, 2):
+            if y0 == y1:
+                continue
+            hit = (min(y0, y1) <= y) & (y < max(y0, y1))
+            parity ^= hit & (x >= x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+        assert (got[k] == parity).all()
+        polygon = shapely.polygons(turned[k].reshape(-1, 2, 2)[:, 0])
+        if shapely.is_valid(polygon):
+            shapely.prepare(polygon)
+            assert (got[k] == shapely.contains_xy(polygon, x, y)).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.3, 6.0))
+def test_inflation_holds_every_point_within_the_radius(seed, radius):
+    polygon = shapely.convex_hull(shapely.polygons(star(seed, 12)))
+    outline = shapely.get_coordinates(polygon)[:-1]
+    ring = inflated_sides(outline, radius)[:, 0]
+    border = shapely.LineString(np.vstack([ring, ring[:1]]))
+    assert shapely.distance(border, polygon) >= radius - 1e-9
+    assert shapely.hausdorff_distance(border, polygon.exterior, 0.05) <= 1.2 * radius + 1e-9
+
+
+def test_ring_around_is_what_chebyshev_distance_says():
+    rng = np.random.default_rng(0)
+    pixels = rng.random((2, 12, 14)) < 0.1
+    y, x = np.mgrid[:12, :14]
+    for width in (1, 2, 3):
+        for k in range(2):
+            near = np.zeros((12, 14), dtype=bool)
+            for row, column in np.argwhere(pixels[k]):
+                near |= np.maximum(abs(y - row), abs(x - column)) <= width
+            assert (ring_around(pixels, width)[k] == (near & ~pixels[k])).all()
+
+
+@given(st.integers(0, 10**6), st.floats(-180, 180), st.floats(-500, 500))
+@settings(max_examples=40, deadline=None)
+def test_congruent_outlines_share_a_shape_and_mirror_images_do_not(seed, angle, shift):
+    outline = star(seed, 9)
+    moved = rotated(outline, np.array([angle]))[0] + shift
+    shapes, poses = shapes_of([outline, moved, outline * [-1, 1]])
+    assert [pose.shape for pose in poses] == [0, 0, 1]
+    for pose, points in zip(poses, (outline, moved), strict=False):
+        placed = rotated(points, np.array([pose.angle_deg]))[0] + [pose.x_mm, pose.y_mm]
+        np.testing.assert_allclose(placed, shapes[0].outline, atol=1e-5)

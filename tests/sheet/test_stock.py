@@ -1,0 +1,72 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.stock import check_stock, format_stock, parse_stock, usable_size
+
+
+@pytest.mark.parametrize(
+    ("text", "sheet"),
+    [
+        ("600x400mm", SheetSize(600, 400)),
+        ("600x400", SheetSize(600, 400)),
+        ("600X400", SheetSize(600, 400)),
+        ("600 × 400 mm : 3", SheetSize(600, 400, 3)),
+        ("600x400*2", SheetSize(600, 400, 2)),
+        ("60x40cm", SheetSize(600, 400)),
+        ("60cmx400mm", SheetSize(600, 400)),
+        ("1m x 70cm", SheetSize(1000, 700)),
+        ("10x20in", SheetSize(254, 508)),
+        ('10"x20":1', SheetSize(254, 508, 1)),
+        ("1.5x.5m", SheetSize(1500, 500)),
+    ],
+)
+def test_known_stock(text, sheet):
+    assert parse_stock(text) == sheet
+
+
+@given(st.integers(1, 10**6), st.integers(1, 10**6), st.none() | st.integers(1, 99))
+def test_format_is_read_back(width, height, quantity):
+    sheet = SheetSize(width / 100, height / 100, quantity)
+    assert parse_stock(format_stock(sheet)) == sheet
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "600",
+        "600x",
+        "x400",
+        "600x400x3",
+        "600x400:0",
+        "600x400:-1",
+        "600x400:two",
+        "600x400:",
+        "0x400",
+        "-600x400",
+        "600x400m",
+        "600x400mm:1.5",
+    ],
+)
+def test_what_is_no_stock_is_refused(text):
+    with pytest.raises(InputError):
+        parse_stock(text)
+
+
+def test_margin_must_leave_something():
+    assert usable_size(SheetSize(100, 50), 24) == (52, 2)
+    for margin in (25, 30, -1, float("nan")):
+        with pytest.raises(InputError):
+            usable_size(SheetSize(100, 50), margin)
+
+
+@pytest.mark.parametrize(
+    "sheets",
+    [[], [SheetSize(0, 5)], [SheetSize(5, float("nan"))], [SheetSize(50, 50, 0)]],
+)
+def test_impossible_stock_is_refused(sheets):
+    with pytest.raises(InputError):
+        check_stock(sheets, 1)
