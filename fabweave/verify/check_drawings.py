@@ -199,10 +199,24 @@ def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally)
         if tally.expect(
             len(one) == len(two), f"{what} has {len(one)} shapes, the DXF has {len(two)}"
         ):
-            off = max((_shape_distance(a, b) for a, b in zip(one, two, strict=True)), default=0.0)
+            off = _set_distance(one, two)
             tally.measure(
                 "formats_mm", off, SAME_MM, f"{what} differs from the DXF by {off:.4f} mm"
             )
+
+
+def _set_distance(one: Sequence[Shape], two: Sequence[Shape]) -> float:
+    """Return the largest distance of two sets of shapes, pairing them in order or nearest first."""
+    off = max((_shape_distance(a, b) for a, b in zip(one, two, strict=True)), default=0.0)
+    if off <= SAME_MM:
+        return off
+    rest, off = list(two), 0.0
+    for shape in one:
+        distances = [_shape_distance(shape, other) for other in rest]
+        nearest = int(np.argmin(distances))
+        off = max(off, distances[nearest])
+        del rest[nearest]
+    return off
 
 
 def _shape_distance(one: Shape, two: Shape) -> float:
@@ -247,8 +261,9 @@ def _check_sequence(where: str, drawing: Drawing, tally: Tally) -> None:
     rank = 0
     noted = False
     for shape in drawing.shapes:
+        if shape.layer == NOTES:
+            noted = current is not None
         if shape.layer == NOTES or shape.piece is None:
-            noted = noted or current is not None
             continue
         if shape.piece != current:
             tally.expect(

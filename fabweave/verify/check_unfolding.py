@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabweave.verify.check_pieces import station_run
@@ -12,6 +13,7 @@ from fabweave.verify.geometry import (
     Motion,
     Steps,
     farthest,
+    fit_most,
     fit_motion,
     lay_steps,
     panel_bounds,
@@ -66,7 +68,9 @@ def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Deve
     for piece in plan.pieces:
         thread = plan.thread.get(piece.thread)
         strip = model.get(thread.label) if thread is not None else None
-        if thread is None or strip is None or len(strip.entry) != len(thread.crossings):
+        if thread is None or strip is None or strip.closed != thread.closed:
+            continue
+        if len(strip.entry) != len(thread.crossings):
             continue
         start = station_run(thread, piece)
         if start is None:
@@ -91,7 +95,7 @@ def _develop(piece: Piece, strip: Strip, steps: Steps, start: int) -> Developed:
     panels = np.concatenate([rungs[begin - first], rungs[end - first]], axis=1)
     stations = np.array([(station.x, station.y) for station in piece.stations])
     flat = panels.mean(axis=1)
-    motion = fit_motion(flat, stations)
+    motion = fit_most(flat, stations)
     if len(stations) < 2:
         motion = _turn_by_outline(rungs, flat[0], piece)
     width = float(np.min(np.hypot(*(rungs[:, 1] - rungs[:, 0]).T)))
@@ -131,7 +135,10 @@ def check_unfolding(job: Job, tally: Tally) -> None:
     for piece in plan.pieces:
         own = developed.get(piece.id)
         if own is None:
-            tally.fail(f"piece {piece.id} is not unfolded: its stations are no run of its thread")
+            tally.fail(
+                f"piece {piece.id} is not unfolded: its stations are no run of its thread, or the "
+                "model has not that thread's panels"
+            )
             continue
         _check_piece(piece, own, tally)
 
@@ -159,14 +166,21 @@ def _check_piece(piece: Piece, own: Developed, tally: Tally) -> None:
         )
     rails = own.outline
     border, ring = shapely.LinearRing(piece.outline), shapely.LinearRing(rails)
-    out = float(np.max(shapely.distance(shapely.points(rails), border)))
-    back = float(np.max(shapely.distance(shapely.points(piece.outline), ring)))
+    out = float(np.max(shapely.distance(_along(rails), border)))
+    back = float(np.max(shapely.distance(_along(piece.outline), ring)))
     tally.measure(
         "outline_mm",
         max(out, back),
         OUTLINE_MM + own.slack_mm,
         f"{where}: its outline leaves the unfolded ribbon by {max(out, back):.4f} mm",
     )
+
+
+def _along(ring: Floats) -> npt.NDArray[np.object_]:
+    """Return the vertices of a ring and three points inside each side."""
+    shares = np.array([0.0, 0.25, 0.5, 0.75])[:, None, None]
+    steps = np.roll(ring, -1, axis=0) - ring
+    return np.asarray(shapely.points((ring + shares * steps).reshape(-1, 2)))
 
 
 def check_joints(job: Job, tally: Tally) -> None:

@@ -1,0 +1,393 @@
+"""Spoil the sheets' drawings: the checks that must object do, and no other."""
+
+import re
+
+import pytest
+from verify_writers import dxf_text, sheet_shapes, svg_text, write_sheets
+
+from fabweave.verify import verify_job
+from fabweave.verify.drawing import ReadError
+from fabweave.verify.read_dxf import read_dxf
+from fabweave.verify.read_svg import read_svg
+
+# --- shapes -------------------------------------------------------------------------------------
+
+
+def index(shapes, layer, nth=0):
+    return [k for k, shape in enumerate(shapes) if shape[1] == layer][nth]
+
+
+def changed(shapes, k, **parts):
+    """Replace parts of one shape."""
+    names = ("piece", "layer", "kind", "data", "closed")
+    result = list(shapes)
+    result[k] = tuple(parts.get(name, value) for name, value in zip(names, shapes[k], strict=True))
+    return result
+
+
+def outline_before_holes(shapes):
+    k = index(shapes, "CUT_OUTER")
+    first = index(shapes, "CUT_INNER")
+    return [*shapes[:first], shapes[k], *shapes[first:k], *shapes[k + 1 :]]
+
+
+def hole_before_engraving(shapes):
+    k = index(shapes, "CUT_INNER")
+    return [shapes[k], *shapes[:k], *shapes[k + 1 :]]
+
+
+def engraving_last(shapes):
+    k = index(shapes, "CUT_OUTER")
+    return [*shapes[1 : k + 1], shapes[0], *shapes[k + 1 :]]
+
+
+def engraving_of_all_first(shapes):
+    return sorted(shapes, key=lambda s: not s[1].startswith("ENGRAVE"))
+
+
+def note_amid_a_piece(shapes):
+    return [shapes[0], shapes[-1], *shapes[1:-1]]
+
+
+def notes_first(shapes):
+    return sorted(shapes, key=lambda s: s[1] != "NOTES")
+
+
+def move_hole(shapes):
+    k = index(shapes, "CUT_INNER")
+    x, y, r = shapes[k][3]
+    return changed(shapes, k, data=(x + 0.05, y, r))
+
+
+def widen_hole(shapes):
+    k = index(shapes, "CUT_INNER")
+    x, y, r = shapes[k][3]
+    return changed(shapes, k, data=(x, y, r + 0.05))
+
+
+def leave_out_hole(shapes):
+    k = index(shapes, "CUT_INNER")
+    return shapes[:k] + shapes[k + 1 :]
+
+
+def draw_hole_twice_and_leave_one_out(shapes):
+    a, b = index(shapes, "CUT_INNER"), index(shapes, "CUT_INNER", 1)
+    return changed(shapes, b, data=shapes[a][3])
+
+
+def add_hole_of_no_piece(shapes):
+    return [*shapes, (None, "CUT_INNER", "circle", (30.0, 30.0, 1.0), True)]
+
+
+def move_outline_vertex(shapes):
+    k = index(shapes, "CUT_OUTER")
+    points = [list(point) for point in shapes[k][3]]
+    points[5][1] += 0.05
+    return changed(shapes, k, data=points)
+
+
+def add_outline_vertex(shapes):
+    k = index(shapes, "CUT_OUTER")
+    (x, y), (u, v) = shapes[k][3][:2]
+    return changed(shapes, k, data=[shapes[k][3][0], [(x + u) / 2, (y + v) / 2], *shapes[k][3][1:]])
+
+
+def leave_outline_open(shapes):
+    return changed(shapes, index(shapes, "CUT_OUTER"), closed=False)
+
+
+def draw_outline_twice(shapes):
+    k = index(shapes, "CUT_OUTER")
+    return [*shapes[: k + 1], shapes[k], *shapes[k + 1 :]]
+
+
+def leave_out_outline(shapes):
+    k = index(shapes, "CUT_OUTER")
+    return shapes[:k] + shapes[k + 1 :]
+
+
+def turn_outline_round(shapes):
+    # Another start and direction cut the same.
+    k = index(shapes, "CUT_OUTER")
+    points = shapes[k][3][::-1]
+    return changed(shapes, k, data=points[5:] + points[:5])
+
+
+def exchange_names_of_outlines(shapes):
+    a, b = index(shapes, "CUT_OUTER"), index(shapes, "CUT_OUTER", 1)
+    return changed(changed(shapes, a, data=shapes[b][3]), b, data=shapes[a][3])
+
+
+def engrave_twice(shapes):
+    return [shapes[0], *shapes]
+
+
+def engrave_beyond_the_outline(shapes):
+    (x, y), *rest = shapes[0][3]
+    shift = 80.0
+    return changed(shapes, 0, data=[[a, b + shift] for a, b in [(x, y), *rest]])
+
+
+def engrave_for_another_sheet(shapes):
+    return changed(shapes, 0, piece="Z9")
+
+
+def move_engraving(shapes):
+    return changed(shapes, 0, data=[[x + 0.05, y] for x, y in shapes[0][3]])
+
+
+BOTH = [
+    (outline_before_holes, "order", ""),
+    (hole_before_engraving, "order", ""),
+    (engraving_last, "order", ""),
+    (engraving_of_all_first, "order", ""),
+    (note_amid_a_piece, "order", ""),
+    (notes_first, "", ""),
+    (turn_outline_round, "", "outlines-svg"),
+    (move_hole, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (widen_hole, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (leave_out_hole, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (draw_hole_twice_and_leave_one_out, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (add_hole_of_no_piece, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (move_outline_vertex, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (add_outline_vertex, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (leave_outline_open, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (draw_outline_twice, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (leave_out_outline, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (exchange_names_of_outlines, "outlines-dxf outlines-svg order", None),
+    (engrave_twice, "outlines-dxf outlines-svg areas", None),
+    (engrave_beyond_the_outline, "order", "order outlines-svg"),
+    (engrave_for_another_sheet, "outlines-dxf outlines-svg", None),
+    (move_engraving, "", "outlines-svg"),
+]
+CASES = [
+    (edit, both, objecting)
+    for edit, in_both, in_dxf in BOTH
+    for both, objecting in ((True, in_both), (False, in_dxf))
+    if objecting is not None
+]
+
+
+@pytest.mark.parametrize(
+    ("edit", "both", "objecting"),
+    CASES,
+    ids=[f"{e.__name__}-{'both' if b else 'dxf'}" for e, b, _ in CASES],
+)
+def test_exactly_the_right_checks_object(specimen, job, edit, both, objecting):
+    folder = job("octahedron")
+    if not both and objecting == "":
+        # Order is the DXF's alone: tested with both formats.
+        objecting = {c[0]: c[2] for c in CASES if c[1]}[edit]
+    source = specimen("octahedron")
+
+    def once(sheet, shapes):
+        return edit(shapes) if sheet["sheet"] == 1 else shapes
+
+    if both:
+        write_sheets(source, folder, edit=once)
+    else:
+        sheet = source.plan["sheets"][0]
+        shapes = edit(sheet_shapes(source, source.plan, sheet))
+        (folder / "sheets" / "sheet_01.dxf").write_text(dxf_text(shapes, sheet))
+    told = {c.name: c.findings for c in verify_job(folder).checks if not c.ok}
+    assert set(told) == set(objecting.split()), told
+
+
+@pytest.mark.parametrize(
+    "edit", [move_hole, move_outline_vertex, leave_out_hole, add_outline_vertex, move_engraving]
+)
+def test_a_change_of_the_svg_alone(specimen, job, edit):
+    folder = job("octahedron")
+    source = specimen("octahedron")
+    sheet = source.plan["sheets"][0]
+    shapes = edit(sheet_shapes(source, source.plan, sheet))
+    (folder / "sheets" / "sheet_01.svg").write_text(svg_text(shapes, sheet))
+    assert verify_job(folder).failed == ("outlines-svg",)
+
+
+# --- text of the files --------------------------------------------------------------------------
+
+
+def swap(old, new, count=1):
+    """Return an edit of a text that must find what it replaces."""
+
+    def edit(text):
+        assert old in text
+        return text.replace(old, new, count)
+
+    edit.__name__ = f"{old!r:.24} to {new!r:.24}"
+    return edit
+
+
+def bend_outline(text):
+    at = text.index("CUT_OUTER\n 90")
+    vertex = re.compile(r" 20\n[-0-9.]+\n").search(text, at)
+    return text[: vertex.end()] + " 42\n0.5\n" + text[vertex.end() :]
+
+
+def mirror_extrusion(text):
+    at = text.index("CIRCLE")
+    end = text.index(" 40\n", at)
+    return text[:end] + "230\n-1.0\n" + text[end:]
+
+
+def rename_layer_of_outline(text):
+    return swap("  8\nCUT_OUTER", "  8\nOUTER")(text)
+
+
+def add_spline(text):
+    return swap("ENTITIES\n", "ENTITIES\n  0\nSPLINE\n  8\nCUT_OUTER\n")(text)
+
+
+def give_hole_to_other_piece(text):
+    at = text.index("CIRCLE")
+    return text[:at] + swap("1000\nA1", "1000\nA2")(text[at:])
+
+
+def forget_piece_of_hole(text):
+    at = text.index("CIRCLE")
+    return text[:at] + swap("1001\nFABWEAVE\n1000\nA1\n", "")(text[at:])
+
+
+def use_other_appid(text):
+    at = text.index("CIRCLE")
+    return text[:at] + swap("1001\nFABWEAVE", "1001\nOTHER")(text[at:])
+
+
+def put_in_paper_space(text):
+    return swap("CIRCLE\n", "CIRCLE\n 67\n1\n")(text)
+
+
+DXF_EDITS = [
+    (swap("$INSUNITS\n 70\n4", "$INSUNITS\n 70\n1"), "outlines-dxf"),
+    (swap("  9\n$INSUNITS\n 70\n4\n", ""), "outlines-dxf"),
+    (swap("$MEASUREMENT\n 70\n1", "$MEASUREMENT\n 70\n0"), "outlines-dxf"),
+    (swap("$EXTMAX\n 10\n600.0000", "$EXTMAX\n 10\n500.0000"), "outlines-dxf"),
+    (swap("$EXTMIN", "$EXTMEAN"), "outlines-dxf"),
+    (bend_outline, "outlines-dxf outlines-svg"),
+    (mirror_extrusion, "outlines-dxf"),
+    (put_in_paper_space, "outlines-dxf"),
+    (rename_layer_of_outline, "outlines-dxf outlines-svg"),
+    (add_spline, "outlines-dxf"),
+    (give_hole_to_other_piece, "outlines-dxf outlines-svg order"),
+    (forget_piece_of_hole, "outlines-dxf outlines-svg"),
+    (use_other_appid, "outlines-dxf outlines-svg"),
+    (swap("  0\nEOF\n", ""), "files outlines-dxf outlines-svg order areas"),
+    (swap(" 62\n7", "x\n7"), "files outlines-dxf outlines-svg order areas"),
+    (swap("CIRCLE", "CIRCLE\n 40\nnan"), "files outlines-dxf outlines-svg order areas"),
+]
+
+
+@pytest.mark.parametrize(("edit", "objecting"), DXF_EDITS, ids=[e.__name__ for e, _ in DXF_EDITS])
+def test_edited_dxf(job, edit, objecting):
+    folder = job("octahedron")
+    path = folder / "sheets" / "sheet_01.dxf"
+    path.write_text(edit(path.read_text()))
+    told = {c.name: c.findings for c in verify_job(folder).checks if not c.ok}
+    assert set(told) == set(objecting.split()), told
+
+
+def mirror_svg(text):
+    """Do not turn y: what a writer would write that forgot that y points down."""
+
+    def path(match):
+        points = [point.split(",") for point in match.group(1).rstrip("Z").split("L")]
+        run = "L".join(f"{x},{400 - float(y):.4f}" for x, y in points)
+        return f'd="M{run}{"Z" if match.group(1).endswith("Z") else ""}"'
+
+    text = re.sub(r'd="M([^"]*)"', path, text)
+    return re.sub(r'cy="([^"]*)"', lambda m: f'cy="{400 - float(m.group(1)):.4f}"', text)
+
+
+def exchange_layers(text):
+    groups = re.findall(r"<g id.*?</g>\n", text, re.DOTALL)
+    assert len(groups) == 5
+    return text.replace(groups[2], "@").replace(groups[3], groups[2]).replace("@", groups[3])
+
+
+def outside_layers(text):
+    # A group that is no layer.
+    return swap('inkscape:groupmode="layer" inkscape:label="CUT_INNER"', "")(text)
+
+
+def scale_to_pixels(text):
+    """Write 96 units an inch: as good, if all coordinates follow."""
+    scale = 96 / 25.4
+    text = text.replace('viewBox="0 0 600 400"', f'viewBox="0 0 {600 * scale} {400 * scale}"')
+    text = re.sub(
+        r'd="M([^"]*)"',
+        lambda m: 'd="M' + re.sub(r"[0-9.]+", lambda n: f"{float(n[0]) * scale:.6f}", m[1]) + '"',
+        text,
+    )
+    return re.sub(r'(cx|cy|r)="([^"]*)"', lambda m: f'{m[1]}="{float(m[2]) * scale:.6f}"', text)
+
+
+SVG_EDITS = [
+    (mirror_svg, "outlines-svg"),
+    (exchange_layers, "order"),
+    (outside_layers, "outlines-svg"),
+    (scale_to_pixels, ""),
+    (swap('viewBox="0 0 600 400"', 'viewBox="0 0 300 200"'), "outlines-svg"),
+    (swap('viewBox="0 0 600 400"', 'viewBox="0 0 600 300"'), "outlines-svg"),
+    (swap('width="600mm"', 'width="610mm"'), "outlines-svg"),
+    (swap('width="600mm"', 'width="600"'), "files outlines-svg order"),
+    (swap('viewBox="0 0 600 400"', ""), "files outlines-svg order"),
+    (swap("<path id", '<path transform="scale(1)" id'), "outlines-svg"),
+    (swap("<g id", '<g style="opacity:1" id'), "outlines-svg"),
+    (swap("<svg ", '<svg class="a" '), "outlines-svg"),
+    (swap('fill="none"', 'fill="#000"'), "outlines-svg"),
+    (swap("A1.outline", "A9.outline"), "outlines-svg"),
+    (swap("A1.hole.2", "A1.hole.1"), "outlines-svg"),
+    (swap('.outline"', '.outline" x="0"'), ""),
+    (swap("<title>A1</title></circle>", "</circle>"), "outlines-svg"),
+    (swap("<title>A1</title></circle>", "<title>A2</title></circle>"), "outlines-svg order"),
+    (swap("</svg>", "<rect/></svg>"), "outlines-svg"),
+    (swap('d="M', 'd="C1,1 2,2 3,3 M'), "outlines-svg"),
+    (swap("</svg>", ""), "files outlines-svg order"),
+    (swap('cx="', 'cx="a'), "files outlines-svg order"),
+    (swap('inkscape:label="CUT_INNER"', 'inkscape:label="HOLES"'), "outlines-svg"),
+]
+
+
+@pytest.mark.parametrize(("edit", "objecting"), SVG_EDITS, ids=[e.__name__ for e, _ in SVG_EDITS])
+def test_edited_svg(job, edit, objecting):
+    folder = job("octahedron")
+    path = folder / "sheets" / "sheet_01.svg"
+    path.write_text(edit(path.read_text()))
+    told = {c.name: c.findings for c in verify_job(folder).checks if not c.ok}
+    assert set(told) == set(objecting.split()), told
+
+
+# --- readers ------------------------------------------------------------------------------------
+
+
+def test_dxf_arcs_and_open_runs(tmp_path):
+    path = tmp_path / "a.dxf"
+    half = "0\nLWPOLYLINE\n8\nNOTES\n90\n2\n70\n0\n10\n0\n20\n0\n42\n1\n10\n2\n20\n0\n"
+    path.write_text(f"0\nSECTION\n2\nENTITIES\n{half}0\nENDSEC\n0\nEOF\n")
+    from fabweave.verify.drawing import bulge_height, length_of, traced  # noqa: PLC0415
+
+    (shape,) = read_dxf(path).shapes
+    assert length_of(shape) == pytest.approx(3.14159265, abs=1e-8)
+    assert bulge_height(shape) == 1.0
+    # A bulge of 1 is a half circle to the right of the chord, counter-clockwise.
+    assert traced(shape)[:, 1].min() == pytest.approx(-1.0)
+    assert traced(shape)[-1] == pytest.approx([2.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "text", ["", "0\nEOF\n", "hello\nworld\n", "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n0\nEOF\n"]
+)
+def test_bad_dxf_is_a_read_error(tmp_path, text):
+    path = tmp_path / "a.dxf"
+    path.write_text(text)
+    with pytest.raises(ReadError):
+        read_dxf(path)
+
+
+@pytest.mark.parametrize("text", ["", "<a/>", "<svg/>", "no xml", "<svg"])
+def test_bad_svg_is_a_read_error(tmp_path, text):
+    path = tmp_path / "a.svg"
+    path.write_text(text)
+    with pytest.raises(ReadError):
+        read_svg(path)

@@ -1,0 +1,543 @@
+"""Spoil, cut short or take away single files: the checks that must object do, and no other."""
+
+import csv
+import json
+import random
+import shutil
+
+import numpy as np
+import pytest
+from verify_writers import glb_bytes, write_mesh
+
+from fabweave.verify import verify_job
+
+MAP_CHECKS = (
+    "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
+    "outlines-dxf outlines-svg order sheets simple areas tables"
+)
+MISSING = {
+    "job.toml": "files",
+    "woven_mesh.obj": "files mesh-walks pattern space",
+    "model.glb": "files space joints unfolding",
+    "crossing_map.json": MAP_CHECKS,
+    "crossing_map.csv": "files tables",
+    "pieces.csv": "files areas tables",
+    "waste.json": "files areas",
+    "waste.html": "files",
+    "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order areas",
+    "sheets/sheet_01.svg": "files outlines-svg order",
+    "sheets/sheet_01.png": "files",
+    "sheets": "files outlines-dxf outlines-svg order areas",
+}
+
+
+def told(folder):
+    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
+
+
+@pytest.mark.parametrize("name", MISSING)
+def test_missing_file(job, name):
+    folder = job()
+    path = folder / name
+    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    found = told(folder)
+    assert set(found) == set(MISSING[name].split())
+    assert any("missing" in finding for finding in found["files"])
+
+
+@pytest.mark.parametrize("name", [name for name in MISSING if name not in ("sheets", "waste.html")])
+def test_file_cut_short(job, name):
+    path = job() / name
+    data = path.read_bytes()
+    # The shortest cut that breaks every format: in the middle of a line, record or number.
+    path.write_bytes(
+        data[: int(len(data) * 0.6)].rstrip()[:-1] + (b"\n[" if "toml" in name else b"")
+    )
+    found = told(path.parents[name.count("/")])
+    if name == "pieces.csv":
+        # A table cut short may still be a table; then rows are missing.
+        assert "tables" in found
+    elif name == "crossing_map.csv":
+        assert set(found) >= {"tables"}
+    elif name == "woven_mesh.obj":
+        assert "mesh-walks" in found
+    else:
+        assert set(found) == set(MISSING[name].split())
+
+
+@pytest.mark.parametrize("name", [name for name in MISSING if name != "sheets"])
+@pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe" * 50, b"{}", b"[[[[", b"null"])
+def test_garbage_is_a_finding(job, name, content):
+    folder = job()
+    (folder / name).write_bytes(content)
+    found = told(folder)
+    text = content.isascii() and content
+    if (name == "waste.html" and text) or (name, content) == ("job.toml", b""):
+        # Any text is a page, and no settings are settings.
+        assert found == {}
+    else:
+        assert "files" in found
+        assert set(found) <= set(MISSING[name].split())
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_mutation_makes_a_traceback(job, seed):
+    """Random bytes changed, doubled or dropped anywhere: a report, whatever comes."""
+    folder = job()
+    dice = random.Random(seed)  # noqa: S311 - no secret
+    names = [name for name in MISSING if name not in ("sheets", "waste.html")]
+    path = folder / names[seed % len(names)]
+    data = bytearray(path.read_bytes())
+    for _ in range(dice.randint(1, 8)):
+        at = dice.randrange(len(data))
+        action = dice.randrange(3)
+        if action == 0:
+            data[at] = dice.choice(b'0123456789.-e{}[]",:<>\n\x00') if dice.random() < 0.8 else 255
+        elif action == 1:
+            data[at:at] = data[at : at + dice.randint(1, 40)]
+        else:
+            del data[at : at + dice.randint(1, 40)]
+    path.write_bytes(bytes(data))
+    report = verify_job(folder)
+    assert len(report.checks) == 16
+    json.dumps(report.to_json(), allow_nan=True)
+
+
+def test_no_folder(tmp_path):
+    report = verify_job(tmp_path / "none")
+    assert set(report.failed) == set(MAP_CHECKS.split())
+
+
+def test_a_file_in_place_of_the_folder(tmp_path):
+    (tmp_path / "x").write_text("x")
+    assert not verify_job(tmp_path / "x").ok
+
+
+def test_a_folder_in_place_of_a_file(job):
+    folder = job()
+    (folder / "pieces.csv").unlink()
+    (folder / "pieces.csv").mkdir()
+    assert set(told(folder)) == {"files", "areas", "tables"}
+
+
+def test_a_sheet_of_an_earlier_run_is_found(job):
+    folder = job()
+    shutil.copy(folder / "sheets" / "sheet_01.dxf", folder / "sheets" / "sheet_02.dxf")
+    assert set(told(folder)) == {"files"}
+
+
+# --- references ---------------------------------------------------------------------------------
+
+
+def edit_map(folder, edit):
+    path = folder / "crossing_map.json"
+    plan = json.loads(path.read_text())
+    edit(plan)
+    path.write_text(json.dumps(plan))
+    return told(folder)
+
+
+def put(*path_and_value):
+    """Return an edit that sets a value deep in the plan."""
+    *path, last, value = path_and_value
+
+    def edit(plan):
+        for key in path:
+            plan = plan[key]
+        plan[last] = value
+
+    return edit
+
+
+def drop(*path):
+    """Return an edit that deletes a key deep in the plan."""
+    *path, last = path
+
+    def edit(plan):
+        for key in path:
+            plan = plan[key]
+        del plan[last]
+
+    return edit
+
+
+SCHEMA = [
+    put("schema", "fabweave.crossing-map/2"),
+    put("units", "in"),
+    put("threads", 0, "over", 0, 1),
+    put("threads", 0, "id", "0"),
+    put("threads", 0, "id", True),
+    put("pieces", 0, "outline", [[0, 0], [1, 1]]),
+    put("pieces", 0, "outline", 0, [0, 0, 0]),
+    put("pieces", 0, "outline", 0, [0, None]),
+    put("pieces", 0, "placement", "x_mm", float("nan")),
+    put("pieces", 0, "stations", 0, "x", float("inf")),
+    put("pieces", 0, "joints", [1]),
+    put("joints", 0, "holes", [[1, 2]]),
+    put("crossings", 0, "position", [0, 0]),
+    put("crossings", []),
+    put("weave", None),
+    drop("layout"),
+    drop("threads", 0, "bunch"),
+    drop("pieces", 0, "stations", 0, "hole_mm"),
+    drop("steps"),
+]
+
+
+@pytest.mark.parametrize("edit", SCHEMA)
+def test_schema(job, edit):
+    assert "files" in edit_map(job(), edit)
+
+
+REFERENCES = [
+    put("threads", 0, "crossings", 0, 9999),
+    put("threads", 0, "pieces", 0, "Z9"),
+    put("threads", 0, "over", [True]),
+    put("threads", 1, "label", "A"),
+    put("threads", 1, "id", 0),
+    put("crossings", 1, "id", 100),
+    put("crossings", 0, "edge", [0, 99]),
+    put("crossings", 0, "edge", [-1, 0]),
+    put("crossings", 0, "over", "station", 99),
+    put("crossings", 0, "over", "station", -1),
+    put("crossings", 0, "under", "piece", "Z9"),
+    put("crossings", 0, "under", "thread", 17),
+    put("pieces", 0, "thread", 17),
+    put("pieces", 0, "sheet", 17),
+    put("pieces", 1, "id", "A1"),
+    put("pieces", 0, "joints", 0, 17),
+    put("pieces", 0, "stations", 0, "joint", 17),
+    put("pieces", 0, "stations", 0, "crossing", 17),
+    put("pieces", 0, "stations", 0, "partner", "Z9"),
+    put("joints", 1, "id", 1),
+    put("joints", 0, "crossing", 17),
+    put("joints", 0, "pieces", 1, "Z9"),
+    put("steps", 0, "pieces", ["Z9"]),
+    put("steps", 0, "crossings", [17]),
+    put("steps", 1, "step", 1),
+    put("sheets", 0, "sheet", 2),
+    put("sheets", 0, "name", "sheet_07"),
+]
+
+
+@pytest.mark.parametrize("edit", REFERENCES)
+def test_references(job, edit):
+    assert "files" in edit_map(job(), edit)
+
+
+def test_steps_alone(job):
+    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files"}
+
+
+# --- model and mesh -----------------------------------------------------------------------------
+
+
+def write_model(folder, specimen, edit=None, strip=None):
+    if strip is not None:
+        strip(specimen.strips)
+    (folder / "model.glb").write_bytes(glb_bytes(specimen.strips, edit=edit))
+    return told(folder)
+
+
+def scale(strips):
+    for strip in strips.values():
+        strip["rungs"] = strip["rungs"] * 1.01
+
+
+def move_one_thread(strips):
+    strips["A"]["rungs"] = strips["A"]["rungs"] + [0.0, 0.0, 0.05]
+
+
+def exchange_right_and_left(strips):
+    for strip in strips.values():
+        strip["rungs"] = strip["rungs"][:, ::-1]
+
+
+def exchange_labels(strips):
+    strips["A"], strips["B"] = strips["B"], strips["A"]
+
+
+def lose_thread(strips):
+    del strips["B"]
+
+
+def shift_panels(strips):
+    strip = strips["A"]
+    strip["entry"], strip["exit"] = strip["exit"], [*strip["entry"][1:], strip["entry"][0]]
+
+
+def say_open(strips):
+    strips["A"]["closed"] = False
+    strips["A"]["triangles"] = strips["A"]["triangles"][:-2]
+
+
+def say_fewer_panels(strips):
+    strips["A"]["entry"].pop()
+    strips["A"]["exit"].pop()
+
+
+UNREADABLE = "files space joints unfolding"
+STRIPS = [
+    (scale, "space unfolding joints"),
+    (move_one_thread, "space"),
+    (exchange_right_and_left, "space unfolding"),
+    (exchange_labels, "space"),
+    (lose_thread, UNREADABLE),
+    (shift_panels, "space unfolding joints"),
+    (say_open, "files joints unfolding"),
+    (say_fewer_panels, UNREADABLE),
+]
+
+
+@pytest.mark.parametrize(("spoil", "objecting"), STRIPS, ids=[s.__name__ for s, _ in STRIPS])
+def test_spoiled_strips(specimen, job, spoil, objecting):
+    found = write_model(job(), specimen("octahedron"), strip=spoil)
+    if spoil is exchange_labels:
+        # Congruent threads: nothing but their places differs, and both must object there.
+        assert "space" in found
+        assert set(found) <= {"space", "unfolding", "joints"}
+    else:
+        assert set(found) == set(objecting.split()), found
+
+
+def test_a_bulge_of_a_connector_alone(specimen, job):
+    source = specimen("saddle")
+    folder = job("saddle")
+    label = next(k for k, s in source.strips.items() if not s["closed"])
+    source.strips[label]["rungs"][0, 0] += [0.0, 0.0, 9.0]
+    assert set(write_model(folder, source)) == {"unfolding"}
+
+
+def twice(document):
+    document["nodes"][1]["name"] = document["nodes"][0]["name"]
+
+
+def moved(document):
+    document["nodes"][0]["translation"] = [0.0, 0.0, 0.001]
+
+
+def lines_for_triangles(document):
+    document["meshes"][0]["primitives"][0]["mode"] = 1
+
+
+def no_extras(document):
+    del document["meshes"][0]["extras"]
+
+
+def extras_on_node(document):
+    document["nodes"][0]["extras"] = document["meshes"][0].pop("extras")
+
+
+def two_primitives(document):
+    document["meshes"][0]["primitives"] *= 2
+
+
+def beyond_the_buffer(document):
+    document["accessors"][0]["count"] += 100000
+
+
+def strange_panel(document):
+    document["meshes"][0]["extras"]["entry"][0] = 999
+
+
+def other_order_of_panels(document):
+    extras = document["meshes"][0]["extras"]
+    for key in ("entry", "exit"):
+        extras[key][1], extras[key][2] = extras[key][2], extras[key][1]
+
+
+def doubles_for_floats(document):
+    document["accessors"][0]["componentType"] = 9999
+
+
+GLB = [
+    (twice, UNREADABLE),
+    (moved, UNREADABLE),
+    (lines_for_triangles, UNREADABLE),
+    (no_extras, UNREADABLE),
+    (extras_on_node, ""),
+    (two_primitives, UNREADABLE),
+    (beyond_the_buffer, UNREADABLE),
+    (strange_panel, UNREADABLE),
+    (other_order_of_panels, UNREADABLE),
+    (doubles_for_floats, UNREADABLE),
+]
+
+
+@pytest.mark.parametrize(("edit", "objecting"), GLB, ids=[e.__name__ for e, _ in GLB])
+def test_edited_glb(specimen, job, edit, objecting):
+    assert set(write_model(job(), specimen("octahedron"), edit)) == set(objecting.split())
+
+
+def test_triangles_that_are_no_strip(specimen, job):
+    source = specimen("octahedron")
+    triangles = source.strips["A"]["triangles"]
+    triangles[4], triangles[6] = triangles[6], triangles[4]
+    assert set(write_model(job(), source)) == set(UNREADABLE.split())
+
+
+def write_obj(folder, specimen):
+    write_mesh(specimen, folder)
+    return told(folder)
+
+
+def test_a_vertex_of_the_mesh_moved(specimen, job):
+    source = specimen("octahedron")
+    source.points[0] *= 3.0
+    assert set(write_obj(job(), source)) == {"space"}
+
+
+def test_a_mirrored_mesh(specimen, job):
+    source = specimen("octahedron")
+    source.points[:, 0] *= -1.0
+    source.faces = [face[::-1] for face in source.faces]
+    assert "space" in write_obj(job(), source)
+
+
+def test_a_face_turned_round(specimen, job):
+    source = specimen("octahedron")
+    source.faces[0] = source.faces[0][::-1]
+    assert set(write_obj(job(), source)) == {"files", "mesh-walks", "pattern", "space"}
+
+
+def test_a_face_left_out(specimen, job):
+    source = specimen("octahedron")
+    del source.faces[0]
+    assert set(write_obj(job(), source)) == {"mesh-walks", "pattern", "space"}
+
+
+def test_a_mesh_turned_inside_out(specimen, job):
+    source = specimen("octahedron")
+    source.faces = [face[::-1] for face in source.faces]
+    # The same threads, but seen from inside every panel looks away.
+    found = write_obj(job(), source)
+    assert "space" in found
+    assert "mesh-walks" not in found
+
+
+# --- tables and figures -------------------------------------------------------------------------
+
+
+def edit_table(folder, name, column, change, row=0):
+    path = folder / name
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file))
+    at = rows[0].index(column)
+    rows[row + 1][at] = change(rows[row + 1][at])
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    return set(told(folder))
+
+
+def more(step):
+    return lambda text: f"{float(text) + step:.4f}"
+
+
+TABLES = [
+    ("pieces.csv", "id", lambda _: "Z9", {"tables"}),
+    ("pieces.csv", "thread", lambda _: "7", {"tables"}),
+    ("pieces.csv", "sheet", lambda _: "7", {"tables"}),
+    ("pieces.csv", "holes", lambda text: str(int(text) + 1), {"tables"}),
+    ("pieces.csv", "length_mm", more(0.1), {"areas"}),
+    ("pieces.csv", "width_mm", more(-0.1), {"areas"}),
+    ("pieces.csv", "area_mm2", more(0.2), {"areas"}),
+    ("pieces.csv", "mass_g", more(0.02), {"areas"}),
+    ("pieces.csv", "mass_g", lambda _: "nan", {"areas"}),
+    ("pieces.csv", "area_mm2", lambda _: "large", {"areas"}),
+    ("pieces.csv", "length_mm", lambda _: "inf", {"areas"}),
+    ("crossing_map.csv", "crossing", lambda _: "999", {"tables"}),
+    ("crossing_map.csv", "over_piece", lambda _: "Z9", {"tables"}),
+    ("crossing_map.csv", "over_station", lambda _: "77", {"tables"}),
+    ("crossing_map.csv", "under_piece", lambda _: "Z9", {"tables"}),
+    ("crossing_map.csv", "under_station", lambda _: "77", {"tables"}),
+    ("crossing_map.csv", "joint", lambda text: "" if text else "1", {"tables"}),
+    ("crossing_map.csv", "hole_mm", lambda _: "", {"tables"}),
+    ("crossing_map.csv", "hole_mm", lambda _: "2.1", {"tables"}),
+    ("crossing_map.csv", "x", more(0.01), {"tables"}),
+    ("crossing_map.csv", "y", more(0.01), {"tables"}),
+    ("crossing_map.csv", "z", lambda _: "", {"tables"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "change", "objecting"),
+    TABLES,
+    ids=[f"{n}-{c}-{k}" for k, (n, c, _, _) in enumerate(TABLES)],
+)
+def test_edited_tables(job, name, column, change, objecting):
+    assert edit_table(job(), name, column, change) == objecting
+
+
+@pytest.mark.parametrize("name", ["pieces.csv", "crossing_map.csv"])
+@pytest.mark.parametrize("row", ["missing", "twice"])
+def test_rows(job, name, row):
+    path = job() / name
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:-1] if row == "missing" else [*lines, lines[-1]]))
+    assert set(told(path.parent)) == {"tables"}
+
+
+def test_a_column_renamed(job):
+    path = job() / "pieces.csv"
+    path.write_text(path.read_text().replace("mass_g", "mass_kg"))
+    assert set(told(path.parent)) == {"files", "areas", "tables"}
+
+
+def test_masses_by_the_settings(job):
+    path = job() / "job.toml"
+    path.write_text(path.read_text().replace("1200", "1300"))
+    assert set(told(path.parent)) == {"areas"}
+
+
+def test_masses_without_settings_must_agree_with_one_another(job):
+    folder = job()
+    (folder / "job.toml").write_text("")
+    assert told(folder) == {}
+    assert edit_table(folder, "pieces.csv", "mass_g", more(0.1)) == {"areas"}
+
+
+SHEET_FIGURES = ("width_mm", "height_mm", "area_mm2", "piece_area_mm2", "hole_area_mm2",
+                 "waste_mm2", "utilisation", "pieces")  # fmt: skip
+TOTALS = ("sheets", "area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "utilisation",
+          "pieces", "cut_length_mm", "engrave_length_mm", "holes")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("part", "key"), [("sheets", k) for k in SHEET_FIGURES] + [("totals", k) for k in TOTALS]
+)
+@pytest.mark.parametrize("value", ["more", "gone", "text"])
+def test_every_figure_of_the_waste_report(job, part, key, value):
+    path = job() / "waste.json"
+    document = json.loads(path.read_text())
+    entry = document["totals"] if part == "totals" else document["sheets"][0]
+    if value == "gone":
+        del entry[key]
+    elif value == "text":
+        entry[key] = str(entry[key])
+    else:
+        entry[key] += 0.001 if key == "utilisation" else 1.0 if key in ("sheets", "pieces") else 0.1
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"areas"}
+
+
+@pytest.mark.parametrize("change", ["missing", "twice", "other"])
+def test_sheets_of_the_waste_report(job, change):
+    path = job() / "waste.json"
+    document = json.loads(path.read_text())
+    if change == "missing":
+        document["sheets"].pop()
+    elif change == "twice":
+        document["sheets"] *= 2
+    else:
+        document["sheets"][0]["sheet"] = 9
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"areas"}
+
+
+def test_nan_is_never_good_enough(job):
+    path = job() / "waste.json"
+    document = json.loads(path.read_text())
+    document["totals"]["waste_mm2"] = float("nan")
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"areas"}
+    assert np.isnan(json.loads(path.read_text())["totals"]["waste_mm2"])
