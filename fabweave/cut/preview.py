@@ -25,8 +25,10 @@ _INK: _Colour = (38, 43, 51)
 _FILLS: tuple[_Colour, ...] = ((253, 240, 221), (227, 240, 250), (232, 245, 228), (246, 233, 247))
 _NOTE: _Colour = (160, 165, 173)
 
-_BORDER_MM = 8.0
-_HEADING_MM = 16.0
+# Measures of a sheet of up to half a metre; on a larger one they grow with it, because its
+# picture is looked at from farther away.
+_BORDER_MM, _HEADING_MM, _TITLE_MM = 8.0, 16.0, 9.0
+_PLAIN_SHEET_MM = 500.0
 _BAR_MM = 100.0
 #: A picture is painted this many times larger, then shrunk, so that its lines are smooth.
 _SUPERSAMPLING = 2
@@ -45,6 +47,8 @@ class PreviewFrame:
         Scale.
     left_px, bottom_px : float
         Where the lower left corner of the sheet stands in the picture, y counted from the top.
+    growth : float
+        How much larger than on a small sheet heading and titles are.
     """
 
     width_px: int
@@ -52,6 +56,7 @@ class PreviewFrame:
     pixels_per_mm: float
     left_px: float
     bottom_px: float
+    growth: float = 1.0
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """Return where points of the sheet stand in the picture, (N, 2), y from the top.
@@ -75,16 +80,22 @@ def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> Previ
     """
     if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0.0):
         raise InputError(f"the scale is {pixels_per_mm} pixels per mm; it must be positive")
-    wide = (drawing.width_mm + 2.0 * _BORDER_MM) * pixels_per_mm
-    high = (drawing.height_mm + 2.0 * _BORDER_MM + _HEADING_MM) * pixels_per_mm
+    growth = max(1.0, max(drawing.width_mm, drawing.height_mm) / _PLAIN_SHEET_MM)
+    border, heading = _BORDER_MM * growth, _HEADING_MM * growth
+    wide = (drawing.width_mm + 2.0 * border) * pixels_per_mm
+    high = (drawing.height_mm + 2.0 * border + heading) * pixels_per_mm
     if not wide * high <= _MAX_PIXELS:
         raise InputError(
             f"the picture of sheet {drawing.name!r} would have {wide:.0f} x {high:.0f} pixels, "
             f"over {_MAX_PIXELS // 1_000_000} million; take fewer pixels per mm"
         )
-    bottom = (drawing.height_mm + _BORDER_MM + _HEADING_MM) * pixels_per_mm
     return PreviewFrame(
-        max(round(wide), 1), max(round(high), 1), pixels_per_mm, _BORDER_MM * pixels_per_mm, bottom
+        width_px=max(round(wide), 1),
+        height_px=max(round(high), 1),
+        pixels_per_mm=pixels_per_mm,
+        left_px=border * pixels_per_mm,
+        bottom_px=(drawing.height_mm + border + heading) * pixels_per_mm,
+        growth=growth,
     )
 
 
@@ -135,7 +146,8 @@ def png_bytes(
     """Return the bytes of the file that ``write_png`` writes; see there."""
     check_drawing(drawing)
     frame = preview_frame(drawing, pixels_per_mm=pixels_per_mm)
-    placed = place_titles(drawing.pieces) if titles is None else titles
+    if titles is None:
+        titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM * frame.growth)
     factor = _SUPERSAMPLING
     if frame.width_px * frame.height_px * factor**2 > _MAX_PIXELS:
         factor = 1
@@ -145,6 +157,7 @@ def png_bytes(
         frame.pixels_per_mm * factor,
         frame.left_px * factor,
         frame.bottom_px * factor,
+        frame.growth,
     )
     picture = _Painter(large, factor, preset_named() if colours is None else colours)
     picture.sheet(drawing)
@@ -153,8 +166,8 @@ def png_bytes(
     for note in drawing.notes:
         picture.line(note, _NOTE, 1.0)
     for piece in drawing.pieces:
-        if piece.piece_id in placed:
-            picture.title(piece.piece_id, placed[piece.piece_id])
+        if piece.piece_id in titles:
+            picture.title(piece.piece_id, titles[piece.piece_id])
     image = picture.image
     if factor > 1:
         image = image.reduce(factor)
@@ -180,29 +193,30 @@ class _Painter:
         top = bottom - drawing.height_mm * scale
         self._draw.rectangle((left, top, right, bottom), fill=_SHEET)
         self._polyline([(left, top), (right, top), (right, bottom), (left, bottom)], _EDGE, 2, True)
-        middle = top - (_HEADING_MM / 2.0 + 1.0) * scale
+        unit = scale * self._frame.growth
+        middle = top - (_HEADING_MM / 2.0 + 1.0) * unit
         # On a sheet narrower than two bars, whole centimetres that leave room for the heading.
         bar = min(_BAR_MM, drawing.width_mm / 2.0 // 10.0 * 10.0) * scale
         heading = (
             f"{drawing.name}   {drawing.width_mm:g} x {drawing.height_mm:g} mm   "
             f"{len(drawing.pieces)} piece{'' if len(drawing.pieces) == 1 else 's'}"
         )
-        room = right - left - bar - (6.0 * scale if bar else 0.0)
-        size = self._fit(heading, 7.0 * scale, room)
+        room = right - left - bar - (6.0 * unit if bar else 0.0)
+        size = self._fit(heading, 7.0 * unit, room)
         self._draw.text((left, middle), heading, fill=_INK, font=_font(size), anchor="lm")
         if bar:
             self._bar(right - bar, right, middle)
 
     def _bar(self, start: float, end: float, middle: float) -> None:
         """Paint the reference bar with its length above it."""
-        scale = self._frame.pixels_per_mm
-        y, tick = middle + 2.6 * scale, 1.4 * scale
+        unit = self._frame.pixels_per_mm * self._frame.growth
+        y, tick = middle + 2.6 * unit, 1.4 * unit
         self._polyline([(start, y - tick), (start, y + tick)], _INK, 2)
         self._polyline([(start, y), (end, y)], _INK, 2)
         self._polyline([(end, y - tick), (end, y + tick)], _INK, 2)
-        name = f"{(end - start) / scale:.0f} mm"
-        size = self._fit(name, 4.5 * scale, end - start)
-        place = ((start + end) / 2.0, y - 0.8 * scale)
+        name = f"{(end - start) / self._frame.pixels_per_mm:.0f} mm"
+        size = self._fit(name, 4.5 * unit, end - start)
+        place = ((start + end) / 2.0, y - 0.8 * unit)
         self._draw.text(place, name, fill=_INK, font=_font(size), anchor="mb")
 
     def piece(self, entities: tuple[Entity, ...], fill: _Colour) -> None:

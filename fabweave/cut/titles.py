@@ -11,11 +11,13 @@ from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 
 _Region: TypeAlias = Any  # a shapely geometry: shapely ships no types
 
-# Font sizes that are tried, the largest first, millimetres; the last is taken if none fits.
-_SIZES_MM = np.array([9.0, 7.5, 6.2, 5.2, 4.3, 3.6, 3.0, 2.5])
+#: The smallest title, taken where no larger one fits, millimetres.
+SMALLEST_TITLE_MM = 2.5
+# How many font sizes are tried.
+_N_SIZES = 9
 _DIRECTIONS_DEG = np.arange(-75.0, 91.0, 15.0)
-# A capital's box in heights of the font, with a little air.
-_LETTER_WIDTH, _AIR, _LETTER_HEIGHT = 0.62, 0.3, 0.95
+# A capital's box in heights of the font, with air for the halo.
+_LETTER_WIDTH, _AIR, _LETTER_HEIGHT = 0.62, 0.45, 1.05
 # How many points of a piece are looked at, and at how many of them sizes are tried.
 _SAMPLES, _CANDIDATES = 150, 12
 
@@ -29,7 +31,7 @@ class Title(NamedTuple):
     height_mm: float = 6.0
 
 
-def place_titles(pieces: Sequence[PieceDrawing]) -> dict[str, Title]:
+def place_titles(pieces: Sequence[PieceDrawing], *, largest_mm: float = 9.0) -> dict[str, Title]:
     """Return a title for each piece.
 
     Of the points of the piece that are farthest from its outline, its holes and its engraved
@@ -40,6 +42,8 @@ def place_titles(pieces: Sequence[PieceDrawing]) -> dict[str, Title]:
     ----------
     pieces : sequence of PieceDrawing
         Pieces on a sheet, millimetres; one without an outline gets no title.
+    largest_mm : float
+        Font size of a title that has room enough.
 
     Returns
     -------
@@ -54,12 +58,13 @@ def place_titles(pieces: Sequence[PieceDrawing]) -> dict[str, Title]:
     >>> title.angle_deg, title.height_mm
     (0.0, 9.0)
     """
-    found = {piece.piece_id: _place(piece) for piece in pieces}
+    sizes = np.geomspace(max(largest_mm, SMALLEST_TITLE_MM), SMALLEST_TITLE_MM, _N_SIZES)
+    found = {piece.piece_id: _place(piece, sizes) for piece in pieces}
     return {name: title for name, title in found.items() if title is not None}
 
 
-def _place(piece: PieceDrawing) -> Title | None:
-    """Return the title of one piece."""
+def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
+    """Return the title of one piece; sizes come the largest first."""
     rings = [_outline_of(entity) for entity in piece.entities if entity.layer is Layer.CUT_OUTER]
     if not rings:
         return None
@@ -71,11 +76,11 @@ def _place(piece: PieceDrawing) -> Title | None:
         if entity.layer is Layer.ENGRAVE_LABEL and isinstance(entity, Polyline)
     ]
     for obstacles in (holes + labels, holes):
-        title = _largest(area.difference(shapely.union_all(obstacles)), piece.piece_id)
+        title = _largest(area.difference(shapely.union_all(obstacles)), piece.piece_id, sizes)
         if title is not None:
             return title
     point = area.representative_point()
-    return Title(float(point.x), float(point.y), 0.0, float(_SIZES_MM[-1]))
+    return Title(float(point.x), float(point.y), 0.0, SMALLEST_TITLE_MM)
 
 
 def _outline_of(entity: Polyline | Circle) -> _Region:
@@ -84,7 +89,7 @@ def _outline_of(entity: Polyline | Circle) -> _Region:
     return shapely.make_valid(shapely.Polygon(entity.points))
 
 
-def _largest(free: _Region, text: str) -> Title | None:
+def _largest(free: _Region, text: str, sizes: FloatArray) -> Title | None:
     """Return the title with the largest letters whose box lies in a region."""
     points = _middles(free)
     if not len(points):
@@ -101,21 +106,19 @@ def _largest(free: _Region, text: str) -> Title | None:
         axis=-1,
     )
     # Boxes for each size, then each point, then each direction: the first that fits is the best.
-    boxes = (
-        _SIZES_MM[:, None, None, None, None] * turned[None, None] + points[None, :, None, None, :]
-    )
+    boxes = sizes[:, None, None, None, None] * turned[None, None] + points[None, :, None, None, :]
     shapely.prepare(free)
     fits = shapely.contains_properly(free, shapely.polygons(boxes.reshape(-1, 4, 2)))
-    best = np.flatnonzero(fits.reshape(len(_SIZES_MM), -1).any(axis=1))
+    best = np.flatnonzero(fits.reshape(len(sizes), -1).any(axis=1))
     if not len(best):
         return None
-    at = fits.reshape(len(_SIZES_MM), len(points), -1)[best[0]]
+    at = fits.reshape(len(sizes), len(points), -1)[best[0]]
     # Among directions that fit at one point, the middle one keeps most clear of the outline.
     place = int(np.argmax(at.sum(axis=1)))
     directions = np.flatnonzero(at[place])
     direction = _DIRECTIONS_DEG[directions[np.argmin(np.abs(_DIRECTIONS_DEG[directions]))]]
     x, y = points[place].tolist()
-    return Title(x, y, float(direction), float(_SIZES_MM[best[0]]))
+    return Title(x, y, float(direction), float(sizes[best[0]]))
 
 
 def _middles(free: _Region) -> FloatArray:
