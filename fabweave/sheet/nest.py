@@ -7,78 +7,25 @@ Everything is counted, never timed: same input, same settings and same seed, sam
 """
 
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, Progress, no_progress
+from fabweave.arrays import BoolArray, FloatArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
+from fabweave.sheet.effort import effort_named
+from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.layout import Layout, Placement, SheetSize
-from fabweave.sheet.search import Grid, Kernels, Position, SheetPixels, grid_of, kernels_of
 from fabweave.sheet.shape import (
-    Pose,
     Shape,
     check_outlines,
     fitting_angles,
-    rotated,
     shape_of,
     shapes_of,
 )
 from fabweave.sheet.stock import check_stock, format_stock, usable_size
 
-_MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
-_CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
 _JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How hard to look: all counts, so that a result never depends on the machine.
-
-    Parameters
-    ----------
-    pixel_mm : float
-        Side of a pixel.
-    rotations : int
-        Angles that are tried, evenly spread; a divisor of 720 and a multiple of 4.
-    look_ahead : int
-        How many pieces that fit are compared before one is put down.
-    failures : int
-        How many pieces may fail on a sheet before it is closed.
-    same_size : float
-        A piece at least this share as long and as wide as one that failed is not tried.
-    """
-
-    pixel_mm: float
-    rotations: int
-    look_ahead: int
-    failures: int
-    same_size: float
-
-
-def effort_named(name: str) -> Effort:
-    """Return the settings of an effort: ``quick``, ``normal`` or ``best``.
-
-    Raises
-    ------
-    InputError
-        If there is no such effort.
-
-    Examples
-    --------
-    >>> effort_named("quick").pixel_mm
-    2.0
-    """
-    efforts = {
-        "quick": Effort(2.0, 24, 1, 40, 0.9),
-        "normal": Effort(1.5, 36, 1, 60, 0.93),
-        "best": Effort(1.0, 48, 3, 80, 0.95),
-    }
-    if name not in efforts:
-        raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")
-    return efforts[name]
 
 
 def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
@@ -110,8 +57,15 @@ def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm:
     False
     """
     check_outlines([outline], ["the piece"])
-    shape = shape_of(outline)[0]
-    return any(len(fitting_angles(shape, usable_size(sheet, margin_mm), 4)) > 0 for sheet in sheets)
+    return bool(_fits([shape_of(outline)[0]], sheets, margin_mm).any())
+
+
+def _fits(shapes: Sequence[Shape], sheets: Sequence[SheetSize], margin_mm: float) -> BoolArray:
+    """Return which shape fits on which sheet at some angle, (shapes, sheets)."""
+    usable = [usable_size(sheet, margin_mm) for sheet in sheets]
+    # The answer is the same for every number of rotations; four are tried fastest.
+    found = [[len(fitting_angles(shape, size, 4)) > 0 for size in usable] for shape in shapes]
+    return np.array(found, dtype=np.bool_).reshape(len(shapes), len(usable))
 
 
 def nest(
@@ -182,7 +136,7 @@ def nest(
         raise InputError(f"gap of {gap_mm} mm must be zero or more")
     settings = effort_named(effort)
     shapes, poses = shapes_of(outlines)
-    job = _Job(
+    job = NestingJob(
         shapes=shapes,
         poses=poses,
         names=names,
@@ -191,13 +145,14 @@ def nest(
         gap_mm=gap_mm,
         effort=settings,
         workers=workers,
+        fits=_fits(shapes, sheets, margin_mm),
     )
     queue = _ordered(job, seed)
     placements: dict[int, Placement] = {}
     used: list[int] = []
     while queue:
         choice = _next_sheet(job, queue, used)
-        placed = _filled_sheet(job, queue, choice, len(used))
+        placed = filled_sheet(job, queue, choice, len(used))
         placements.update(placed)
         queue = [piece for piece in queue if piece not in placed]
         used.append(choice)
@@ -210,47 +165,9 @@ def nest(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Job:
-    """What a call of `nest` works on, and the kernels that it keeps for the next try."""
-
-    shapes: tuple[Shape, ...]
-    poses: tuple[Pose, ...]
-    names: list[str]
-    sheets: tuple[SheetSize, ...]
-    margin_mm: float
-    gap_mm: float
-    effort: Effort
-    workers: int
-    cache: OrderedDict[tuple[Grid, int], Kernels] = field(default_factory=OrderedDict)
-
-    def grid(self, sheet: int) -> Grid:
-        usable = usable_size(self.sheets[sheet], self.margin_mm)
-        pixel_mm = max(self.effort.pixel_mm, math.sqrt(usable[0] * usable[1] / _MAX_PIXELS))
-        return grid_of(usable, self.gap_mm, pixel_mm)
-
-    def fits(self, shape: int, sheet: int) -> bool:
-        usable = usable_size(self.sheets[sheet], self.margin_mm)
-        return len(fitting_angles(self.shapes[shape], usable, self.effort.rotations)) > 0
-
-    def kernels(self, shape: int, grid: Grid) -> Kernels:
-        key = (grid, shape)
-        if key in self.cache:
-            self.cache.move_to_end(key)
-            return self.cache[key]
-        kernels = kernels_of(self.shapes[shape], grid, self.effort.rotations)
-        self.cache[key] = kernels
-        while sum(entry.pixels.size * 2 for entry in self.cache.values()) > _CACHE_BYTES:
-            self.cache.popitem(last=False)
-        return kernels
-
-
-def _ordered(job: _Job, seed: int) -> list[int]:
+def _ordered(job: NestingJob, seed: int) -> list[int]:
     """Return the pieces: those that fit on the fewest sheets first, then the longest."""
-    fitting = [
-        sum(job.fits(shape, sheet) for sheet in range(len(job.sheets)))
-        for shape in range(len(job.shapes))
-    ]
+    fitting = job.fits.sum(axis=1)
     stranded = [piece for piece, pose in enumerate(job.poses) if fitting[pose.shape] == 0]
     if stranded:
         raise CannotMakeError(_too_large(job, stranded))
@@ -263,12 +180,12 @@ def _ordered(job: _Job, seed: int) -> list[int]:
     def key(piece: int) -> tuple[int, float, float, int, int]:
         shape = job.poses[piece].shape
         width = round(job.shapes[shape].width_mm, 6)
-        return (fitting[shape], -float(lengths[shape]), -width, shape, piece)
+        return (int(fitting[shape]), -float(lengths[shape]), -width, shape, piece)
 
     return sorted(range(len(job.poses)), key=key)
 
 
-def _too_large(job: _Job, stranded: list[int]) -> str:
+def _too_large(job: NestingJob, stranded: list[int]) -> str:
     largest = max(job.sheets, key=lambda sheet: sheet.width_mm * sheet.height_mm)
     width, height = usable_size(largest, job.margin_mm)
     said = []
@@ -284,18 +201,18 @@ def _too_large(job: _Job, stranded: list[int]) -> str:
     )
 
 
-def _next_sheet(job: _Job, queue: list[int], used: list[int]) -> int:
+def _next_sheet(job: NestingJob, queue: list[int], used: list[int]) -> int:
     """Return the first size in stock that takes the first piece of the queue."""
     shape = job.poses[queue[0]].shape
     for number, sheet in enumerate(job.sheets):
         left = sheet.quantity is None or used.count(number) < sheet.quantity
-        if left and job.fits(shape, number):
+        if left and job.fits[shape, number]:
             return number
     area = np.array([job.shapes[pose.shape].area_mm2 for pose in job.poses])
     rest = float(area[queue].sum())
     taken = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in used)
     share = float(area.sum() - rest) / taken if used else 0.4
-    wanted = next(k for k in range(len(job.sheets)) if job.fits(shape, k))
+    wanted = next(k for k in range(len(job.sheets)) if job.fits[shape, k])
     size = job.sheets[wanted]
     count = max(1, math.ceil(rest / (share * size.width_mm * size.height_mm)))
     said = ", ".join(job.names[piece] for piece in queue[:8])
@@ -305,55 +222,3 @@ def _next_sheet(job: _Job, queue: list[int], used: list[int]) -> int:
         f"{format_stock(SheetSize(size.width_mm, size.height_mm))} would take them. Add sheets, "
         "take larger ones, or try --effort best"
     )
-
-
-def _filled_sheet(job: _Job, queue: list[int], choice: int, number: int) -> dict[int, Placement]:
-    """Return the placements of the pieces that go on one sheet."""
-    grid = job.grid(choice)
-    pixels = SheetPixels(grid, workers=job.workers)
-    waiting = [piece for piece in queue if job.fits(job.poses[piece].shape, choice)]
-    failed = np.empty((0, 2))
-    placed: dict[int, Placement] = {}
-    while waiting:
-        tried: list[tuple[int, Position]] = []
-        head = 0
-        while head < len(waiting) and len(tried) < job.effort.look_ahead:
-            index = job.poses[waiting[head]].shape
-            shape = job.shapes[index]
-            size = np.array([shape.length_mm, shape.width_mm])
-            if (size >= job.effort.same_size * failed).all(axis=1).any():
-                waiting.pop(head)
-                continue
-            if tried and index == job.poses[waiting[head - 1]].shape:
-                head += 1  # congruent with the one before it: the same position
-                continue
-            position = pixels.best_position(job.kernels(index, grid))
-            if position is None:
-                waiting.pop(head)
-                failed = np.concatenate([failed, size[None]])
-                if len(failed) >= job.effort.failures:
-                    return placed
-                continue
-            tried.append((head, position))
-            head += 1
-        if not tried:
-            break
-        best, position = max(tried, key=lambda one: one[1].score)
-        piece = waiting.pop(best)
-        kernels = job.kernels(job.poses[piece].shape, grid)
-        pixels.put(kernels, position)
-        placed[piece] = _placement(job, piece, number, kernels, grid, position)
-    return placed
-
-
-def _placement(
-    job: _Job, piece: int, sheet: int, kernels: Kernels, grid: Grid, position: Position
-) -> Placement:
-    """Return the motion of a piece whose shape stands at a position of the grid."""
-    pose = job.poses[piece]
-    angle = kernels.angles_deg[position.rotation]
-    turned = rotated(np.array([[pose.x_mm, pose.y_mm]]), np.array([angle]))[0, 0]
-    steps = np.array([position.column, position.row]) * grid.pixel_mm
-    x, y = job.margin_mm + steps - kernels.corners[position.rotation] + turned
-    rotation = (float(angle) + pose.angle_deg) % 360.0
-    return Placement(piece, sheet, rotation, float(x), float(y))

@@ -141,15 +141,20 @@ class SheetPixels:
         best: Position | None = None
         for start in range(0, len(kernels.angles_deg), batch):
             chosen = np.arange(start, min(start + batch, len(kernels.angles_deg)))
-            found = self._best_of(kernels, chosen, last)
+            found = self._best_of(kernels, chosen, last, self._spectra)
             if found is not None and (best is None or found.score > best.score):
                 best = found
         return best
 
-    def _best_of(self, kernels: Kernels, chosen: IntArray, last: IntArray) -> Position | None:
-        assert self._spectra is not None  # noqa: S101 - set by the only caller; tells mypy
+    def _best_of(
+        self,
+        kernels: Kernels,
+        chosen: IntArray,
+        last: IntArray,
+        spectra: tuple[_Spectrum, _Spectrum],
+    ) -> Position | None:
         rows, columns = int(last[chosen, 1].max()) + 1, int(last[chosen, 0].max()) + 1
-        overlap = self._correlation(kernels.pixels[chosen], self._spectra[0], rows, columns)
+        overlap = self._correlation(kernels.pixels[chosen], spectra[0], rows, columns)
         free = overlap < 0.5
         free &= np.arange(rows)[None, :, None] <= last[chosen, 1][:, None, None]
         free &= np.arange(columns)[None, None, :] <= last[chosen, 0][:, None, None]
@@ -157,7 +162,7 @@ class SheetPixels:
         if not able.any():
             return None
         chosen, free = chosen[able], free[able]
-        score = self._correlation(kernels.ring[chosen], self._spectra[1], rows, columns)
+        score = self._correlation(kernels.ring[chosen], spectra[1], rows, columns)
         np.rint(score, out=score)
         score /= kernels.ring_size[chosen].astype(np.float32)[:, None, None]
         # How far to the right its far side comes, as a share of the sheet; less so upwards.

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.sheet.check import check_layout
+from fabweave.sheet.effort import effort_named
 from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import effort_named, fits_some_sheet, nest
+from fabweave.sheet.nest import fits_some_sheet, nest
 
 
 def bar(length, width):

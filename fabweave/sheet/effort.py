@@ -1,0 +1,53 @@
+"""Say how hard nesting looks, in counts, so that a result never depends on the machine."""
+
+from dataclasses import dataclass
+
+from fabweave.errors import InputError
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard to look: all counts, so that a result never depends on the machine.
+
+    Parameters
+    ----------
+    pixel_mm : float
+        Side of a pixel.
+    rotations : int
+        Angles that are tried, evenly spread; a divisor of 720 and a multiple of 4.
+    look_ahead : int
+        How many pieces that fit are compared before one is put down.
+    failures : int
+        How many pieces may fail on a sheet before it is closed.
+    same_size : float
+        A piece at least this share as long and as wide as one that failed is not tried.
+    """
+
+    pixel_mm: float
+    rotations: int
+    look_ahead: int
+    failures: int
+    same_size: float
+
+
+def effort_named(name: str) -> Effort:
+    """Return the settings of an effort: ``quick``, ``normal`` or ``best``.
+
+    Raises
+    ------
+    InputError
+        If there is no such effort.
+
+    Examples
+    --------
+    >>> effort_named("quick").pixel_mm
+    2.0
+    """
+    efforts = {
+        "quick": Effort(2.0, 24, 1, 40, 0.9),
+        "normal": Effort(1.5, 36, 1, 60, 0.93),
+        "best": Effort(1.0, 48, 3, 80, 0.95),
+    }
+    if name not in efforts:
+        raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")
+    return efforts[name]

@@ -1,0 +1,120 @@
+"""Fill one sheet: the next few pieces by size, wherever they touch most."""
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fabweave.arrays import BoolArray
+from fabweave.sheet.effort import Effort
+from fabweave.sheet.layout import Placement, SheetSize
+from fabweave.sheet.search import Grid, Kernels, Position, SheetPixels, grid_of, kernels_of
+from fabweave.sheet.shape import Pose, Shape, rotated
+from fabweave.sheet.stock import usable_size
+
+_MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
+_CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
+
+
+@dataclass(frozen=True, eq=False)
+class NestingJob:
+    """What a call of `nest` works on, and the kernels that it keeps for the next try."""
+
+    shapes: tuple[Shape, ...]
+    poses: tuple[Pose, ...]
+    names: list[str]
+    sheets: tuple[SheetSize, ...]
+    margin_mm: float
+    gap_mm: float
+    effort: Effort
+    workers: int
+    fits: BoolArray  # (shapes, sheets): which shape fits on which sheet
+    cache: OrderedDict[tuple[Grid, int], Kernels] = field(default_factory=OrderedDict)
+
+    def grid(self, sheet: int) -> Grid:
+        """Return the grid of a sheet size, with larger pixels if it is very large."""
+        usable = usable_size(self.sheets[sheet], self.margin_mm)
+        pixel_mm = max(self.effort.pixel_mm, math.sqrt(usable[0] * usable[1] / _MAX_PIXELS))
+        return grid_of(usable, self.gap_mm, pixel_mm)
+
+    def kernels(self, shape: int, grid: Grid) -> Kernels:
+        """Return the pixels of a shape, from the cache if they are there."""
+        key = (grid, shape)
+        if key in self.cache:
+            self.cache.move_to_end(key)
+            return self.cache[key]
+        kernels = kernels_of(self.shapes[shape], grid, self.effort.rotations)
+        self.cache[key] = kernels
+        while sum(entry.pixels.size * 2 for entry in self.cache.values()) > _CACHE_BYTES:
+            self.cache.popitem(last=False)
+        return kernels
+
+
+def filled_sheet(
+    job: NestingJob, queue: list[int], choice: int, number: int
+) -> dict[int, Placement]:
+    """Return the placements of the pieces that go on one sheet.
+
+    Parameters
+    ----------
+    job : NestingJob
+        Shapes, stock and settings.
+    queue : list of int
+        The pieces that are left, in the order in which they are tried.
+    choice, number : int
+        Which size of the stock, and the number of this sheet in the layout.
+
+    Returns
+    -------
+    dict of int to Placement
+        At least the first piece of the queue that fits on an empty sheet.
+    """
+    grid = job.grid(choice)
+    pixels = SheetPixels(grid, workers=job.workers)
+    waiting = [piece for piece in queue if job.fits[job.poses[piece].shape, choice]]
+    failed = np.empty((0, 2))
+    placed: dict[int, Placement] = {}
+    while waiting:
+        tried: list[tuple[int, Position]] = []
+        head = 0
+        while head < len(waiting) and len(tried) < job.effort.look_ahead:
+            index = job.poses[waiting[head]].shape
+            shape = job.shapes[index]
+            size = np.array([shape.length_mm, shape.width_mm])
+            if (size >= job.effort.same_size * failed).all(axis=1).any():
+                waiting.pop(head)
+                continue
+            if tried and index == job.poses[waiting[head - 1]].shape:
+                head += 1  # congruent with the one before it: the same position
+                continue
+            position = pixels.best_position(job.kernels(index, grid))
+            if position is None:
+                waiting.pop(head)
+                failed = np.concatenate([failed, size[None]])
+                if len(failed) >= job.effort.failures:
+                    return placed
+                continue
+            tried.append((head, position))
+            head += 1
+        if not tried:
+            break
+        best, position = max(tried, key=lambda one: one[1].score)
+        piece = waiting.pop(best)
+        kernels = job.kernels(job.poses[piece].shape, grid)
+        pixels.put(kernels, position)
+        placed[piece] = _placement(job, piece, number, kernels, grid, position)
+    return placed
+
+
+def _placement(
+    job: NestingJob, piece: int, sheet: int, kernels: Kernels, grid: Grid, position: Position
+) -> Placement:
+    """Return the motion of a piece whose shape stands at a position of the grid."""
+    pose = job.poses[piece]
+    angle = kernels.angles_deg[position.rotation]
+    turned = rotated(np.array([[pose.x_mm, pose.y_mm]]), np.array([angle]))[0, 0]
+    steps = np.array([position.column, position.row]) * grid.pixel_mm
+    x, y = job.margin_mm + steps - kernels.corners[position.rotation] + turned
+    rotation = (float(angle) + pose.angle_deg) % 360.0
+    return Placement(piece, sheet, rotation, float(x), float(y))
