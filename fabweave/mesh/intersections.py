@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
+from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import keep_faces, sound_faces
 
@@ -42,7 +42,7 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
     sound = keep_faces(mesh, keep)
     if not sound.n_faces:
         return none
-    finite = np.isfinite(sound.vertices).all(axis=1)
+    finite: BoolArray = np.logical_and.reduce(np.isfinite(sound.vertices), axis=1)
     spoilt = np.add.reduceat(~finite[sound.indices], sound.offsets[:-1], dtype=np.int64)
     keep[keep] = spoilt == 0
     sound = keep_faces(mesh, keep)

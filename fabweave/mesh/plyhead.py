@@ -135,14 +135,15 @@ def _element(words: list[str]) -> Element:
 
 
 def _property(words: list[str]) -> Property:
-    kinds = words[2:4] if words[1:2] == ["list"] else words[1:2]
-    if len(words) != len(kinds) + (3 if len(kinds) == 2 else 2):
+    is_list = words[1:2] == ["list"]
+    kinds = words[2:4] if is_list else words[1:2]
+    if len(words) != (5 if is_list else 3):
         raise ValueError("a property has a type and a name, or list, two types and a name")
     unknown = [kind for kind in kinds if kind not in _TYPES]
     if unknown:
         raise ValueError(f"unknown type {unknown[0]!r}; known are {', '.join(_TYPES)}")
     codes = [_TYPES[kind] for kind in kinds]
-    if len(codes) == 1:
+    if not is_list:
         return Property(words[-1], codes[0])
     if codes[0][0] == "f":
         raise ValueError("the length of a list must be a whole number")

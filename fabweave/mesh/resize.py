@@ -49,7 +49,7 @@ def resize_mesh(
     if size_mm is None and scale is None:
         return mesh, 1.0
     factor = scale if scale is not None else float(size_mm or 0.0) / largest_dimension(mesh)
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         vertices = mesh.vertices * factor
     if not math.isfinite(factor) or factor <= 0 or np.isinf(vertices[mesh.indices]).any():
         raise InputError("the mesh is too small or too large to be scaled; check its units")

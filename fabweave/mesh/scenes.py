@@ -1,5 +1,6 @@
 """Read triangle files (STL, GLB, glTF, 3MF) through trimesh."""
 
+import json
 import warnings
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,9 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
     import trimesh  # noqa: PLC0415 -- see above
 
     try:
+        if kind == "gltf":
+            # Where this is no JSON, trimesh would quietly read model.gltf beside it instead.
+            json.loads(path.read_bytes())
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(str(path), file_type=kind, process=False)

@@ -1,0 +1,187 @@
+"""The built-in shapes: counts, outward faces, exact places; and wrong names and values."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.resize import largest_dimension
+from fabweave.mesh.shapes import SHAPES, is_shape, parse_shape
+
+# V, E, F, genus, loops of each shape as functions of its counts.
+COUNTS = {
+    "tetrahedron": lambda: (4, 6, 4, 0, 0),
+    "cube": lambda: (8, 12, 6, 0, 0),
+    "octahedron": lambda: (6, 12, 8, 0, 0),
+    "icosahedron": lambda: (12, 30, 20, 0, 0),
+    "dodecahedron": lambda: (20, 30, 12, 0, 0),
+    "torus": lambda m, n: (m * n, 2 * m * n, m * n, 1, 0),
+    "sphere": lambda n: (6 * n * n + 2, 12 * n * n, 6 * n * n, 0, 0),
+    "tube": lambda m, n: (m * (n + 1), m * (2 * n + 1), m * n, 0, 2),
+    "hemisphere": lambda n: (12 * n * n + 4 * n + 1, 24 * n * n + 4 * n, 12 * n * n, 0, 1),
+    "hypar": lambda m, n: ((m + 1) * (n + 1), m * (n + 1) + n * (m + 1), m * n, 0, 1),
+}
+
+
+def volume(mesh):
+    return (
+        sum(
+            np.linalg.det(mesh.vertices[[face[0], a, b]])
+            for face in mesh.faces()
+            for a, b in pairwise(face[1:])
+        )
+        / 6
+    )
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
+def test_default_shape_is_100_mm_large_and_ready(shape):
+    mesh = parse_shape(f"shape:{shape.name}")
+    counts = [int(item.default) for item in shape.parameters if item.whole]
+    report = check_mesh(mesh)
+    found = (report.n_vertices, report.n_edges, report.n_faces, report.genus)
+    assert (*found, report.n_boundary_loops) == COUNTS[shape.name](*counts)
+    assert report.problems == ()
+    assert prepare_mesh(mesh)[0] is mesh
+    assert largest_dimension(mesh) == pytest.approx(100.0)
+    assert len(self_intersections(mesh)) == 0
+    if report.closed:
+        assert volume(mesh) > 0
+    assert np.array_equal(parse_shape(shape.example).vertices, mesh.vertices)
+
+
+@pytest.mark.parametrize("name", ["torus", "tube", "hypar"])
+@given(m=st.integers(3, 15), n=st.integers(3, 15))
+def test_counts_of_grids(name, m, n):
+    report = check_mesh(parse_shape(f"shape:{name}?m={m}&n={n}"))
+    found = (report.n_vertices, report.n_edges, report.n_faces, report.genus)
+    assert (*found, report.n_boundary_loops) == COUNTS[name](m, n)
+    assert report.face_sizes == ((4, m * n),)
+    assert report.problems == ()
+
+
+@pytest.mark.parametrize("name", ["sphere", "hemisphere"])
+@pytest.mark.parametrize("n", [1, 2, 3, 6])
+def test_counts_of_spheres(name, n):
+    mesh = parse_shape(f"shape:{name}?n={n}&radius=7")
+    report = check_mesh(mesh)
+    found = (report.n_vertices, report.n_edges, report.n_faces, report.genus)
+    assert (*found, report.n_boundary_loops) == COUNTS[name](n)
+    assert report.codes == set()
+    assert np.linalg.norm(mesh.vertices, axis=1) == pytest.approx(np.full(mesh.n_vertices, 7.0))
+    valences = np.bincount(mesh.indices)
+    if name == "sphere":
+        assert np.count_nonzero(valences == 3) == 8
+        assert np.count_nonzero(valences == 4) == mesh.n_vertices - 8
+    else:
+        assert mesh.vertices[:, 2].min() == 0
+        assert np.count_nonzero(mesh.vertices[:, 2] == 0) == 8 * n
+        assert outward(mesh) > 0
+
+
+def outward(mesh):
+    """Return the least cosine between a quad's normal and the way out from the origin."""
+    points = mesh.vertices[mesh.indices.reshape(-1, 4)]
+    normal = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    centre = points.mean(axis=1)
+    scale = np.linalg.norm(normal, axis=1) * np.linalg.norm(centre, axis=1)
+    return (np.einsum("ij,ij->i", normal, centre) / scale).min()
+
+
+def test_sphere_is_spread_evenly():
+    mesh = parse_shape("shape:sphere?n=16&radius=1")
+    assert outward(mesh) > 0.99
+    points = mesh.vertices[mesh.indices.reshape(-1, 4)]
+    diagonals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    areas = np.linalg.norm(diagonals, axis=1) / 2
+    assert areas.sum() == pytest.approx(4 * np.pi, rel=0.01)
+    assert areas.max() / areas.min() < 1.45  # the cube's own grid, blown up, would give 5.2
+
+
+def test_places_of_torus_tube_and_hypar():
+    torus = parse_shape("shape:torus?m=12&n=8&ring=30&tube=10").vertices
+    away = np.hypot(np.hypot(torus[:, 0], torus[:, 1]) - 30, torus[:, 2])
+    assert away == pytest.approx(np.full(96, 10.0))
+    tube = parse_shape("shape:tube?m=5&n=2&radius=3&height=8")
+    assert np.hypot(*tube.vertices[:, :2].T) == pytest.approx(np.full(15, 3.0))
+    assert set(tube.vertices[:, 2]) == {-4.0, 0.0, 4.0}
+    assert outward(tube) > 0
+    x, y, z = parse_shape("shape:hypar?m=4&n=6&side=10&height=6").vertices.T
+    assert z == pytest.approx(6 * 2 * x * y / 100)
+    assert (x.min(), x.max(), y.min(), y.max(), z.min(), z.max()) == (-5, 5, -5, 5, -3, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "edge"),
+    [
+        ("tetrahedron", 2 * 2**0.5),
+        ("cube", 2.0),
+        ("octahedron", 2**0.5),
+        ("icosahedron", 4 / (1 + 5**0.5)),
+        ("dodecahedron", 4 / (3 + 5**0.5)),
+    ],
+)
+def test_solids_are_regular(name, edge):
+    mesh = parse_shape(f"shape:{name}?size=2")
+    for face in mesh.faces():
+        points = mesh.vertices[face]
+        sides = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
+        assert sides == pytest.approx(np.full(len(face), edge))
+    radii = np.linalg.norm(mesh.vertices, axis=1)
+    assert radii == pytest.approx(np.full(len(radii), radii[0]))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("torus", "'torus' does not start with 'shape:'"),
+        ("shape:blob", "no shape 'blob'; there are tetrahedron, cube, .*hypar"),
+        ("shape:", "no shape ''; there are tetrahedron"),
+        ("shape:torus?k=3", "torus has no parameter 'k'; it has m, n, ring, tube"),
+        ("shape:torus?", "'' should read name=value; try shape:torus.m=24&n=12&ring=35&tube=15"),
+        ("shape:torus?m", "'m' should read name=value"),
+        ("shape:torus?m=3&m=4", "'m=4' is given twice"),
+        ("shape:torus?m=2", "m must be a whole number from 3 to 2000, and is '2'"),
+        ("shape:torus?m=2001", "m must be a whole number from 3 to 2000"),
+        ("shape:torus?m=4.5", "m must be a whole number .* and is '4.5'"),
+        ("shape:torus?m=1_0", "m must be a whole number"),
+        ("shape:torus?tube=40", "the tube's radius .40 mm. must be less than the ring's .35 mm."),
+        ("shape:sphere?radius=-1", "radius must be a number of millimetres from 0.001 to 100000"),
+        ("shape:sphere?radius=nan", "radius must be a number of millimetres"),
+        ("shape:sphere?radius=inf", "radius must be a number of millimetres"),
+        ("shape:cube?size=big", "the shape cube: size must be a number .* and is 'big'"),
+    ],
+)
+def test_wrong_description_lists_the_right_ones(text, message):
+    with pytest.raises(InputError, match=message):
+        parse_shape(text)
+
+
+@given(st.text(max_size=30))
+def test_any_description_gives_a_mesh_or_an_input_error(text):
+    for head in ("shape:", "shape:cube?size=", "shape:torus?m="):
+        try:
+            assert parse_shape(head + text).n_faces > 0
+        except InputError as error:
+            message = str(error)
+            assert "shape" in message
+
+
+def test_units_and_prefix():
+    assert largest_dimension(parse_shape("shape:cube?size=40mm")) == pytest.approx(40)
+    assert is_shape("shape:")
+    assert not is_shape("Shape:cube")
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
+def test_every_bound_can_be_built(shape):
+    least = {item.name: f"{item.least:g}" for item in shape.parameters if item.whole}
+    assert check_mesh(shape.make(least)).fatal == ()
+    assert shape.text
+    assert all(item.text and item.least <= item.default <= item.most for item in shape.parameters)
