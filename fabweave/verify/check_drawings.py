@@ -1,31 +1,27 @@
-"""Check the sheets' drawings: what they cut, that both formats agree, and in which order."""
+"""Check the sheets' drawings: what they cut, and that both formats agree."""
 
 from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
 
 from fabweave.verify.check_pieces import holes_of
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,
-    LAYERS,
     NOTES,
     OUTLINES,
     Drawing,
     Floats,
     Shape,
     bulge_height,
-    traced,
 )
 from fabweave.verify.geometry import farthest
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
 
 SAME_MM = 0.01
-_RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
 
 
 def check_dxf(job: Job, tally: Tally) -> None:
@@ -67,7 +63,7 @@ def check_svg(job: Job, tally: Tally) -> None:
             _compare_formats(where, drawing, other, tally)
 
 
-def _by_piece(drawing: Drawing) -> dict[tuple[str, str | None], list[Shape]]:
+def by_piece(drawing: Drawing) -> dict[tuple[str, str | None], list[Shape]]:
     """Group shapes by layer and piece, in file order."""
     groups: dict[tuple[str, str | None], list[Shape]] = defaultdict(list)
     for shape in drawing.shapes:
@@ -82,7 +78,7 @@ def _check_cuts(
     for problem in drawing.problems:
         tally.fail(f"{where}: {problem}")
     pieces = {piece.id: piece for piece in plan.pieces if piece.sheet == sheet.number}
-    groups = _by_piece(drawing)
+    groups = by_piece(drawing)
     for (layer, name), shapes in groups.items():
         tally.expect(
             layer == NOTES or name in pieces,
@@ -93,10 +89,8 @@ def _check_cuts(
         _check_outline(where, piece, groups.get((OUTLINES, piece.id), []), tally)
         _check_holes(where, piece, plan, groups.get((HOLES, piece.id), []), tally)
         for layer in ENGRAVE_LAYERS:
-            drawn = [
-                min(line.tobytes(), line[::-1].tobytes())
-                for line in (traced(s).round(3) for s in groups.get((layer, piece.id), []))
-            ]
+            lines = [shape.points.round(3) for shape in groups.get((layer, piece.id), [])]
+            drawn = [min(line.tobytes(), line[::-1].tobytes()) for line in lines]
             tally.expect(
                 len(set(drawn)) == len(drawn), f"{where}: piece {piece.id} is engraved twice"
             )
@@ -192,7 +186,7 @@ def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
 
 def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
     """Check that SVG and DXF draw the same shapes on every layer of every piece."""
-    mine, theirs = _by_piece(drawing), _by_piece(other)
+    mine, theirs = by_piece(drawing), by_piece(other)
     for layer, name in sorted({*mine, *theirs}, key=str):
         one, two = mine.get((layer, name), []), theirs.get((layer, name), [])
         what = f"{where}: {layer}" + (f" of piece {name}" if name else "")
@@ -228,77 +222,3 @@ def _shape_distance(one: Shape, two: Shape) -> float:
     bulge = abs(bulge_height(one) - bulge_height(two))
     radius = abs((one.radius or 0.0) - (two.radius or 0.0))
     return farthest(one.points, two.points) + radius + bulge
-
-
-def check_order(job: Job, tally: Tally) -> None:
-    """Check the order of cutting, and that a piece's holes and engraving are inside its outline."""
-    plan = job.map
-    if plan is None:
-        return
-    for sheet in plan.sheets:
-        drawing = job.dxf.get(sheet.number)
-        if drawing is None:
-            tally.fail(f"{sheet.name}.dxf is not checked, because it could not be read")
-        else:
-            _check_sequence(f"{sheet.name}.dxf", drawing, tally)
-            _check_inside(f"{sheet.name}.dxf", drawing, tally)
-        drawing = job.svg.get(sheet.number)
-        if drawing is None:
-            tally.fail(f"{sheet.name}.svg is not checked, because it could not be read")
-        else:
-            ranks = [LAYERS.index(layer) for layer in drawing.layers if layer in LAYERS]
-            tally.expect(
-                ranks == sorted(set(ranks)),
-                f"{sheet.name}.svg has its layers in the order {', '.join(drawing.layers)}",
-            )
-            _check_inside(f"{sheet.name}.svg", drawing, tally)
-
-
-def _check_sequence(where: str, drawing: Drawing, tally: Tally) -> None:
-    """Check that pieces follow one another whole: engraving, holes, outline."""
-    done: set[str | None] = set()
-    current: str | None = None
-    rank = 0
-    noted = False
-    for shape in drawing.shapes:
-        if shape.layer == NOTES:
-            noted = current is not None
-        if shape.layer == NOTES or shape.piece is None:
-            continue
-        if shape.piece != current:
-            tally.expect(
-                shape.piece not in done,
-                f"{where}: piece {shape.piece} is taken up again after another piece",
-            )
-            done.add(current)
-            current, rank = shape.piece, 0
-        elif noted:
-            tally.fail(f"{where}: a note stands between the shapes of piece {current}")
-        noted = False
-        own = _RANK.get(shape.layer, rank)
-        tally.expect(
-            own >= rank, f"{where}: {shape.where} on {shape.layer} comes after a later operation"
-        )
-        rank = max(rank, own)
-
-
-def _check_inside(where: str, drawing: Drawing, tally: Tally) -> None:
-    """Check that holes lie strictly inside their outlines and engraving does not leave them."""
-    groups = _by_piece(drawing)
-    outlines = {
-        name: shapely.make_valid(shapely.Polygon(traced(shapes[0])))
-        for (layer, name), shapes in groups.items()
-        if layer == OUTLINES and len(shapes[0].points) > 2
-    }
-    for (layer, name), shapes in groups.items():
-        if name not in outlines or layer not in (*ENGRAVE_LAYERS, HOLES):
-            continue
-        tally.count(len(shapes))
-        lines = np.array([shapely.LineString(traced(shape)) for shape in shapes])
-        if layer == HOLES:
-            inside = shapely.contains_properly(outlines[name], lines)
-        else:
-            # Edge ticks may begin on the outline, whose points are rounded.
-            inside = shapely.covers(shapely.buffer(outlines[name], SAME_MM), lines)
-        for at in np.flatnonzero(~inside):
-            tally.fail(f"{where}: {shapes[at].where} on {layer} leaves the outline")

@@ -10,6 +10,7 @@ from fabweave.verify.drawing import Floats
 from fabweave.verify.geometry import perimeter, signed_area
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
+from fabweave.verify.threads import station_run
 
 #: No side of an outline is shorter (less rounding).
 SHORTEST_SIDE_MM = 0.1 - 1e-3
@@ -44,29 +45,6 @@ def holes_of(piece: Piece, plan: CrossingMap) -> list[Hole]:
             if all(np.hypot(hole.x - x, hole.y - y) > near for hole in holes):
                 holes.append(Hole(x, y, diameter))
     return holes
-
-
-def station_run(thread: Thread, piece: Piece) -> int | None:
-    """Return where along its thread a piece's stations begin; None if they are no run of it.
-
-    Where the thread passes the first crossing twice, the over flag decides.
-    """
-    count, size = len(thread.crossings), len(piece.stations)
-    limit = count + 1 if thread.closed else count
-    if not 0 < size <= limit:
-        return None
-    found: list[tuple[bool, int]] = []
-    for start in range(count):
-        if thread.crossings[start] != piece.stations[0].crossing:
-            continue
-        if not thread.closed and start + size > count:
-            continue
-        if all(
-            thread.crossings[(start + at) % count] == station.crossing
-            for at, station in enumerate(piece.stations)
-        ):
-            found.append((thread.over[start] != piece.stations[0].over, start))
-    return min(found)[1] if found else None
 
 
 def check_piece_order(job: Job, tally: Tally) -> None:

@@ -8,7 +8,6 @@ from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.loading import Job
 from fabweave.verify.read_glb import Strip
 from fabweave.verify.report import Tally
-from fabweave.verify.threads import edge_of_crossings, thread_passes
 from fabweave.verify.walks import Pass, WovenMesh
 
 #: Two strands that are to lie on each other are at least this far apart.
@@ -72,7 +71,7 @@ def check_space(job: Job, tally: Tally) -> None:
     plan, mesh, model = job.map, job.mesh, job.model
     if plan is None or mesh is None or model is None:
         return
-    passes, _ = thread_passes(plan, mesh)
+    passes, _ = job.passes
     panels: dict[int, _Panels] = {}
     for thread in plan.threads:
         strip = model.get(thread.label)
@@ -94,7 +93,7 @@ def check_space(job: Job, tally: Tally) -> None:
         if thread.id in panels:
             for at, key in enumerate(zip(thread.crossings, thread.over, strict=True)):
                 centre[key] = panels[thread.id].centre[at]
-    edges = edge_of_crossings(plan, mesh)
+    edges = job.edges
     both = [
         crossing
         for crossing in plan.crossings

@@ -7,7 +7,6 @@ import numpy as np
 from fabweave.verify.crossing_map import CrossingMap, Strand
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
-from fabweave.verify.threads import edge_of_crossings, thread_passes
 from fabweave.verify.twill import broken_conditions
 from fabweave.verify.walks import Pass, WovenMesh, edge_keys
 
@@ -19,7 +18,7 @@ def check_walks(job: Job, tally: Tally) -> None:
     plan, mesh = job.map, job.mesh
     if plan is None or mesh is None:
         return
-    edges = edge_of_crossings(plan, mesh)
+    edges = job.edges
     for crossing in plan.crossings:
         tally.expect(
             crossing.id in edges,
@@ -32,7 +31,7 @@ def check_walks(job: Job, tally: Tally) -> None:
             count == 1,
             f"edge {_edge_name(mesh, int(side))} has {count} crossings instead of one",
         )
-    passes, rest = thread_passes(plan, mesh)
+    passes, rest = job.passes
     for thread in plan.threads:
         kind = "closed" if thread.closed else "open"
         tally.expect(
@@ -127,7 +126,7 @@ def check_pattern(job: Job, tally: Tally) -> None:
     plan, mesh = job.map, job.mesh
     if plan is None or mesh is None:
         return
-    passes, _ = thread_passes(plan, mesh)
+    passes, _ = job.passes
     for thread in plan.threads:
         if thread.id not in passes:
             tally.fail(f"thread {thread.label} is not checked, because it is no walk of the mesh")
@@ -137,7 +136,7 @@ def check_pattern(job: Job, tally: Tally) -> None:
         _check_plain(plan, sense, tally)
         counts = (0, 0, 0)
     elif plan.pattern in _TWILLS:
-        counts = broken_conditions(plan, mesh, sense, tally)
+        counts = broken_conditions(plan, mesh, job.edges, sense, tally)
     else:
         tally.fail(f"no rule is known to prove the pattern {plan.pattern!r}")
         return

@@ -7,8 +7,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.verify.check_drawings import check_dxf, check_order, check_svg
+from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
+from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space

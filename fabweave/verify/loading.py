@@ -5,17 +5,20 @@ import json
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.developing import Developed, develop_pieces
 from fabweave.verify.drawing import Drawing, ReadError
 from fabweave.verify.read_dxf import read_dxf
 from fabweave.verify.read_glb import Strip, read_glb
 from fabweave.verify.read_map import read_crossing_map
 from fabweave.verify.read_svg import read_svg
 from fabweave.verify.report import Tally
-from fabweave.verify.walks import WovenMesh, read_obj
+from fabweave.verify.threads import edge_of_crossings, thread_passes
+from fabweave.verify.walks import Pass, Walk, WovenMesh, read_obj
 
 Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
@@ -43,6 +46,27 @@ class Job:
     crossing_rows: Rows | None
     piece_rows: Rows | None
     waste: dict[str, Any] | None
+
+    @cached_property
+    def edges(self) -> dict[int, int]:
+        """The edge of each crossing that lies on an inner edge of the mesh."""
+        if self.map is None or self.mesh is None:
+            return {}
+        return edge_of_crossings(self.map, self.mesh)
+
+    @cached_property
+    def passes(self) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
+        """The mesh's walks along the threads, and the walks that no thread takes."""
+        if self.map is None or self.mesh is None:
+            return {}, []
+        return thread_passes(self.map, self.mesh, self.edges)
+
+    @cached_property
+    def developed(self) -> dict[str, Developed]:
+        """The development of each piece's part of the model, laid on the piece."""
+        if self.map is None or self.model is None:
+            return {}
+        return develop_pieces(self.map, self.model)
 
 
 def load_job(directory: Path, tally: Tally) -> Job:

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, ReadError, Shape
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape
 
 Group: TypeAlias = tuple[int, str]
 Entity: TypeAlias = tuple[str, list[Group]]
@@ -121,85 +121,91 @@ def _entities(groups: Sequence[Group]) -> Iterator[Entity]:
         yield kind, body
 
 
-def _piece_of(body: Sequence[Group]) -> str | None:
-    """Read the piece id from the extended data."""
-    ours = False
-    for code, value in body:
-        if code == 1001:
-            ours = value == APPID
-        elif ours and code == 1000:
-            return value
-    return None
+class _Values:
+    """The values of one entity by group code, and its piece from the extended data."""
 
+    def __init__(self, body: Sequence[Group], name: str) -> None:
+        self.name = name
+        self.by_code: dict[int, list[str]] = {}
+        self.piece: str | None = None
+        ours = False
+        for code, value in body:
+            if code < 1000:
+                self.by_code.setdefault(code, []).append(value)
+            elif code == 1001:
+                ours = value == APPID
+            elif ours and code == 1000 and self.piece is None:
+                self.piece = value
 
-def _numbers(body: Sequence[Group], wanted: int) -> list[float]:
-    """Read all values with a group code."""
-    try:
-        return [float(value) for code, value in body if code == wanted]
-    except ValueError as error:
-        raise ReadError(f"group {wanted} is not a number: {error}") from error
+    def text(self, code: int) -> str:
+        """Return the first value, or nothing."""
+        return self.by_code.get(code, [""])[0]
+
+    def numbers(self, code: int) -> list[float]:
+        """Return all values as numbers."""
+        try:
+            return [float(value) for value in self.by_code.get(code, ())]
+        except ValueError as error:
+            raise ReadError(f"{self.name}: group {code} is not a number: {error}") from error
+
+    def number(self, code: int, default: float | None = None) -> float:
+        """Return the first value as a number."""
+        values = self.numbers(code)
+        if values:
+            return values[0]
+        if default is None:
+            raise ReadError(f"{self.name}: group {code} is missing")
+        return default
 
 
 def _shape(
     kind: str, name: str, body: list[Group], vertices: list[list[Group]]
 ) -> tuple[Shape, list[str]]:
     """Read one entity and say what is wrong with it."""
-    plain = [group for group in body if group[0] < 1000]
-    layer = next((value for code, value in plain if code == 8), "")
-    piece = _piece_of(body)
-    flags = int(next((value for code, value in plain if code == 70), "0"))
+    values = _Values(body, name)
+    layer = values.text(8)
     bulges = None
     radius = None
+    x, y = values.numbers(10), values.numbers(20)
     if kind == "LWPOLYLINE":
-        columns = [_numbers(plain, 10), _numbers(plain, 20)]
-        bulges = _lw_bulges(plain)
+        bulges = _lw_bulges(body) if 42 in values.by_code else None
     elif kind == "POLYLINE":
-        columns = [[_one(v, 10) for v in vertices], [_one(v, 20) for v in vertices]]
-        bulges = np.array([_one(v, 42, 0.0) for v in vertices])
+        corners = [_Values(vertex, name) for vertex in vertices]
+        x, y = [c.number(10) for c in corners], [c.number(20) for c in corners]
+        bulges = np.array([c.number(42, 0.0) for c in corners])
     elif kind == "CIRCLE":
-        columns = [_numbers(plain, 10), _numbers(plain, 20)]
-        radius = _one(plain, 40)
+        radius = values.number(40)
     else:
-        columns = [
-            _numbers(plain, 10) + _numbers(plain, 11),
-            _numbers(plain, 20) + _numbers(plain, 21),
-        ]
+        x, y = x + values.numbers(11), y + values.numbers(21)
     least = 1 if kind == "CIRCLE" else 2
-    if len(columns[0]) != len(columns[1]) or len(columns[0]) < least:
-        raise ReadError(f"{name} has {len(columns[0])} x and {len(columns[1])} y coordinates")
-    points = np.array(columns, dtype=np.float64).T
+    if len(x) != len(y) or len(x) < least:
+        raise ReadError(f"{name} has {len(x)} x and {len(y)} y coordinates")
+    points = np.array([x, y], dtype=np.float64).T
     if not np.all(np.isfinite(points)) or not np.isfinite(radius or 0.0):
         raise ReadError(f"{name} has a coordinate that is not finite")
-    closed = kind in ("LWPOLYLINE", "POLYLINE") and bool(flags & 1)
-    shape = Shape(layer, piece, points, closed, radius, bulges, name)
+    closed = kind in ("LWPOLYLINE", "POLYLINE") and bool(int(values.number(70, 0.0)) & 1)
+    shape = Shape(layer, values.piece, points, closed, radius, bulges, name)
     flaws = []
     if layer not in LAYERS:
         flaws.append(f"{shape.where} is on layer {layer!r}, which is none of {', '.join(LAYERS)}")
-    if any(z < 0.0 for z in _numbers(plain, 230)):
+    if any(z < 0.0 for z in values.numbers(230)):
         flaws.append(f"{shape.where} is mirrored by its extrusion direction")
-    if _numbers(plain, 67) == [1.0]:
+    if values.number(67, 0.0) == 1.0:
         flaws.append(f"{shape.where} is in paper space")
     return shape, flaws
 
 
-def _one(body: Sequence[Group], wanted: int, default: float | None = None) -> float:
-    """Read the first value with a group code."""
-    values = _numbers(body, wanted)
-    if not values:
-        if default is None:
-            raise ReadError(f"group {wanted} is missing")
-        return default
-    return values[0]
-
-
-def _lw_bulges(body: Sequence[Group]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _lw_bulges(body: Sequence[Group]) -> Floats:
     """Read the bulge that follows each vertex of an LWPOLYLINE."""
     bulges: list[float] = []
     for code, value in body:
         if code == 10:
             bulges.append(0.0)
         elif code == 42 and bulges:
-            bulges[-1] = float(value)
+            try:
+                bulges[-1] = float(value)
+            except ValueError as error:
+                raise ReadError(f"a bulge is not a number: {error}") from error
     return np.array(bulges)
 
 

@@ -1,8 +1,8 @@
-"""Lay the walks of the woven mesh along the threads of the crossing map."""
+"""Lay walks of the mesh along threads, and find pieces' stations along them."""
 
 from collections import Counter, defaultdict
 
-from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.walks import (
     Pass,
     Walk,
@@ -25,7 +25,7 @@ def edge_of_crossings(plan: CrossingMap, mesh: WovenMesh) -> dict[int, int]:
 
 
 def thread_passes(
-    plan: CrossingMap, mesh: WovenMesh
+    plan: CrossingMap, mesh: WovenMesh, edges: dict[int, int]
 ) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
     """Lay the mesh's walks along the threads.
 
@@ -37,7 +37,6 @@ def thread_passes(
         The walks that no thread takes.
     """
     keys = edge_keys(mesh)
-    edges = edge_of_crossings(plan, mesh)
     shelf: dict[tuple[bool, tuple[int, ...]], list[Walk]] = defaultdict(list)
     for walk in trace_walks(mesh):
         form = canonical([int(keys[step.side]) for step in walk.passes], walk.closed)[0]
@@ -54,3 +53,26 @@ def thread_passes(
             if laid is not None:
                 result[thread.id] = laid
     return result, [walk for walks in shelf.values() for walk in walks]
+
+
+def station_run(thread: Thread, piece: Piece) -> int | None:
+    """Return where along its thread a piece's stations begin; None if they are no run of it.
+
+    Where the thread passes the first crossing twice, the over flag decides.
+    """
+    count, size = len(thread.crossings), len(piece.stations)
+    limit = count + 1 if thread.closed else count
+    if not 0 < size <= limit:
+        return None
+    found: list[tuple[bool, int]] = []
+    for start in range(count):
+        if thread.crossings[start] != piece.stations[0].crossing:
+            continue
+        if not thread.closed and start + size > count:
+            continue
+        if all(
+            thread.crossings[(start + at) % count] == station.crossing
+            for at, station in enumerate(piece.stations)
+        ):
+            found.append((thread.over[start] != piece.stations[0].over, start))
+    return min(found)[1] if found else None

@@ -6,12 +6,11 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.report import Tally
-from fabweave.verify.threads import edge_of_crossings
 from fabweave.verify.walks import WovenMesh, edge_keys
 
 
 def broken_conditions(
-    plan: CrossingMap, mesh: WovenMesh, sense: dict[int, bool], tally: Tally
+    plan: CrossingMap, mesh: WovenMesh, edges: dict[int, int], sense: dict[int, bool], tally: Tally
 ) -> tuple[int, int, int]:
     """Count the broken edge, face and vertex conditions of a 2/2 twill.
 
@@ -24,7 +23,6 @@ def broken_conditions(
     ----------
     Akleman et al., "Cyclic twill-woven objects" (2011), definition 5.1.
     """
-    edges = edge_of_crossings(plan, mesh)
     keys = edge_keys(mesh).tolist()
     broken = 0
     for thread in plan.threads:
