@@ -7,7 +7,21 @@ from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 from fabweave.mesh.topology import EdgeGroups, label_links
 
 
-def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray, IntArray]:
+def face_patches(edges: EdgeGroups, n_faces: int) -> IntArray:
+    """Return the component, by shared edges, of each face, (F,).
+
+    Examples
+    --------
+    >>> from fabweave.mesh.topology import group_edges
+    >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 6, [[0, 1, 2], [3, 4, 5], [1, 0, 3]])
+    >>> face_patches(group_edges(mesh), 3).tolist()
+    [0, 1, 0]
+    """
+    first, second = edges.pairs
+    return label_links(edges.face[first], edges.face[second], n_faces)[1]
+
+
+def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray]:
     """Find which faces to turn so that neighbours run along their common edge opposite ways.
 
     The double cover holds every face twice, as it is and turned; neighbours that agree are
@@ -28,19 +42,17 @@ def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray,
         Faces to turn; in each component the majority stays, and in a tie its first face.
     one_sided : (F,) bool array
         Faces of components that cannot be oriented.
-    patch : (F,) int array
-        Component, by shared edges, of each face.
 
     Examples
     --------
     >>> from fabweave.mesh.topology import group_edges
     >>> flipped = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 1, 3], [1, 4, 3]])
     >>> [values.tolist() for values in orient_faces(group_edges(flipped), 3)]
-    [[True, False, False], [False, False, False], [0, 0, 0]]
+    [[True, False, False], [False, False, False]]
     """
     first, second = edges.pairs
     one, two = edges.face[first], edges.face[second]
-    number, patch = label_links(one, two, n_faces)
+    patch = face_patches(edges, n_faces)
     across = np.where(edges.tail[first] == edges.tail[second], n_faces, 0)
     links_from = np.concatenate([one, one + n_faces])
     links_to = np.concatenate([two + across, two + n_faces - across])
@@ -48,9 +60,8 @@ def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray,
     one_sided = label[:n_faces] == label[n_faces:]
     # Labels grow with the first node, so the first face of each patch is never turned here.
     turned = label[:n_faces] > label[n_faces:]
-    counts = np.bincount(patch, minlength=number)
-    minority_stays = 2 * np.bincount(patch, weights=turned, minlength=number) > counts
-    return (turned ^ minority_stays[patch]) & ~one_sided, one_sided, patch
+    minority_stays = 2 * np.bincount(patch, weights=turned) > np.bincount(patch)
+    return (turned ^ minority_stays[patch]) & ~one_sided, one_sided
 
 
 def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:

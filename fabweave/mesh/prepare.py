@@ -5,7 +5,7 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.orient import orient_faces, turn_faces
+from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.topology import EdgeGroups, group_edges
@@ -64,8 +64,9 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
         prepared = PolyMesh(mesh.vertices[used], mesh.offsets, (np.cumsum(used) - 1)[mesh.indices])
         notes.append(f"{len(loose)} vertices belong to no face and were left out")
     edges = group_edges(prepared)
-    turned, _, patch = orient_faces(edges, prepared.n_faces)
+    patch = face_patches(edges, prepared.n_faces)
     if not report.oriented:
+        turned = orient_faces(edges, prepared.n_faces)[0]
         prepared = turn_faces(prepared, turned)
         notes.append(
             f"{np.count_nonzero(turned)} faces were inside out and were turned ({_some(turned)})"
