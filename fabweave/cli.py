@@ -342,11 +342,11 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
 @cli.command()
 def shapes() -> None:
     """List the built-in shapes and their parameters."""
-    from fabweave.mesh.shapes import shape_library  # noqa: PLC0415
+    from fabweave.mesh.shapes import SHAPES  # noqa: PLC0415
 
-    table = Table("shape", "parameters", "what it is", box=None)
-    for shape in shape_library():
-        table.add_row(f"shape:{shape.name}", shape.usage, shape.text)
+    table = Table("shape, with its defaults", "what it is", box=None)
+    for shape in SHAPES:
+        table.add_row(shape.example, shape.text)
     Console(highlight=False).print(table)
 
 

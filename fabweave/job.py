@@ -16,11 +16,12 @@ from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
 from fabweave.flat.split import split_threads
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.orient import prepare_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.resize import largest_dimension, resize_mesh
 from fabweave.mesh.shapes import parse_shape
 from fabweave.report.notes import all_notes
+from fabweave.ribbon.check import require_width
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.settings import JobSettings
 from fabweave.sheet.layout import Layout, SheetSize
@@ -40,6 +41,10 @@ from fabweave.weave.threads import trace_threads
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
+
+#: Pieces pass about this many crossings unless a length is asked for: a dozen keeps strips short
+#: enough to nest well and joints few.
+CROSSINGS_A_PIECE = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +112,13 @@ def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
         length=settings.crossing,
         width=settings.width,
     )
+    size = largest_dimension(woven.mesh)
     if ribbons.n_rungs == 0:
         raise CannotMakeError(
             "nothing crosses anything on this mesh: no edge lies between two faces; "
             "weaving needs faces that share edges"
         )
+    require_width(ribbons, labels, size)
     progress("pieces", 0, 1)
     made = _make_pieces(ribbons, weave, settings, labels, material)
     progress("marks", 0, len(made.pieces))
@@ -152,23 +159,17 @@ def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
 
 
 def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
-    """Fill in what was left to fabweave: thickness, gap, sheet and piece length.
-
-    Pieces are as long as half of the sheet's longer usable side by default: long enough to keep
-    joints few, short enough to nest well.
-    """
+    """Fill in what was left to fabweave: thickness, gap and sheet."""
     material = material_named(settings.material)
     if settings.thickness_mm is not None:
         material = with_thickness(material, settings.thickness_mm)
     sheets = settings.sheets or (SheetSize(*material.sheet_mm),)
-    longest = max(max(usable_size(sheet, settings.margin_mm)) for sheet in sheets)
     return (
         replace(
             settings,
             thickness_mm=material.thickness_mm,
             sheets=sheets,
             gap_mm=material.gap_mm if settings.gap_mm is None else settings.gap_mm,
-            max_length_mm=settings.max_length_mm or round(longest / 2, 1),
         ),
         material,
     )
@@ -231,9 +232,25 @@ def _make_pieces(
         return fits_some_sheet(outline, settings.sheets, settings.margin_mm)
 
     runs = split_threads(
-        ribbons, weave, max_length_mm=_given(settings.max_length_mm), fits=fits, labels=labels
+        ribbons,
+        weave,
+        length_mm=_wanted_length(ribbons, settings),
+        max_length_mm=settings.max_length_mm or np.inf,
+        fits=fits,
+        labels=labels,
     )
     return build_pieces(ribbons, weave, runs, labels, hole_rules(settings, material))
+
+
+def _wanted_length(ribbons: Ribbons, settings: JobSettings) -> float:
+    """Return how long pieces should be: as asked, or a dozen crossings, if the sheet allows."""
+    if settings.max_length_mm is not None:
+        return settings.max_length_mm
+    middle = (ribbons.right + ribbons.left) / 2
+    panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
+    pitch = float(np.mean(panel)) / settings.crossing
+    longest = max(max(usable_size(sheet, settings.margin_mm)) for sheet in settings.sheets)
+    return min(CROSSINGS_A_PIECE * pitch, longest / 2)
 
 
 def _given(value: float | None) -> float:

@@ -21,8 +21,8 @@ DXF_VERSIONS = ("R2010", "R2000", "R12")
 class JobSettings:
     """Everything that decides what a job makes; lengths in millimetres.
 
-    ``None`` means that fabweave chooses: the material's thickness, gap and sheet, a piece length
-    that suits the sheet, and the largest hole that the ribbons have room for (``hole_mm=0``: no
+    ``None`` means that fabweave chooses: the material's thickness, gap and sheet, pieces of about
+    a dozen crossings, and the largest hole that the ribbons have room for (``hole_mm=0``: no
     holes). ``width`` and ``crossing`` are the relative ribbon width and crossing length of the
     projection method.
     """

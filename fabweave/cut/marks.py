@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import shapely
+from scipy.spatial import KDTree
 
-from fabweave.arrays import FloatArray
+from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.cut.lettering import place_text, text_box
 from fabweave.flat.piece import Piece
 
@@ -22,10 +24,13 @@ WANTED_HEIGHT_MM = 2.5
 _DOUBLE_TICK_MM = 0.8
 _SHORTEST_TICK_MM = 0.3
 
-# Fractions of the way from a station to its neighbour where a label may be centred, in the order
-# in which they are tried: for what belongs to the station, and for what belongs to the piece.
-_BESIDE = (0.0, 0.25, 0.3, 0.2, 0.35, 0.4, 0.45)
-_BETWEEN = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.0, 1.0)
+# Fractions of the way from a station to the next where a label may be centred; the places beside
+# a station come in the order in which they are tried.
+_AFTER = (0.25, 0.3, 0.2, 0.35, 0.4, 0.45)
+_MIDWAY = (0.5, 0.35, 0.65)
+_FRACTIONS = (*_AFTER, *(1 - fraction for fraction in _AFTER), *_MIDWAY)
+# The same places on the middle line, and then off it by these parts of the ribbon's width.
+_ASIDE = (0.0, 0.25, -0.25)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,20 +56,34 @@ class Marks:
     dropped: tuple[tuple[str, str], ...]
 
 
-class _Place(NamedTuple):
-    """A place where a label may be centred, and its reading direction."""
+class _Places(NamedTuple):
+    """Places where a label may be centred, their reading directions, and the room across.
+
+    First the stations, then ``len(_FRACTIONS)`` places between each station and the next; all
+    this once for each of ``_ASIDE``.
+    """
 
     centre: FloatArray
-    angle_deg: float
+    along: FloatArray
+    room: FloatArray
 
 
 class _Request(NamedTuple):
-    """A label that somebody wants to read, and where it may stand."""
+    """A label that somebody wants to read, and the places where it may stand."""
 
     kind: str
     text: str
     heights: tuple[float, ...]
-    places: list[_Place]
+    places: list[int]
+
+
+class _Boxes(NamedTuple):
+    """Every box in which some request might be lettered, in the order in which they are tried."""
+
+    request: IntArray
+    place: IntArray
+    height: FloatArray
+    half: FloatArray  # (N, 2) half width along the reading direction, and half height
 
 
 def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
@@ -87,17 +106,26 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
         In the piece's own coordinates.
     """
     ticks = (*_ticks(piece), *_crosses(piece))
-    ground = _ground(piece, ticks)
+    places = _places(piece)
+    requests = list(_requests(piece, partners))
+    boxes = _boxes(places, requests)
+    shapes = shapely.polygons(_corners(places, boxes))
+    clear = np.flatnonzero(_clear(piece, ticks, places, boxes, shapes))
+    wanted = np.split(clear, np.searchsorted(boxes.request[clear], np.arange(1, len(requests))))
+    centres, reach = places.centre[boxes.place], np.hypot(boxes.half[:, 0], boxes.half[:, 1])
     labels: list[Label] = []
     dropped: list[tuple[str, str]] = []
-    for request in _requests(piece, partners):
-        found = _find_place(ground, request)
-        if found is None:
+    taken: list[int] = []
+    for request, candidates in zip(requests, wanted, strict=True):
+        chosen = _first_apart(centres, reach, shapes, candidates, taken)
+        if chosen is None:
             dropped.append((request.kind, request.text))
             continue
-        label, box = found
-        labels.append(label)
-        ground = shapely.difference(ground, shapely.buffer(box, CLEAR_MM, join_style="mitre"))
+        taken.append(chosen)
+        place, height = int(boxes.place[chosen]), float(boxes.height[chosen])
+        angle = float(np.rad2deg(np.arctan2(places.along[place, 1], places.along[place, 0])))
+        strokes = place_text(request.text, height, places.centre[place], angle)
+        labels.append(Label(request.text, request.kind, height, tuple(strokes)))
     return Marks(tuple(labels), ticks, tuple(dropped))
 
 
@@ -133,79 +161,129 @@ def _crosses(piece: Piece) -> Iterator[FloatArray]:
             yield np.array([piece.points[station] - arm * way, piece.points[station] + arm * way])
 
 
-def _ground(piece: Piece, ticks: tuple[FloatArray, ...]) -> shapely.Geometry:
-    """Return where letters may stand: off the edge, the holes and the ticks."""
-    inside = shapely.buffer(shapely.Polygon(piece.outline), -CLEAR_MM, join_style="mitre")
-    drilled = ~np.isnan(piece.hole_mm)
-    holes = shapely.buffer(
-        shapely.points(piece.points[drilled]), piece.hole_mm[drilled] / 2 + CLEAR_MM
+def _places(piece: Piece) -> _Places:
+    """List the places of a piece: its stations, then those between stations, then off the line."""
+    fractions = np.array(_FRACTIONS)
+    way = np.diff(piece.points, axis=0)
+    between = piece.points[:-1, None, :] + fractions[None, :, None] * way[:, None, :]
+    unit = way / np.hypot(way[:, 0], way[:, 1])[:, None]
+    breadth = np.hypot(*(piece.rails[:, 1] - piece.rails[:, 0]).T)
+    centre = np.concatenate((piece.points, between.reshape(-1, 2)))
+    along = np.concatenate((piece.directions, np.repeat(unit, len(_FRACTIONS), axis=0)))
+    gained = np.diff(breadth)[:, None] * fractions
+    width = np.concatenate((breadth, (breadth[:-1, None] + gained).reshape(-1)))
+    across = along[:, ::-1] * np.array([-1.0, 1.0]) * width[:, None]
+    return _Places(
+        np.concatenate([centre + aside * across for aside in _ASIDE]),
+        np.tile(along, (len(_ASIDE), 1)),
+        np.concatenate([(0.5 - abs(aside)) * width for aside in _ASIDE]),
     )
-    strokes = shapely.buffer(shapely.linestrings(np.array(ticks)), CLEAR_MM) if ticks else []
-    taken = shapely.union_all(np.concatenate((holes, strokes)))
-    return shapely.difference(inside, taken)
 
 
 def _requests(piece: Piece, partners: Sequence[str]) -> Iterator[_Request]:
     """Yield what is to be lettered, the most wanted first."""
-    count = len(piece.crossings)
+    count, each = len(piece.crossings), len(_FRACTIONS)
+    # The id stands as near to the middle of the piece as it can.
     segments = sorted(range(count - 1), key=lambda k: (abs(k - (count - 2) / 2), k))
-    between = [_between(piece, k, fraction) for fraction in _BETWEEN for k in segments]
-    if count == 1:
-        between = _beside(piece, 0)
-    yield _Request("id", piece.id, ID_HEIGHTS_MM, between)
-    if piece.start_joint is not None:
-        yield _Request("joint", f"#{piece.start_joint}", OTHER_HEIGHTS_MM, _beside(piece, 0))
-    if piece.end_joint is not None:
-        yield _Request("joint", f"#{piece.end_joint}", OTHER_HEIGHTS_MM, _beside(piece, count - 1))
+    midway = range(each - len(_MIDWAY), each)
+    between = [count + each * segment + k for k in midway for segment in segments]
+    stations = sorted(range(count), key=lambda k: (abs(k - (count - 1) / 2), k))
+    yield _Request("id", piece.id, ID_HEIGHTS_MM, between + stations)
+    for station, joint in ((0, piece.start_joint), (count - 1, piece.end_joint)):
+        if joint is not None:
+            yield _Request("joint", f"#{joint}", OTHER_HEIGHTS_MM, _beside(station, count))
     for station, partner in enumerate(partners):
-        yield _Request("partner", partner, OTHER_HEIGHTS_MM, _beside(piece, station))
+        yield _Request("partner", partner, OTHER_HEIGHTS_MM, _beside(station, count))
 
 
-def _between(piece: Piece, station: int, fraction: float) -> _Place:
-    """Return the place between a station and the following one."""
-    a, b = piece.points[station], piece.points[station + 1]
-    way = b - a
-    return _Place(a + fraction * way, float(np.rad2deg(np.arctan2(way[1], way[0]))))
-
-
-def _beside(piece: Piece, station: int) -> list[_Place]:
-    """Return places at a station, then after it, then before it."""
-    x, y = piece.directions[station]
-    places = [_Place(piece.points[station], float(np.rad2deg(np.arctan2(y, x))))]
-    for fraction in _BESIDE[1:]:
-        if station + 1 < len(piece.points):
-            places.append(_between(piece, station, fraction))
+def _beside(station: int, count: int) -> list[int]:
+    """Return the places at a station, just after it, and just before it."""
+    each, near = len(_FRACTIONS), len(_AFTER)
+    after = count + each * station
+    before = count + each * (station - 1) + near
+    places = [station]
+    for step in range(near):
+        if station + 1 < count:
+            places.append(after + step)
         if station > 0:
-            places.append(_between(piece, station - 1, 1 - fraction))
+            places.append(before + step)
     return places
 
 
-def _find_place(
-    ground: shapely.Geometry, request: _Request
-) -> tuple[Label, shapely.Geometry] | None:
-    """Return the label at the greatest height, and the first place, where its box is clear."""
-    shapely.prepare(ground)
-    centres = np.array([place.centre for place in request.places])
-    angles = np.deg2rad([place.angle_deg for place in request.places])
-    along = np.column_stack((np.cos(angles), np.sin(angles)))
-    upward = np.column_stack((-along[:, 1], along[:, 0]))
-    unit = text_box(request.text, 1.0)
-    for height in request.heights:
-        half = along * (unit.width * height / 2), upward * ((unit.top - unit.bottom) * height / 2)
-        corners = np.stack(
-            (
-                centres - half[0] - half[1],
-                centres + half[0] - half[1],
-                centres + half[0] + half[1],
-                centres - half[0] + half[1],
-            ),
-            axis=1,
-        )
-        boxes = shapely.polygons(corners)
-        clear = np.flatnonzero(shapely.contains_properly(ground, boxes))
-        if len(clear):
-            place = request.places[int(clear[0])]
-            strokes = place_text(request.text, height, place.centre, place.angle_deg)
-            label = Label(request.text, request.kind, height, tuple(strokes))
-            return label, boxes[clear[0]]
+def _boxes(places: _Places, requests: list[_Request]) -> _Boxes:
+    """List the boxes of every request: at its greatest height in all its places, then lower."""
+    base = len(places.centre) // len(_ASIDE)
+    parts = []
+    for number, request in enumerate(requests):
+        unit = text_box(request.text, 1.0)
+        where = np.add.outer(base * np.arange(len(_ASIDE)), request.places).reshape(-1)
+        heights = np.repeat(request.heights, len(where))
+        place = np.tile(where, len(request.heights))
+        half = heights[:, None] * np.array([unit.width, unit.top - unit.bottom]) / 2
+        # Between stations a ribbon may be a little wider than at them.
+        fits = half[:, 1] + CLEAR_MM <= 1.2 * places.room[place]
+        count = int(np.count_nonzero(fits))
+        parts.append((np.full(count, number), place[fits], heights[fits], half[fits]))
+    return _Boxes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _corners(places: _Places, boxes: _Boxes) -> FloatArray:
+    """Return the corners of every box, (N, 4, 2)."""
+    along = places.along[boxes.place] * boxes.half[:, :1]
+    upward = places.along[boxes.place][:, ::-1] * np.array([-1.0, 1.0]) * boxes.half[:, 1:]
+    reach = np.stack((-along - upward, along - upward, along + upward, upward - along), axis=1)
+    return places.centre[boxes.place][:, None, :] + reach
+
+
+def _clear(
+    piece: Piece,
+    ticks: tuple[FloatArray, ...],
+    places: _Places,
+    boxes: _Boxes,
+    shapes: npt.NDArray[Any],
+) -> BoolArray:
+    """Say which boxes lie inside the piece, off its edge, its holes and its ticks."""
+    inside = shapely.buffer(shapely.Polygon(piece.outline), -CLEAR_MM, join_style="mitre")
+    shapely.prepare(inside)
+    clear = np.asarray(shapely.contains_properly(inside, shapes))
+    # A tick is shorter than any box is wide: its ends and middle stand for all of it.
+    drilled = ~np.isnan(piece.hole_mm)
+    strokes = [np.array([tick[0], tick.mean(axis=0), tick[1]]) for tick in ticks]
+    things = np.concatenate((piece.points[drilled], *strokes))
+    radius = np.concatenate((piece.hole_mm[drilled] / 2, np.zeros(3 * len(ticks))))
+    left = np.flatnonzero(clear)
+    reach = np.hypot(*boxes.half[left].T) + radius.max(initial=0.0) + CLEAR_MM
+    near = KDTree(things).query_ball_point(places.centre[boxes.place[left]], reach)
+    box = np.repeat(left, [len(numbers) for numbers in near])
+    thing = np.concatenate([*near, []]).astype(np.int64)
+    place = boxes.place[box]
+    away = things[thing] - places.centre[place]
+    unit = places.along[place]
+    along = np.abs(away[:, 0] * unit[:, 0] + away[:, 1] * unit[:, 1])
+    across = np.abs(away[:, 1] * unit[:, 0] - away[:, 0] * unit[:, 1])
+    outside = np.hypot(
+        np.maximum(along - boxes.half[box, 0], 0.0), np.maximum(across - boxes.half[box, 1], 0.0)
+    )
+    clear[box[outside < radius[thing] + CLEAR_MM]] = False
+    return clear
+
+
+def _first_apart(
+    centres: FloatArray,
+    reach: FloatArray,
+    shapes: npt.NDArray[Any],
+    candidates: IntArray,
+    taken: list[int],
+) -> int | None:
+    """Return the first candidate box that keeps clear of every box already lettered."""
+    others = np.array(taken, dtype=np.int64)
+    away = centres[candidates][:, None, :] - centres[others][None, :, :]
+    room = reach[candidates][:, None] + reach[others][None, :] + CLEAR_MM
+    near = np.hypot(away[:, :, 0], away[:, :, 1]) < room
+    crowded = near.any(axis=1)
+    for index, candidate in enumerate(candidates.tolist()):
+        if not crowded[index] or not np.any(
+            shapely.dwithin(shapes[candidate], shapes[others[near[index]]], CLEAR_MM)
+        ):
+            return int(candidate)
     return None

@@ -7,7 +7,6 @@ import numpy as np
 import shapely
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
-from fabweave.errors import CannotMakeError
 from fabweave.flat.outline import resting_frame, strip_outlines
 from fabweave.flat.piece import Joint, Piece
 from fabweave.flat.split import Runs, first_and_last_rung, unfold_runs
@@ -82,15 +81,9 @@ def build_pieces(
     Returns
     -------
     Pieces
-
-    Raises
-    ------
-    CannotMakeError
-        If a ribbon is so narrow that its outline vanishes.
     """
     strips = unfold_runs(ribbons, runs)
     outlines = strip_outlines(strips)
-    _refuse_vanishing(outlines, runs, labels)
     stations = _list_stations(weave, runs)
     first, _ = first_and_last_rung(ribbons, runs)
     position = runs.first[stations.piece] + _within(stations.offsets)
@@ -133,21 +126,6 @@ def build_pieces(
             )
         )
     return Pieces(tuple(pieces), _join(pieces), rule, room)
-
-
-def _refuse_vanishing(outlines: list[FloatArray], runs: Runs, labels: Sequence[str]) -> None:
-    """Object to pieces so narrow that no outline is left."""
-    bad = [
-        index
-        for index, outline in enumerate(outlines)
-        if len(outline) < 4 or shapely.Polygon(outline).area < 0.1
-    ]
-    if bad:
-        names = ", ".join(sorted({labels[runs.thread[index]] for index in bad})[:6])
-        raise CannotMakeError(
-            f"{len(bad)} pieces are thinner than a cutter can follow (threads {names}): "
-            "make the object larger with --size, or weave a coarser mesh"
-        )
 
 
 def _within(offsets: IntArray) -> IntArray:

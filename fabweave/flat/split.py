@@ -58,7 +58,8 @@ def split_threads(
     ribbons: Ribbons,
     weave: Weave,
     *,
-    max_length_mm: float,
+    length_mm: float,
+    max_length_mm: float = np.inf,
     fits: Callable[[FloatArray], bool],
     labels: tuple[str, ...],
 ) -> Runs:
@@ -72,6 +73,8 @@ def split_threads(
     ----------
     ribbons, weave
         The ribbons and who goes under where.
+    length_mm : float
+        Pieces are about as long as this, or as short as the crossings allow.
     max_length_mm : float
         No piece is longer, measured along its unfolded middle line, laps included.
     fits : callable
@@ -91,7 +94,9 @@ def split_threads(
     """
     threads = weave.threads
     lines = _thread_lines(ribbons, weave)
-    cuts = [_even_cuts(line, max_length_mm, thread) for thread, line in enumerate(lines)]
+    cuts = [
+        _even_cuts(line, min(length_mm, max_length_mm), thread) for thread, line in enumerate(lines)
+    ]
     while True:
         runs = _runs_of_cuts(cuts, threads.closed, threads.lengths)
         wrong = ~_acceptable(ribbons, runs, max_length_mm, fits)
@@ -148,7 +153,7 @@ def _thread_lines(ribbons: Ribbons, weave: Weave) -> list[_Line]:
     return lines
 
 
-def _even_cuts(line: _Line, max_length: float, thread: int) -> IntArray:
+def _even_cuts(line: _Line, length: float, thread: int) -> IntArray:
     """Choose joints near evenly spaced places, few enough that pieces stay under the length."""
     if len(line.allowed) == 0:
         return line.allowed
@@ -156,7 +161,7 @@ def _even_cuts(line: _Line, max_length: float, thread: int) -> IntArray:
     ring = line.total if line.closed else 0.0
     spacing = np.diff(np.append(places, places[0] + ring)) if line.closed else np.diff(places)
     slack = line.panel + (float(np.max(spacing)) if len(spacing) else 0.0)
-    pieces = int(np.ceil(line.total / max(max_length - slack, max_length / 4)))
+    pieces = int(np.ceil(line.total / max(length - slack, length / 4)))
     if line.closed:
         pieces = min(max(pieces, 2), len(places))
         targets = line.total * ((np.arange(pieces) + (thread * _STAGGER) % 1.0) / pieces)
@@ -164,7 +169,7 @@ def _even_cuts(line: _Line, max_length: float, thread: int) -> IntArray:
         around = np.concatenate((places - ring, places, places + ring))
         numbers = np.tile(line.allowed, 3)
     else:
-        if line.total <= max_length:
+        if line.total <= length:
             return line.allowed[:0]
         targets = line.total * np.arange(1, pieces) / pieces
         around, numbers = places, line.allowed
@@ -244,9 +249,11 @@ def _halve(
         result[thread] = np.union1d(result[thread], [middle])
     if stuck:
         some = "; ".join(stuck[:4]) + (" …" if len(stuck) > 4 else "")
+        limit = f"longer than {max_length:g} mm, " if np.isfinite(max_length) else ""
         raise CannotMakeError(
-            f"{len(stuck)} stretches of thread are too long for {max_length:g} mm, too large for "
-            f"the sheet, or curl onto themselves, and have no crossing to be joined at: {some}. "
-            "A longer --max-length, a larger --sheet, a smaller --size or a finer mesh would help."
+            f"{len(stuck)} stretches of thread are {limit}too large for the sheet, or curl onto "
+            f"themselves, and have no crossing to be joined at: {some}. A larger --sheet"
+            + (", a longer --max-length" if limit else "")
+            + ", a smaller --size or a finer mesh would help."
         )
     return result

@@ -8,6 +8,7 @@ import numpy as np
 from fabweave.cut.marks import WANTED_HEIGHT_MM, Marks
 from fabweave.flat.pieces import WANTED_SHARE, HoleRule, Pieces
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.check import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -23,7 +24,7 @@ def all_notes(
     """Return every note, the weave first, then ribbons, holes and letters."""
     size = float(np.ptp(mesh.vertices, axis=0).max())
     notes = _weave_notes(weave)
-    width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+    width = ribbon_widths(ribbons)
     notes.append(
         f"ribbons: {width.min():.1f} to {width.max():.1f} mm wide, "
         f"half of them below {np.median(width):.1f} mm"
@@ -49,17 +50,6 @@ def _weave_notes(weave: Weave) -> list[str]:
             "and are left out"
         )
     return notes
-
-
-def size_for(room_mm: float, needed_mm: float, size_mm: float) -> float:
-    """Return the size at which a room in proportion to it comes to what is needed, rounded up.
-
-    Examples
-    --------
-    >>> size_for(2.0, 3.0, 100.0)
-    150
-    """
-    return int(np.ceil(size_mm * needed_mm / room_mm - 1e-9)) if room_mm > 0 else int(1e9)
 
 
 def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[str]:

@@ -1,20 +1,23 @@
 """Ribbons lie over and under the surface as the weave says, and unfold exactly."""
 
+import re
+
 import numpy as np
 import pytest
 import shapely
-from fabweave.mesh.orient import prepare_mesh
-from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
 from hypothesis import given
 from meshes_shared import shared_mesh
-from strategies import meshes
+from weaving_meshes import meshes
 
-from fabweave.errors import InputError
+from fabweave.errors import CannotMakeError, InputError
 from fabweave.flat.unfold import Strips, unfold_threads
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import parse_shape
+from fabweave.ribbon.check import NARROWEST_MM, require_width, ribbon_widths
 from fabweave.ribbon.export import ribbon_faces
 from fabweave.ribbon.project import Ribbons, local_entry, project_ribbons
 from fabweave.weave.pattern import Weave, plain_weave
@@ -81,7 +84,7 @@ def test_unfolding_is_isometric_on_real_meshes(name):
     assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
 
 
-@given(meshes(embedded=True))
+@given(meshes())
 def test_areas_of_strips_are_the_areas_of_ribbons(mesh):
     _, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
     strips = unfold_threads(ribbons)
@@ -100,7 +103,7 @@ def test_areas_of_strips_are_the_areas_of_ribbons(mesh):
         assert flat == pytest.approx(space, rel=1e-9)
 
 
-@given(meshes(embedded=True))
+@given(meshes())
 def test_over_panels_lie_outside_and_are_centred_on_the_ones_below(mesh):
     weave, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
     middle = (ribbons.right + ribbons.left) / 2
@@ -112,7 +115,7 @@ def test_over_panels_lie_outside_and_are_centred_on_the_ones_below(mesh):
     assert np.abs(aside).max() < 1e-9
 
 
-@given(meshes(embedded=True))
+@given(meshes())
 def test_panels_are_planar_and_normal_to_the_surface(mesh):
     _, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
     corners = [
@@ -125,7 +128,7 @@ def test_panels_are_planar_and_normal_to_the_surface(mesh):
 
 def test_a_flat_square_grid_has_the_relative_width_and_length():
     # On unit squares the quad of an edge is a square of diagonal 1, so side 1/sqrt(2).
-    _, ribbons = woven(shape_at("hypar?n=6&rise=0", 6.0), length=0.8, width=0.5)
+    _, ribbons = woven(shape_at("hypar?m=6&n=6&height=0.001", 6.0), length=0.8, width=0.5)
     width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
     assert np.allclose(width, 0.5 / np.sqrt(2))
     middle = (ribbons.right + ribbons.left) / 2
@@ -170,3 +173,14 @@ def test_faces_folded_flat_on_one_another_are_refused():
     pillow = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [2, 1, 0]])
     with pytest.raises(InputError, match="3 edges have no room"):
         woven(pillow)
+
+
+def test_a_hair_is_refused_with_the_size_that_would_do():
+    weave, ribbons = woven(shape_at("torus?m=24&n=12", 2.0))
+    labels = tuple(map(str, range(weave.threads.n_threads)))
+    with pytest.raises(CannotMakeError, match=r"--size (\d+)mm") as refused:
+        require_width(ribbons, labels, 2.0)
+    size = float(re.search(r"--size (\d+)mm", str(refused.value))[1])
+    _, larger = woven(shape_at("torus?m=24&n=12", size))
+    require_width(larger, labels, size)
+    assert ribbon_widths(larger).min() >= NARROWEST_MM

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from fabweave.mesh.shapes import parse_shape
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import meshes
+from weaving_meshes import meshes
 
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes import parse_shape
 from fabweave.weave.bunches import part_bunches, thread_graph
 from fabweave.weave.labels import ALPHABET, thread_labels
 from fabweave.weave.pattern import over_of_passes, plain_weave

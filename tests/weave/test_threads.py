@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from fabweave.mesh.orient import prepare_mesh
-from fabweave.mesh.shapes import parse_shape
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import GOOD_MESHES, shared_mesh
-from strategies import meshes
+from meshes_shared import mesh_params
+from weaving_meshes import meshes
 
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.shapes import parse_shape
 from fabweave.weave.threads import Threads, trace_threads
 
 
@@ -162,9 +162,9 @@ def test_threads_do_not_depend_on_how_the_mesh_is_numbered(mesh, random):
     )
 
 
-@pytest.mark.parametrize("row", GOOD_MESHES, ids=lambda row: row.file)
+@pytest.mark.parametrize("row", mesh_params(bad=False))
 def test_real_meshes_have_the_counted_strands(row):
-    mesh, _, _ = prepare_mesh(read_mesh(shared_mesh(row.file)).mesh)
+    mesh, _, _ = prepare_mesh(read_mesh(row.path).mesh)
     assert threads_of(mesh).n_threads == row.strands
 
 

@@ -1,0 +1,5 @@
+"""Run the command line with ``python -m fabweave``."""
+
+from fabweave.cli import main
+
+main()

@@ -1,0 +1,202 @@
+"""The command line as a user meets it: proved jobs, errors that help, nothing half-done."""
+
+import csv
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+from meshes_shared import mesh_params
+
+from fabweave.cli import main
+
+
+def run(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    try:
+        main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def digest(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+MADE = (
+    "job.toml", "woven_mesh.obj", "model.glb", "crossing_map.json", "crossing_map.csv",
+    "pieces.csv", "waste.json", "waste.html", "verify.json",
+    "sheets/sheet_01.dxf", "sheets/sheet_01.svg", "sheets/sheet_01.png",
+)  # fmt: skip
+
+SMALL = ("shape:octahedron", "--size", "200mm", "--effort", "quick", "-q")
+
+
+@pytest.fixture(scope="module")
+def octahedron(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("job") / "octahedron"
+    assert run("make", *SMALL, "-o", folder) == 0
+    return folder
+
+
+def test_a_finished_job_has_every_file_and_is_proved(octahedron):
+    assert set(MADE) <= set(digest(octahedron))
+    assert json.loads((octahedron / "verify.json").read_text())["ok"] is True
+    assert run("verify", octahedron, "-q") == 0
+    assert not [path for path in octahedron.parent.iterdir() if path != octahedron]
+
+
+def test_the_octahedron_has_four_rings_of_six_crossings(octahedron):
+    plan = json.loads((octahedron / "crossing_map.json").read_text())
+    assert plan["schema"] == "fabweave.crossing-map/1"
+    assert [len(thread["crossings"]) for thread in plan["threads"]] == [6] * 4
+    assert len(plan["crossings"]) == 12
+    assert all(len(thread["pieces"]) >= 2 for thread in plan["threads"])
+    rows = list(csv.DictReader((octahedron / "pieces.csv").read_text().splitlines()))
+    assert [row["id"] for row in rows] == [piece["id"] for piece in plan["pieces"]]
+
+
+@pytest.mark.parametrize(
+    "shape", ["torus?m=8&n=5", "tetrahedron", "hypar?m=5&n=5", "tube", "sphere?n=3", "icosahedron"]
+)
+def test_shapes_are_made_and_proved(shape, tmp_path):
+    folder = tmp_path / "out"
+    assert run("make", f"shape:{shape}", "--size", "300mm", "--effort", "quick", "-q",
+               "-o", folder) == 0  # fmt: skip
+    assert run("verify", folder, "-q") == 0
+
+
+def test_same_settings_give_the_same_bytes(octahedron, tmp_path):
+    assert run("make", *SMALL, "-o", tmp_path / "again") == 0
+    assert digest(tmp_path / "again") == digest(octahedron)
+
+
+def test_job_toml_makes_the_same_job_again(octahedron, tmp_path):
+    assert run("make", "--config", octahedron / "job.toml", "-q", "-o", tmp_path / "again") == 0
+    ours, again = digest(octahedron), digest(tmp_path / "again")
+    assert again == ours
+    options = tomllib.loads((octahedron / "job.toml").read_text())["job"]
+    assert options["size"] == "200mm"
+    assert options["material"] == "card"
+
+
+def test_typed_options_win_over_the_config(octahedron, tmp_path):
+    folder = tmp_path / "again"
+    assert run("make", "--config", octahedron / "job.toml", "--size", "150mm", "-q",
+               "-o", folder) == 0  # fmt: skip
+    assert tomllib.loads((folder / "job.toml").read_text())["job"]["size"] == "150mm"
+
+
+def test_an_older_job_is_replaced_and_nothing_else_is(octahedron, tmp_path, capsys):
+    folder = tmp_path / "out"
+    assert run("make", "shape:cube", "--size", "200mm", "--effort", "quick", "-q",
+               "-o", folder) == 0  # fmt: skip
+    assert run("make", *SMALL, "-o", folder) == 0
+    assert digest(folder) == digest(octahedron)
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "diary.txt").write_text("dear diary")
+    assert run("make", *SMALL, "-o", mine) == 2
+    assert "no fabweave job" in capsys.readouterr().err
+    assert [path.name for path in mine.iterdir()] == ["diary.txt"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["make", "nowhere.obj"], 2, "nowhere.obj"),
+        (["make", "shape:dodo"], 2, "torus"),
+        (["make", "shape:torus?q=3"], 2, "m, n"),
+        (["make", "shape:cube", "--size", "12 furlongs"], 2, "unit"),
+        (["make", "shape:cube", "--size", "-3mm"], 2, "positive"),
+        (["make", "shape:cube", "--size", "100", "--scale", "2"], 2, "scale"),
+        (["make", "shape:cube", "--material", "marble"], 2, "card"),
+        (["make", "shape:cube", "--sheet", "600"], 2, "600"),
+        (["make", "shape:cube", "--sheet", "15x15mm"], 2, "margin"),
+        (["make", "shape:cube", "--width", "0.9", "--crossing", "0.5"], 2, "width"),
+        (["make", "shape:cube", "--hole", "0.3mm"], 2, "too small"),
+        (["make", "shape:cube", "--pattern", "tartan"], 2, "plain"),
+        (["make"], 2, "no mesh"),
+        (["make", "shape:torus", "--size", "2mm"], 1, "--size"),
+        (["make", "shape:cube", "--size", "900mm", "--sheet", "60x60mm"], 1, "--sheet"),
+        (["make", "shape:cube", "--size", "500mm", "--sheet", "250x250mm:1"], 1, "sheet"),
+    ],
+)
+def test_mistakes_get_one_clear_message_and_leave_nothing(arguments, code, words, tmp_path, capsys):
+    target = ["-o", str(tmp_path / "out"), "-q"]
+    assert run(*arguments, *target) == code
+    error = capsys.readouterr().err
+    assert words in error
+    assert "Traceback" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("row", mesh_params(bad=True))
+def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
+    code = run("make", row.path, "--size", "300mm", "--effort", "quick", "-q",
+               "-o", tmp_path / "out")  # fmt: skip
+    if code == 0:
+        assert run("verify", tmp_path / "out", "-q") == 0
+        return
+    error = capsys.readouterr().err
+    assert code == 2
+    assert error.startswith("fabweave: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_verify_objects_to_a_spoiled_job(octahedron, tmp_path, capsys):
+    import shutil  # noqa: PLC0415 - only here
+
+    folder = tmp_path / "spoiled"
+    shutil.copytree(octahedron, folder)
+    plan = json.loads((folder / "crossing_map.json").read_text())
+    plan["threads"][0]["over"][0] = not plan["threads"][0]["over"][0]
+    (folder / "crossing_map.json").write_text(json.dumps(plan))
+    assert run("verify", folder) == 1
+    assert "over-under" in capsys.readouterr().out
+    assert run("verify", tmp_path / "nothing") == 2
+
+
+def test_json_says_what_was_made(tmp_path, capsys):
+    assert run("make", *SMALL[:-1], "--json", "-o", tmp_path / "out") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["proved"] is True
+    assert (told["threads"], told["crossings"]) == (4, 12)
+
+
+def test_lists_and_help(capsys):
+    for command, word in (("shapes", "torus"), ("materials", "card")):
+        assert run(command) == 0
+        assert word in capsys.readouterr().out
+    for command in ("make", "verify"):
+        assert run(command, "--help") == 0
+        assert "Usage" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
+def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, tmp_path):
+    import shutil  # noqa: PLC0415 - only here
+
+    folder = tmp_path / "out"
+    shutil.copytree(octahedron, folder)
+    before = digest(folder)
+    command = [sys.executable, "-m", "fabweave", "make", "shape:torus?m=60&n=40", "--size", "900mm"]
+    process = subprocess.Popen([*command, "-q", "-o", str(folder)], stderr=subprocess.PIPE)
+    time.sleep(4.0)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"nothing was written" in error
+    assert digest(folder) == before
+    assert list(tmp_path.iterdir()) == [folder]
