@@ -46,7 +46,7 @@ def effort_named(name: str) -> Effort:
     efforts = {
         "quick": Effort(2.0, 24, 1, 40, 0.9),
         "normal": Effort(1.5, 36, 1, 60, 0.93),
-        "best": Effort(1.0, 48, 3, 80, 0.95),
+        "best": Effort(1.0, 48, 2, 80, 0.95),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -18,7 +18,7 @@ from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides, r
 from fabweave.sheet.shape import Shape, fitting_angles, rotated
 
 _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
-_RING = 2  # pixels around a shape whose neighbours count as contact
+_RING_MM = 4.0  # how near to a shape its neighbours count as contact
 _PULL = 0.1  # contact that a position at the far end of the sheet must have more
 _MAX_CELLS = 12_000_000  # pixels in one batch of correlations: bounds the memory, not the result
 
@@ -54,12 +54,16 @@ class Position:
 
 @dataclass(frozen=True)
 class Grid:
-    """The pixels of a sheet: the usable area and a border of `pad` pixels around it."""
+    """The pixels of a sheet: the usable area and a border of `pad` pixels around it.
+
+    ``ring`` is how many pixels around a shape count as its neighbourhood.
+    """
 
     usable_mm: tuple[float, float]
     pixel_mm: float
     radius_mm: float
     pad: int
+    ring: int
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -80,7 +84,8 @@ def grid_of(usable_mm: tuple[float, float], gap_mm: float, pixel_mm: float) -> G
     (200, 300)
     """
     radius = clear_radius(gap_mm, pixel_mm) + _SLACK_MM
-    return Grid(usable_mm, pixel_mm, radius, int(np.ceil(radius / pixel_mm)) + _RING)
+    ring = max(1, round(_RING_MM / pixel_mm))
+    return Grid(usable_mm, pixel_mm, radius, int(np.ceil(radius / pixel_mm)) + ring, ring)
 
 
 def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
@@ -94,7 +99,7 @@ def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
     moved = (sides + shift[:, None]).reshape(len(angles), -1, 2, 2)
     extent = np.ceil(sizes.max(axis=0) / grid.pixel_mm).astype(int) + 2 * grid.pad
     pixels = filled_pixels(moved, (int(extent[1]), int(extent[0])), grid.pixel_mm)
-    ring = ring_around(pixels, _RING)
+    ring = ring_around(pixels, grid.ring)
     return Kernels(angles, corners, sizes, pixels, ring, ring.sum(axis=(1, 2)))
 
 
