@@ -19,7 +19,7 @@ from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.resize import largest_dimension, resize_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.report.notes import all_notes
 from fabweave.ribbon.check import require_width
 from fabweave.ribbon.project import Ribbons, project_ribbons
@@ -177,27 +177,34 @@ def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
 
 def load_mesh(settings: JobSettings) -> WovenMesh:
     """Read or build the mesh of a job, check it, orient it and bring it to size."""
-    if settings.mesh.startswith("shape:"):
-        mesh, unit, title = parse_shape(settings.mesh), "mm", settings.mesh[len("shape:") :]
-        notes: list[str] = []
+    notes: list[str] = []
+    unit: str | None = "mm"
+    unit_mm = 1.0
+    if is_shape(settings.mesh):
+        mesh, title = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX)
     else:
-        path = Path(settings.mesh)
-        found = read_mesh(path)
-        mesh, unit, title, notes = found.mesh, found.unit or "", path.stem, list(found.notes)
+        found = read_mesh(settings.mesh)
+        mesh, title, unit, unit_mm = (
+            found.mesh,
+            Path(settings.mesh).stem,
+            found.unit,
+            found.unit_mm or 1.0,
+        )
+        notes += found.notes
     mesh, _, repairs = prepare_mesh(mesh)
     notes += repairs
-    from_metres = {"m": 1000.0, "metre": 1000.0, "meter": 1000.0, "cm": 10.0, "inch": 25.4}
-    factor = from_metres.get(unit, 1.0)
-    if settings.size_mm is None and settings.scale is None and factor != 1.0:
-        mesh, _ = resize_mesh(mesh, scale=factor)
-    elif settings.size_mm is not None or settings.scale is not None:
+    if settings.size_mm is None:
+        mesh, factor = resize_mesh(
+            mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
+        )
+    else:
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
     x, y, z = np.ptp(mesh.vertices, axis=0)
     stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
-    if settings.mesh.startswith("shape:"):
+    if is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
-    how = f"scaled by {factor:.6g}" if factor != 1.0 else "its numbers are taken as millimetres"
-    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh is {how}")
+    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
+    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
     return WovenMesh(mesh, build_halfedges(mesh), title, tuple(notes))
 
 

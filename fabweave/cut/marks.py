@@ -105,7 +105,7 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
     Marks
         In the piece's own coordinates.
     """
-    ticks = (*_ticks(piece), *_crosses(piece))
+    ticks = _inside(piece, [*_ticks(piece), *_crosses(piece)])
     places = _places(piece)
     requests = list(_requests(piece, partners))
     boxes = _boxes(places, requests)
@@ -159,6 +159,15 @@ def _crosses(piece: Piece) -> Iterator[FloatArray]:
         along = piece.directions[station]
         for way in (along, np.array([-along[1], along[0]])):
             yield np.array([piece.points[station] - arm * way, piece.points[station] + arm * way])
+
+
+def _inside(piece: Piece, strokes: list[FloatArray]) -> tuple[FloatArray, ...]:
+    """Keep the strokes that lie inside a piece; at a slanting or tapering panel some may not."""
+    if not strokes:
+        return ()
+    room = shapely.buffer(shapely.Polygon(piece.outline), -CLEAR_MM / 2, join_style="mitre")
+    held = shapely.contains_properly(room, shapely.linestrings(np.array(strokes)))
+    return tuple(stroke for stroke, kept in zip(strokes, held, strict=True) if kept)
 
 
 def _places(piece: Piece) -> _Places:
@@ -279,8 +288,8 @@ def _first_apart(
     others = np.array(taken, dtype=np.int64)
     away = centres[candidates][:, None, :] - centres[others][None, :, :]
     room = reach[candidates][:, None] + reach[others][None, :] + CLEAR_MM
-    near = np.hypot(away[:, :, 0], away[:, :, 1]) < room
-    crowded = near.any(axis=1)
+    near = np.linalg.norm(away, axis=2) < room
+    crowded = np.asarray(near.any(axis=1))
     for index, candidate in enumerate(candidates.tolist()):
         if not crowded[index] or not np.any(
             shapely.dwithin(shapes[candidate], shapes[others[near[index]]], CLEAR_MM)

@@ -59,7 +59,7 @@ class Job:
         """The mesh's walks along the threads, and the walks that no thread takes."""
         if self.map is None or self.mesh is None:
             return {}, []
-        return thread_passes(self.map, self.mesh, self.edges)
+        return thread_passes(self.map, self.mesh, self.edges, self.model)
 
     @cached_property
     def developed(self) -> dict[str, Developed]:

@@ -2,14 +2,16 @@
 
 from collections import Counter, defaultdict
 
+from fabweave.verify.course import follows_walk, measure_panels
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.read_glb import Strip
 from fabweave.verify.walks import (
     Pass,
     Walk,
     WovenMesh,
     canonical,
     edge_keys,
-    match_walk,
+    lay_walk,
     trace_walks,
 )
 
@@ -25,9 +27,16 @@ def edge_of_crossings(plan: CrossingMap, mesh: WovenMesh) -> dict[int, int]:
 
 
 def thread_passes(
-    plan: CrossingMap, mesh: WovenMesh, edges: dict[int, int]
+    plan: CrossingMap,
+    mesh: WovenMesh,
+    edges: dict[int, int],
+    model: dict[str, Strip] | None = None,
 ) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
     """Lay the mesh's walks along the threads.
+
+    A sequence of crossings leaves open which walk is meant, or in which direction, where several
+    read the same (walks over a single edge do). Then the one that the model's ribbon follows is
+    taken.
 
     Returns
     -------
@@ -47,12 +56,32 @@ def thread_passes(
         # No walk passes an edge more than twice; this also keeps the search short.
         if max(Counter(claimed).values(), default=0) > 2:
             continue
-        walks = shelf.get((thread.closed, canonical(claimed, thread.closed)[0]))
-        if walks:
-            laid = match_walk(claimed, walks.pop(), keys, mesh)
-            if laid is not None:
-                result[thread.id] = laid
+        walks = shelf.get((thread.closed, canonical(claimed, thread.closed)[0]), [])
+        ways = [
+            (at, laid)
+            for at, walk in enumerate(walks)
+            for laid in lay_walk(claimed, walk, keys, mesh)
+        ]
+        if ways:
+            at, result[thread.id] = _followed(ways, thread, mesh, model or {})
+            walks.pop(at)
     return result, [walk for walks in shelf.values() for walk in walks]
+
+
+def _followed(
+    ways: list[tuple[int, tuple[Pass, ...]]],
+    thread: Thread,
+    mesh: WovenMesh,
+    model: dict[str, Strip],
+) -> tuple[int, tuple[Pass, ...]]:
+    """Return the way that the thread's ribbon follows at most crossings; the first if equal."""
+    strip = model.get(thread.label)
+    if len(ways) == 1 or not thread.crossings:
+        return ways[0]
+    if strip is None or len(strip.entry) != len(thread.crossings):
+        return ways[0]
+    panels = measure_panels(strip)
+    return max(ways, key=lambda way: int(follows_walk(panels, way[1], mesh).sum()))
 
 
 def station_run(thread: Thread, piece: Piece) -> int | None:

@@ -5,7 +5,7 @@ has two ends, ``2 c`` on the edge that enters the corner and ``2 c + 1`` on the 
 it. Four arcs meet at the middle of an inner edge; a strand goes straight on into the opposite one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -192,25 +192,25 @@ def turned(step: Pass, mesh: WovenMesh) -> Pass:
     return Pass(int(mesh.twin[step.side]), step.forward)
 
 
-def match_walk(
+def lay_walk(
     claimed: Sequence[int], walk: Walk, keys: Ints, mesh: WovenMesh
-) -> tuple[Pass, ...] | None:
-    """Lay a walk along a claimed sequence of edges; None if it is another sequence.
+) -> Iterator[tuple[Pass, ...]]:
+    """Lay a walk along a claimed sequence of edges, in every way in which the edges agree.
 
-    Returns
-    -------
-    tuple of Pass or None
+    Nearly always there is one way or none. There are more where the sequence reads the same
+    backwards: a walk over one edge only, or a short ring.
+
+    Yields
+    ------
+    tuple of Pass
         The passes in the claimed order and direction.
     """
-    edges = [int(keys[step.side]) for step in walk.passes]
-    form, start, backward = canonical(claimed, walk.closed)
-    own_form, own_start, own_backward = canonical(edges, walk.closed)
-    if form != own_form:
-        return None
-    passes = walk.passes[::-1] if own_backward else walk.passes
-    passes = passes[own_start:] + passes[:own_start]
-    count = len(passes)
-    laid = tuple(passes[(at - start) % count] for at in range(count))
-    if backward:
-        laid = laid[::-1]
-    return tuple(turned(step, mesh) for step in laid) if backward != own_backward else laid
+    wanted = list(claimed)
+    for passes in (walk.passes, tuple(turned(step, mesh) for step in reversed(walk.passes))):
+        edges = [int(keys[step.side]) for step in passes]
+        starts = [0]
+        if walk.closed and wanted:
+            starts = [at for at, edge in enumerate(edges) if edge == wanted[0]]
+        for start in starts:
+            if edges[start:] + edges[:start] == wanted:
+                yield passes[start:] + passes[:start]
