@@ -22,7 +22,7 @@ from fabweave.mesh.resize import largest_dimension, resize_mesh
 from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.report.notes import all_notes
 from fabweave.ribbon.check import require_width
-from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.project import Ribbons, following_rung, project_ribbons
 from fabweave.settings import JobSettings
 from fabweave.sheet.layout import Layout, SheetSize
 from fabweave.sheet.material import (
@@ -253,9 +253,10 @@ def _wanted_length(ribbons: Ribbons, settings: JobSettings) -> float:
     """Return how long pieces should be: as asked, or a dozen crossings, if the sheet allows."""
     if settings.max_length_mm is not None:
         return settings.max_length_mm
-    middle = (ribbons.right + ribbons.left) / 2
-    panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
-    pitch = float(np.mean(panel)) / settings.crossing
+    following = following_rung(ribbons.offsets, ribbons.closed)
+    middle = (ribbons.right + ribbons.left)[following >= 0] / 2
+    after = (ribbons.right + ribbons.left)[following[following >= 0]] / 2
+    pitch = float(np.linalg.norm(after - middle, axis=1).sum()) / len(ribbons.entry)
     longest = max(max(usable_size(sheet, settings.margin_mm)) for sheet in settings.sheets)
     return min(CROSSINGS_A_PIECE * pitch, longest / 2)
 

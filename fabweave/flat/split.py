@@ -48,7 +48,6 @@ class _Line:
     """A thread as the splitter sees it: stations along a line, some of which may carry a joint."""
 
     at: FloatArray  # (n,) distance of each station along the unfolded middle line
-    panel: float  # the longest crossing panel
     total: float  # length of the whole thread
     allowed: IntArray  # stations that may carry a joint
     closed: bool
@@ -141,15 +140,14 @@ def _thread_lines(ribbons: Ribbons, weave: Weave) -> list[_Line]:
         elif not closed:
             under = under[(under > 0) & (under < count - 1)]
         if count == 0:
-            lines.append(_Line(np.zeros(0), 0.0, 0.0, under, closed))
+            lines.append(_Line(np.zeros(0), 0.0, under, closed))
             continue
         steps = np.linalg.norm(np.diff(middle[a:b], axis=0, append=middle[a : a + 1]), axis=1)
         run = np.concatenate(([0.0], np.cumsum(steps)))
         entry = ribbons.entry[passes] - a
         total = float(run[-1] if closed else run[-2])
         at = (run[entry] + run[entry + 1]) / 2
-        panel = float(np.max(run[entry + 1] - run[entry]))
-        lines.append(_Line(at, panel, total, under, closed))
+        lines.append(_Line(at, total, under, closed))
     return lines
 
 
@@ -159,9 +157,9 @@ def _even_cuts(line: _Line, length: float, thread: int) -> IntArray:
         return line.allowed
     places = line.at[line.allowed]
     ring = line.total if line.closed else 0.0
-    spacing = np.diff(np.append(places, places[0] + ring)) if line.closed else np.diff(places)
-    slack = line.panel + (float(np.max(spacing)) if len(spacing) else 0.0)
-    pieces = int(np.ceil(line.total / max(length - slack, length / 4)))
+    # Every lap is cut twice, so a piece advances by less than its length.
+    lap = line.total / len(line.at)
+    pieces = int(np.ceil(line.total / max(length - lap, length / 2)))
     if line.closed:
         pieces = min(max(pieces, 2), len(places))
         targets = line.total * ((np.arange(pieces) + (thread * _STAGGER) % 1.0) / pieces)

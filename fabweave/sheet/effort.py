@@ -21,6 +21,8 @@ class Effort:
         How many pieces may fail on a sheet before it is closed.
     same_size : float
         A piece at least this share as long and as wide as one that failed is not tried.
+    tiles : int
+        How many tiles of a sheet that have room for a piece are compared.
     """
 
     pixel_mm: float
@@ -28,6 +30,7 @@ class Effort:
     look_ahead: int
     failures: int
     same_size: float
+    tiles: int
 
 
 def effort_named(name: str) -> Effort:
@@ -44,9 +47,9 @@ def effort_named(name: str) -> Effort:
     2.0
     """
     efforts = {
-        "quick": Effort(2.0, 24, 1, 40, 0.9),
-        "normal": Effort(1.5, 36, 1, 60, 0.93),
-        "best": Effort(1.0, 48, 2, 80, 0.95),
+        "quick": Effort(2.0, 24, 1, 40, 0.9, 1),
+        "normal": Effort(1.5, 36, 1, 60, 0.93, 2),
+        "best": Effort(1.0, 48, 2, 80, 0.95, 4),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

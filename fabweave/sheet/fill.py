@@ -2,6 +2,7 @@
 
 import math
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,27 @@ _MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
 _CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
 
 
+class _KernelCache:
+    """The kernels used last, as many as memory allows."""
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self._kept: OrderedDict[tuple[Grid, int], Kernels] = OrderedDict()
+        self._bytes = 0
+
+    def get(self, key: tuple[Grid, int], make: Callable[[], Kernels]) -> Kernels:
+        """Return what is kept under a key, or make and keep it."""
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        kernels = make()
+        self._kept[key] = kernels
+        self._bytes += kernels.nbytes
+        while self._bytes > _CACHE_BYTES and len(self._kept) > 1:
+            self._bytes -= self._kept.popitem(last=False)[1].nbytes
+        return kernels
+
+
 @dataclass(frozen=True, eq=False)
 class NestingJob:
     """What a call of `nest` works on, and the kernels that it keeps for the next try."""
@@ -30,7 +52,7 @@ class NestingJob:
     effort: Effort
     workers: int
     fits: BoolArray  # (shapes, sheets): which shape fits on which sheet
-    cache: OrderedDict[tuple[Grid, int], Kernels] = field(default_factory=OrderedDict)
+    cache: _KernelCache = field(default_factory=_KernelCache)
 
     def grid(self, sheet: int) -> Grid:
         """Return the grid of a sheet size, with larger pixels if it is very large."""
@@ -40,15 +62,9 @@ class NestingJob:
 
     def kernels(self, shape: int, grid: Grid) -> Kernels:
         """Return the pixels of a shape, from the cache if they are there."""
-        key = (grid, shape)
-        if key in self.cache:
-            self.cache.move_to_end(key)
-            return self.cache[key]
-        kernels = kernels_of(self.shapes[shape], grid, self.effort.rotations)
-        self.cache[key] = kernels
-        while sum(entry.pixels.size * 2 for entry in self.cache.values()) > _CACHE_BYTES:
-            self.cache.popitem(last=False)
-        return kernels
+        return self.cache.get(
+            (grid, shape), lambda: kernels_of(self.shapes[shape], grid, self.effort.rotations)
+        )
 
 
 def filled_sheet(
@@ -71,7 +87,7 @@ def filled_sheet(
         At least the first piece of the queue that fits on an empty sheet.
     """
     grid = job.grid(choice)
-    pixels = SheetPixels(grid, workers=job.workers)
+    pixels = SheetPixels(grid, job.effort, workers=job.workers)
     waiting = [piece for piece in queue if job.fits[job.poses[piece].shape, choice]]
     failed = np.empty((0, 2))
     placed: dict[int, Placement] = {}
@@ -88,7 +104,7 @@ def filled_sheet(
             if tried and index == job.poses[waiting[head - 1]].shape:
                 head += 1  # congruent with the one before it: the same position
                 continue
-            position = pixels.best_position(job.kernels(index, grid))
+            position = pixels.best_position(job.kernels(index, grid), size)
             if position is None:
                 waiting.pop(head)
                 failed = np.concatenate([failed, size[None]])

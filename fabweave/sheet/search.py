@@ -7,6 +7,7 @@ SIGGRAPH 2023, in the plane). Correlations of pixels are whole numbers, so round
 exact, and the result depends on neither the order of additions nor the number of workers.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +15,15 @@ import numpy.typing as npt
 import scipy.fft
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.sheet.effort import Effort
 from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides, ring_around
 from fabweave.sheet.shape import Shape, fitting_angles, rotated
 
 _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
 _RING_MM = 4.0  # how near to a shape its neighbours count as contact
 _PULL = 0.1  # contact that a position at the far end of the sheet must have more
-_MAX_CELLS = 12_000_000  # pixels in one batch of correlations: bounds the memory, not the result
+_LEAST_TILE = 48  # positions on a side of the smallest tiles
+_LARGEST_TILE = 0.2  # tiles larger than this share of the sheet do not pay: it is searched whole
 
 _Spectrum = npt.NDArray[np.complex64]
 _Cells = npt.NDArray[np.float32]
@@ -40,6 +43,11 @@ class Kernels:
     pixels: BoolArray
     ring: BoolArray
     ring_size: IntArray
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the pixels, in bytes."""
+        return self.pixels.nbytes + self.ring.nbytes
 
 
 @dataclass(frozen=True)
@@ -103,21 +111,67 @@ def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
     return Kernels(angles, corners, sizes, pixels, ring, ring.sum(axis=(1, 2)))
 
 
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    """Kernels at all angles, transformed for patches of one size."""
+
+    shape: tuple[int, int]
+    pixels: _Spectrum
+    ring: _Spectrum
+
+
+@dataclass(frozen=True)
+class _Tile:
+    """A square of positions, by its least row and column."""
+
+    row: int
+    column: int
+
+
+class _Tiling:
+    """The positions of a sheet in square tiles, from left to right, with what failed in each.
+
+    Part of a search's state: pieces that found no room in a tile are remembered there, as are
+    tiles that are full.
+    """
+
+    def __init__(self, shape: tuple[int, int], side: int) -> None:
+        """Cut the positions of a grid of this shape into tiles."""
+        self.side = side
+        self.tiles = [
+            _Tile(row, column)
+            for column in range(0, shape[1], side)
+            for row in range(0, shape[0], side)
+        ]
+        self._failed: list[FloatArray] = [np.empty((0, 2)) for _ in self.tiles]
+
+    def open_to(self, size: FloatArray, same_size: float) -> Iterator[int]:
+        """Yield the tiles in which nothing as small as this has failed."""
+        for number, failed in enumerate(self._failed):
+            if not (len(failed) and (size >= same_size * failed).all(axis=1).any()):
+                yield number
+
+    def close(self, number: int, size: FloatArray) -> None:
+        """Remember that a piece of this size has no room in a tile."""
+        self._failed[number] = np.concatenate((self._failed[number], size[None]))
+
+
 class SheetPixels:
-    """The occupied pixels of one sheet, and their spectra until the next piece is put down.
+    """The occupied pixels of one sheet.
 
     The state of a search, not a value: it changes as pieces are put down.
     """
 
-    def __init__(self, grid: Grid, *, workers: int) -> None:
+    def __init__(self, grid: Grid, effort: Effort, *, workers: int) -> None:
         """Start with an empty sheet."""
         self.grid = grid
+        self.effort = effort
         self.workers = workers
         self._occupied = np.zeros(grid.shape, dtype=np.float32)
         self._touched = np.ones(grid.shape, dtype=np.float32)
         columns, rows = (int(side / grid.pixel_mm) for side in grid.usable_mm)
         self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns] = 0.0
-        self._spectra: tuple[_Spectrum, _Spectrum] | None = None
+        self._tilings: dict[int, _Tiling] = {}
 
     def put(self, kernels: Kernels, position: Position) -> None:
         """Occupy the pixels of a shape at a position."""
@@ -129,67 +183,110 @@ class SheetPixels:
         ]
         self._occupied[here] = np.maximum(self._occupied[here], pixels[:rows, :columns])
         self._touched[here] = np.maximum(self._touched[here], pixels[:rows, :columns])
-        self._spectra = None
 
-    def best_position(self, kernels: Kernels) -> Position | None:
-        """Return the free position with the most contact, or None if there is none."""
-        if self._spectra is None:
-            self._spectra = (
-                scipy.fft.rfft2(self._occupied, workers=self.workers),
-                scipy.fft.rfft2(self._touched, workers=self.workers),
-            )
+    def best_position(self, kernels: Kernels, size: FloatArray) -> Position | None:
+        """Return a free position with much contact, or None if there is none.
+
+        The sheet is searched tile by tile from the left; the first few tiles that have room are
+        compared. Tiles where a piece of nearly this size (length and width) has failed before
+        are passed over.
+        """
+        tiling = self._tiling(kernels)
         steps = np.floor(
             (np.array(self.grid.usable_mm) - kernels.sizes) / self.grid.pixel_mm + 1e-6
         )
         last = np.maximum(steps.astype(np.int64), 0)
-        batch = max(1, _MAX_CELLS // int(np.prod(self.grid.shape)))
-        best: Position | None = None
-        for start in range(0, len(kernels.angles_deg), batch):
-            chosen = np.arange(start, min(start + batch, len(kernels.angles_deg)))
-            found = self._best_of(kernels, chosen, last, self._spectra)
-            if found is not None and (best is None or found.score > best.score):
-                best = found
-        return best
+        least = int(kernels.pixels.sum(axis=(1, 2)).min())
+        waves: _Waves | None = None
+        found: list[Position] = []
+        for number in tiling.open_to(size, self.effort.same_size):
+            tile = tiling.tiles[number]
+            if tile.row > last[:, 1].max() or tile.column > last[:, 0].max():
+                continue
+            # No position lets a kernel leave the grid, so larger patches are never needed.
+            shape = (
+                min(tiling.side + kernels.pixels.shape[1] - 1, self.grid.shape[0]),
+                min(tiling.side + kernels.pixels.shape[2] - 1, self.grid.shape[1]),
+            )
+            patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
+            occupied = self._occupied[patch]
+            position = None
+            if occupied.size - int(occupied.sum()) >= least:
+                waves = waves or self._waves(kernels, shape)
+                position = self._best_in(kernels, waves, tile, tiling.side, last)
+            if position is None:
+                tiling.close(number, size)
+                continue
+            found.append(position)
+            if len(found) >= self.effort.tiles:
+                break
+        return max(found, key=lambda one: one.score) if found else None
 
-    def _best_of(
-        self,
-        kernels: Kernels,
-        chosen: IntArray,
-        last: IntArray,
-        spectra: tuple[_Spectrum, _Spectrum],
+    def _tiling(self, kernels: Kernels) -> _Tiling:
+        """Return the tiles for kernels of this extent: as large, or one tile for large kernels."""
+        side, whole = _LEAST_TILE, max(self.grid.shape)
+        while side < max(kernels.pixels.shape[1:]):
+            side *= 2
+        side = side if side <= _LARGEST_TILE * whole else whole
+        if side not in self._tilings:
+            self._tilings[side] = _Tiling(self.grid.shape, side)
+        return self._tilings[side]
+
+    def _waves(self, kernels: Kernels, shape: tuple[int, int]) -> _Waves:
+        """Transform kernels for correlation with patches of at least this shape."""
+        fast = (
+            int(scipy.fft.next_fast_len(shape[0], real=False)),
+            int(scipy.fft.next_fast_len(shape[1], real=True)),
+        )
+        return _Waves(
+            fast, self._transform(kernels.pixels, fast), self._transform(kernels.ring, fast)
+        )
+
+    def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
+        """Return conjugate spectra of kernels; rows of zeros are not transformed."""
+        wave = scipy.fft.rfft(pixels.astype(np.float32), n=shape[1], axis=2, workers=self.workers)
+        wave = scipy.fft.fft(wave, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
+        return np.conj(wave, out=wave)
+
+    def _best_in(
+        self, kernels: Kernels, waves: _Waves, tile: _Tile, side: int, last: IntArray
     ) -> Position | None:
-        rows, columns = int(last[chosen, 1].max()) + 1, int(last[chosen, 0].max()) + 1
-        overlap = self._correlation(kernels.pixels[chosen], spectra[0], rows, columns)
-        free = overlap < 0.5
-        free &= np.arange(rows)[None, :, None] <= last[chosen, 1][:, None, None]
-        free &= np.arange(columns)[None, None, :] <= last[chosen, 0][:, None, None]
-        able = free.any(axis=(1, 2))
-        if not able.any():
+        """Return the free position with the most contact among those of a tile."""
+        rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
+        columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
+        extent = (len(rows), len(columns))
+        free = self._correlation(self._occupied, waves.pixels, tile, waves.shape, extent) < 0.5
+        free &= rows[None, :, None] <= last[:, 1][:, None, None]
+        free &= columns[None, None, :] <= last[:, 0][:, None, None]
+        able = np.flatnonzero(free.any(axis=(1, 2)))
+        if len(able) == 0:
             return None
-        chosen, free = chosen[able], free[able]
-        score = self._correlation(kernels.ring[chosen], spectra[1], rows, columns)
+        score = self._correlation(self._touched, waves.ring[able], tile, waves.shape, extent)
         np.rint(score, out=score)
-        score /= kernels.ring_size[chosen].astype(np.float32)[:, None, None]
+        score /= kernels.ring_size[able].astype(np.float32)[:, None, None]
         # How far to the right its far side comes, as a share of the sheet; less so upwards.
-        right = np.arange(columns) * self.grid.pixel_mm + kernels.sizes[chosen, 0][:, None]
-        up = np.arange(rows) * self.grid.pixel_mm
+        right = columns * self.grid.pixel_mm + kernels.sizes[able, 0][:, None]
+        up = rows * self.grid.pixel_mm
         score -= (_PULL * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
         score -= (0.1 * _PULL * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
-        score = np.where(free, score, np.float32(-np.inf))
+        score = np.where(free[able], score, np.float32(-np.inf))
         where = int(np.argmax(score))
         rotation, row, column = np.unravel_index(where, score.shape)
-        return Position(float(score.flat[where]), int(chosen[rotation]), int(row), int(column))
+        return Position(
+            float(score.flat[where]), int(able[rotation]), int(rows[row]), int(columns[column])
+        )
 
     def _correlation(
-        self, pixels: BoolArray, spectrum: _Spectrum, rows: int, columns: int
+        self,
+        cells: _Cells,
+        waves: _Spectrum,
+        tile: _Tile,
+        shape: tuple[int, int],
+        extent: tuple[int, int],
     ) -> _Cells:
-        height, width = self.grid.shape
-        pixels = pixels[:, :height, :width]
-        kernel = pixels.astype(np.float32)
-        wave = scipy.fft.rfft(kernel, n=width, axis=2, workers=self.workers)
-        wave = scipy.fft.fft(wave, n=height, axis=1, overwrite_x=True, workers=self.workers)
-        np.conj(wave, out=wave)
-        wave *= spectrum
-        wave = scipy.fft.ifft(wave, axis=1, overwrite_x=True, workers=self.workers)[:, :rows]
-        result = scipy.fft.irfft(wave, n=width, axis=2, overwrite_x=True, workers=self.workers)
-        return np.asarray(result[:, :, :columns], dtype=np.float32)
+        """Correlate the patch at a tile with kernels, for the positions of the tile."""
+        patch = cells[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
+        wave = scipy.fft.rfft2(patch, s=shape, workers=self.workers) * waves
+        wave = scipy.fft.ifft(wave, axis=1, overwrite_x=True, workers=self.workers)[:, : extent[0]]
+        result = scipy.fft.irfft(wave, n=shape[1], axis=2, overwrite_x=True, workers=self.workers)
+        return np.asarray(result[:, :, : extent[1]], dtype=np.float32)
