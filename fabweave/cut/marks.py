@@ -57,7 +57,7 @@ class Marks:
 
 
 class _Places(NamedTuple):
-    """Places where a label may be centred, their reading directions, and the room across.
+    """Places where a label may be centred, their reading directions, and the free room there.
 
     First the stations, then ``len(_FRACTIONS)`` places between each station and the next; all
     this once for each of ``_ASIDE``.
@@ -68,12 +68,19 @@ class _Places(NamedTuple):
     room: FloatArray
 
 
+class _Obstacles(NamedTuple):
+    """Discs that letters keep clear of: holes, and points of ticks."""
+
+    centre: FloatArray
+    radius: FloatArray
+
+
 class _Request(NamedTuple):
     """A label that somebody wants to read, and the places where it may stand."""
 
     kind: str
     text: str
-    heights: tuple[float, ...]
+    choices: tuple[tuple[str, float], ...]  # how to letter it, and how high, the best first
     places: list[int]
 
 
@@ -81,8 +88,8 @@ class _Boxes(NamedTuple):
     """Every box in which some request might be lettered, in the order in which they are tried."""
 
     request: IntArray
+    choice: IntArray
     place: IntArray
-    height: FloatArray
     half: FloatArray  # (N, 2) half width along the reading direction, and half height
 
 
@@ -92,7 +99,7 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
     At each crossing a short tick stands inside each edge: single where the piece lies over,
     double where it goes under. A joint without a hole has a cross. Letters read along the
     thread. A label that finds no clear place is made smaller, and dropped at last; the id is
-    placed first, then joints, then partners.
+    placed first, then joints, then partners. The id is the largest of all, or else in brackets.
 
     Parameters
     ----------
@@ -106,11 +113,12 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
         In the piece's own coordinates.
     """
     ticks = _inside(piece, [*_ticks(piece), *_crosses(piece)])
-    places = _places(piece)
+    obstacles = _obstacles(piece, ticks)
+    places = _places(piece, obstacles)
     requests = list(_requests(piece, partners))
     boxes = _boxes(places, requests)
     shapes = shapely.polygons(_corners(places, boxes))
-    clear = np.flatnonzero(_clear(piece, ticks, places, boxes, shapes))
+    clear = np.flatnonzero(_clear(piece, obstacles, places, boxes, shapes))
     wanted = np.split(clear, np.searchsorted(boxes.request[clear], np.arange(1, len(requests))))
     centres, reach = places.centre[boxes.place], np.hypot(boxes.half[:, 0], boxes.half[:, 1])
     labels: list[Label] = []
@@ -122,9 +130,10 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
             dropped.append((request.kind, request.text))
             continue
         taken.append(chosen)
-        place, height = int(boxes.place[chosen]), float(boxes.height[chosen])
+        place = int(boxes.place[chosen])
+        text, height = request.choices[boxes.choice[chosen]]
         angle = float(np.rad2deg(np.arctan2(places.along[place, 1], places.along[place, 0])))
-        strokes = place_text(request.text, height, places.centre[place], angle)
+        strokes = place_text(text, height, places.centre[place], angle)
         labels.append(Label(request.text, request.kind, height, tuple(strokes)))
     return Marks(tuple(labels), ticks, tuple(dropped))
 
@@ -170,23 +179,35 @@ def _inside(piece: Piece, strokes: list[FloatArray]) -> tuple[FloatArray, ...]:
     return tuple(stroke for stroke, kept in zip(strokes, held, strict=True) if kept)
 
 
-def _places(piece: Piece) -> _Places:
+def _obstacles(piece: Piece, ticks: tuple[FloatArray, ...]) -> _Obstacles:
+    """Return holes and ticks as discs; the ends and middle of a tick stand for all of it."""
+    drilled = ~np.isnan(piece.hole_mm)
+    strokes = np.array(ticks).reshape(-1, 2, 2)
+    samples = np.concatenate((strokes, strokes.mean(axis=1, keepdims=True)), axis=1).reshape(-1, 2)
+    return _Obstacles(
+        np.concatenate((piece.points[drilled], samples)),
+        np.concatenate((piece.hole_mm[drilled] / 2, np.zeros(len(samples)))),
+    )
+
+
+def _places(piece: Piece, obstacles: _Obstacles) -> _Places:
     """List the places of a piece: its stations, then those between stations, then off the line."""
     fractions = np.array(_FRACTIONS)
     way = np.diff(piece.points, axis=0)
     between = piece.points[:-1, None, :] + fractions[None, :, None] * way[:, None, :]
     unit = way / np.hypot(way[:, 0], way[:, 1])[:, None]
     breadth = np.hypot(*(piece.rails[:, 1] - piece.rails[:, 0]).T)
-    centre = np.concatenate((piece.points, between.reshape(-1, 2)))
+    middle = np.concatenate((piece.points, between.reshape(-1, 2)))
     along = np.concatenate((piece.directions, np.repeat(unit, len(_FRACTIONS), axis=0)))
     gained = np.diff(breadth)[:, None] * fractions
     width = np.concatenate((breadth, (breadth[:-1, None] + gained).reshape(-1)))
     across = along[:, ::-1] * np.array([-1.0, 1.0]) * width[:, None]
-    return _Places(
-        np.concatenate([centre + aside * across for aside in _ASIDE]),
-        np.tile(along, (len(_ASIDE), 1)),
-        np.concatenate([(0.5 - abs(aside)) * width for aside in _ASIDE]),
-    )
+    centre = np.concatenate([middle + aside * across for aside in _ASIDE])
+    room = np.asarray(shapely.distance(shapely.points(centre), shapely.LinearRing(piece.outline)))
+    for radius in np.unique(obstacles.radius):
+        nearest, _ = KDTree(obstacles.centre[obstacles.radius == radius]).query(centre)
+        room = np.minimum(room, nearest - radius)
+    return _Places(centre, np.tile(along, (len(_ASIDE), 1)), room)
 
 
 def _requests(piece: Piece, partners: Sequence[str]) -> Iterator[_Request]:
@@ -197,12 +218,19 @@ def _requests(piece: Piece, partners: Sequence[str]) -> Iterator[_Request]:
     midway = range(each - len(_MIDWAY), each)
     between = [count + each * segment + k for k in midway for segment in segments]
     stations = sorted(range(count), key=lambda k: (abs(k - (count - 1) / 2), k))
-    yield _Request("id", piece.id, ID_HEIGHTS_MM, between + stations)
+    large = [(piece.id, height) for height in ID_HEIGHTS_MM if height > OTHER_HEIGHTS_MM[0]]
+    small = [(f"[{piece.id}]", height) for height in OTHER_HEIGHTS_MM]
+    yield _Request("id", piece.id, (*large, *small), between + stations)
     for station, joint in ((0, piece.start_joint), (count - 1, piece.end_joint)):
         if joint is not None:
-            yield _Request("joint", f"#{joint}", OTHER_HEIGHTS_MM, _beside(station, count))
+            yield _other("joint", f"#{joint}", _beside(station, count))
     for station, partner in enumerate(partners):
-        yield _Request("partner", partner, OTHER_HEIGHTS_MM, _beside(station, count))
+        yield _other("partner", partner, _beside(station, count))
+
+
+def _other(kind: str, text: str, places: list[int]) -> _Request:
+    """Return a request for a text that is no piece's id."""
+    return _Request(kind, text, tuple((text, height) for height in OTHER_HEIGHTS_MM), places)
 
 
 def _beside(station: int, count: int) -> list[int]:
@@ -220,19 +248,17 @@ def _beside(station: int, count: int) -> list[int]:
 
 
 def _boxes(places: _Places, requests: list[_Request]) -> _Boxes:
-    """List the boxes of every request: at its greatest height in all its places, then lower."""
-    base = len(places.centre) // len(_ASIDE)
+    """List the boxes of every request: at its best choice in all its places, then the next."""
+    asides = len(places.centre) // len(_ASIDE) * np.arange(len(_ASIDE))
     parts = []
     for number, request in enumerate(requests):
-        unit = text_box(request.text, 1.0)
-        where = np.add.outer(base * np.arange(len(_ASIDE)), request.places).reshape(-1)
-        heights = np.repeat(request.heights, len(where))
-        place = np.tile(where, len(request.heights))
-        half = heights[:, None] * np.array([unit.width, unit.top - unit.bottom]) / 2
-        # Between stations a ribbon may be a little wider than at them.
-        fits = half[:, 1] + CLEAR_MM <= 1.2 * places.room[place]
-        count = int(np.count_nonzero(fits))
-        parts.append((np.full(count, number), place[fits], heights[fits], half[fits]))
+        where = np.add.outer(asides, request.places).reshape(-1)
+        boxes = [text_box(text, height) for text, height in request.choices]
+        half = np.array([(box.width / 2, (box.top - box.bottom) / 2) for box in boxes])
+        # Whatever its length, a text needs this much room around its middle.
+        fits = half.min(axis=1)[:, None] + CLEAR_MM <= places.room[where]
+        choice, place = np.nonzero(fits)
+        parts.append((np.full(len(choice), number), choice, where[place], half[choice]))
     return _Boxes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -246,7 +272,7 @@ def _corners(places: _Places, boxes: _Boxes) -> FloatArray:
 
 def _clear(
     piece: Piece,
-    ticks: tuple[FloatArray, ...],
+    obstacles: _Obstacles,
     places: _Places,
     boxes: _Boxes,
     shapes: npt.NDArray[Any],
@@ -255,25 +281,22 @@ def _clear(
     inside = shapely.buffer(shapely.Polygon(piece.outline), -CLEAR_MM, join_style="mitre")
     shapely.prepare(inside)
     clear = np.asarray(shapely.contains_properly(inside, shapes))
-    # A tick is shorter than any box is wide: its ends and middle stand for all of it.
-    drilled = ~np.isnan(piece.hole_mm)
-    strokes = [np.array([tick[0], tick.mean(axis=0), tick[1]]) for tick in ticks]
-    things = np.concatenate((piece.points[drilled], *strokes))
-    radius = np.concatenate((piece.hole_mm[drilled] / 2, np.zeros(3 * len(ticks))))
     left = np.flatnonzero(clear)
-    reach = np.hypot(*boxes.half[left].T) + radius.max(initial=0.0) + CLEAR_MM
-    near = KDTree(things).query_ball_point(places.centre[boxes.place[left]], reach)
+    if len(obstacles.centre) == 0 or len(left) == 0:
+        return clear
+    reach = np.hypot(*boxes.half[left].T) + obstacles.radius.max() + CLEAR_MM
+    near = KDTree(obstacles.centre).query_ball_point(places.centre[boxes.place[left]], reach)
     box = np.repeat(left, [len(numbers) for numbers in near])
     thing = np.concatenate([*near, []]).astype(np.int64)
     place = boxes.place[box]
-    away = things[thing] - places.centre[place]
+    away = obstacles.centre[thing] - places.centre[place]
     unit = places.along[place]
     along = np.abs(away[:, 0] * unit[:, 0] + away[:, 1] * unit[:, 1])
     across = np.abs(away[:, 1] * unit[:, 0] - away[:, 0] * unit[:, 1])
     outside = np.hypot(
         np.maximum(along - boxes.half[box, 0], 0.0), np.maximum(across - boxes.half[box, 1], 0.0)
     )
-    clear[box[outside < radius[thing] + CLEAR_MM]] = False
+    clear[box[outside < obstacles.radius[thing] + CLEAR_MM]] = False
     return clear
 
 
