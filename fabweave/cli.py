@@ -220,21 +220,11 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
       fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o out
     """
     # Heavy imports wait until there is work to do, so that --help is quick.
-    from fabweave.folder import check_destination, finished_folder, json_text, write_job  # noqa: PLC0415
-    from fabweave.job import make_job  # noqa: PLC0415
-    from fabweave.verify import verify_job  # noqa: PLC0415
+    from fabweave.folder import run_job  # noqa: PLC0415
 
     settings = _settings(mesh, options)
-    check_destination(output)
     with _progress(quiet or as_json) as progress:
-        job = make_job(settings, progress)
-        with finished_folder(output) as folder:
-            write_job(job, folder, progress)
-            progress("verify", 0, 1)
-            proof = verify_job(folder)
-            if not proof.ok:
-                raise CannotMakeError(_disproved(proof))
-            (folder / "verify.json").write_text(json_text(proof.to_json()), encoding="utf-8")
+        job, proof = run_job(settings, output, progress)
     if quiet:
         return
     names = [drawing.name for drawing in job.drawings]
@@ -293,19 +283,6 @@ def _settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
     )
 
 
-def _disproved(proof: Any) -> str:
-    """Say which checks objected; this is a defect of fabweave's and never the user's."""
-    failed = [check for check in proof.checks if not check.ok]
-    lines = [
-        f"  {check.name}: {check.meaning}: {'; '.join(map(str, check.findings[:2]))}"
-        for check in failed
-    ]
-    return (
-        f"the written files did not pass {len(failed)} checks, so nothing was kept; "
-        "please report this with the mesh and the command:\n" + "\n".join(lines)
-    )
-
-
 @cli.command()
 @click.argument("directory", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
@@ -344,10 +321,8 @@ def shapes() -> None:
     """List the built-in shapes and their parameters."""
     from fabweave.mesh.shapes import SHAPES  # noqa: PLC0415
 
-    table = Table("shape, with its defaults", "what it is", box=None)
     for shape in SHAPES:
-        table.add_row(shape.example, shape.text)
-    Console(highlight=False).print(table)
+        click.echo(f"{shape.example}\n    {shape.text}")
 
 
 @cli.command()

@@ -14,12 +14,13 @@ from fabweave.assembly.crossing_map import crossing_map, crossing_table
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preview import write_png
 from fabweave.cut.svg import write_svg
-from fabweave.errors import InputError
-from fabweave.job import Job
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
 from fabweave.report.waste import piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
-from fabweave.settings import job_toml
+from fabweave.settings import JobSettings, job_toml
+from fabweave.verify import VerifyReport, verify_job
 
 
 def check_destination(directory: Path) -> None:
@@ -63,6 +64,56 @@ def finished_folder(directory: Path) -> Iterator[Path]:
             raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def run_job(
+    settings: JobSettings, directory: Path, progress: Progress = no_progress
+) -> tuple[Job, VerifyReport]:
+    """Make a job, write its folder, and prove the written files.
+
+    Parameters
+    ----------
+    settings : JobSettings
+    directory : Path
+        New, empty, or an older job's folder, which is replaced when the new one is proved.
+    progress : callable
+
+    Returns
+    -------
+    job : Job
+    proof : VerifyReport
+        Every check holds; it stands in ``verify.json`` too.
+
+    Raises
+    ------
+    InputError
+        For bad input or settings, or a folder with anything else in it.
+    CannotMakeError
+        For what cannot be made as asked, or if a check objects to the written files.
+    """
+    check_destination(directory)
+    job = make_job(settings, progress)
+    with finished_folder(directory) as folder:
+        write_job(job, folder, progress)
+        progress("verify", 0, 1)
+        proof = verify_job(folder)
+        if not proof.ok:
+            raise CannotMakeError(_disproved(proof))
+        _write(folder / "verify.json", json_text(proof.to_json()))
+    return job, proof
+
+
+def _disproved(proof: VerifyReport) -> str:
+    """Say which checks objected; this is a defect of fabweave's and never the user's."""
+    failed = [check for check in proof.checks if not check.ok]
+    lines = [
+        f"  {check.name}: {check.meaning}: {'; '.join(map(str, check.findings[:2]))}"
+        for check in failed
+    ]
+    return (
+        f"the written files did not pass {len(failed)} checks, so nothing was kept; "
+        "please report this with the mesh and the command:\n" + "\n".join(lines)
+    )
 
 
 def write_job(job: Job, directory: Path, progress: Progress = no_progress) -> None:

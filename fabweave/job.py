@@ -127,6 +127,7 @@ def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
         mark_piece(piece, [made.pieces[other].id for other in owners.partners(piece)])
         for piece in made.pieces
     )
+    progress("nesting", 0, len(made.pieces))
     layout = nest(
         [piece.outline for piece in made.pieces],
         settings.sheets,

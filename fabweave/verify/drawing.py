@@ -1,6 +1,8 @@
 """Hold what is read from a sheet's drawing, the same for DXF and SVG."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -8,6 +10,7 @@ import numpy.typing as npt
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
 
 ENGRAVE_LAYERS = ("ENGRAVE_LABEL", "ENGRAVE_MARK")
 HOLES = "CUT_INNER"
@@ -43,13 +46,99 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """One sheet as read: shapes in file order, y up, millimetres; and what the file declares."""
+    """One sheet as read: shapes in file order, y up, millimetres; and what the file declares.
 
-    shapes: tuple[Shape, ...]
+    Shapes are held as columns, since a sheet has many thousands. Points and bulges of shape ``k``
+    are those from ``start[k]`` to ``start[k + 1]``; there is at least one point. The radius of
+    what is no circle is NaN.
+    """
+
+    layer: Sequence[str]
+    piece: Sequence[str | None]
+    name: Sequence[str]
+    points: Floats
+    bulges: Floats
+    start: Ints
+    closed: Flags
+    radius: Floats
     layers: tuple[str, ...]
     width_mm: float | None
     height_mm: float | None
     problems: tuple[str, ...]
+
+    @cached_property
+    def groups(self) -> dict[tuple[str, str | None], Ints]:
+        """The shapes of each layer and piece, in file order."""
+        codes: dict[tuple[str, str | None], int] = {}
+        code = np.array(
+            [codes.setdefault(key, len(codes)) for key in zip(self.layer, self.piece, strict=True)],
+            dtype=np.int64,
+        )
+        order = np.argsort(code, kind="stable")
+        parts = np.split(order, np.cumsum(np.bincount(code, minlength=len(codes)))[:-1])
+        return dict(zip(codes, parts, strict=False))
+
+    @cached_property
+    def sizes(self) -> Ints:
+        """The number of points of each shape."""
+        return np.diff(self.start)
+
+    @cached_property
+    def curved(self) -> Flags:
+        """Whether each shape is a circle or has an arc."""
+        owner = np.repeat(np.arange(len(self.sizes)), self.sizes)
+        bent = np.bincount(owner[self.bulges != 0.0], minlength=len(self.sizes)) > 0
+        return ~np.isnan(self.radius) | bent
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """The length of each shape."""
+        every = np.arange(len(self.sizes))
+        straight = every[~self.curved]
+        result = np.zeros(len(every))
+        points, owner = self.traced(straight)
+        chords = np.hypot(*np.diff(points, axis=0).T)
+        within = owner[1:] == owner[:-1]
+        result[straight] = np.bincount(owner[1:][within], chords[within], len(straight))
+        result[self.curved] = [length_of(self.shape(at)) for at in every[self.curved].tolist()]
+        return result
+
+    @property
+    def shapes(self) -> tuple[Shape, ...]:
+        """Every shape by itself."""
+        return tuple(self.shape(at) for at in range(len(self.sizes)))
+
+    def shape(self, at: int) -> Shape:
+        """Return one shape by itself."""
+        own = slice(int(self.start[at]), int(self.start[at + 1]))
+        radius = None if np.isnan(self.radius[at]) else float(self.radius[at])
+        return Shape(
+            layer=self.layer[at],
+            piece=self.piece[at],
+            points=self.points[own],
+            closed=bool(self.closed[at]),
+            radius=radius,
+            bulges=self.bulges[own] if np.any(self.bulges[own]) else None,
+            name=self.name[at],
+        )
+
+    def points_of(self, shapes: Ints) -> Floats:
+        """Return the points of some shapes one after another."""
+        sizes = self.sizes[shapes]
+        shift = np.repeat(self.start[shapes] - (np.cumsum(sizes) - sizes), sizes)
+        return self.points[shift + np.arange(len(shift))]
+
+    def traced(self, shapes: Ints) -> tuple[Floats, Ints]:
+        """Return points along some shapes as `traced` does, and the place in the list of each."""
+        if np.any(self.curved[shapes]):
+            runs = [traced(self.shape(at)) for at in shapes.tolist()]
+            return np.concatenate(runs), np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+        sizes = self.sizes[shapes]
+        steps = sizes + self.closed[shapes]
+        owner = np.repeat(np.arange(len(shapes)), steps)
+        place = np.arange(len(owner)) - (np.cumsum(steps) - steps)[owner]
+        # The point after the last of a closed run is its first.
+        return self.points[self.start[shapes][owner] + place % sizes[owner]], owner
 
 
 def sides(shape: Shape) -> Floats:

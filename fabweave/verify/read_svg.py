@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -14,6 +14,11 @@ FORBIDDEN = ("transform", "style", "class", "clip-path", "mask")
 SILENT = ("defs", "metadata", "title", "desc")
 
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
+_PLAIN_NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
+_PLAIN_POINT = f"{_PLAIN_NUMBER},{_PLAIN_NUMBER}"
+#: What nearly every path is: runs of absolute points.
+_PLAIN_PATH = re.compile(f"(?:M{_PLAIN_POINT}(?:L{_PLAIN_POINT})*Z?)+")
+_TO_SPACES = str.maketrans("MLZ,", "    ")
 _TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -43,15 +48,14 @@ def read_svg(path: Path) -> Drawing:
         raise ReadError(f"viewBox is not four numbers: {error}") from error
     if len(box) != 4 or box[2] <= 0.0 or box[3] <= 0.0:
         raise ReadError(f"viewBox is not four numbers: {root.get('viewBox')!r}")
-    reader = _Reader(np.array(box[:2]), np.array([width / box[2], height / box[3]]), height)
+    size = np.array([width, height])
+    reader = _Reader(np.array(box[:2]), size / np.array(box[2:]), size)
     if abs(reader.scale[0] / reader.scale[1] - 1.0) > 1e-6:
         reader.problems.append(
             f"one unit of the viewBox is {reader.scale[0]:g} mm wide and {reader.scale[1]:g} high"
         )
     reader.read(root, None)
-    return Drawing(
-        tuple(reader.shapes), tuple(reader.layers), width, height, tuple(reader.problems)
-    )
+    return reader.drawing()
 
 
 def _millimetres(root: ET.Element, name: str) -> float:
@@ -69,13 +73,38 @@ def _millimetres(root: ET.Element, name: str) -> float:
 class _Reader:
     """Walk the elements and collect shapes, layers and problems."""
 
-    def __init__(self, origin: Floats, scale: Floats, height: float) -> None:
+    def __init__(self, origin: Floats, scale: Floats, size: Floats) -> None:
         self.origin = origin
         self.scale = scale
-        self.height = height
-        self.shapes: list[Shape] = []
+        self.size = size
+        self.owners: list[tuple[str, str | None, str]] = []
+        self.points: list[Floats] = [np.zeros((0, 2))]
+        self.sizes: list[int] = []
+        self.closed: list[bool] = []
+        self.radius: list[float] = []
         self.layers: list[str] = []
         self.problems: list[str] = []
+
+    def drawing(self) -> Drawing:
+        """Return what was collected, in millimetres with y up."""
+        points = (np.concatenate(self.points) - self.origin) * self.scale
+        points[:, 1] = self.size[1] - points[:, 1]
+        if not np.all(np.isfinite(points)):
+            raise ReadError("a coordinate is not finite")
+        return Drawing(
+            layer=[layer for layer, _, _ in self.owners],
+            piece=[piece for _, piece, _ in self.owners],
+            name=[name for _, _, name in self.owners],
+            points=points,
+            bulges=np.zeros(len(points)),
+            start=np.concatenate([[0], np.cumsum(self.sizes, dtype=np.int64)]),
+            closed=np.array(self.closed, dtype=bool),
+            radius=np.array(self.radius, dtype=np.float64) * float(self.scale[0]),
+            layers=tuple(self.layers),
+            width_mm=float(self.size[0]),
+            height_mm=float(self.size[1]),
+            problems=tuple(self.problems),
+        )
 
     def read(self, element: ET.Element, layer: str | None) -> None:
         """Read the children of an element."""
@@ -110,32 +139,37 @@ class _Reader:
             self.problems.append(f"{name} is in no layer")
         if element.get("fill") not in (None, "none"):
             self.problems.append(f"{name} is filled with {element.get('fill')}")
+        owner = (layer, piece, name)
         if kind == "circle":
-            values = [_number(element, key) for key in ("cx", "cy", "r")]
-            centre = self._place(np.array([values[:2]]))
-            radius = values[2] * float(self.scale[0])
-            self.shapes.append(Shape(layer, piece, centre, False, radius, None, name))
+            x, y, radius = (_number(element, key) for key in ("cx", "cy", "r"))
+            self._add(owner, np.array([[x, y]]), [1], [False], radius)
         elif kind == "line":
             ends = np.array([[_number(element, f"x{n}"), _number(element, f"y{n}")] for n in "12"])
-            self.shapes.append(Shape(layer, piece, self._place(ends), False, None, None, name))
+            self._add(owner, ends, [2], [False])
         elif kind == "path":
-            runs, strange = _path_runs(element.get("d", ""))
+            points, sizes, closed, strange = _path_runs(element.get("d", ""))
             if strange:
                 self.problems.append(f"{name} uses the path command {strange}")
-            for points, closed in runs:
-                self.shapes.append(
-                    Shape(layer, piece, self._place(points), closed, None, None, name)
-                )
+            if 1 in sizes:
+                self.problems.append(f"{name} has a run of a single point")
+            self._add(owner, points, sizes, closed)
         else:
             self.problems.append(f"{name} is a <{kind}>, which may not be in a cutting file")
 
-    def _place(self, points: Floats) -> Floats:
-        """Turn file coordinates to millimetres with y up."""
-        result = (points - self.origin) * self.scale
-        result[:, 1] = self.height - result[:, 1]
-        if not np.all(np.isfinite(result)):
-            raise ReadError("a coordinate is not finite")
-        return result
+    def _add(
+        self,
+        owner: tuple[str, str | None, str],
+        points: Floats,
+        sizes: list[int],
+        closed: list[bool],
+        radius: float = float("nan"),
+    ) -> None:
+        """Keep shapes in file coordinates."""
+        self.points.append(points)
+        self.owners.extend([owner] * len(sizes))
+        self.sizes.extend(sizes)
+        self.closed.extend(closed)
+        self.radius.extend([radius] * len(sizes))
 
 
 def _plain(element: ET.Element) -> str:
@@ -146,22 +180,46 @@ def _plain(element: ET.Element) -> str:
 def _number(element: ET.Element, name: str) -> float:
     """Read a number from an attribute."""
     try:
-        return float(element.get(name, ""))
-    except ValueError as error:
-        raise ReadError(f"{element.get('id')}: {name} is {element.get(name)!r}") from error
+        value = float(element.get(name, ""))
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise ReadError(f"{element.get('id')}: {name} is {element.get(name)!r}")
+    return value
 
 
-def _path_runs(data: str) -> tuple[list[tuple[Floats, bool]], str]:
-    """Read the runs of a path of straight segments; also the first command that is not one.
+def _path_runs(data: str) -> tuple[Floats, list[int], list[bool], str]:
+    """Read the runs of a path of straight segments.
+
+    Returns
+    -------
+    points : (N, 2) float array
+        The points of all runs.
+    sizes, closed : list
+        For each run its number of points, and whether it is closed.
+    strange : str
+        The first command that is not a straight segment's; empty if there is none.
 
     Examples
     --------
-    >>> runs, strange = _path_runs("M0,0 L2,0 l0,1 Z M5 5 H6")
-    >>> [(points.tolist(), closed) for points, closed in runs]
-    [([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]], True), ([[5.0, 5.0], [6.0, 5.0]], False)]
-    >>> _path_runs("M0 0 C1 1 2 2 3 3")[1]
+    >>> points, sizes, closed, strange = _path_runs("M0,0 L2,0 l0,1 Z M5 5 H6")
+    >>> points.tolist(), sizes, closed
+    ([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [5.0, 5.0], [6.0, 5.0]], [3, 2], [True, False])
+    >>> _path_runs("M0 0 C1 1 2 2 3 3")[3]
     'C'
     """
+    if _PLAIN_PATH.fullmatch(data):
+        parts = data.split("M")[1:]
+        numbers = np.array(list(map(float, data.translate(_TO_SPACES).split())))
+        sizes = [part.count("L") + 1 for part in parts]
+        return numbers.reshape(-1, 2), sizes, [part[-1] == "Z" for part in parts], ""
+    runs, strange = _any_runs(data)
+    points = np.array([point for run, _ in runs for point in run], dtype=np.float64)
+    return points.reshape(-1, 2), [len(run) for run, _ in runs], [end for _, end in runs], strange
+
+
+def _any_runs(data: str) -> tuple[list[tuple[list[list[float]], bool]], str]:
+    """Read a path command by command."""
     tokens = _TOKEN.findall(data)
     runs: list[tuple[list[list[float]], bool]] = []
     here = (0.0, 0.0)
@@ -179,7 +237,7 @@ def _path_runs(data: str) -> tuple[list[tuple[Floats, bool]], str]:
             continue
         size = {"M": 2, "L": 2, "H": 1, "V": 1}.get(command.upper())
         if size is None:
-            return [(np.array(points), closed) for points, closed in runs], command or "none"
+            return runs, command or "none"
         here = _goal(command, tokens[at : at + size], here)
         at += size
         if command in "Mm":
@@ -191,7 +249,7 @@ def _path_runs(data: str) -> tuple[list[tuple[Floats, bool]], str]:
             runs.append(([list(runs[-1][0][0]), list(here)], False))
         else:
             runs[-1][0].append(list(here))
-    return [(np.array(points), closed) for points, closed in runs], ""
+    return runs, ""
 
 
 def _goal(command: str, words: list[str], here: tuple[float, float]) -> tuple[float, float]:
