@@ -1,7 +1,7 @@
 """Check the sheets' drawings: what they cut, and that both formats agree."""
 
-from collections import defaultdict
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from fabweave.verify.drawing import (
     OUTLINES,
     Drawing,
     Floats,
+    Ints,
     Shape,
     bulge_height,
 )
@@ -63,14 +64,6 @@ def check_svg(job: Job, tally: Tally) -> None:
             _compare_formats(where, drawing, other, tally)
 
 
-def by_piece(drawing: Drawing) -> dict[tuple[str, str | None], list[Shape]]:
-    """Group shapes by layer and piece, in file order."""
-    groups: dict[tuple[str, str | None], list[Shape]] = defaultdict(list)
-    for shape in drawing.shapes:
-        groups[shape.layer, shape.piece].append(shape)
-    return groups
-
-
 def _check_cuts(
     where: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, tally: Tally
 ) -> None:
@@ -78,7 +71,8 @@ def _check_cuts(
     for problem in drawing.problems:
         tally.fail(f"{where}: {problem}")
     pieces = {piece.id: piece for piece in plan.pieces if piece.sheet == sheet.number}
-    groups = by_piece(drawing)
+    groups, none = drawing.groups, np.zeros(0, dtype=np.int64)
+    drawn = _drawn_lines(drawing)
     for (layer, name), shapes in groups.items():
         tally.expect(
             layer == NOTES or name in pieces,
@@ -86,14 +80,25 @@ def _check_cuts(
             + (f"{name}, which is not on this sheet" if name else "no piece"),
         )
     for piece in pieces.values():
-        _check_outline(where, piece, groups.get((OUTLINES, piece.id), []), tally)
-        _check_holes(where, piece, plan, groups.get((HOLES, piece.id), []), tally)
+        outlines = [drawing.shape(at) for at in groups.get((OUTLINES, piece.id), none).tolist()]
+        _check_outline(where, piece, outlines, tally)
+        holes = groups.get((HOLES, piece.id), none)
+        _check_holes(where, piece, plan, drawing, holes, tally)
         for layer in ENGRAVE_LAYERS:
-            lines = [shape.points.round(3) for shape in groups.get((layer, piece.id), [])]
-            drawn = [min(line.tobytes(), line[::-1].tobytes()) for line in lines]
+            lines = groups.get((layer, piece.id), none).tolist()
             tally.expect(
-                len(set(drawn)) == len(drawn), f"{where}: piece {piece.id} is engraved twice"
+                len({drawn[at] for at in lines}) == len(lines),
+                f"{where}: piece {piece.id} is engraved twice",
             )
+
+
+def _drawn_lines(drawing: Drawing) -> list[bytes]:
+    """Return a word for each shape that is the same for the same points in either direction."""
+    points = drawing.points.round(3) + 0.0  # no negative zeros
+    there, back = points.tobytes(), points[::-1].tobytes()
+    ends = (drawing.start * points.itemsize * 2).tolist()
+    size = len(there)
+    return [min(there[begin:end], back[size - end : size - begin]) for begin, end in pairwise(ends)]
 
 
 def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally) -> None:
@@ -121,18 +126,20 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
 def _ring_distance(ring: Floats, wanted: Floats) -> float:
     """Return the largest vertex distance of two rings, whatever their start and direction."""
     start = int(np.argmin(np.hypot(*(ring - wanted[0]).T)))
-    there = np.roll(ring, -start, axis=0)
-    back = np.roll(ring[::-1], start + 1, axis=0)
-    return min(farthest(there, wanted), farthest(back, wanted))
+    there = farthest(np.concatenate([ring[start:], ring[:start]]), wanted)
+    if there <= SAME_MM:
+        return there
+    return min(there, farthest(np.roll(ring[::-1], start + 1, axis=0), wanted))
 
 
 def _check_holes(
-    where: str, piece: Piece, plan: CrossingMap, shapes: Sequence[Shape], tally: Tally
+    where: str, piece: Piece, plan: CrossingMap, drawing: Drawing, shapes: Ints, tally: Tally
 ) -> None:
     """Check the holes of a piece."""
     holes = holes_of(piece, plan)
+    radii = drawing.radius[shapes]
     if not tally.expect(
-        len(shapes) == len(holes) and all(shape.radius is not None for shape in shapes),
+        len(shapes) == len(holes) and not np.any(np.isnan(radii)),
         f"{where}: piece {piece.id} has {len(shapes)} shapes on {HOLES} instead of {len(holes)} "
         "circles",
     ):
@@ -140,7 +147,7 @@ def _check_holes(
     if not holes:
         return
     wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
-    centres = np.array([shape.points[0] for shape in shapes])
+    centres = drawing.points[drawing.start[shapes]]
     distance = np.hypot(*(wanted[:, None] - centres[None, :]).transpose(2, 0, 1))
     nearest = np.argmin(distance, axis=1)
     tally.expect(
@@ -155,7 +162,7 @@ def _check_holes(
             f"{where}: the hole of piece {piece.id} at ({hole.x:.3f}, {hole.y:.3f}) is {off:.4f} "
             "mm from where it should be",
         )
-        diameter = 2.0 * (shapes[at].radius or 0.0)
+        diameter = 2.0 * float(radii[at])
         change = 0.0 if hole.diameter is None else abs(diameter - hole.diameter)
         tally.measure(
             "diameter_mm",
@@ -169,48 +176,62 @@ def _check_holes(
 def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
     """Check that cuts in an SVG are named after their pieces, each once."""
     names = set()
-    for shape in drawing.shapes:
-        if shape.layer == OUTLINES:
-            good = shape.name == f"{shape.piece}.outline"
-        elif shape.layer == HOLES:
-            good = shape.name.startswith(f"{shape.piece}.hole.")
+    for layer, piece, name in zip(drawing.layer, drawing.piece, drawing.name, strict=True):
+        if layer == OUTLINES:
+            good = name == f"{piece}.outline"
+        elif layer == HOLES:
+            good = name.startswith(f"{piece}.hole.")
         else:
             continue
         tally.expect(
-            good and shape.name not in names,
-            f"{where}: id {shape.name!r} on {shape.layer} is used twice, or is not piece "
-            f"{shape.piece}'s",
+            good and name not in names,
+            f"{where}: id {name!r} on {layer} is used twice, or is not piece {piece}'s",
         )
-        names.add(shape.name)
+        names.add(name)
 
 
 def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
     """Check that SVG and DXF draw the same shapes on every layer of every piece."""
-    mine, theirs = by_piece(drawing), by_piece(other)
+    mine, theirs, none = drawing.groups, other.groups, np.zeros(0, dtype=np.int64)
     for layer, name in sorted({*mine, *theirs}, key=str):
-        one, two = mine.get((layer, name), []), theirs.get((layer, name), [])
+        one, two = mine.get((layer, name), none), theirs.get((layer, name), none)
         what = f"{where}: {layer}" + (f" of piece {name}" if name else "")
         if tally.expect(
             len(one) == len(two), f"{what} has {len(one)} shapes, the DXF has {len(two)}"
         ):
-            off = _set_distance(one, two)
+            off = _set_distance(drawing, one, other, two)
             tally.measure(
                 "formats_mm", off, SAME_MM, f"{what} differs from the DXF by {off:.4f} mm"
             )
 
 
-def _set_distance(one: Sequence[Shape], two: Sequence[Shape]) -> float:
+def _set_distance(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
     """Return the largest distance of two sets of shapes, pairing them in order or nearest first."""
-    off = max((_shape_distance(a, b) for a, b in zip(one, two, strict=True)), default=0.0)
+    off = _distance_in_order(drawing, mine, other, theirs)
     if off <= SAME_MM:
         return off
-    rest, off = list(two), 0.0
-    for shape in one:
-        distances = [_shape_distance(shape, other) for other in rest]
+    rest, off = [other.shape(at) for at in theirs.tolist()], 0.0
+    for shape in (drawing.shape(at) for at in mine.tolist()):
+        distances = [_shape_distance(shape, one) for one in rest]
         nearest = int(np.argmin(distances))
         off = max(off, distances[nearest])
         del rest[nearest]
     return off
+
+
+def _distance_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
+    """Return the largest distance of corresponding shapes; infinite if one has an arc."""
+    sizes, radii, others = drawing.sizes[mine], drawing.radius[mine], other.radius[theirs]
+    if (
+        np.any(sizes != other.sizes[theirs])
+        or np.any(drawing.closed[mine] != other.closed[theirs])
+        or np.any(np.isnan(radii) != np.isnan(others))
+        or np.any(drawing.bent[mine] | other.bent[theirs])
+    ):
+        return float("inf")
+    apart = np.hypot(*(drawing.points_of(mine) - other.points_of(theirs)).T)
+    of_shape = np.maximum.reduceat(apart, np.cumsum(sizes) - sizes)
+    return float(np.max(of_shape + np.nan_to_num(np.abs(radii - others))))
 
 
 def _shape_distance(one: Shape, two: Shape) -> float:

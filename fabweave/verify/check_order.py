@@ -1,11 +1,12 @@
 """Check the order of cutting, and that everything of a piece lies inside its outline."""
 
-from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
-from fabweave.verify.check_drawings import SAME_MM, by_piece
+from fabweave.verify.check_drawings import SAME_MM
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,
@@ -13,7 +14,8 @@ from fabweave.verify.drawing import (
     NOTES,
     OUTLINES,
     Drawing,
-    Shape,
+    Flags,
+    Ints,
     traced,
 )
 from fabweave.verify.loading import Job
@@ -52,57 +54,93 @@ def _check_sequence(where: str, drawing: Drawing, tally: Tally) -> None:
     current: str | None = None
     rank = 0
     noted = False
-    for shape in drawing.shapes:
-        if shape.layer == NOTES:
+    # Only the first of a run of shapes of one piece on one layer can be out of order by itself.
+    shapes = list(zip(drawing.layer, drawing.piece, strict=True))
+    starts = [at for at, shape in enumerate(shapes) if at == 0 or shape != shapes[at - 1]]
+    for start, end in pairwise([*starts, len(shapes)]):
+        layer, piece = shapes[start]
+        if layer == NOTES:
             noted = current is not None
-        if shape.layer == NOTES or shape.piece is None:
+        if layer == NOTES or piece is None:
             continue
-        if shape.piece != current:
+        if piece != current:
             tally.expect(
-                shape.piece not in done,
-                f"{where}: piece {shape.piece} is taken up again after another piece",
+                piece not in done,
+                f"{where}: piece {piece} is taken up again after another piece",
             )
             done.add(current)
-            current, rank = shape.piece, 0
+            current, rank = piece, 0
         elif noted:
             tally.fail(f"{where}: a note stands between the shapes of piece {current}")
         noted = False
-        own = _RANK.get(shape.layer, rank)
-        tally.expect(
-            own >= rank, f"{where}: {shape.where} on {shape.layer} comes after a later operation"
-        )
+        own = _RANK.get(layer, rank)
+        tally.count(end - start)
+        if own < rank:
+            for name in drawing.name[start:end]:
+                tally.fail(
+                    f"{where}: {name} of piece {piece} on {layer} comes after a later operation"
+                )
         rank = max(rank, own)
 
 
 def _check_inside(where: str, drawing: Drawing, tally: Tally) -> None:
     """Check that holes lie strictly inside their outlines and engraving does not leave them."""
-    groups = by_piece(drawing)
-    outlines = {
-        name: shapely.make_valid(shapely.Polygon(traced(shapes[0])))
-        for (layer, name), shapes in groups.items()
-        if layer == OUTLINES and len(shapes[0].points) > 2
-    }
-    for (layer, name), shapes in groups.items():
-        if name not in outlines or layer not in (*ENGRAVE_LAYERS, HOLES):
+    names = [
+        name
+        for (layer, name), shapes in drawing.groups.items()
+        if layer == OUTLINES and drawing.sizes[shapes[0]] > 2
+    ]
+    rings = [traced(drawing.shape(int(drawing.groups[OUTLINES, name][0]))) for name in names]
+    outlines = shapely.make_valid(np.array([shapely.Polygon(ring) for ring in rings], dtype=object))
+    shapely.prepare(outlines)
+    place = {name: at for at, name in enumerate(names)}
+    for layers, inside in (((HOLES,), _holes_inside), (ENGRAVE_LAYERS, _lines_inside)):
+        groups = [
+            (shapes, place[name])
+            for (layer, name), shapes in drawing.groups.items()
+            if layer in layers and name in place
+        ]
+        if not groups:
             continue
+        shapes = np.concatenate([own for own, _ in groups])
+        owner = np.repeat([at for _, at in groups], [len(own) for own, _ in groups])
         tally.count(len(shapes))
-        if layer == HOLES:
-            inside = _holes_inside(outlines[name], shapes)
-        else:
-            lines = np.array([shapely.LineString(traced(shape)) for shape in shapes])
-            inside = shapely.covers(outlines[name], lines)
-            if not np.all(inside):
-                # Edge ticks may begin on the outline, whose points are rounded.
-                inside = shapely.covers(shapely.buffer(outlines[name], SAME_MM), lines)
-        for at in np.flatnonzero(~inside):
-            tally.fail(f"{where}: {shapes[at].where} on {layer} leaves the outline")
+        for at in shapes[~inside(drawing, shapes, outlines, owner)].tolist():
+            tally.fail(
+                f"{where}: {drawing.shape(at).where} on {drawing.layer[at]} leaves the outline"
+            )
+
+
+def _lines_inside(
+    drawing: Drawing, shapes: Ints, outlines: npt.NDArray[np.object_], owner: Ints
+) -> Flags:
+    """Return whether what is engraved stays inside the outline of its piece."""
+    points, line = drawing.traced(shapes)
+    result = np.bincount(line, minlength=len(shapes)) > 1  # a point is no line
+    kept = result[line]
+    lines = np.full(len(shapes), None, dtype=object)
+    lines[result] = shapely.linestrings(points[kept], indices=np.cumsum(result)[line[kept]] - 1)
+    # All lines of a piece in one question; one by one only if some are not inside.
+    order = np.flatnonzero(result)[np.argsort(owner[result], kind="stable")]
+    pieces, number = np.unique(owner[order], return_inverse=True)
+    together = shapely.multilinestrings(lines[order], indices=number)
+    outside = ~shapely.covers(outlines[pieces], together)
+    # Edge ticks may begin on the outline, whose points are rounded.
+    wide = shapely.buffer(outlines[pieces[outside]], SAME_MM)
+    shapely.prepare(wide)
+    outside[outside] = ~shapely.covers(wide, together[outside])
+    for piece in pieces[outside].tolist():
+        own = np.flatnonzero(result & (owner == piece))
+        result[own] = shapely.covers(shapely.buffer(outlines[piece], SAME_MM), lines[own])
+    return result
 
 
 def _holes_inside(
-    outline: shapely.Geometry, shapes: Sequence[Shape]
-) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    drawing: Drawing, shapes: Ints, outlines: npt.NDArray[np.object_], owner: Ints
+) -> Flags:
     """Return whether holes lie strictly inside an outline; a hole that is no circle does not."""
-    centres = shapely.points(np.array([shape.points[0] for shape in shapes]))
-    radii = np.array([np.inf if shape.radius is None else shape.radius for shape in shapes])
-    clear = shapely.distance(shapely.boundary(outline), centres) > radii
-    return np.asarray(clear & shapely.contains(outline, centres))
+    centres = shapely.points(drawing.points[drawing.start[shapes]])
+    borders = shapely.boundary(outlines)[owner]
+    # Written so that NaN, what is no circle, objects.
+    clear = shapely.distance(borders, centres) > drawing.radius[shapes]
+    return np.asarray(clear & shapely.contains(outlines[owner], centres))

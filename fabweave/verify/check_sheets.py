@@ -7,7 +7,7 @@ import shapely
 
 from fabweave.verify.check_pieces import areas_of, holes_of
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats, length_of
+from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.loading import Job, Rows
 from fabweave.verify.report import Tally
 
@@ -107,10 +107,10 @@ def check_areas(job: Job, tally: Tally) -> None:
     cut = sum(figure[2] for figure in figures.values())
     _check_figure(where, totals, "cut_length_mm", cut, 0.05 + 1e-6 * cut, tally)
     engraved = sum(
-        length_of(shape)
+        float(drawing.lengths[shapes].sum())
         for drawing in job.dxf.values()
-        for shape in drawing.shapes
-        if shape.layer in ENGRAVE_LAYERS
+        for (layer, _), shapes in drawing.groups.items()
+        if layer in ENGRAVE_LAYERS
     )
     if len(job.dxf) < len(plan.sheets):
         tally.fail("the engraved length is not checked, because not every DXF could be read")

@@ -84,11 +84,15 @@ class Drawing:
         return np.diff(self.start)
 
     @cached_property
+    def bent(self) -> Flags:
+        """Whether each shape has an arc."""
+        owner = np.repeat(np.arange(len(self.sizes)), self.sizes)
+        return np.bincount(owner[self.bulges != 0.0], minlength=len(self.sizes)) > 0
+
+    @cached_property
     def curved(self) -> Flags:
         """Whether each shape is a circle or has an arc."""
-        owner = np.repeat(np.arange(len(self.sizes)), self.sizes)
-        bent = np.bincount(owner[self.bulges != 0.0], minlength=len(self.sizes)) > 0
-        return ~np.isnan(self.radius) | bent
+        return ~np.isnan(self.radius) | self.bent
 
     @cached_property
     def lengths(self) -> Floats:

@@ -1,15 +1,15 @@
 """Read a sheet from DXF group codes, independently of any DXF library."""
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape
+from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, ReadError
+from fabweave.verify.dxf_groups import Entities, Groups, read_groups
 
-Group: TypeAlias = tuple[int, str]
-Entity: TypeAlias = tuple[str, list[Group]]
+Header: TypeAlias = dict[str, dict[int, str]]
 
 APPID = "FABWEAVE"
 R12 = "AC1009"
@@ -27,78 +27,22 @@ def read_dxf(path: Path) -> Drawing:
     ReadError
         If the file is not a complete DXF text file.
     """
-    groups = _groups(path)
-    sections = _sections(groups)
-    header = _header(sections.get("HEADER", []))
+    sections = read_groups(path).sections()
     if "ENTITIES" not in sections:
         raise ReadError("there is no ENTITIES section")
-    shapes: list[Shape] = []
-    problems = _unit_problems(header)
-    entities = list(_entities(sections["ENTITIES"]))
-    at = 0
-    while at < len(entities):
-        kind, body = entities[at]
-        vertices: list[list[Group]] = []
-        at += 1
-        while at < len(entities) and entities[at][0] in ("VERTEX", "SEQEND"):
-            if entities[at][0] == "VERTEX":
-                vertices.append(entities[at][1])
-            at += 1
-        name = f"{kind} {next((value for code, value in body if code == 5), at)}"
-        if kind not in DRAWN:
-            problems.append(f"{name} may not be in a cutting file")
-            continue
-        shape, flaw = _shape(kind, name, body, vertices)
-        shapes.append(shape)
-        problems.extend(flaw)
-    problems.extend(_extent_problems(header, shapes))
-    layers = tuple(
-        value
-        for kind, body in _entities(sections.get("TABLES", []))
-        if kind == "LAYER"
-        for code, value in body
-        if code == 2
-    )
-    return Drawing(tuple(shapes), layers, None, None, tuple(problems))
+    nothing = Groups(np.zeros(0, dtype=np.int64), [])
+    header = _header(sections.get("HEADER", nothing))
+    tables = Entities(sections.get("TABLES", nothing))
+    names = tables.texts(tables.at(2), "")
+    layers = [name for kind, name in zip(tables.kind, names, strict=True) if kind == "LAYER"]
+    return _drawing(Entities(sections["ENTITIES"]), header, tuple(layers))
 
 
-def _groups(path: Path) -> list[Group]:
-    """Read pairs of group code and value."""
-    text = path.read_bytes().decode("utf-8", errors="replace").replace("\r\n", "\n")
-    lines = text.split("\n")
-    try:
-        codes = [int(line) for line in lines[0:-1:2]]
-    except ValueError as error:
-        raise ReadError(f"a line that should be a group code is not a number: {error}") from error
-    groups = list(zip(codes, (line.strip() for line in lines[1::2]), strict=False))
-    if not groups or groups[-1] != (0, "EOF"):
-        raise ReadError("the file does not end with EOF: it is truncated")
-    return groups
-
-
-def _sections(groups: Sequence[Group]) -> dict[str, list[Group]]:
-    """Split the groups by section."""
-    sections: dict[str, list[Group]] = {}
-    current: list[Group] | None = None
-    opened = False
-    for code, value in groups:
-        if code == 0 and value == "SECTION":
-            opened = True
-        elif code == 0 and value == "ENDSEC":
-            current = None
-        elif opened and code == 2:
-            current = sections.setdefault(value, [])
-            opened = False
-        elif current is not None:
-            current.append((code, value))
-    return sections
-
-
-def _header(groups: Sequence[Group]) -> dict[str, dict[int, str]]:
+def _header(groups: Groups) -> Header:
     """Read the header variables."""
-    header: dict[str, dict[int, str]] = {}
+    header: Header = {}
     values: dict[int, str] = {}
-    for code, value in groups:
+    for code, value in zip(groups.code.tolist(), groups.value, strict=True):
         if code == 9:
             values = header.setdefault(value, {})
         else:
@@ -106,110 +50,134 @@ def _header(groups: Sequence[Group]) -> dict[str, dict[int, str]]:
     return header
 
 
-def _entities(groups: Sequence[Group]) -> Iterator[Entity]:
-    """Split groups at each code 0."""
-    body: list[Group] | None = None
-    kind = ""
-    for code, value in groups:
-        if code == 0:
-            if body is not None:
-                yield kind, body
-            kind, body = value, []
-        elif body is not None:
-            body.append((code, value))
-    if body is not None:
-        yield kind, body
+def _drawing(entities: Entities, header: Header, layers: tuple[str, ...]) -> Drawing:
+    """Read every entity and say what is wrong."""
+    kind = np.array(entities.kind, dtype=object)
+    count = len(kind)
+    corner = (kind == "VERTEX") | (kind == "SEQEND")
+    # Corners belong to the entity before them; what is drawn to themselves.
+    parent = np.maximum.accumulate(np.where(corner, -1, np.arange(count)))
+    belongs = corner & (parent >= 0) & (kind[parent] == "POLYLINE")
+    drawn = np.array([name in DRAWN for name in entities.kind], dtype=bool)
+    shapes = np.flatnonzero(drawn)
+    problems = _unit_problems(header)
+    problems += [
+        f"{entities.names[at]} may not be in a cutting file"
+        for at in np.flatnonzero(~drawn & ~belongs).tolist()
+    ]
+    layer = entities.texts(entities.at(8), "")
+    problems += [
+        f"{entities.names[at]} is on layer {layer[at]!r}, which is none of {', '.join(LAYERS)}"
+        for at in shapes.tolist()
+        if layer[at] not in LAYERS
+    ]
+    problems += _flaws(entities, drawn)
+    start, points, bulges = _points(entities, kind, parent, drawn)
+    closed = np.zeros(count, dtype=bool)
+    runs = np.flatnonzero((kind == "LWPOLYLINE") | (kind == "POLYLINE"))
+    closed[runs] = np.fmod(np.trunc(entities.first_numbers(70, runs, 0.0)), 2.0) != 0.0
+    radius = np.full(count, np.nan)
+    circles = np.flatnonzero(kind == "CIRCLE")
+    radius[circles] = entities.first_numbers(40, circles)
+    problems += _extent_problems(header, points, np.repeat(radius[shapes], np.diff(start)))
+    piece = _pieces(entities)
+    return Drawing(
+        layer=[layer[at] for at in shapes.tolist()],
+        piece=[piece[at] for at in shapes.tolist()],
+        name=[entities.names[at] for at in shapes.tolist()],
+        points=points,
+        bulges=bulges,
+        start=start,
+        closed=closed[shapes],
+        radius=radius[shapes],
+        layers=layers,
+        width_mm=None,
+        height_mm=None,
+        problems=tuple(problems),
+    )
 
 
-class _Values:
-    """The values of one entity by group code, and its piece from the extended data."""
-
-    def __init__(self, body: Sequence[Group], name: str) -> None:
-        self.name = name
-        self.by_code: dict[int, list[str]] = {}
-        self.piece: str | None = None
-        ours = False
-        for code, value in body:
-            if code < 1000:
-                self.by_code.setdefault(code, []).append(value)
-            elif code == 1001:
-                ours = value == APPID
-            elif ours and code == 1000 and self.piece is None:
-                self.piece = value
-
-    def text(self, code: int) -> str:
-        """Return the first value, or nothing."""
-        return self.by_code.get(code, [""])[0]
-
-    def numbers(self, code: int) -> list[float]:
-        """Return all values as numbers."""
-        try:
-            return [float(value) for value in self.by_code.get(code, ())]
-        except ValueError as error:
-            raise ReadError(f"{self.name}: group {code} is not a number: {error}") from error
-
-    def number(self, code: int, default: float | None = None) -> float:
-        """Return the first value as a number."""
-        values = self.numbers(code)
-        if values:
-            return values[0]
-        if default is None:
-            raise ReadError(f"{self.name}: group {code} is missing")
-        return default
+def _pieces(entities: Entities) -> list[str | None]:
+    """Return the piece of each entity: the first string of our extended data."""
+    marks, strings = entities.at(1001), entities.at(1000)
+    if not len(marks):
+        return [None] * len(entities.begin)
+    ours = np.array([value == APPID for value in entities.text(marks)])
+    above = np.searchsorted(marks, strings) - 1
+    same = (above >= 0) & (entities.owner[marks[above]] == entities.owner[strings])
+    first = entities.first(strings[same & ours[above]])
+    result: list[str | None] = [None] * len(entities.begin)
+    for entity, value in zip(entities.owner[first].tolist(), entities.text(first), strict=True):
+        result[entity] = value
+    return result
 
 
-def _shape(
-    kind: str, name: str, body: list[Group], vertices: list[list[Group]]
-) -> tuple[Shape, list[str]]:
-    """Read one entity and say what is wrong with it."""
-    values = _Values(body, name)
-    layer = values.text(8)
-    bulges = None
-    radius = None
-    x, y = values.numbers(10), values.numbers(20)
-    if kind == "LWPOLYLINE":
-        bulges = _lw_bulges(body) if 42 in values.by_code else None
-    elif kind == "POLYLINE":
-        corners = [_Values(vertex, name) for vertex in vertices]
-        x, y = [c.number(10) for c in corners], [c.number(20) for c in corners]
-        bulges = np.array([c.number(42, 0.0) for c in corners])
-    elif kind == "CIRCLE":
-        radius = values.number(40)
-    else:
-        x, y = x + values.numbers(11), y + values.numbers(21)
-    least = 1 if kind == "CIRCLE" else 2
-    if len(x) != len(y) or len(x) < least:
-        raise ReadError(f"{name} has {len(x)} x and {len(y)} y coordinates")
-    points = np.array([x, y], dtype=np.float64).T
-    if not np.all(np.isfinite(points)) or not np.isfinite(radius or 0.0):
-        raise ReadError(f"{name} has a coordinate that is not finite")
-    closed = kind in ("LWPOLYLINE", "POLYLINE") and bool(int(values.number(70, 0.0)) & 1)
-    shape = Shape(layer, values.piece, points, closed, radius, bulges, name)
+def _points(
+    entities: Entities, kind: npt.NDArray[np.object_], parent: Ints,
+    drawn: Flags,
+) -> tuple[Ints, Floats, Floats]:  # fmt: skip
+    """Return the points of all shapes, where each shape's begin, and the bulge after each point."""
+    corners = np.flatnonzero((kind == "VERTEX") & (kind[parent] == "POLYLINE") & (parent >= 0))
+    of_corner = (entities.first_numbers(10, corners), entities.first_numbers(20, corners))
+    line, plain = kind == "LINE", drawn & (kind != "POLYLINE")
+    owners, values = [], []
+    for near, far, more in ((10, 11, of_corner[0]), (20, 21, of_corner[1])):
+        places = entities.at(near, far)
+        own, second = entities.owner[places], entities.groups.code[places] == far
+        places = places[plain[own] & (line[own] | ~second)]
+        own, second = entities.owner[places], entities.groups.code[places] == far
+        # By entity, the far end of a line last; the corners of a polyline in their order.
+        owner = np.concatenate([own, parent[corners]])
+        order = np.argsort(2 * owner + np.concatenate([second, corners < 0]), kind="stable")
+        owners.append(owner[order])
+        values.append(np.concatenate([entities.numbers(places), more])[order])
+        if near == 10:
+            slot = np.empty_like(order)
+            slot[order] = np.arange(len(order))
+            bulges = _bulges(entities, kind, places, slot, corners)
+    sizes = [np.bincount(owner, minlength=len(kind))[drawn] for owner in owners]
+    least = np.where(kind[drawn] == "CIRCLE", 1, 2)
+    for at in np.flatnonzero((sizes[0] != sizes[1]) | (sizes[0] < least))[:1].tolist():
+        name = entities.names[int(np.flatnonzero(drawn)[at])]
+        raise ReadError(f"{name} has {sizes[0][at]} x and {sizes[1][at]} y coordinates")
+    start = np.concatenate([[0], np.cumsum(sizes[0])])
+    return start, np.column_stack(values), bulges
+
+
+def _bulges(
+    entities: Entities, kind: npt.NDArray[np.object_], places: Ints,
+    slot: Ints, corners: Ints,
+) -> Floats:  # fmt: skip
+    """Return the bulge after each point.
+
+    ``places`` are the groups of x coordinates, ``slot`` where they went, corners' after them.
+    """
+    bulges = np.zeros(len(slot))
+    bulges[slot[len(places) :]] = entities.first_numbers(42, corners, 0.0)
+    bent = entities.at(42)
+    bent = bent[kind[entities.owner[bent]] == "LWPOLYLINE"]
+    values = entities.numbers(bent)
+    before = np.searchsorted(places, bent) - 1
+    if len(bent) and len(places):
+        kept = (before >= 0) & (entities.owner[places[before]] == entities.owner[bent])
+        bulges[slot[before[kept]]] = values[kept]
+    return bulges
+
+
+def _flaws(entities: Entities, drawn: Flags) -> list[str]:
+    """Name the entities that are mirrored or in paper space."""
     flaws = []
-    if layer not in LAYERS:
-        flaws.append(f"{shape.where} is on layer {layer!r}, which is none of {', '.join(LAYERS)}")
-    if any(z < 0.0 for z in values.numbers(230)):
-        flaws.append(f"{shape.where} is mirrored by its extrusion direction")
-    if values.number(67, 0.0) == 1.0:
-        flaws.append(f"{shape.where} is in paper space")
-    return shape, flaws
+    places = entities.at(230)
+    places = places[drawn[entities.owner[places]]]
+    for place in entities.first(places[entities.numbers(places) < 0.0]):
+        flaws.append(f"{entities.name(place)} is mirrored by its extrusion direction")
+    shapes = np.flatnonzero(drawn)
+    for at in shapes[entities.first_numbers(67, shapes, 0.0) == 1.0].tolist():
+        flaws.append(f"{entities.names[at]} is in paper space")
+    return flaws
 
 
-def _lw_bulges(body: Sequence[Group]) -> Floats:
-    """Read the bulge that follows each vertex of an LWPOLYLINE."""
-    bulges: list[float] = []
-    for code, value in body:
-        if code == 10:
-            bulges.append(0.0)
-        elif code == 42 and bulges:
-            try:
-                bulges[-1] = float(value)
-            except ValueError as error:
-                raise ReadError(f"a bulge is not a number: {error}") from error
-    return np.array(bulges)
-
-
-def _unit_problems(header: dict[str, dict[int, str]]) -> list[str]:
+def _unit_problems(header: Header) -> list[str]:
     """Judge version and units."""
     version = header.get("$ACADVER", {}).get(1, "")
     problems = []
@@ -221,23 +189,19 @@ def _unit_problems(header: dict[str, dict[int, str]]) -> list[str]:
     return problems
 
 
-def _extent_problems(header: dict[str, dict[int, str]], shapes: Sequence[Shape]) -> list[str]:
+def _extent_problems(header: Header, points: Floats, radius: Floats) -> list[str]:
     """Judge whether the declared extents hold the drawing."""
-    if not shapes:
+    if not len(points):
         return []
     try:
         low = np.array([float(header["$EXTMIN"][code]) for code in (10, 20)])
         high = np.array([float(header["$EXTMAX"][code]) for code in (10, 20)])
     except (KeyError, ValueError):
         return ["$EXTMIN and $EXTMAX are missing or not numbers"]
-    reach = np.array([shape.radius or 0.0 for shape in shapes])
-    true_low = np.min(
-        [s.points.min(axis=0) - r for s, r in zip(shapes, reach, strict=True)], axis=0
-    )
-    true_high = np.max(
-        [s.points.max(axis=0) + r for s, r in zip(shapes, reach, strict=True)], axis=0
-    )
-    if np.any(low > true_low + 0.01) or np.any(high < true_high - 0.01):
+    reach = np.nan_to_num(radius)[:, None]
+    true_low, true_high = np.min(points - reach, axis=0), np.max(points + reach, axis=0)
+    # Written so that NaN objects.
+    if not (np.all(low <= true_low + 0.01) and np.all(high >= true_high - 0.01)):
         return [
             f"$EXTMIN {low.tolist()} and $EXTMAX {high.tolist()} do not hold the drawing, which "
             f"reaches from {true_low.round(3).tolist()} to {true_high.round(3).tolist()}"
