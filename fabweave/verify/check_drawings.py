@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabweave.verify.check_pieces import holes_of
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
@@ -136,7 +135,7 @@ def _check_holes(
     where: str, piece: Piece, plan: CrossingMap, drawing: Drawing, shapes: Ints, tally: Tally
 ) -> None:
     """Check the holes of a piece."""
-    holes = holes_of(piece, plan)
+    holes = plan.holes[piece.id]
     radii = drawing.radius[shapes]
     if not tally.expect(
         len(shapes) == len(holes) and not np.any(np.isnan(radii)),

@@ -1,11 +1,9 @@
 """Check the pieces by themselves: order along threads, holes, outlines."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
-from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Thread
 from fabweave.verify.drawing import Floats
 from fabweave.verify.geometry import perimeter, signed_area
 from fabweave.verify.loading import Job
@@ -18,33 +16,6 @@ SHORTEST_SIDE_MM = 0.1 - 1e-3
 LEAST_WEB_MM = 0.01
 #: Two records of one hole agree to this, in its place and its diameter.
 SAME_MM = 1e-3
-
-
-@dataclass(frozen=True)
-class Hole:
-    """A hole of a piece; the diameter is None where no station states it."""
-
-    x: float
-    y: float
-    diameter: float | None
-
-
-def holes_of(piece: Piece, plan: CrossingMap) -> list[Hole]:
-    """Return the holes a piece has: one at each station that states a diameter, and its joints'.
-
-    A joint's hole on a station's own is the same hole; others have that station's diameter.
-    """
-    holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
-    for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
-        joint = plan.joint.get(joint_id) if joint_id is not None else None
-        if joint is None or not piece.stations:
-            continue
-        diameter = piece.stations[at].hole_mm
-        for x, y in joint.holes[:, side].tolist():
-            near = 0.25 * (diameter or 1.0)
-            if all(np.hypot(hole.x - x, hole.y - y) > near for hole in holes):
-                holes.append(Hole(x, y, diameter))
-    return holes
 
 
 def check_piece_order(job: Job, tally: Tally) -> None:
@@ -211,7 +182,7 @@ def check_simple(job: Job, tally: Tally) -> None:
             polygon.is_valid,
             f"{where}: its outline is not simple: {shapely.is_valid_reason(polygon)}",
         )
-        lengths = np.hypot(*(np.roll(outline, -1, axis=0) - outline).T)
+        lengths = np.hypot(*(np.concatenate([outline[1:], outline[:1]]) - outline).T)
         short = int(np.argmin(lengths))
         tally.measure(
             "side_mm",
@@ -220,7 +191,7 @@ def check_simple(job: Job, tally: Tally) -> None:
             f"{where}: side {short} is {lengths[short]:.4f} mm long",
             least=True,
         )
-        _check_webs(piece, polygon, holes_of(piece, plan), tally)
+        _check_webs(piece, polygon, plan.holes[piece.id], tally)
 
 
 def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally: Tally) -> None:
@@ -259,7 +230,7 @@ def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally
 
 def areas_of(piece: Piece, plan: CrossingMap) -> tuple[float, float, float]:
     """Return outline area, hole area, and the length of all its cuts."""
-    diameters = np.array([hole.diameter or 0.0 for hole in holes_of(piece, plan)])
+    diameters = np.array([hole.diameter or 0.0 for hole in plan.holes[piece.id]])
     return (
         abs(signed_area(piece.outline)),
         float(np.sum(np.pi * diameters**2 / 4.0)),

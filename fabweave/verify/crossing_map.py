@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -38,6 +39,23 @@ class Thread:
     crossings: tuple[int, ...]
     over: tuple[bool, ...]
     pieces: tuple[str, ...]
+
+    @cached_property
+    def places(self) -> dict[int, list[int]]:
+        """Where along the thread each crossing stands."""
+        found: dict[int, list[int]] = {}
+        for at, crossing in enumerate(self.crossings):
+            found.setdefault(crossing, []).append(at)
+        return found
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A hole of a piece; the diameter is None where no station states it."""
+
+    x: float
+    y: float
+    diameter: float | None
 
 
 @dataclass(frozen=True)
@@ -128,3 +146,25 @@ class CrossingMap:
         self.crossing.update((crossing.id, crossing) for crossing in self.crossings)
         self.piece.update((piece.id, piece) for piece in self.pieces)
         self.joint.update((joint.id, joint) for joint in self.joints)
+
+    @cached_property
+    def holes(self) -> dict[str, list[Hole]]:
+        """The holes of each piece: one at each station that states a diameter, and its joints'.
+
+        A joint's hole on a station's own is the same hole; others have that station's diameter.
+        """
+        return {piece.id: self._holes(piece) for piece in self.pieces}
+
+    def _holes(self, piece: Piece) -> list[Hole]:
+        """Return the holes of one piece."""
+        holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
+        for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
+            joint = self.joint.get(joint_id) if joint_id is not None else None
+            if joint is None or not piece.stations:
+                continue
+            diameter = piece.stations[at].hole_mm
+            for x, y in joint.holes[:, side].tolist():
+                near = 0.25 * (diameter or 1.0)
+                if all(math.hypot(hole.x - x, hole.y - y) > near for hole in holes):
+                    holes.append(Hole(x, y, diameter))
+        return holes

@@ -81,12 +81,13 @@ def farthest(points: Floats, others: Floats) -> float:
 def signed_area(outline: Floats) -> float:
     """Return the area of a polygon, positive if counter-clockwise."""
     x, y = (outline - outline[0]).T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2.0)
+    # The first point is the origin, so the two terms around it are zero.
+    return float(np.sum(x[:-1] * y[1:] - y[:-1] * x[1:]) / 2.0)
 
 
 def perimeter(outline: Floats) -> float:
     """Return the length of a closed outline."""
-    return float(np.sum(np.hypot(*(np.roll(outline, -1, axis=0) - outline).T)))
+    return float(np.sum(np.hypot(*np.diff(outline, axis=0, append=outline[:1]).T)))
 
 
 @dataclass(frozen=True, eq=False)

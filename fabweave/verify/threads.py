@@ -94,9 +94,7 @@ def station_run(thread: Thread, piece: Piece) -> int | None:
     if not 0 < size <= limit:
         return None
     found: list[tuple[bool, int]] = []
-    for start in range(count):
-        if thread.crossings[start] != piece.stations[0].crossing:
-            continue
+    for start in thread.places.get(piece.stations[0].crossing, ()):
         if not thread.closed and start + size > count:
             continue
         if all(
