@@ -192,23 +192,48 @@ def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
 def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
     """Check that SVG and DXF draw the same shapes on every layer of every piece."""
     mine, theirs, none = drawing.groups, other.groups, np.zeros(0, dtype=np.int64)
-    for layer, name in sorted({*mine, *theirs}, key=str):
-        one, two = mine.get((layer, name), none), theirs.get((layer, name), none)
+    pairs = [
+        (key, mine.get(key, none), theirs.get(key, none))
+        for key in sorted({*mine, *theirs}, key=str)
+    ]
+    even = [(one, two) for _, one, two in pairs if len(one) == len(two)]
+    first = np.concatenate([none, *(one for one, _ in even)])
+    apart = _apart_in_order(drawing, first, other, np.concatenate([none, *(b for _, b in even)]))
+    done = 0
+    for (layer, name), one, two in pairs:
         what = f"{where}: {layer}" + (f" of piece {name}" if name else "")
         if tally.expect(
             len(one) == len(two), f"{what} has {len(one)} shapes, the DXF has {len(two)}"
         ):
-            off = _set_distance(drawing, one, other, two)
+            off = float(apart[done : done + len(one)].max())
+            done += len(one)
+            if not off <= SAME_MM:
+                off = _apart_nearest(drawing, one, other, two)
             tally.measure(
                 "formats_mm", off, SAME_MM, f"{what} differs from the DXF by {off:.4f} mm"
             )
 
 
-def _set_distance(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
-    """Return the largest distance of two sets of shapes, pairing them in order or nearest first."""
-    off = _distance_in_order(drawing, mine, other, theirs)
-    if off <= SAME_MM:
-        return off
+def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:
+    """Return the distance of each two shapes; infinite for unlike shapes and for arcs."""
+    sizes, radii, others = drawing.sizes[mine], drawing.radius[mine], other.radius[theirs]
+    alike = (
+        (sizes == other.sizes[theirs])
+        & (drawing.closed[mine] == other.closed[theirs])
+        & (np.isnan(radii) == np.isnan(others))
+        & ~(drawing.bent[mine] | other.bent[theirs])
+    )
+    result = np.full(len(mine), np.inf)
+    if np.any(alike):
+        steps = drawing.points_of(mine[alike]) - other.points_of(theirs[alike])
+        ends = np.cumsum(sizes[alike])
+        result[alike] = np.maximum.reduceat(np.hypot(*steps.T), ends - sizes[alike])
+        result[alike] += np.nan_to_num(np.abs(radii - others))[alike]
+    return result
+
+
+def _apart_nearest(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
+    """Return the largest distance of two sets of shapes, pairing each with the nearest left."""
     rest, off = [other.shape(at) for at in theirs.tolist()], 0.0
     for shape in (drawing.shape(at) for at in mine.tolist()):
         distances = [_shape_distance(shape, one) for one in rest]
@@ -216,21 +241,6 @@ def _set_distance(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) ->
         off = max(off, distances[nearest])
         del rest[nearest]
     return off
-
-
-def _distance_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
-    """Return the largest distance of corresponding shapes; infinite if one has an arc."""
-    sizes, radii, others = drawing.sizes[mine], drawing.radius[mine], other.radius[theirs]
-    if (
-        np.any(sizes != other.sizes[theirs])
-        or np.any(drawing.closed[mine] != other.closed[theirs])
-        or np.any(np.isnan(radii) != np.isnan(others))
-        or np.any(drawing.bent[mine] | other.bent[theirs])
-    ):
-        return float("inf")
-    apart = np.hypot(*(drawing.points_of(mine) - other.points_of(theirs)).T)
-    of_shape = np.maximum.reduceat(apart, np.cumsum(sizes) - sizes)
-    return float(np.max(of_shape + np.nan_to_num(np.abs(radii - others))))
 
 
 def _shape_distance(one: Shape, two: Shape) -> float:

@@ -127,10 +127,7 @@ class Drawing:
         )
 
     def points_of(self, shapes: Ints) -> Floats:
-        """Return the points of some shapes, given in file order, one after another."""
-        if len(shapes) and shapes[-1] - shapes[0] == len(shapes) - 1:
-            # In file order, so these are all from the first to the last.
-            return self.points[self.start[shapes[0]] : self.start[shapes[-1] + 1]]
+        """Return the points of some shapes one after another."""
         sizes = self.sizes[shapes]
         shift = np.repeat(self.start[shapes] - (np.cumsum(sizes) - sizes), sizes)
         return self.points[shift + np.arange(len(shift))]

@@ -1,4 +1,5 @@
-import copy
+import pickle
+import shutil
 import sys
 from pathlib import Path
 
@@ -21,13 +22,36 @@ def specimens():
     }
 
 
+@pytest.fixture(scope="session")
+def frozen(specimens):
+    """Return every specimen as bytes, which are copied faster than objects."""
+    return {name: pickle.dumps(specimen) for name, specimen in specimens.items()}
+
+
 @pytest.fixture
-def specimen(specimens):
+def specimen(frozen):
     """Return a copy of a specimen that a test may spoil."""
-    return lambda name: copy.deepcopy(specimens[name])
+    return lambda name: pickle.loads(frozen[name])  # noqa: S301 - pickled above
+
+
+@pytest.fixture(scope="session")
+def true_jobs(specimens, tmp_path_factory):
+    """Return the folder of a true job, written once, which no test may change."""
+    root = tmp_path_factory.mktemp("true")
+
+    def written(name):
+        if not (root / name).exists():
+            write_job(specimens[name], root / name)
+        return root / name
+
+    return written
 
 
 @pytest.fixture
-def job(specimen, tmp_path):
+def job(true_jobs, tmp_path):
     """Return the folder of a true job, which a test may spoil."""
-    return lambda name="octahedron": write_job(specimen(name), tmp_path / "job")
+
+    def copied(name="octahedron"):
+        return Path(shutil.copytree(true_jobs(name), tmp_path / "job", dirs_exist_ok=True))
+
+    return copied

@@ -6,6 +6,7 @@ import json
 import math
 import struct
 import zlib
+from functools import cache
 
 import numpy as np
 import shapely
@@ -198,6 +199,12 @@ def areas(plan, piece):
 
 
 def least_rectangle(points):
+    return least_rectangle_of(tuple(map(tuple, points)))
+
+
+@cache
+def least_rectangle_of(points):
+    """Find it once for the many specimens that have the same outlines."""
     hull = np.array(shapely.MultiPoint(points).convex_hull.exterior.coords)
     best = None
     for a, b in itertools.pairwise(hull):
