@@ -28,9 +28,19 @@ SCHEMA = "fabweave.crossing-map/1"
 class _Node:
     """A JSON value that knows its path, so that errors say where."""
 
-    def __init__(self, value: object, path: str) -> None:
+    __slots__ = ("above", "key", "value")
+
+    def __init__(self, value: object, above: "_Node | str", key: str | int = "") -> None:
         self.value = value
-        self.path = path
+        self.above = above
+        self.key = key
+
+    @property
+    def path(self) -> str:
+        """The path, put together only where it is asked for."""
+        if isinstance(self.above, str):
+            return self.above
+        return self.above.path + (f".{self.key}" if isinstance(self.key, str) else f"[{self.key}]")
 
     def __getitem__(self, key: str) -> "_Node":
         """Return a member of an object."""
@@ -38,13 +48,13 @@ class _Node:
             raise ReadError(f"{self.path} is not an object")
         if key not in self.value:
             raise ReadError(f"{self.path} has no {key!r}")
-        return _Node(self.value[key], f"{self.path}.{key}")
+        return _Node(self.value[key], self, key)
 
     def items(self, count: int | None = None) -> list["_Node"]:
         """Return the items of a list, of a certain length if given."""
         if not isinstance(self.value, list) or (count is not None and len(self.value) != count):
             raise ReadError(f"{self.path} is not a list" + (f" of {count}" if count else ""))
-        return [_Node(item, f"{self.path}[{at}]") for at, item in enumerate(self.value)]
+        return [_Node(item, self, at) for at, item in enumerate(self.value)]
 
     def integer(self) -> int:
         """Return an integer."""

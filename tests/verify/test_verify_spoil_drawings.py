@@ -258,7 +258,16 @@ def put_in_paper_space(text):
     return swap("CIRCLE\n", "CIRCLE\n 67\n1\n")(text)
 
 
+def leave_corners_behind(text):
+    """Put a corner after an entity that has none."""
+    at = text.index("  0\nCIRCLE")
+    return text[:at] + "  0\nVERTEX\n  8\nCUT_OUTER\n 10\n1.0\n 20\n1.0\n" + text[at:]
+
+
 DXF_EDITS = [
+    (leave_corners_behind, "outlines-dxf"),
+    (swap("  2\nTABLES\n", ""), "files outlines-dxf outlines-svg order areas"),
+    (swap(" 70\n1\n 10", " 70\ninf\n 10"), "files outlines-dxf outlines-svg order areas"),
     (swap("$INSUNITS\n 70\n4", "$INSUNITS\n 70\n1"), "outlines-dxf"),
     (swap("  9\n$INSUNITS\n 70\n4\n", ""), "outlines-dxf"),
     (swap("$MEASUREMENT\n 70\n1", "$MEASUREMENT\n 70\n0"), "outlines-dxf"),
@@ -345,6 +354,9 @@ SVG_EDITS = [
     (swap('d="M', 'd="C1,1 2,2 3,3 M'), "outlines-svg"),
     (swap("</svg>", ""), "files outlines-svg order"),
     (swap('cx="', 'cx="a'), "files outlines-svg order"),
+    (swap(' r="', ' r="nan" x="'), "files outlines-svg order"),
+    (swap('d="M', 'd="M9,9M'), "outlines-svg order"),
+    (swap('d="M', 'd="M9,9,8L9,7M'), "files outlines-svg order"),
     (swap('inkscape:label="CUT_INNER"', 'inkscape:label="HOLES"'), "outlines-svg"),
 ]
 
@@ -383,6 +395,20 @@ def test_bad_dxf_is_a_read_error(tmp_path, text):
     path.write_text(text)
     with pytest.raises(ReadError):
         read_dxf(path)
+
+
+def test_plain_and_other_paths_read_the_same(tmp_path):
+    # Plain paths have a way of their own; a space sends the same path the other way.
+    runs = "M1,2L3.5,-4L5,6ZM7,8L9,10"
+    head = '<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9">'
+    read = []
+    for data in (runs, f" {runs}", runs.replace(",", " "), "m1 2 2.5-6 1.5 10z M7,8 l2,2"):
+        path = tmp_path / "a.svg"
+        path.write_text(f'{head}<path d="{data}"/></svg>')
+        read.append([(s.points.tolist(), s.closed) for s in read_svg(path).shapes])
+    assert read == [
+        [([[1, 7], [3.5, 13], [5, 3]], True), ([[7, 1], [9, -1]], False)],
+    ] * len(read)
 
 
 @pytest.mark.parametrize("text", ["", "<a/>", "<svg/>", "no xml", "<svg"])
