@@ -1,6 +1,5 @@
 """Paint a picture of a sheet for people: where each piece lies, and what it is called."""
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,19 +10,15 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.arrays import FloatArray
 from fabweave.cut.check import check_drawing
-from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.paint import SHEET, Painter, png_encoded
 from fabweave.cut.presets import Preset, preset_named
 from fabweave.cut.titles import Title, place_titles
 from fabweave.errors import InputError
 
-_Colour: TypeAlias = tuple[int, int, int]
+_Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
-_TABLE: _Colour = (236, 238, 241)
-_SHEET: _Colour = (255, 255, 255)
-_EDGE: _Colour = (150, 156, 166)
-_INK: _Colour = (38, 43, 51)
-_FILLS: tuple[_Colour, ...] = ((253, 240, 221), (227, 240, 250), (232, 245, 228), (246, 233, 247))
-_NOTE: _Colour = (160, 165, 173)
+_INK = (38, 43, 51)
 
 # Measures of a sheet of up to half a metre; on a larger one they grow with it, because its
 # picture is looked at from farther away.
@@ -151,49 +146,37 @@ def png_bytes(
     factor = _SUPERSAMPLING
     if frame.width_px * frame.height_px * factor**2 > _MAX_PIXELS:
         factor = 1
-    large = PreviewFrame(
-        frame.width_px * factor,
-        frame.height_px * factor,
-        frame.pixels_per_mm * factor,
-        frame.left_px * factor,
-        frame.bottom_px * factor,
-        frame.growth,
+    painter = Painter(
+        frame.width_px,
+        frame.height_px,
+        frame.pixels,
+        factor,
+        preset_named() if colours is None else colours,
     )
-    picture = _Painter(large, factor, preset_named() if colours is None else colours)
-    picture.sheet(drawing)
-    for index, piece in enumerate(drawing.pieces):
-        picture.piece(piece.entities, _FILLS[index % len(_FILLS)])
-    for note in drawing.notes:
-        picture.line(note, _NOTE, 1.0)
+    painter.paint(drawing)
+    letterer = _Letterer(painter.picture(), frame)
+    letterer.heading(drawing)
     for piece in drawing.pieces:
         if piece.piece_id in titles:
-            picture.title(piece.piece_id, titles[piece.piece_id])
-    image = picture.image
-    if factor > 1:
-        image = image.reduce(factor)
-    stream = io.BytesIO()
-    image.save(stream, format="PNG", compress_level=6)
-    return stream.getvalue()
+            letterer.title(piece.piece_id, titles[piece.piece_id])
+    return png_encoded(letterer.image)
 
 
-class _Painter:
-    """Paint on one image; widths are in pixels of the finished picture."""
+class _Letterer:
+    """Write texts on a picture."""
 
-    def __init__(self, frame: PreviewFrame, factor: int, preset: Preset) -> None:
-        self.image = Image.new("RGB", (frame.width_px, frame.height_px), _TABLE)
-        self._draw = ImageDraw.Draw(self.image)
+    def __init__(self, image: Image.Image, frame: PreviewFrame) -> None:
+        self.image = image
+        self._draw = ImageDraw.Draw(image)
         self._frame = frame
-        self._factor = factor
-        self._preset = preset
+        self._fonts: dict[float, _Font] = {}
 
-    def sheet(self, drawing: SheetDrawing) -> None:
-        """Paint the empty sheet, its heading and the reference bar."""
+    def heading(self, drawing: SheetDrawing) -> None:
+        """Write the name of the sheet and draw the reference bar."""
         scale, left = self._frame.pixels_per_mm, self._frame.left_px
-        right, bottom = left + drawing.width_mm * scale, self._frame.bottom_px
-        top = bottom - drawing.height_mm * scale
-        self._draw.rectangle((left, top, right, bottom), fill=_SHEET)
-        self._polyline([(left, top), (right, top), (right, bottom), (left, bottom)], _EDGE, 2, True)
+        right = left + drawing.width_mm * scale
         unit = scale * self._frame.growth
+        top = self._frame.bottom_px - drawing.height_mm * scale
         middle = top - (_HEADING_MM / 2.0 + 1.0) * unit
         # On a sheet narrower than two bars, whole centimetres that leave room for the heading.
         bar = min(_BAR_MM, drawing.width_mm / 2.0 // 10.0 * 10.0) * scale
@@ -201,92 +184,55 @@ class _Painter:
             f"{drawing.name}   {drawing.width_mm:g} x {drawing.height_mm:g} mm   "
             f"{len(drawing.pieces)} piece{'' if len(drawing.pieces) == 1 else 's'}"
         )
-        room = right - left - bar - (6.0 * unit if bar else 0.0)
-        size = self._fit(heading, 7.0 * unit, room)
-        self._draw.text((left, middle), heading, fill=_INK, font=_font(size), anchor="lm")
+        font = self._fit(heading, 7.0 * unit, right - left - bar - (6.0 * unit if bar else 0.0))
+        self._draw.text((left, middle), heading, fill=_INK, font=font, anchor="lm")
         if bar:
             self._bar(right - bar, right, middle)
 
     def _bar(self, start: float, end: float, middle: float) -> None:
-        """Paint the reference bar with its length above it."""
+        """Draw the reference bar with its length above it."""
         unit = self._frame.pixels_per_mm * self._frame.growth
         y, tick = middle + 2.6 * unit, 1.4 * unit
-        self._polyline([(start, y - tick), (start, y + tick)], _INK, 2)
-        self._polyline([(start, y), (end, y)], _INK, 2)
-        self._polyline([(end, y - tick), (end, y + tick)], _INK, 2)
+        for run in (
+            [(start, y - tick), (start, y + tick)],
+            [(start, y), (end, y)],
+            [(end, y - tick), (end, y + tick)],
+        ):
+            self._draw.line(run, fill=_INK, width=2)
         name = f"{(end - start) / self._frame.pixels_per_mm:.0f} mm"
-        size = self._fit(name, 4.5 * unit, end - start)
+        font = self._fit(name, 4.5 * unit, end - start)
         place = ((start + end) / 2.0, y - 0.8 * unit)
-        self._draw.text(place, name, fill=_INK, font=_font(size), anchor="mb")
-
-    def piece(self, entities: tuple[Entity, ...], fill: _Colour) -> None:
-        """Paint a piece: its area, holes as the sheet shows through, then all its lines."""
-        for layer, colour in ((Layer.CUT_OUTER, fill), (Layer.CUT_INNER, _SHEET)):
-            for entity in entities:
-                if entity.layer is layer:
-                    self._area(entity, colour)
-        for entity in entities:
-            cut = entity.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)
-            self.line(entity, self._preset.colours[entity.layer].rgb, 2.0 if cut else 1.0)
-
-    def _area(self, entity: Entity, colour: _Colour) -> None:
-        if isinstance(entity, Circle):
-            self._draw.ellipse(self._box(entity), fill=colour)
-        else:
-            self._draw.polygon(self._places(entity), fill=colour)
-
-    def line(self, entity: Entity, colour: _Colour, width: float) -> None:
-        """Paint the line of an entity."""
-        if isinstance(entity, Circle):
-            self._draw.ellipse(self._box(entity), outline=colour, width=self._width(width))
-        else:
-            self._polyline(self._places(entity), colour, width, entity.closed)
+        self._draw.text(place, name, fill=_INK, font=font, anchor="mb")
 
     def title(self, text: str, title: Title) -> None:
-        """Paint a title, upright or turned, with a halo that keeps it legible on lines."""
-        size = max(title.height_mm * self._frame.pixels_per_mm, 1.0)
-        font = _font(size)
+        """Write a title, upright or turned, with a halo that keeps it legible on lines."""
+        # Turned letters are smooth if they are turned enlarged.
+        size = max(title.height_mm * self._frame.pixels_per_mm, 1.0) * _SUPERSAMPLING
+        font = self._font(size)
         halo = max(round(size * 0.12), 1)
         left, top, right, bottom = font.getbbox(text, anchor="mm", stroke_width=halo)
         wide, high = int(np.ceil(right - left)) + 4, int(np.ceil(bottom - top)) + 4
         # The letters are painted on a mask, which is turned about the middle of what it shows.
         middle = (wide / 2.0 - (left + right) / 2.0, high / 2.0 - (top + bottom) / 2.0)
         ((x, y),) = self._frame.pixels(np.array([[title.x, title.y]])).tolist()
-        for colour, stroke in ((_SHEET, halo), (_INK, 0)):
+        for colour, stroke in ((SHEET, halo), (_INK, 0)):
             mask = Image.new("L", (wide, high), 0)
             ImageDraw.Draw(mask).text(
                 middle, text, fill=255, font=font, anchor="mm", stroke_width=stroke
             )
             turned = mask.rotate(title.angle_deg, Image.Resampling.BICUBIC, expand=True)
-            corner = (round(x - turned.width / 2.0), round(y - turned.height / 2.0))
+            turned = turned.reduce(_SUPERSAMPLING)
             self.image.paste(
-                colour, (*corner, corner[0] + turned.width, corner[1] + turned.height), turned
+                colour, (round(x - turned.width / 2.0), round(y - turned.height / 2.0)), turned
             )
 
-    def _polyline(
-        self, places: list[tuple[float, float]], colour: _Colour, width: float, closed: bool = False
-    ) -> None:
-        # A closed line goes over its first two points again, so that its corner is joined too.
-        run = [*places, *places[:2]] if closed else places
-        self._draw.line(run, fill=colour, width=self._width(width), joint="curve")
+    def _fit(self, text: str, size: float, room: float) -> _Font:
+        """Return the font of the largest size, up to ``size``, at which a text fits the room."""
+        wide = self._font(size).getlength(text)
+        return self._font(size * min(1.0, room / wide))
 
-    def _places(self, line: Polyline) -> list[tuple[float, float]]:
-        return [(x, y) for x, y in self._frame.pixels(line.points).tolist()]
-
-    def _box(self, circle: Circle) -> tuple[float, float, float, float]:
-        ((x, y),) = self._frame.pixels(np.array([[circle.x, circle.y]])).tolist()
-        radius = circle.radius * self._frame.pixels_per_mm
-        return x - radius, y - radius, x + radius, y + radius
-
-    def _width(self, width: float) -> int:
-        return max(round(width * self._factor), 1)
-
-    def _fit(self, text: str, size: float, room: float) -> float:
-        """Return the largest font size, up to ``size``, at which a text fits the room."""
-        wide = _font(size).getlength(text)
-        return max(size * min(1.0, room / wide), 1.0)
-
-
-def _font(size: float) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    """Return Pillow's own font: it is the same everywhere."""
-    return ImageFont.load_default(size=max(size, 1.0))
+    def _font(self, size: float) -> _Font:
+        """Return Pillow's own font: it is the same everywhere."""
+        if size not in self._fonts:
+            self._fonts[size] = ImageFont.load_default(size=max(size, 1.0))
+        return self._fonts[size]
