@@ -8,13 +8,14 @@ the sheet stands at (x, height - y), so that the file looks like the DXF.
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import TypeAlias
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
+from fabweave.arrays import FloatArray, offsets_of
 from fabweave.cut.check import check_drawing, on_grid
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.cut.presets import Preset, preset_named
@@ -32,6 +33,8 @@ _WORDS = {
     Layer.CUT_OUTER: "outline",
     Layer.NOTES: "note",
 }
+
+_INNER, _OUTER = Layer.CUT_INNER, Layer.CUT_OUTER
 
 # Takes points of the sheet to points of the file.
 _Map: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -141,52 +144,71 @@ def _layers(
     Each element carries its own colours: some importers do not look at the group.
     """
     layers: dict[Layer, list[str]] = {layer: [] for layer in Layer}
+    entities = [entity for piece in drawing.pieces for entity in piece.entities]
+    written = _written([*entities, *drawing.notes], mapped, scale)
     for piece in drawing.pieces:
         title = f"><title>{escape(piece.piece_id)}</title></"
-        for layer, name, shape in _shapes(piece.entities, mapped, scale):
-            tag, attributes = shape
+        own = islice(written, len(piece.entities))
+        for layer, name, (tag, attributes) in _shapes(piece.entities, own):
             identity = quoteattr(f"{piece.piece_id}.{name}")
             layers[layer].append(f"<{tag} id={identity} {looks[layer]} {attributes}{title}{tag}>")
-    for layer, name, shape in _shapes(drawing.notes, mapped, scale):
-        tag, attributes = shape
+    for layer, name, (tag, attributes) in _shapes(drawing.notes, written):
         layers[layer].append(f'<{tag} id="notes.{name}" {looks[layer]} {attributes}/>')
     return layers
 
 
 def _shapes(
-    entities: tuple[Entity, ...], mapped: _Map, scale: float
+    entities: tuple[Entity, ...], written: Iterator[str]
 ) -> Iterator[tuple[Layer, str, tuple[str, str]]]:
     """Yield layer, id without its owner, and (tag, attributes) for each element."""
     numbers: Counter[Layer] = Counter()
     runs: dict[Layer, list[str]] = {}
-    for entity in entities:
-        layer, word = entity.layer, _WORDS[entity.layer]
-        if isinstance(entity, Polyline) and layer not in (Layer.CUT_INNER, Layer.CUT_OUTER):
-            runs.setdefault(layer, []).append(_run(entity, mapped))
+    for entity, text in zip(entities, written, strict=True):
+        layer = entity.layer
+        if isinstance(entity, Polyline) and layer is not _INNER and layer is not _OUTER:
+            runs.setdefault(layer, []).append(text)
             continue
         numbers[layer] += 1
         # One outline is the rule; it has no number then.
-        only = layer is Layer.CUT_OUTER and numbers[layer] == 1
-        name = word if only else f"{word}.{numbers[layer]}"
+        only = layer is _OUTER and numbers[layer] == 1
+        name = _WORDS[layer] if only else f"{_WORDS[layer]}.{numbers[layer]}"
         if isinstance(entity, Circle):
-            yield layer, name, ("circle", _circle(entity, mapped, scale))
+            yield layer, name, ("circle", text)
         else:
-            yield layer, name, ("path", f'd="{_run(entity, mapped)}"')
+            yield layer, name, ("path", f'd="{text}"')
     for layer, parts in runs.items():
         yield layer, _WORDS[layer], ("path", f'd="{"".join(parts)}"')
 
 
-def _run(line: Polyline, mapped: _Map) -> str:
-    """Return path data: move to the first point, line to the others, close."""
-    points = [f"{_number(x)},{_number(y)}" for x, y in mapped(line.points).tolist()]
-    return "M" + "L".join(points) + ("Z" if line.closed else "")
+def _written(entities: list[Entity], mapped: _Map, scale: float) -> Iterator[str]:
+    """Yield the path data of each polyline and the attributes of each circle.
+
+    All numbers are written at once: a sheet may have a million.
+    """
+    if not entities:
+        return
+    # A circle has its middle here.
+    points = [
+        entity.points if isinstance(entity, Polyline) else np.array([[entity.x, entity.y]])
+        for entity in entities
+    ]
+    pairs = _pairs(mapped(np.concatenate(points)))
+    ends: list[int] = offsets_of(np.array([len(run) for run in points])).tolist()
+    for entity, (start, end) in zip(entities, pairwise(ends), strict=True):
+        if isinstance(entity, Polyline):
+            # Move to the first point, line to the others, close.
+            yield f"M{'L'.join(pairs[start:end])}{'Z' if entity.closed else ''}"
+        else:
+            x, y = pairs[start].split(",")
+            radius = on_grid(np.array([entity.radius])).item() * scale
+            yield f'cx="{x}" cy="{y}" r="{_number(radius)}"'
 
 
-def _circle(circle: Circle, mapped: _Map, scale: float) -> str:
-    """Return the attributes of a circle."""
-    ((x, y),) = mapped(np.array([[circle.x, circle.y]])).tolist()
-    radius = on_grid(np.array([circle.radius])).item() * scale
-    return f'cx="{_number(x)}" cy="{_number(y)}" r="{_number(radius)}"'
+def _pairs(points: FloatArray) -> list[str]:
+    """Return each point as two numbers with at most four decimals and no needless zeros."""
+    values = on_grid(points)
+    # Ten digits hold all that ``check_drawing`` admits to four decimals, and %g drops zeros.
+    return ("%.10g,%.10g " * len(values) % tuple(values.ravel().tolist())).split()
 
 
 def _number(value: float) -> str:
