@@ -48,8 +48,8 @@ def effort_named(name: str) -> Effort:
     """
     efforts = {
         "quick": Effort(2.0, 24, 1, 40, 0.9, 1),
-        "normal": Effort(1.5, 36, 1, 60, 0.93, 2),
-        "best": Effort(1.0, 48, 2, 80, 0.95, 4),
+        "normal": Effort(1.5, 24, 1, 60, 0.93, 1),
+        "best": Effort(1.0, 48, 2, 80, 0.95, 2),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -23,7 +23,7 @@ _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
 _RING_MM = 4.0  # how near to a shape its neighbours count as contact
 _PULL = 0.1  # contact that a position at the far end of the sheet must have more
 _LEAST_TILE = 48  # positions on a side of the smallest tiles
-_LARGEST_TILE = 0.2  # tiles larger than this share of the sheet do not pay: it is searched whole
+_LARGEST_TILE = 0.3  # tiles larger than this share of the sheet do not pay: it is searched whole
 
 _Spectrum = npt.NDArray[np.complex64]
 _Cells = npt.NDArray[np.float32]
