@@ -5,8 +5,9 @@ The writers call ``check_drawing`` first, so that no file is ever written from a
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from collections.abc import Sequence
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,9 +23,6 @@ STEP_MM = 1e-4
 MAX_COORDINATE_MM = 1e5
 
 _NOTES_OWNER = "the notes"
-
-# Names the owners of what is selected.
-_Owners: TypeAlias = Callable[[BoolArray | IntArray], list[str]]
 
 
 def on_grid(points: FloatArray) -> FloatArray:
@@ -63,25 +61,35 @@ def check_drawing(drawing: SheetDrawing) -> None:
     >>> check_drawing(SheetDrawing("sheet 1", 600.0, 400.0, (), ()))
     """
     _check_sheet(drawing)
-    entities = [entity for piece in drawing.pieces for entity in piece.entities]
-    entities.extend(drawing.notes)
-    owners = [piece.piece_id for piece in drawing.pieces for _ in piece.entities]
-    owners.extend([_NOTES_OWNER] * len(drawing.notes))
-    _check_layers(drawing)
-    _check_polylines(
-        [
-            (entity, owner)
-            for entity, owner in zip(entities, owners, strict=True)
-            if isinstance(entity, Polyline)
-        ]
+    groups = [*(piece.entities for piece in drawing.pieces), drawing.notes]
+    entities = list(chain.from_iterable(groups))
+    rank_of = {layer: index for index, layer in enumerate(Layer)}
+    ranks = np.array([rank_of[entity.layer] for entity in entities], dtype=np.int64)
+    owners = _Owners(
+        (*(piece.piece_id for piece in drawing.pieces), _NOTES_OWNER),
+        np.repeat(np.arange(len(groups)), [len(group) for group in groups]),
     )
-    _check_circles(
-        [
-            (entity, owner)
-            for entity, owner in zip(entities, owners, strict=True)
-            if isinstance(entity, Circle)
-        ]
-    )
+    _check_layers(drawing, ranks, owners)
+    is_line = np.array([isinstance(entity, Polyline) for entity in entities], dtype=np.bool_)
+    lines = [entity for entity in entities if isinstance(entity, Polyline)]
+    _check_polylines(lines, ranks[is_line], owners.of(is_line))
+    circles = [entity for entity in entities if isinstance(entity, Circle)]
+    _check_circles(circles, owners.of(~is_line))
+
+
+class _Owners(NamedTuple):
+    """Whose some things are: the names of the pieces, the notes last, and an index for each thing."""
+
+    names: tuple[str, ...]
+    which: IntArray
+
+    def of(self, chosen: BoolArray | IntArray) -> "_Owners":
+        """Return the owners of some of the things."""
+        return _Owners(self.names, self.which[chosen])
+
+    def listed(self) -> list[str]:
+        """Return the name of the owner of each thing."""
+        return [self.names[index] for index in self.which.tolist()]
 
 
 def _refuse(problem: str, owners: Sequence[str], cure: str) -> None:
@@ -110,59 +118,48 @@ def _check_sheet(drawing: SheetDrawing) -> None:
     _refuse("piece id(s) occur more than once", twice, "give every piece an id of its own")
 
 
-def _check_layers(drawing: SheetDrawing) -> None:
-    rank = {layer: index for index, layer in enumerate(Layer)}
-    noted: list[str] = []
-    disordered: list[str] = []
-    uncut: list[str] = []
-    for piece in drawing.pieces:
-        ranks = [rank[entity.layer] for entity in piece.entities]
-        if rank[Layer.NOTES] in ranks:
-            noted.append(piece.piece_id)
-        if ranks != sorted(ranks):
-            disordered.append(piece.piece_id)
-        if rank[Layer.CUT_OUTER] not in ranks:
-            uncut.append(piece.piece_id)
-    _refuse("piece(s) have entities on NOTES", noted, "put them into the notes of the sheet")
+def _check_layers(drawing: SheetDrawing, ranks: IntArray, owners: _Owners) -> None:
+    layers = list(Layer)
+    notes, outer = layers.index(Layer.NOTES), layers.index(Layer.CUT_OUTER)
+    n_pieces = len(drawing.pieces)
+    ours = owners.which < n_pieces
+
+    def named(pieces: IntArray) -> list[str]:
+        return owners._replace(which=np.unique(pieces)).listed()
+
+    noted = owners.which[ours & (ranks == notes)]
+    _refuse("piece(s) have entities on NOTES", named(noted), "put them into the notes of the sheet")
+    back = (np.diff(ranks) < 0) & (np.diff(owners.which) == 0) & ours[1:]
     _refuse(
         "piece(s) are not in the order of the cut",
-        disordered,
+        named(owners.which[1:][back]),
         "put engraving first, then holes, then the outline",
     )
-    _refuse("piece(s) have no outline", uncut, "give each piece a closed line on CUT_OUTER")
-    strays = [entity.layer.value for entity in drawing.notes if entity.layer is not Layer.NOTES]
+    uncut = np.setdiff1d(np.arange(n_pieces), owners.which[ranks == outer])
+    _refuse("piece(s) have no outline", named(uncut), "give each piece a closed line on CUT_OUTER")
+    strays = [layers[rank].value for rank in ranks[~ours & (ranks != notes)].tolist()]
     _refuse("note(s) are on a layer of the pieces", strays, "put notes on the layer NOTES")
 
 
-def _check_polylines(polylines: Sequence[tuple[Polyline, str]]) -> None:
-    shapeless = [
-        owner
-        for line, owner in polylines
-        if line.points.ndim != 2
-        or line.points.shape[1] != 2
-        or len(line.points) < (3 if line.closed else 2)
-    ]
+def _check_polylines(lines: Sequence[Polyline], ranks: IntArray, owners: _Owners) -> None:
+    if not lines:
+        return
+    shapes = [line.points.shape for line in lines]
+    counts = np.array([shape[0] if shape[1:] == (2,) else 0 for shape in shapes], dtype=np.int64)
+    closed = np.array([line.closed for line in lines], dtype=np.bool_)
     _refuse(
         "polyline(s) have too few points",
-        shapeless,
+        owners.of(counts < np.where(closed, 3, 2)).listed(),
         "an open one needs at least two (x, y) points and a closed one three",
     )
-    open_cuts = [
-        owner
-        for line, owner in polylines
-        if line.layer in (Layer.CUT_INNER, Layer.CUT_OUTER) and not line.closed
-    ]
-    _refuse("line(s) that are cut are open", open_cuts, "close them, or engrave them")
-    if not polylines:
-        return
-    points = np.concatenate([line.points for line, _ in polylines])
-    counts = np.array([len(line.points) for line, _ in polylines])
-    closed = np.array([line.closed for line, _ in polylines])
-    line_of = np.repeat(np.arange(len(polylines)), counts)
-
-    def at(bad: BoolArray | IntArray) -> list[str]:
-        return [polylines[index][1] for index in line_of[bad].tolist()]
-
+    cut = [rank for rank, layer in enumerate(Layer) if layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
+    _refuse(
+        "line(s) that are cut are open",
+        owners.of(np.isin(ranks, cut) & ~closed).listed(),
+        "close them, or engrave them",
+    )
+    points = np.concatenate([line.points for line in lines])
+    at = owners.of(np.repeat(np.arange(len(lines)), counts))
     _check_coordinates(points, at)
     last = np.cumsum(counts) - 1
     following = np.arange(1, len(points) + 1)
@@ -174,7 +171,7 @@ def _check_polylines(polylines: Sequence[tuple[Polyline, str]]) -> None:
     short = starts[length < MIN_SEGMENT_MM * 0.999]
     _refuse(
         f"segment(s) are shorter than {MIN_SEGMENT_MM} mm",
-        at(short),
+        at.of(short).listed(),
         "drop points that coincide; a closed line must not repeat its first point",
     )
     packed = _packed(points)
@@ -182,31 +179,29 @@ def _check_polylines(polylines: Sequence[tuple[Polyline, str]]) -> None:
     high = np.maximum(packed[starts], packed[ends])
     _refuse(
         "segment(s) are drawn twice",
-        at(starts[_repeats(low, high)]),
+        at.of(starts[_repeats(low, high)]).listed(),
         "draw each line once: the laser would burn it twice",
     )
 
 
-def _check_circles(circles: Sequence[tuple[Circle, str]]) -> None:
+def _check_circles(circles: Sequence[Circle], owners: _Owners) -> None:
     if not circles:
         return
-    values = np.array([(circle.x, circle.y, circle.radius) for circle, _ in circles])
-
-    def at(bad: BoolArray | IntArray) -> list[str]:
-        return [circles[index][1] for index in np.arange(len(circles))[bad].tolist()]
-
-    _check_coordinates(values, at)
-    small = values[:, 2] < MIN_SEGMENT_MM
-    _refuse("circle(s) have a radius under 0.1 mm", at(small), "make the holes larger")
+    values = np.array([(circle.x, circle.y, circle.radius) for circle in circles])
+    _check_coordinates(values, owners)
+    small = owners.of(values[:, 2] < MIN_SEGMENT_MM)
+    _refuse("circle(s) have a radius under 0.1 mm", small.listed(), "make the holes larger")
     repeats = _repeats(_packed(values[:, :2]), np.rint(values[:, 2] / STEP_MM).astype(np.int64))
-    _refuse("circle(s) are drawn twice", at(repeats), "draw each hole once")
+    _refuse("circle(s) are drawn twice", owners.of(repeats).listed(), "draw each hole once")
 
 
 def _check_coordinates(values: FloatArray, at: _Owners) -> None:
     unreal: BoolArray = np.any(~np.isfinite(values), axis=1)
-    _refuse("point(s) are not finite", at(unreal), "compute them again: they are no numbers")
+    _refuse(
+        "point(s) are not finite", at.of(unreal).listed(), "compute them again: they are no numbers"
+    )
     far: BoolArray = np.any(np.abs(values) > MAX_COORDINATE_MM, axis=1)
-    _refuse("point(s) are over 100 m away", at(far), "coordinates must be millimetres")
+    _refuse("point(s) are over 100 m away", at.of(far).listed(), "coordinates must be millimetres")
 
 
 def _packed(points: FloatArray) -> IntArray:

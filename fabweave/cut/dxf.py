@@ -10,7 +10,7 @@ import io
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import count
+from itertools import count, pairwise
 from pathlib import Path
 
 import ezdxf
@@ -18,7 +18,7 @@ import numpy as np
 from ezdxf.document import Drawing
 from ezdxf.filemanagement import new
 
-from fabweave.arrays import FloatArray
+from fabweave.arrays import FloatArray, offsets_of
 from fabweave.cut.check import check_drawing, on_grid
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.cut.presets import Preset, preset_named
@@ -30,6 +30,7 @@ DXF_VERSIONS = ("R2010", "R2000", "R12")
 APPID = "FABWEAVE"
 
 _MILLIMETRES = 4
+_NAMES = {layer: layer.value for layer in Layer}
 _EMPTY_ENTITIES = "  0\nSECTION\n  2\nENTITIES\n  0\nENDSEC\n"
 
 
@@ -175,12 +176,27 @@ def extents(drawing: SheetDrawing) -> tuple[FloatArray, FloatArray]:
 
 def _entities(drawing: SheetDrawing, writer: "_Writer") -> str:
     """Return the group codes of all entities, in the order of the cut."""
-    chunks: list[str] = []
-    for piece in drawing.pieces:
-        mark = f"1001\n{APPID}\n1000\n{piece.piece_id}\n"
-        chunks.extend(writer.entity(entity, mark) for entity in piece.entities)
-    chunks.extend(writer.entity(entity, "") for entity in drawing.notes)
-    return "".join(chunks)
+    entities = [entity for piece in drawing.pieces for entity in piece.entities]
+    marks = [
+        mark
+        for piece in drawing.pieces
+        for mark in [f"1001\n{APPID}\n1000\n{piece.piece_id}\n"] * len(piece.entities)
+    ]
+    entities.extend(drawing.notes)
+    marks.extend([""] * len(drawing.notes))
+    # All numbers are rounded at once; a circle has its middle, then its radius twice.
+    points = [
+        entity.points
+        if isinstance(entity, Polyline)
+        else np.array([[entity.x, entity.y], [entity.radius, entity.radius]])
+        for entity in entities
+    ]
+    numbers: list[float] = on_grid(np.concatenate([*points, np.empty((0, 2))])).ravel().tolist()
+    ends: list[int] = (offsets_of(np.array([len(run) for run in points])) * 2).tolist()
+    return "".join(
+        writer.entity(entity, numbers[start:end], mark)
+        for entity, mark, (start, end) in zip(entities, marks, pairwise(ends), strict=True)
+    )
 
 
 class _Writer:
@@ -190,14 +206,14 @@ class _Writer:
         self.handles = count(first_handle)
         self._owner = owner
 
-    def entity(self, entity: Entity, mark: str) -> str:
-        """Return the group codes of one entity."""
+    def entity(self, entity: Entity, numbers: list[float], mark: str) -> str:
+        """Return the group codes of one entity, given its coordinates: x, y, x, y and so on."""
+        layer = _NAMES[entity.layer]
         if isinstance(entity, Circle):
-            return self.circle(entity) + mark
-        points = on_grid(entity.points)
-        if len(points) == 2:
-            return self.line(entity.layer.value, points) + mark
-        return self.polyline(entity.layer.value, points, entity.closed, mark)
+            return self.circle(layer, numbers) + mark
+        if len(numbers) == 4:
+            return self.line(layer, numbers) + mark
+        return self.polyline(layer, numbers, entity.closed, mark)
 
     def head(self, kind: str, layer: str, subclass: str) -> str:
         """Return what every entity begins with."""
@@ -206,24 +222,24 @@ class _Writer:
             f"100\nAcDbEntity\n  8\n{layer}\n100\n{subclass}\n"
         )
 
-    def circle(self, circle: Circle) -> str:
+    def circle(self, layer: str, numbers: list[float]) -> str:
         """Return a CIRCLE."""
-        x, y, radius = on_grid(np.array([circle.x, circle.y, circle.radius])).tolist()
-        head = self.head("CIRCLE", circle.layer.value, "AcDbCircle")
-        return f"{head} 10\n{x:.4f}\n 20\n{y:.4f}\n 30\n0.0\n 40\n{radius:.4f}\n"
+        head = self.head("CIRCLE", layer, "AcDbCircle")
+        form = " 10\n%.4f\n 20\n%.4f\n 30\n0.0\n 40\n%.4f\n"
+        return head + form % tuple(numbers[:3])
 
-    def line(self, layer: str, points: FloatArray) -> str:
+    def line(self, layer: str, numbers: list[float]) -> str:
         """Return a LINE."""
         head = self.head("LINE", layer, "AcDbLine")
         form = " 10\n%.4f\n 20\n%.4f\n 30\n0.0\n 11\n%.4f\n 21\n%.4f\n 31\n0.0\n"
-        return head + form % tuple(points.ravel().tolist())
+        return head + form % tuple(numbers)
 
-    def polyline(self, layer: str, points: FloatArray, closed: bool, mark: str) -> str:
+    def polyline(self, layer: str, numbers: list[float], closed: bool, mark: str) -> str:
         """Return an LWPOLYLINE."""
         head = self.head("LWPOLYLINE", layer, "AcDbPolyline")
-        form = " 10\n%.4f\n 20\n%.4f\n" * len(points)
-        vertices = form % tuple(points.ravel().tolist())
-        return f"{head} 90\n{len(points)}\n 70\n{int(closed)}\n 43\n0.0\n{vertices}{mark}"
+        n = len(numbers) // 2
+        vertices = " 10\n%.4f\n 20\n%.4f\n" * n % tuple(numbers)
+        return f"{head} 90\n{n}\n 70\n{int(closed)}\n 43\n0.0\n{vertices}{mark}"
 
 
 class _R12Writer(_Writer):
@@ -236,13 +252,13 @@ class _R12Writer(_Writer):
         """Return what every entity begins with."""
         return f"  0\n{kind}\n  5\n{next(self.handles):X}\n  8\n{layer}\n"
 
-    def polyline(self, layer: str, points: FloatArray, closed: bool, mark: str) -> str:
+    def polyline(self, layer: str, numbers: list[float], closed: bool, mark: str) -> str:
         """Return a POLYLINE, one VERTEX for each point, and SEQEND."""
         head = self.head("POLYLINE", layer, "")
         chunks = [f"{head} 66\n1\n 10\n0.0\n 20\n0.0\n 30\n0.0\n 70\n{int(closed)}\n{mark}"]
         chunks.extend(
             f"{self.head('VERTEX', layer, '')} 10\n{x:.4f}\n 20\n{y:.4f}\n 30\n0.0\n"
-            for x, y in points.tolist()
+            for x, y in zip(numbers[::2], numbers[1::2], strict=True)
         )
         chunks.append(self.head("SEQEND", layer, ""))
         return "".join(chunks)
