@@ -78,7 +78,7 @@ def check_drawing(drawing: SheetDrawing) -> None:
 
 
 class _Owners(NamedTuple):
-    """Whose some things are: the names of the pieces, the notes last, and an index for each thing."""
+    """Whose some things are: the names of the pieces, the notes last, and an index a thing."""
 
     names: tuple[str, ...]
     which: IntArray
