@@ -17,7 +17,7 @@ SMALLEST_TITLE_MM = 2.5
 # How many font sizes are tried.
 _N_SIZES = 9
 # Titles stand in directions that are whole numbers of these.
-_STEP_DEG = 15.0
+_STEP_DEG = 5.0
 # A capital's box in heights of the font, with air for the halo.
 _LETTER_WIDTH, _AIR, _LETTER_HEIGHT = 0.62, 0.45, 1.05
 # How many points of a piece are looked at, and at how many of them letters are tried.
@@ -84,8 +84,9 @@ def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
     if len(middles):
         depth, nearest = KDTree(rim).query(middles)
         # Letters run along the outline that is next to them.
-        inward = middles - rim[nearest]
-        along_deg = np.rad2deg(np.arctan2(inward[:, 1], inward[:, 0])) + 90.0
+        run = rim[1:] - rim[:-1]
+        run = run[np.minimum(nearest, len(run) - 1)]
+        along_deg = np.rad2deg(np.arctan2(run[:, 1], run[:, 0]))
         depth = np.minimum(depth, _clearance(middles, discs))
         turn = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
         ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -187,16 +188,14 @@ def _largest(
     chosen = chosen[depth[chosen] > 0.0]  # not in a hole
     if not len(chosen):
         return None
-    near = np.rint(along_deg[chosen] / _STEP_DEG)[:, None] + (0, -1, 1)
-    level = np.zeros((len(chosen), 1))
-    steps = np.concatenate([level, near], axis=1)
+    near = np.rint(along_deg[chosen] / _STEP_DEG)
+    steps = np.stack([np.zeros(len(near)), near], axis=1)
     # From -90 (not included) to 90 degrees: no title stands on its head.
     half_turn = 180.0 / _STEP_DEG
     direction_deg = -((-steps + half_turn / 2.0) % half_turn - half_turn / 2.0) * _STEP_DEG + 0.0
     angle = np.deg2rad(direction_deg)[:, :, None]
     cosine, sine = np.cos(angle), np.sin(angle)
-    offset = obstacles - middles[chosen][:, None]
-    dx, dy = offset[:, None, :, 0], offset[:, None, :, 1]
+    dx, dy = (obstacles[:, axis] - middles[chosen, axis, None, None] for axis in (0, 1))
     wide, high = _LETTER_WIDTH * len(text) + _AIR, _LETTER_HEIGHT
     along = np.abs(dx * (cosine * 2.0 / wide) + dy * (sine * 2.0 / wide))
     across = np.abs(dy * (cosine * 2.0 / high) - dx * (sine * 2.0 / high))
