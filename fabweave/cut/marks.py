@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -118,23 +119,26 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
     requests = list(_requests(piece, partners))
     boxes = _boxes(places, requests)
     shapes = shapely.polygons(_corners(places, boxes))
-    clear = np.flatnonzero(_clear(piece, obstacles, places, boxes, shapes))
-    wanted = np.split(clear, np.searchsorted(boxes.request[clear], np.arange(1, len(requests))))
+    free = _clear(piece, obstacles, places, boxes, shapes)
+    bounds = np.searchsorted(boxes.request, np.arange(len(requests) + 1))
     centres, reach = places.centre[boxes.place], np.hypot(boxes.half[:, 0], boxes.half[:, 1])
     labels: list[Label] = []
     dropped: list[tuple[str, str]] = []
-    taken: list[int] = []
-    for request, candidates in zip(requests, wanted, strict=True):
-        chosen = _first_apart(centres, reach, shapes, candidates, taken)
-        if chosen is None:
+    for number, request in enumerate(requests):
+        open_boxes = np.flatnonzero(free[bounds[number] : bounds[number + 1]])
+        if len(open_boxes) == 0:
             dropped.append((request.kind, request.text))
             continue
-        taken.append(chosen)
+        chosen = int(bounds[number] + open_boxes[0])
         place = int(boxes.place[chosen])
         text, height = request.choices[boxes.choice[chosen]]
         angle = float(np.rad2deg(np.arctan2(places.along[place, 1], places.along[place, 0])))
         strokes = place_text(text, height, places.centre[place], angle)
         labels.append(Label(request.text, request.kind, height, tuple(strokes)))
+        # Whatever would come too near to this label is closed to the following ones.
+        away = np.hypot(*(centres - centres[chosen]).T)
+        near = np.flatnonzero(free & (away < reach + reach[chosen] + CLEAR_MM))
+        free[near[shapely.dwithin(shapes[near], shapes[chosen], CLEAR_MM)]] = False
     return Marks(tuple(labels), ticks, tuple(dropped))
 
 
@@ -253,13 +257,20 @@ def _boxes(places: _Places, requests: list[_Request]) -> _Boxes:
     parts = []
     for number, request in enumerate(requests):
         where = np.add.outer(asides, request.places).reshape(-1)
-        boxes = [text_box(text, height) for text, height in request.choices]
-        half = np.array([(box.width / 2, (box.top - box.bottom) / 2) for box in boxes])
+        half = np.array([_half_size(text) for text, _ in request.choices])
+        half *= np.array([[height] for _, height in request.choices])
         # Whatever its length, a text needs this much room around its middle.
         fits = half.min(axis=1)[:, None] + CLEAR_MM <= places.room[where]
         choice, place = np.nonzero(fits)
         parts.append((np.full(len(choice), number), choice, where[place], half[choice]))
     return _Boxes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+@lru_cache(maxsize=4096)
+def _half_size(text: str) -> tuple[float, float]:
+    """Return half the width and half the height of a text whose capitals are 1 mm high."""
+    box = text_box(text, 1.0)
+    return box.width / 2, (box.top - box.bottom) / 2
 
 
 def _corners(places: _Places, boxes: _Boxes) -> FloatArray:
@@ -282,40 +293,22 @@ def _clear(
     shapely.prepare(inside)
     clear = np.asarray(shapely.contains_properly(inside, shapes))
     left = np.flatnonzero(clear)
-    if len(obstacles.centre) == 0 or len(left) == 0:
-        return clear
-    reach = np.hypot(*boxes.half[left].T) + obstacles.radius.max() + CLEAR_MM
-    near = KDTree(obstacles.centre).query_ball_point(places.centre[boxes.place[left]], reach)
-    box = np.repeat(left, [len(numbers) for numbers in near])
-    thing = np.concatenate([*near, []]).astype(np.int64)
-    place = boxes.place[box]
-    away = obstacles.centre[thing] - places.centre[place]
-    unit = places.along[place]
+    # Obstacles within reach of each place first: several boxes share a place.
+    reach = float(np.hypot(*boxes.half.T).max(initial=0.0)) + CLEAR_MM
+    away = obstacles.centre[None, :, :] - places.centre[:, None, :]
+    distance = np.hypot(away[:, :, 0], away[:, :, 1]) - obstacles.radius
+    place, thing = np.nonzero(distance < reach)
+    away, unit = away[place, thing], places.along[place]
     along = np.abs(away[:, 0] * unit[:, 0] + away[:, 1] * unit[:, 1])
     across = np.abs(away[:, 1] * unit[:, 0] - away[:, 0] * unit[:, 1])
+    first = np.searchsorted(place, np.arange(len(places.centre) + 1))
+    own = boxes.place[left]
+    count = first[own + 1] - first[own]
+    box = np.repeat(left, count)
+    pair = np.arange(len(box)) + np.repeat(first[own] - (np.cumsum(count) - count), count)
     outside = np.hypot(
-        np.maximum(along - boxes.half[box, 0], 0.0), np.maximum(across - boxes.half[box, 1], 0.0)
+        np.maximum(along[pair] - boxes.half[box, 0], 0.0),
+        np.maximum(across[pair] - boxes.half[box, 1], 0.0),
     )
-    clear[box[outside < obstacles.radius[thing] + CLEAR_MM]] = False
+    clear[box[outside < obstacles.radius[thing[pair]] + CLEAR_MM]] = False
     return clear
-
-
-def _first_apart(
-    centres: FloatArray,
-    reach: FloatArray,
-    shapes: npt.NDArray[Any],
-    candidates: IntArray,
-    taken: list[int],
-) -> int | None:
-    """Return the first candidate box that keeps clear of every box already lettered."""
-    others = np.array(taken, dtype=np.int64)
-    away = centres[candidates][:, None, :] - centres[others][None, :, :]
-    room = reach[candidates][:, None] + reach[others][None, :] + CLEAR_MM
-    near = np.linalg.norm(away, axis=2) < room
-    crowded = np.asarray(near.any(axis=1))
-    for index, candidate in enumerate(candidates.tolist()):
-        if not crowded[index] or not np.any(
-            shapely.dwithin(shapes[candidate], shapes[others[near[index]]], CLEAR_MM)
-        ):
-            return int(candidate)
-    return None

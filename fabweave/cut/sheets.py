@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, Polyline, SheetDrawing
+from fabweave.cut.lettering import characters
 from fabweave.cut.marks import Marks
 from fabweave.cut.notes import sheet_notes
 from fabweave.flat.piece import Piece
@@ -54,20 +54,30 @@ def draw_sheets(
     )
 
 
+def _lettered(title: str) -> str:
+    """Return a job's title without characters that cannot be lettered."""
+    known = set(characters())
+    return "".join(sign for sign in title.upper() if sign in known)
+
+
 def _draw_piece(piece: Piece, marks: Marks, placement: Placement) -> PieceDrawing:
     """Return a piece's entities on its sheet: engraving, holes, outline."""
-
-    def line(layer: Layer, points: FloatArray, *, closed: bool = False) -> Polyline:
-        return Polyline(layer, placement.apply(points), closed)
-
-    entities: list[Entity] = [
-        line(Layer.ENGRAVE_LABEL, stroke) for label in marks.labels for stroke in label.strokes
-    ]
-    entities += [line(Layer.ENGRAVE_MARK, tick) for tick in marks.ticks]
+    letters = [stroke for label in marks.labels for stroke in label.strokes]
     drilled = np.flatnonzero(~np.isnan(piece.hole_mm))
-    for (x, y), diameter in zip(
-        placement.apply(piece.points[drilled]), piece.hole_mm[drilled], strict=True
-    ):
-        entities.append(Circle(Layer.CUT_INNER, float(x), float(y), float(diameter) / 2))
-    entities.append(line(Layer.CUT_OUTER, piece.outline, closed=True))
+    parts = [*letters, *marks.ticks, piece.points[drilled], piece.outline]
+    # One motion for all points: a piece has hundreds of strokes.
+    placed = np.split(
+        placement.apply(np.concatenate(parts)), np.cumsum([len(part) for part in parts[:-1]])
+    )
+    layers = [Layer.ENGRAVE_LABEL] * len(letters) + [Layer.ENGRAVE_MARK] * len(marks.ticks)
+    entities: list[Entity] = [
+        Polyline(layer, points) for layer, points in zip(layers, placed, strict=False)
+    ]
+    entities += [
+        Circle(Layer.CUT_INNER, x, y, diameter / 2)
+        for (x, y), diameter in zip(
+            placed[-2].tolist(), piece.hole_mm[drilled].tolist(), strict=True
+        )
+    ]
+    entities.append(Polyline(Layer.CUT_OUTER, placed[-1], closed=True))
     return PieceDrawing(piece.id, tuple(entities))

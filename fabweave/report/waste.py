@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from fabweave.cut.drawing import Circle, Entity, Layer, SheetDrawing
+from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.piece import Piece
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import Material, sheet_mass_kg
@@ -100,8 +100,8 @@ def waste_report(
     entities = [e for d in drawings for piece in d.pieces for e in piece.entities]
     cut = [e for e in entities if e.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
     engraved = [e for e in entities if e.layer in (Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK)]
-    totals["cut_length_mm"] = sum(map(entity_length_mm, cut))
-    totals["engrave_length_mm"] = sum(map(entity_length_mm, engraved))
+    totals["cut_length_mm"] = length_mm(cut)
+    totals["engrave_length_mm"] = length_mm(engraved)
     totals["holes"] = sum(entity.layer is Layer.CUT_INNER for entity in entities)
     totals["mass_g"] = 1000 * sheet_mass_kg(material, totals["piece_area_mm2"])
     return {
@@ -114,15 +114,19 @@ def waste_report(
     }
 
 
-def entity_length_mm(entity: Entity) -> float:
-    """Return how far the tool travels along an entity."""
-    if isinstance(entity, Circle):
-        return float(2 * np.pi * entity.radius)
-    steps = np.diff(entity.points, axis=0)
-    length = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
-    if entity.closed:
-        length += float(np.hypot(*(entity.points[0] - entity.points[-1])))
-    return length
+def length_mm(entities: Sequence[Entity]) -> float:
+    """Return how far the tool travels along entities, from one to the next not counted."""
+    circles = 2 * np.pi * sum(one.radius for one in entities if isinstance(one, Circle))
+    lines = [one for one in entities if isinstance(one, Polyline)]
+    if not lines:
+        return float(circles)
+    runs = [
+        np.concatenate((one.points, one.points[:1])) if one.closed else one.points for one in lines
+    ]
+    steps = np.hypot(*np.diff(np.concatenate(runs), axis=0).T)
+    # The step from each run to the next is no travel along an entity.
+    steps[np.cumsum([len(run) for run in runs])[:-1] - 1] = 0.0
+    return float(circles + steps.sum())
 
 
 def _rounded(row: dict[str, Any]) -> dict[str, Any]:
