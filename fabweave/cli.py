@@ -1,6 +1,7 @@
 """The command line. This is the only module that prints."""
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -224,7 +225,7 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
 
     settings = _settings(mesh, options)
     with _progress(quiet or as_json) as progress:
-        job, proof = run_job(settings, output, progress)
+        job, proof = run_job(settings, output, progress, workers=os.cpu_count() or 1)
     if quiet:
         return
     names = [drawing.name for drawing in job.drawings]

@@ -11,6 +11,7 @@ from typing import Any
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.crossing_map import crossing_map, crossing_table
+from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preview import write_png
 from fabweave.cut.svg import write_svg
@@ -21,6 +22,7 @@ from fabweave.report.waste import piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
 from fabweave.settings import JobSettings, job_toml
 from fabweave.verify import VerifyReport, verify_job
+from fabweave.workers import side_workers
 
 
 def check_destination(directory: Path) -> None:
@@ -67,7 +69,11 @@ def finished_folder(directory: Path) -> Iterator[Path]:
 
 
 def run_job(
-    settings: JobSettings, directory: Path, progress: Progress = no_progress
+    settings: JobSettings,
+    directory: Path,
+    progress: Progress = no_progress,
+    *,
+    workers: int = 0,
 ) -> tuple[Job, VerifyReport]:
     """Make a job, write its folder, and prove the written files.
 
@@ -77,6 +83,8 @@ def run_job(
     directory : Path
         New, empty, or an older job's folder, which is replaced when the new one is proved.
     progress : callable
+    workers : int
+        Processes beside this one; the same bytes are written with any number.
 
     Returns
     -------
@@ -92,9 +100,9 @@ def run_job(
         For what cannot be made as asked, or if a check objects to the written files.
     """
     check_destination(directory)
-    job = make_job(settings, progress)
+    job = make_job(settings, progress, workers=workers)
     with finished_folder(directory) as folder:
-        write_job(job, folder, progress)
+        write_job(job, folder, progress, workers=workers)
         progress("verify", 0, 1)
         proof = verify_job(folder)
         if not proof.ok:
@@ -116,8 +124,31 @@ def _disproved(proof: VerifyReport) -> str:
     )
 
 
-def write_job(job: Job, directory: Path, progress: Progress = no_progress) -> None:
+def write_job(
+    job: Job, directory: Path, progress: Progress = no_progress, *, workers: int = 0
+) -> None:
     """Write every file of a job into an existing empty folder, all but ``verify.json``."""
+    sheets = directory / "sheets"
+    sheets.mkdir()
+    with side_workers(min(workers, len(job.drawings))) as start:
+        written = [
+            start(_write_sheet, sheets, drawing, job.settings.dxf) for drawing in job.drawings
+        ]
+        _write_tables(job, directory)
+        for number, finish in enumerate(written):
+            progress("files", number, len(written))
+            finish()
+
+
+def _write_sheet(folder: Path, drawing: SheetDrawing, dxf: str) -> None:
+    """Write one sheet as DXF, SVG and picture."""
+    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=dxf)
+    write_svg(folder / f"{drawing.name}.svg", drawing)
+    write_png(folder / f"{drawing.name}.png", drawing)
+
+
+def _write_tables(job: Job, directory: Path) -> None:
+    """Write every file but the sheets."""
     names = [drawing.name for drawing in job.drawings]
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
     plan = crossing_map(
@@ -154,13 +185,6 @@ def write_job(job: Job, directory: Path, progress: Progress = no_progress) -> No
         directory / "waste.html",
         waste_page(report, title=job.woven.title, material=job.material, sheet_names=names),
     )
-    sheets = directory / "sheets"
-    sheets.mkdir()
-    for number, drawing in enumerate(job.drawings):
-        progress("files", number, len(names))
-        write_dxf(sheets / f"{drawing.name}.dxf", drawing, version=job.settings.dxf)
-        write_svg(sheets / f"{drawing.name}.svg", drawing)
-        write_png(sheets / f"{drawing.name}.png", drawing)
 
 
 def json_text(value: Any) -> str:

@@ -8,10 +8,9 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
 from fabweave.cut.drawing import SheetDrawing
-from fabweave.cut.marks import Marks, mark_piece
+from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import CannotMakeError, InputError
-from fabweave.flat.owners import find_owners
 from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
 from fabweave.flat.split import split_threads
 from fabweave.mesh.files import read_mesh
@@ -38,6 +37,7 @@ from fabweave.weave.bunches import part_bunches
 from fabweave.weave.labels import thread_labels
 from fabweave.weave.pattern import Weave, plain_weave
 from fabweave.weave.threads import trace_threads
+from fabweave.workers import side_workers
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
@@ -75,7 +75,7 @@ class Job:
     notes: tuple[str, ...]
 
 
-def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
+def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers: int = 0) -> Job:
     """Make everything that a job writes: weave, ribbons, pieces, layout and drawings.
 
     Parameters
@@ -83,6 +83,8 @@ def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
     settings : JobSettings
     progress : callable
         Told what is being done.
+    workers : int
+        Processes beside this one; changes no result.
 
     Returns
     -------
@@ -121,23 +123,22 @@ def make_job(settings: JobSettings, progress: Progress = no_progress) -> Job:
     require_width(ribbons, labels, size)
     progress("pieces", 0, 1)
     made = _make_pieces(ribbons, weave, settings, labels, material)
-    progress("marks", 0, len(made.pieces))
-    owners = find_owners(made.pieces, weave.threads.n_crossings)
-    marks = tuple(
-        mark_piece(piece, [made.pieces[other].id for other in owners.partners(piece)])
-        for piece in made.pieces
-    )
     progress("nesting", 0, len(made.pieces))
-    layout = nest(
-        [piece.outline for piece in made.pieces],
-        settings.sheets,
-        margin_mm=settings.margin_mm,
-        gap_mm=_given(settings.gap_mm),
-        effort=settings.effort,
-        seed=settings.seed,
-        ids=[piece.id for piece in made.pieces],
-        progress=progress,
-    )
+    with side_workers(min(workers, 1)) as start:
+        # Letters do not depend on where a piece stands: they are placed while pieces are nested.
+        marked = start(mark_pieces, made.pieces, weave.threads.n_crossings)
+        layout = nest(
+            [piece.outline for piece in made.pieces],
+            settings.sheets,
+            margin_mm=settings.margin_mm,
+            gap_mm=_given(settings.gap_mm),
+            effort=settings.effort,
+            seed=settings.seed,
+            ids=[piece.id for piece in made.pieces],
+            progress=progress,
+        )
+        progress("marks", 0, 1)
+        marks = marked()
     progress("drawings", 0, 1)
     drawings = draw_sheets(made.pieces, marks, layout, title=woven.title)
     return Job(

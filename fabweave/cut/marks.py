@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.cut.lettering import place_text, text_box
+from fabweave.flat.owners import find_owners
 from fabweave.flat.piece import Piece
 
 #: Nothing engraved comes nearer to an outline, a hole or another mark.
@@ -92,6 +93,15 @@ class _Boxes(NamedTuple):
     choice: IntArray
     place: IntArray
     half: FloatArray  # (N, 2) half width along the reading direction, and half height
+
+
+def mark_pieces(pieces: Sequence[Piece], n_crossings: int) -> tuple[Marks, ...]:
+    """Engrave every piece; at each crossing it names the piece that it meets there."""
+    owners = find_owners(pieces, n_crossings)
+    return tuple(
+        mark_piece(piece, [pieces[other].id for other in owners.partners(piece)])
+        for piece in pieces
+    )
 
 
 def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:

@@ -15,6 +15,8 @@ import pytest
 from meshes_shared import mesh_params
 
 from fabweave.cli import main
+from fabweave.folder import run_job
+from fabweave.settings import JobSettings
 
 
 def run(*arguments: object) -> int:
@@ -80,6 +82,13 @@ def test_shapes_are_made_and_proved(shape, tmp_path):
 def test_same_settings_give_the_same_bytes(octahedron, tmp_path):
     assert run("make", *SMALL, "-o", tmp_path / "again") == 0
     assert digest(tmp_path / "again") == digest(octahedron)
+
+
+def test_any_number_of_workers_gives_the_same_bytes(octahedron, tmp_path):
+    settings = JobSettings(mesh="shape:octahedron", size_mm=200.0, effort="quick")
+    for workers in (0, 2):
+        run_job(settings, tmp_path / str(workers), workers=workers)
+        assert digest(tmp_path / str(workers)) == digest(octahedron)
 
 
 def test_job_toml_makes_the_same_job_again(octahedron, tmp_path):
