@@ -83,7 +83,8 @@ def sheet_notes(
     if text_lines:
         _letter(entities, text_lines[0], letter, end, right=right, middle=middle)
     end, top = left, height_mm - middle
-    for text in text_lines[1:]:
+    # On a sheet hardly higher than its margins there is no upper row beside the lower one.
+    for text in text_lines[1:] if top - middle >= 2.0 * letter else ():
         end = _letter(entities, text, letter, end, right=right, middle=top) + 4.0 * letter
     return tuple(entities)
 

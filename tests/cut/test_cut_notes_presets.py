@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fabweave.cut.check import check_drawing
@@ -18,6 +18,7 @@ lines = st.lists(st.text(alphabet="ABC 069-/.", max_size=60), max_size=4)
 
 
 @given(sides, sides, lines, st.floats(0.0, 20.0))
+@example(18.0, 12.0, ["", "B"], 12.0)
 def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(width, height, texts, margin):
     notes = sheet_notes(width, height, texts, margin_mm=margin)
     assert {note.layer for note in notes} == {Layer.NOTES}
