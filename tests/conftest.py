@@ -1,5 +1,6 @@
 """Let tests import what they share (strategies, shared meshes), and settle Hypothesis."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -8,5 +9,7 @@ from hypothesis import settings
 sys.path.insert(0, str(Path(__file__).parent))
 
 # A time limit for single examples fails on a busy machine, and says nothing about the code.
-settings.register_profile("fabweave", deadline=None)
+# Where every change is judged by one run, that run is the same for the same code; elsewhere each
+# run looks at new examples.
+settings.register_profile("fabweave", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("fabweave")
