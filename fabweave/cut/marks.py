@@ -17,6 +17,8 @@ from fabweave.flat.piece import Piece
 
 #: Nothing engraved comes nearer to an outline, a hole or another mark.
 CLEAR_MM = 0.35
+#: Labels in one line keep this far apart, or two would read as one: a space between words.
+WORD_SPACE_MM = 1.5
 #: Heights of letters that are tried, the preferred first.
 ID_HEIGHTS_MM = (4.0, 3.5, 3.0, 2.5, 2.0, 1.5)
 OTHER_HEIGHTS_MM = (2.5, 2.0, 1.5)
@@ -147,8 +149,12 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
         labels.append(Label(request.text, request.kind, height, tuple(strokes)))
         # Whatever would come too near to this label is closed to the following ones.
         away = np.hypot(*(centres - centres[chosen]).T)
-        near = np.flatnonzero(free & (away < reach + reach[chosen] + CLEAR_MM))
-        free[near[shapely.dwithin(shapes[near], shapes[chosen], CLEAR_MM)]] = False
+        near = np.flatnonzero(free & (away < reach + reach[chosen] + WORD_SPACE_MM))
+        only = boxes._replace(
+            place=boxes.place[[chosen]], half=boxes.half[[chosen]] + (WORD_SPACE_MM, CLEAR_MM)
+        )
+        kept_free = shapely.polygons(_corners(places, only))[0]
+        free[near[shapely.intersects(shapes[near], kept_free)]] = False
     return Marks(tuple(labels), ticks, tuple(dropped))
 
 

@@ -1,10 +1,12 @@
 """Everything engraved lies inside its piece, off its edge, its holes and other letters."""
 
+import itertools
+
 import numpy as np
 import pytest
 import shapely
 
-from fabweave.cut.marks import CLEAR_MM, ID_HEIGHTS_MM, Marks, mark_piece
+from fabweave.cut.marks import CLEAR_MM, ID_HEIGHTS_MM, WORD_SPACE_MM, Marks, mark_piece
 from fabweave.flat.piece import Piece
 
 
@@ -110,6 +112,15 @@ def test_a_wide_ribbon_carries_everything(piece):
     heights = {label.text: label.height_mm for label in marks.labels}
     assert heights.pop(piece.id) == ID_HEIGHTS_MM[0]
     assert min(heights.values()) >= 2.0
+
+
+@pytest.mark.parametrize("piece", PIECES[:4])
+def test_labels_in_one_line_are_a_space_apart(piece):
+    # These pieces lie along x: labels that share a height must not read as one.
+    boxes = [line.bounds for line in label_lines(marked(piece))]
+    for a, b in itertools.combinations(boxes, 2):
+        if a[1] < b[3] and b[1] < a[3]:
+            assert max(a[0], b[0]) - min(a[2], b[2]) >= WORD_SPACE_MM - 1e-9
 
 
 def test_labels_stand_beside_their_station():
