@@ -15,8 +15,10 @@ from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
 from fabweave.flat.split import split_threads
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.report import MeshReport
 from fabweave.mesh.resize import largest_dimension, resize_mesh
 from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.report.notes import all_notes
@@ -193,8 +195,8 @@ def load_mesh(settings: JobSettings) -> WovenMesh:
             found.unit_mm or 1.0,
         )
         notes += found.notes
-    mesh, _, repairs = prepare_mesh(mesh)
-    notes += repairs
+    mesh, report, repairs = prepare_mesh(mesh)
+    notes += [*repairs, *_mesh_notes(mesh, report)]
     if settings.size_mm is None:
         mesh, factor = resize_mesh(
             mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
@@ -208,6 +210,26 @@ def load_mesh(settings: JobSettings) -> WovenMesh:
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
     return WovenMesh(mesh, build_halfedges(mesh), title, tuple(notes))
+
+
+def _mesh_notes(mesh: PolyMesh, report: MeshReport) -> list[str]:
+    """Say what the mesh is, what is odd about it, and whether it runs through itself."""
+    bounds = "closed" if report.closed else f"{report.n_boundary_loops} boundary loops"
+    bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
+    notes = [
+        f"mesh: {report.n_vertices} vertices, {report.n_edges} edges, {report.n_faces} faces, "
+        f"{bodies}{bounds}, genus {report.genus}"
+    ]
+    notes += [str(problem) for problem in report.problems]
+    pairs = self_intersections(mesh)
+    if len(pairs):
+        some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
+        notes.append(
+            f"{len(pairs)} pairs of faces run through one another or touch (faces {some}"
+            f"{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
+            "let the bodies keep clear of each other in the modelling program"
+        )
+    return notes
 
 
 def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...]:

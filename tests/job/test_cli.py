@@ -12,10 +12,11 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from meshes_shared import mesh_params
+from meshes_shared import mesh_params, shared_mesh
 
 from fabweave.cli import main
 from fabweave.folder import run_job
+from fabweave.job import load_mesh
 from fabweave.settings import JobSettings
 
 
@@ -162,6 +163,20 @@ def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
     assert code == 2
     assert error.startswith("fabweave: ")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("bad/nonoriented_edge.obj", ["1 faces were inside out", "keeps its numbers"]),
+        ("bad/klein-bottle.obj", ["240 pairs of faces", "136 boundary vertices", "genus 0"]),
+        ("ngon/platonic_shelf.obj", ["5 bodies", "closed", "states no unit"]),
+    ],
+)
+def test_notes_say_what_the_mesh_is(name, words):
+    notes = "\n".join(load_mesh(JobSettings(mesh=str(shared_mesh(name)))).notes)
+    for word in words:
+        assert word in notes
 
 
 def test_verify_objects_to_a_spoiled_job(octahedron, tmp_path, capsys):
