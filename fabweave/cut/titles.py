@@ -82,12 +82,12 @@ def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
     rim = shapely.get_coordinates(shapely.segmentize(free, _STEP_MM))
     title = None
     if len(middles):
-        depth, nearest = KDTree(rim).query(middles)
+        distance, nearest = KDTree(rim).query(middles)
         # Letters run along the outline that is next to them.
         run = rim[1:] - rim[:-1]
         run = run[np.minimum(nearest, len(run) - 1)]
         along_deg = np.rad2deg(np.arctan2(run[:, 1], run[:, 0]))
-        depth = np.minimum(depth, _clearance(middles, discs))
+        depth: FloatArray = np.minimum(np.asarray(distance), _clearance(middles, discs))
         turn = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
         ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
         rounds = (discs[:, None, :2] + discs[:, None, 2:] * ring).reshape(-1, 2)
