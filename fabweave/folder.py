@@ -128,6 +128,7 @@ def write_job(
     job: Job, directory: Path, progress: Progress = no_progress, *, workers: int = 0
 ) -> None:
     """Write every file of a job into an existing empty folder, all but ``verify.json``."""
+    progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
     sheets.mkdir()
     with side_workers(min(workers, len(job.drawings))) as start:

@@ -125,10 +125,11 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
     require_width(ribbons, labels, size)
     progress("pieces", 0, 1)
     made = _make_pieces(ribbons, weave, settings, labels, material)
-    progress("nesting", 0, len(made.pieces))
+    progress("marks", 0, 1)
     with side_workers(min(workers, 1)) as start:
         # Letters do not depend on where a piece stands: they are placed while pieces are nested.
         marked = start(mark_pieces, made.pieces, weave.threads.n_crossings)
+        progress("nesting", 0, len(made.pieces))
         layout = nest(
             [piece.outline for piece in made.pieces],
             settings.sheets,

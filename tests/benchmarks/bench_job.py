@@ -2,11 +2,13 @@
 
     python tests/benchmarks/bench_job.py [--effort quick] [MESH=SIZE ...]
 
-Without arguments: built-in shapes, and spot from the shared meshes where they are. The last
-column is nesting's share of the whole; everything but nesting should take less than nesting.
+Without arguments: built-in shapes, and spot from the shared meshes where they are. Letters are
+placed by another process while pieces are nested, as on the command line; ``--workers 0`` does all
+in one process. The last line compares everything but nesting with the whole.
 """
 
 import argparse
+import os
 import resource
 import tempfile
 import time
@@ -45,15 +47,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("jobs", nargs="*", help="MESH=SIZE")
     parser.add_argument("--effort", default="quick")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
     jobs = options.jobs or [*JOBS, *([f"{SPOT}=400mm"] if SPOT.exists() else [])]
     for job in jobs:
         mesh, _, size = job.rpartition("=")
+        workers = options.workers
         watch = Stopwatch()
         settings = JobSettings(mesh=mesh, size_mm=parse_length(size), effort=options.effort)
-        made = make_job(settings, watch)
+        made = make_job(settings, watch, workers=workers)
         with tempfile.TemporaryDirectory() as folder:
-            write_job(made, Path(folder), watch)
+            write_job(made, Path(folder), watch, workers=workers)
             watch("verify")
             proof = verify_job(Path(folder))
             watch("end")
