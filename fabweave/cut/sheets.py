@@ -48,7 +48,9 @@ def draw_sheets(
             width_mm=sheet.width_mm,
             height_mm=sheet.height_mm,
             pieces=tuple(drawn),
-            notes=sheet_notes(sheet.width_mm, sheet.height_mm, [f"{title} SHEET {number}/{count}"]),
+            notes=sheet_notes(
+                sheet.width_mm, sheet.height_mm, [f"{_lettered(title)} SHEET {number}/{count}"]
+            ),
         )
         for number, (sheet, drawn) in enumerate(zip(layout.sheets, drawings, strict=True), start=1)
     )

@@ -17,6 +17,8 @@ from meshes_shared import mesh_params, shared_mesh
 from fabweave.cli import main
 from fabweave.folder import run_job
 from fabweave.job import load_mesh
+from fabweave.mesh.files import write_mesh
+from fabweave.mesh.shapes import parse_shape
 from fabweave.settings import JobSettings
 
 
@@ -150,6 +152,13 @@ def test_mistakes_get_one_clear_message_and_leave_nothing(arguments, code, words
     assert words in error
     assert "Traceback" not in error
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_name_beyond_the_font_does_not_stop_a_job(tmp_path):
+    mesh = tmp_path / "vö{se.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    assert run("make", mesh, "--size", "300mm", "--effort", "quick", "-q",
+               "-o", tmp_path / "out") == 0  # fmt: skip
 
 
 @pytest.mark.parametrize("row", mesh_params(bad=True))
