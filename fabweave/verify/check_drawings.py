@@ -18,7 +18,7 @@ from fabweave.verify.drawing import (
     bulge_height,
 )
 from fabweave.verify.geometry import farthest
-from fabweave.verify.loading import Job
+from fabweave.verify.loading import Job, sheet_drawing
 from fabweave.verify.report import Tally
 
 SAME_MM = 0.01
@@ -30,10 +30,8 @@ def check_dxf(job: Job, tally: Tally) -> None:
     if plan is None:
         return
     for sheet in plan.sheets:
-        drawing = job.dxf.get(sheet.number)
-        if drawing is None:
-            tally.fail(f"{sheet.name}.dxf is not checked, because it could not be read")
-        else:
+        drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
+        if drawing is not None:
             _check_cuts(f"{sheet.name}.dxf", drawing, sheet, plan, tally)
 
 
@@ -43,9 +41,8 @@ def check_svg(job: Job, tally: Tally) -> None:
     if plan is None:
         return
     for sheet in plan.sheets:
-        drawing = job.svg.get(sheet.number)
+        drawing = sheet_drawing(job.svg, sheet, "svg", tally)
         if drawing is None:
-            tally.fail(f"{sheet.name}.svg is not checked, because it could not be read")
             continue
         where = f"{sheet.name}.svg"
         sizes = (drawing.width_mm or 0.0, drawing.height_mm or 0.0)

@@ -18,7 +18,7 @@ from fabweave.verify.drawing import (
     Ints,
     traced,
 )
-from fabweave.verify.loading import Job
+from fabweave.verify.loading import Job, sheet_drawing
 from fabweave.verify.report import Tally
 
 _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
@@ -30,16 +30,12 @@ def check_order(job: Job, tally: Tally) -> None:
     if plan is None:
         return
     for sheet in plan.sheets:
-        drawing = job.dxf.get(sheet.number)
-        if drawing is None:
-            tally.fail(f"{sheet.name}.dxf is not checked, because it could not be read")
-        else:
+        drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
+        if drawing is not None:
             _check_sequence(f"{sheet.name}.dxf", drawing, tally)
             _check_inside(f"{sheet.name}.dxf", drawing, tally)
-        drawing = job.svg.get(sheet.number)
-        if drawing is None:
-            tally.fail(f"{sheet.name}.svg is not checked, because it could not be read")
-        else:
+        drawing = sheet_drawing(job.svg, sheet, "svg", tally)
+        if drawing is not None:
             ranks = [LAYERS.index(layer) for layer in drawing.layers if layer in LAYERS]
             tally.expect(
                 ranks == sorted(set(ranks)),

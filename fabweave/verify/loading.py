@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.developing import Developed, develop_pieces
 from fabweave.verify.drawing import Drawing, ReadError
 from fabweave.verify.read_dxf import read_dxf
@@ -67,6 +67,16 @@ class Job:
         if self.map is None or self.model is None:
             return {}
         return develop_pieces(self.map, self.model)
+
+
+def sheet_drawing(
+    drawings: dict[int, Drawing], sheet: Sheet, suffix: str, tally: Tally
+) -> Drawing | None:
+    """Return what was read of a sheet's file; its absence is a finding."""
+    drawing = drawings.get(sheet.number)
+    if drawing is None:
+        tally.fail(f"{sheet.name}.{suffix} is not checked, because it could not be read")
+    return drawing
 
 
 def load_job(directory: Path, tally: Tally) -> Job:
