@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from fabweave.arrays import BoolArray, IntArray, frozen, offsets_of
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.weave.cycles import order_states
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +117,7 @@ def trace_threads(halfedges: Halfedges) -> Threads:
     [4, 4, 4]
     """
     count = halfedges.n_halfedges
-    states, thread, closed = _order_states(corner_successor(halfedges), count)
+    states, thread, closed = order_states(corner_successor(halfedges), count)
 
     backward = states >= count
     corner = np.where(backward, states - count, states)
@@ -138,60 +137,3 @@ def trace_threads(halfedges: Halfedges) -> Threads:
         closed=closed,
         crossing_halfedge=interior,
     )
-
-
-def _order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, BoolArray]:
-    """Return one direction of every walk: states in walking order, thread numbers, closedness."""
-    n_states = len(successor)
-    states = np.arange(n_states, dtype=np.int32)
-    goes_on = successor >= 0
-    links = sparse.csr_array(
-        (
-            np.ones(np.count_nonzero(goes_on), dtype=np.int8),
-            successor[goes_on].astype(np.int32),
-            np.concatenate(([0], np.cumsum(goes_on))).astype(np.int32),
-        ),
-        shape=(n_states, n_states),
-    )
-    n_walks, walk = csgraph.connected_components(links, directed=True, connection="weak")
-    smallest = np.empty(n_walks, dtype=np.int64)
-    smallest[walk[::-1]] = states[::-1]  # the last write wins, which is the smallest state
-    # The same corner passed the other way lies in the reverse of the walk.
-    reverse_walk = walk[(smallest + count) % n_states]
-    kept = smallest < smallest[reverse_walk]
-    has_predecessor = np.zeros(n_states, dtype=bool)
-    has_predecessor[successor[goes_on]] = True
-    starts = np.flatnonzero(~has_predecessor)
-    first = smallest.copy()
-    first[walk[starts]] = starts
-    closed = np.ones(n_walks, dtype=bool)
-    closed[walk[starts]] = False
-
-    first, closed = first[kept], closed[kept]
-    by_first = np.argsort(first, kind="stable")
-    first, closed = first[by_first], closed[by_first]
-    new_number = np.full(n_walks, -1, dtype=np.int32)
-    new_number[walk[first]] = np.arange(len(first))
-    ordered = _breadth_first(links, first)
-    number = new_number[walk[ordered]]
-    by_thread = np.argsort(number, kind="stable")
-    return ordered[by_thread].astype(np.int64), number[by_thread].astype(np.int64), closed
-
-
-def _breadth_first(links: sparse.csr_array, first: IntArray) -> IntArray:
-    """Return the states reached from ``first``, all walks side by side, step after step.
-
-    One breadth-first search from an extra root linked to every first state visits each walk in
-    its own order; a stable sort by walk then puts every walk together.
-    """
-    n_states = links.shape[0]
-    indptr = np.concatenate((links.indptr, [links.indptr[-1] + len(first)])).astype(np.int32)
-    indices = np.concatenate((links.indices, first)).astype(np.int32)
-    rooted = sparse.csr_array(
-        (np.ones(len(indices), dtype=np.int8), indices, indptr),
-        shape=(n_states + 1, n_states + 1),
-    )
-    reached = csgraph.breadth_first_order(
-        rooted, n_states, directed=True, return_predecessors=False
-    )
-    return np.asarray(reached[1:])
