@@ -8,15 +8,18 @@ from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.ribbon.turns import RUNGS_A_TURN, turn_rungs
 from fabweave.weave.pattern import Weave
+from fabweave.weave.threads import Threads
 
 
 @dataclass(frozen=True, eq=False)
 class Ribbons:
     """Ribbons in space as chains of *rungs*, the cross-lines from the right to the left rail.
 
-    Between neighbouring rungs lies one quad: a planar crossing panel, or a connector that is
-    folded along one of its diagonals. A closed ribbon goes on from its last rung to its first.
+    Between neighbouring rungs lies one quad: a planar crossing panel, half of a planar turning
+    panel, or a connector that is folded along one of its diagonals. A closed ribbon goes on from
+    its last rung to its first.
 
     Parameters
     ----------
@@ -85,7 +88,8 @@ def project_ribbons(
     Each crossing's edge owns the quad of its end vertices and the centres of its two faces. The
     quad is flattened to the plane through its middle and moved along the normal, outward for the
     strand above and inward for the one below. Each strand takes the bilinear sub-quad of the
-    given relative length and width; connectors join consecutive panels.
+    given relative length and width; connectors join consecutive panels. Where a thread turns back
+    at a boundary edge, a planar panel leads it round in its face.
 
     Parameters
     ----------
@@ -103,13 +107,13 @@ def project_ribbons(
     Returns
     -------
     Ribbons
-        Two rungs for each pass; one more at each end of an open ribbon, where it leaves the last
-        crossing's quad.
+        Two rungs for each pass, three for each turn; one more at each end of an open ribbon,
+        where it leaves the last crossing's quad.
 
     Raises
     ------
     InputError
-        If a crossing's quad has no area, so that it has no normal.
+        If a crossing's quad or a turn's triangle has no area, so that it has no normal.
 
     References
     ----------
@@ -128,14 +132,7 @@ def project_ribbons(
     placed = np.take_along_axis(quads.corners[threads.crossing], corner[:, :, None], axis=1)
     placed = placed + lift[:, None, :]
 
-    counts = np.where(threads.lengths > 0, 2 * threads.lengths + np.where(threads.closed, 0, 2), 0)
-    offsets = offsets_of(counts)
-    # Rungs before a pass: two for each earlier pass of its thread, one more at an open end.
-    opening = np.where(threads.closed, 0, 1)
-    thread = threads.thread_of_pass
-    within = np.arange(len(threads.crossing)) - threads.offsets[thread]
-    entry = offsets[thread] + opening[thread] + 2 * within
-
+    offsets, entry = _number_rungs(threads)
     right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
     for shift, u in ((0, 0.5 - length / 2), (1, 0.5 + length / 2)):
         right[entry + shift], left[entry + shift] = _rung(placed, u, width)
@@ -145,6 +142,12 @@ def project_ribbons(
         (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
     ):
         right[rungs], left[rungs] = _rung(placed[passes], u, width)
+    if len(threads.turn_pass):
+        first_turn = np.searchsorted(threads.turn_pass, threads.turn_pass)
+        earlier = np.arange(len(first_turn)) - first_turn
+        rungs = entry[threads.turn_pass] + 2 + RUNGS_A_TURN * earlier
+        rungs = rungs[:, None] + np.arange(RUNGS_A_TURN)
+        right[rungs], left[rungs] = turn_rungs(mesh, halfedges, threads, length=length, width=width)
 
     return Ribbons(
         offsets=offsets,
@@ -157,6 +160,18 @@ def project_ribbons(
         normal=quads.normal,
         centre=quads.centre,
     )
+
+
+def _number_rungs(threads: Threads) -> tuple[IntArray, IntArray]:
+    """Return where each thread's rungs start, (T + 1,), and where each pass enters, (P,)."""
+    count = len(threads.crossing)
+    turns = np.bincount(threads.turn_pass, minlength=count)
+    own = offsets_of(2 + RUNGS_A_TURN * turns)
+    # An open thread has one rung more at either end.
+    ends = np.where(threads.closed | (threads.lengths == 0), 0, 2)
+    offsets = offsets_of(own[threads.offsets[1:]] - own[threads.offsets[:-1]] + ends)
+    shift = offsets[:-1] + ends // 2 - own[threads.offsets[:-1]]
+    return offsets, own[:-1] + shift[threads.thread_of_pass]
 
 
 def local_entry(ribbons: Ribbons, thread: IntArray, position: IntArray) -> IntArray:

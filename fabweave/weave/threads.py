@@ -1,6 +1,6 @@
 """Trace the threads of a mesh: the straight-ahead walks of its medial graph."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,6 +30,10 @@ class Threads:
         Whether the thread is a ring; open threads end at boundary edges.
     crossing_halfedge : (X,) int array
         The first half-edge of each crossing's edge.
+    turn_pass, turn_halfedge : (B,) int arrays
+        Where threads turn back at the boundary: the pass after which (and before the next one of
+        the ring), and the boundary half-edge, in walking order. Empty on closed meshes and where
+        threads end at the boundary. Threads without any pass have no turns here either.
     """
 
     offsets: IntArray
@@ -38,10 +42,15 @@ class Threads:
     forward: BoolArray
     closed: BoolArray
     crossing_halfedge: IntArray
+    turn_pass: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    turn_halfedge: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("offsets", "crossing", "halfedge", "forward", "closed", "crossing_halfedge"):
+        for name in (
+            "offsets", "crossing", "halfedge", "forward", "closed", "crossing_halfedge",
+            "turn_pass", "turn_halfedge",
+        ):  # fmt: skip
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
@@ -64,13 +73,24 @@ class Threads:
         """The thread of each pass, (P,)."""
         return np.repeat(np.arange(self.n_threads), self.lengths)
 
+    @property
+    def turn_forward(self) -> BoolArray:
+        """Whether each turn follows its half-edge (else it runs against it), (B,)."""
+        # A crossing swaps the direction and a turn keeps it.
+        return ~self.forward[self.turn_pass]
 
-def corner_successor(halfedges: Halfedges) -> IntArray:
+
+def corner_successor(halfedges: Halfedges, *, turn: bool = False) -> IntArray:
     """Return the straight-ahead successor of every directed corner.
 
     State ``h`` passes the corner between ``edge(h)`` and ``edge(next(h))`` forward, state
     ``H + h`` passes it backward. A forward pass goes on across ``edge(next(h))``, a backward pass
     across ``edge(h)``; both swap direction, as every edge is twisted.
+
+    A boundary edge has no other side. There the thread ends or, with ``turn``, goes on into the
+    other corner at that edge in the same face, without swapping: in the medial graph the node of
+    a boundary edge joins its two corner arcs. The successor is then a permutation, so every
+    thread is closed.
 
     Returns
     -------
@@ -84,12 +104,18 @@ def corner_successor(halfedges: Halfedges) -> IntArray:
     """
     count = halfedges.n_halfedges
     across_next = halfedges.twin[halfedges.next]
-    forward = np.where(across_next >= 0, halfedges.prev[across_next] + count, -1)
+    forward = np.where(
+        across_next >= 0,
+        halfedges.prev[across_next] + count,
+        halfedges.next if turn else -1,
+    )
     backward = halfedges.twin
+    if turn:
+        backward = np.where(backward >= 0, backward, halfedges.prev + count)
     return np.concatenate((forward, backward))
 
 
-def trace_threads(halfedges: Halfedges) -> Threads:
+def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
     """Trace every thread once.
 
     The successor of a directed corner is a permutation (on an open mesh, a partial one); threads
@@ -100,6 +126,10 @@ def trace_threads(halfedges: Halfedges) -> Threads:
     ----------
     halfedges : Halfedges
         Connectivity of an oriented manifold mesh; boundaries are allowed.
+    turn : bool
+        Whether threads turn back at the boundary; otherwise they end there. Nothing else changes:
+        crossings are the interior edges either way, and a thread's passes go on arriving forward
+        and backward in turn.
 
     Returns
     -------
@@ -115,9 +145,16 @@ def trace_threads(halfedges: Halfedges) -> Threads:
     ...     [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
     >>> trace_threads(build_halfedges(tetrahedron)).lengths.tolist()
     [4, 4, 4]
+
+    On a mat of two by three squares, one thread goes round all the crossings:
+
+    >>> from fabweave.mesh.grids import hypar
+    >>> mat = trace_threads(build_halfedges(hypar(2, 3, 1.0, 0.0)), turn=True)
+    >>> mat.lengths.tolist(), mat.closed.tolist(), len(mat.turn_pass)
+    ([14], [True], 10)
     """
     count = halfedges.n_halfedges
-    states, thread, closed = order_states(corner_successor(halfedges), count)
+    states, thread, closed = order_states(corner_successor(halfedges, turn=turn), count)
 
     backward = states >= count
     corner = np.where(backward, states - count, states)
@@ -128,12 +165,34 @@ def trace_threads(halfedges: Halfedges) -> Threads:
     interior = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
     crossing_of_edge = np.full(halfedges.n_edges, -1, dtype=np.int64)
     crossing_of_edge[halfedges.edge[interior]] = np.arange(len(interior))
+    offsets = offsets_of(lengths)
+    none = np.zeros(0, dtype=np.int64)
+    turn_pass, turn_state = _place_turns(offsets, thread, crosses) if turn else (none, none)
+    turn_halfedge = arrival[turn_state]
     arrival = arrival[crosses]
     return Threads(
-        offsets=offsets_of(lengths),
+        offsets=offsets,
         crossing=crossing_of_edge[halfedges.edge[arrival]],
         halfedge=arrival,
         forward=~backward[crosses],
         closed=closed,
         crossing_halfedge=interior,
+        turn_pass=turn_pass,
+        turn_halfedge=turn_halfedge,
     )
+
+
+def _place_turns(
+    offsets: IntArray, thread: IntArray, crosses: BoolArray
+) -> tuple[IntArray, IntArray]:
+    """Return for each turn the pass before it and its state, in the order of rings from a pass.
+
+    Turns before the first pass of a ring follow those after its last one.
+    """
+    state = np.flatnonzero(~crosses & (np.diff(offsets)[thread] > 0))
+    ring = thread[state]
+    before = np.cumsum(crosses)[state] - 1
+    wraps = before < offsets[ring]
+    before = np.where(wraps, offsets[ring + 1] - 1, before)
+    order = np.lexsort((wraps, before))
+    return before[order], state[order]
