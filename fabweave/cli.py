@@ -15,7 +15,14 @@ from rich.table import Table
 
 from fabweave import __version__
 from fabweave.errors import CannotMakeError, FabweaveError, InputError
-from fabweave.settings import DXF_VERSIONS, EFFORTS, PATTERNS, JobSettings, read_job_options
+from fabweave.settings import (
+    BOUNDARIES,
+    DXF_VERSIONS,
+    EFFORTS,
+    PATTERNS,
+    JobSettings,
+    read_job_options,
+)
 from fabweave.sheet.stock import parse_stock
 from fabweave.units import parse_length
 
@@ -122,6 +129,14 @@ def cli() -> None:
     default=_DEFAULTS.pattern,
     show_default=True,
     help="How strands go over and under.",
+)
+@click.option(
+    "--boundary",
+    type=click.Choice(BOUNDARIES),
+    default=_DEFAULTS.boundary,
+    show_default=True,
+    help="What threads do at the boundary of an open mesh: end there, or turn back as in a "
+    "plaited mat, which then has no loose ends.",
 )
 @click.option(
     "--material",
@@ -268,6 +283,7 @@ def _settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         size_mm=options["size"],
         scale=options["scale"],
         pattern=options["pattern"],
+        boundary=options["boundary"],
         material=options["material"],
         thickness_mm=options["thickness"],
         width=options["width"],

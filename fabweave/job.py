@@ -24,6 +24,7 @@ from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.report.notes import all_notes
 from fabweave.ribbon.check import require_width
 from fabweave.ribbon.project import Ribbons, following_rung, project_ribbons
+from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import JobSettings
 from fabweave.sheet.layout import Layout, SheetSize
 from fabweave.sheet.material import (
@@ -104,7 +105,7 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
     progress("mesh", 0, 1)
     woven = load_mesh(settings)
     progress("weave", 0, 1)
-    weave = plain_weave(trace_threads(woven.halfedges))
+    weave = plain_weave(trace_threads(woven.halfedges, turn=settings.boundary == "turn"))
     labels = thread_labels(weave.threads.n_threads)
     bunches = part_bunches(weave.threads)
     progress("ribbons", 0, 1)
@@ -123,6 +124,7 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
             "weaving needs faces that share edges"
         )
     require_width(ribbons, labels, size)
+    require_no_loop(weave.threads, woven.halfedges)
     progress("pieces", 0, 1)
     made = _make_pieces(ribbons, weave, settings, labels, material)
     progress("marks", 0, 1)

@@ -14,6 +14,7 @@ from fabweave.sheet.stock import format_stock
 
 EFFORTS = ("quick", "normal", "best")
 PATTERNS = ("plain",)
+BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
 
 
@@ -23,14 +24,16 @@ class JobSettings:
 
     ``None`` means that fabweave chooses: the material's thickness, gap and sheet, pieces of about
     a dozen crossings, and the largest hole that the ribbons have room for (``hole_mm=0``: no
-    holes). ``width`` and ``crossing`` are the relative ribbon width and crossing length of the
-    projection method.
+    holes). ``boundary`` says what threads do at the boundary of an open mesh: end or turn back.
+    ``width`` and ``crossing`` are the relative ribbon width and crossing length of the projection
+    method.
     """
 
     mesh: str
     size_mm: float | None = None
     scale: float | None = None
     pattern: str = "plain"
+    boundary: str = "end"
     material: str = "card"
     thickness_mm: float | None = None
     width: float = 0.65
@@ -57,6 +60,7 @@ def settings_table(settings: JobSettings) -> dict[str, Any]:
         "size": length(settings.size_mm),
         "scale": settings.scale,
         "pattern": settings.pattern,
+        "boundary": settings.boundary,
         "material": settings.material,
         "thickness": length(settings.thickness_mm),
         "width": settings.width,
