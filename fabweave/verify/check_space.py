@@ -6,6 +6,7 @@ from fabweave.verify.course import Panels, edge_quads, follows_walk, measure_pan
 from fabweave.verify.drawing import Floats
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
+from fabweave.verify.turning import check_turns
 from fabweave.verify.walks import Pass, WovenMesh
 
 #: Two strands that are to lie on each other are at least this far apart.
@@ -21,7 +22,8 @@ def check_space(job: Job, tally: Tally) -> None:
 
     The two panels look outward, the over strand's centre stands outside the under strand's along
     the outward normal and nowhere else, the stated position is midway and at the crossing's edge,
-    and both strands run across the edge the way their threads walk.
+    and both strands run across the edge the way their threads walk. Where threads turn back at the
+    boundary, their ribbons follow the boundary edges, each within its own triangle.
     """
     plan, mesh, model = job.map, job.mesh, job.model
     if plan is None or mesh is None or model is None:
@@ -37,9 +39,9 @@ def check_space(job: Job, tally: Tally) -> None:
             continue
         panels[thread.id] = measure_panels(strip)
         if thread.id in passes:
-            _check_course(
-                thread.label, thread.crossings, panels[thread.id], passes[thread.id], mesh, tally
-            )
+            own = passes[thread.id]
+            _check_course(thread.label, thread.crossings, panels[thread.id], own, mesh, tally)
+            check_turns(strip, own, mesh, tally, turning=job.boundary == "turn")
         else:
             tally.fail(f"thread {thread.label} is not checked: it is no walk of the mesh")
 

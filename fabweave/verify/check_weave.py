@@ -18,6 +18,10 @@ def check_walks(job: Job, tally: Tally) -> None:
     plan, mesh = job.map, job.mesh
     if plan is None or mesh is None:
         return
+    tally.expect(
+        job.boundary in ("end", "turn"),
+        f"job.toml says that threads {job.boundary!r} at the boundary, not 'end' or 'turn'",
+    )
     edges = job.edges
     for crossing in plan.crossings:
         tally.expect(

@@ -59,7 +59,14 @@ class Job:
         """The mesh's walks along the threads, and the walks that no thread takes."""
         if self.map is None or self.mesh is None:
             return {}, []
-        return thread_passes(self.map, self.mesh, self.edges, self.model)
+        turning = self.boundary == "turn"
+        return thread_passes(self.map, self.mesh, self.edges, self.model, turning=turning)
+
+    @property
+    def boundary(self) -> object:
+        """What the settings say that threads do at the boundary; unsaid, they end there."""
+        options = (self.settings or {}).get("job")
+        return options.get("boundary", "end") if isinstance(options, dict) else "end"
 
     @cached_property
     def developed(self) -> dict[str, Developed]:

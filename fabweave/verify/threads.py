@@ -31,12 +31,14 @@ def thread_passes(
     mesh: WovenMesh,
     edges: dict[int, int],
     model: dict[str, Strip] | None = None,
+    *,
+    turning: bool = False,
 ) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
     """Lay the mesh's walks along the threads.
 
     A sequence of crossings leaves open which walk is meant, or in which direction, where several
     read the same (walks over a single edge do). Then the one that the model's ribbon follows is
-    taken.
+    taken. With ``turning``, walks turn back at the boundary.
 
     Returns
     -------
@@ -47,7 +49,7 @@ def thread_passes(
     """
     keys = edge_keys(mesh)
     shelf: dict[tuple[bool, tuple[int, ...]], list[Walk]] = defaultdict(list)
-    for walk in trace_walks(mesh):
+    for walk in trace_walks(mesh, turning=turning):
         form = canonical([int(keys[step.side]) for step in walk.passes], walk.closed)[0]
         shelf[walk.closed, form].append(walk)
     result: dict[int, tuple[Pass, ...]] = {}

@@ -110,11 +110,12 @@ def _twins(tail: Ints, head: Ints, count: int) -> Ints:
     return np.where(forward[candidate] == head * count + tail, candidate, -1)
 
 
-def trace_walks(mesh: WovenMesh) -> list[Walk]:
+def trace_walks(mesh: WovenMesh, *, turning: bool = False) -> list[Walk]:
     """Trace every straight-ahead walk once, those that end at the boundary first.
 
     A corner between two boundary edges is an open walk without passes. On a closed mesh the
-    passes are two for each edge.
+    passes are two for each edge. With ``turning``, the two arcs at the middle of a boundary edge
+    join, so that every walk returns.
     """
     n_arcs = len(mesh.corner)
     opposite = np.full(2 * n_arcs, -1, dtype=np.int64)
@@ -122,6 +123,11 @@ def trace_walks(mesh: WovenMesh) -> list[Walk]:
     twins = mesh.twin[sides]
     opposite[2 * mesh.prev[sides] + 1] = 2 * mesh.prev[twins] + 1
     opposite[2 * sides] = 2 * twins
+    rim = np.flatnonzero(mesh.twin < 0)
+    if turning:
+        opposite[2 * mesh.prev[rim] + 1] = 2 * rim
+        opposite[2 * rim] = 2 * mesh.prev[rim] + 1
+    inner = (mesh.twin >= 0).tolist()
     jump = opposite.tolist()
     following = mesh.next.tolist()
     seen = [False] * n_arcs
@@ -135,7 +141,9 @@ def trace_walks(mesh: WovenMesh) -> list[Walk]:
             if entering < 0:
                 return passes
             forward = leaving % 2 == 1
-            passes.append(Pass(following[arc] if forward else arc, forward))
+            side = following[arc] if forward else arc
+            if inner[side]:
+                passes.append(Pass(side, forward))
             arc, leaving = entering // 2, entering ^ 1
             if seen[arc]:
                 return passes
