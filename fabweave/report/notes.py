@@ -43,12 +43,15 @@ def _weave_notes(weave: Weave) -> list[str]:
         f"weave: {weave.pattern}, {threads.n_threads} threads "
         f"({rings} closed, {ends} open), {threads.n_crossings} crossings"
     ]
-    empty = int(np.count_nonzero(threads.lengths == 0))
-    if empty:
-        notes.append(
-            f"{empty} threads cut a corner between two boundary edges, cross nothing, "
-            "and are left out"
-        )
+    if len(threads.turn_pass):
+        notes[0] += f"; threads turn back at {len(threads.turn_pass)} boundary edges"
+    for closed, what in (
+        (False, "cut a corner between two boundary edges"),
+        (True, "run round a face that shares no edge"),
+    ):
+        empty = int(np.count_nonzero((threads.lengths == 0) & (threads.closed == closed)))
+        if empty:
+            notes.append(f"{empty} threads {what}, cross nothing, and are left out")
     return notes
 
 

@@ -94,7 +94,7 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
     before = np.unique(threads.turn_pass)
     loops = before[threads.crossing[before] == threads.crossing[following[before]]]
     if len(loops):
-        faces = halfedges.face[halfedges.twin[threads.halfedge[loops]]]
+        faces = np.sort(halfedges.face[halfedges.twin[threads.halfedge[loops]]])
         names = ", ".join(map(str, faces[:6].tolist())) + (", …" if len(faces) > 6 else "")
         raise CannotMakeError(
             f"{len(faces)} faces hang by one edge only (faces {names}); a ribbon that turns right "

@@ -49,10 +49,8 @@ def check_turns(
     count = len(strip.rungs)
     turns: list[Turn] = []
     rungs, owners = [], []
-    for at, step in enumerate(passes if turning else ()):
-        own = turns_after(step, mesh)
-        if not own:
-            continue
+    for at in _places_before_turns(passes, mesh) if turning else ():
+        own = turns_after(passes[at], mesh)
         first = int(strip.exit[at]) + 1
         between = (int(strip.entry[(at + 1) % len(passes)]) - first) % count
         if not tally.expect(
@@ -74,19 +72,30 @@ def check_turns(
     along = sign * places[:, :, 0].mean(axis=1)
     inward = sign * (places[:, 1, 1] - places[:, 0, 1])
     backwards = np.concatenate([[False], (np.diff(along) <= 0.0) & (np.diff(owner) == 0)])
+    starts = np.flatnonzero(np.diff(owner, prepend=-1))
+    farthest = np.maximum.reduceat(stray, starts).tolist()
+    returns = np.logical_or.reduceat(backwards, starts).tolist()
+    outward = (np.minimum.reduceat(inward, starts) > 0.0).tolist()
     for number, turn in enumerate(turns):
-        own_rungs = owner == number
+        far = farthest[number]
         where = (
             f"thread {strip.label}: the ribbon that turns at boundary edge "
             f"{mesh.corner[turn.side]}-{mesh.corner[mesh.next[turn.side]]}"
         )
-        far = float(np.max(stray[own_rungs]))
         tally.measure("stray_mm", far, STRAY_MM, f"{where} leaves its triangle by {far:.4f} mm")
-        tally.expect(not np.any(backwards[own_rungs]), f"{where} does not follow the edge")
+        tally.expect(not returns[number], f"{where} does not follow the edge")
         tally.expect(
-            np.all(inward[own_rungs] > 0.0),
+            outward[number],
             f"{where} looks inward, or right and left are exchanged",
         )
+
+
+def _places_before_turns(passes: tuple[Pass, ...], mesh: WovenMesh) -> list[int]:
+    """Return the places along a thread after which it turns."""
+    beyond = mesh.twin[np.array([step.side for step in passes], dtype=np.int64)]
+    forward = np.array([step.forward for step in passes], dtype=np.bool_)
+    onward = np.where(forward, mesh.prev[beyond], mesh.next[beyond])
+    return np.asarray(np.flatnonzero(mesh.twin[onward] < 0)).tolist()
 
 
 def _places(rungs: Floats, sides: Ints, mesh: WovenMesh) -> tuple[Floats, Floats]:
