@@ -41,6 +41,10 @@ def over_of_passes(threads: Threads, twist: BoolArray) -> BoolArray:
     A counter-clockwise edge takes its left strand over its right one, and the strand that arrives
     forward comes from the left: so a forward pass is on top exactly where the twist is true.
 
+    Seen from outside and along the edge, the strand that goes from lower left to upper right then
+    lies on top: the two strands of a counter-clockwise edge are a right-handed helix, like the
+    thread of a common screw. This is the one sense of twist everywhere in fabweave.
+
     References
     ----------
     Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects", Computers & Graphics 35

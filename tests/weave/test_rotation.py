@@ -1,0 +1,299 @@
+"""Extended rotation systems: one permutation traces every mixture of half-twists."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import SOLIDS
+from weaving_meshes import meshes
+
+from fabweave.errors import InputError
+from fabweave.mesh import grids, solids
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.weave.gauss import extended_gauss_code, gauss_code, gauss_text
+from fabweave.weave.pattern import over_of_passes
+from fabweave.weave.rotation import TwistedThreads, trace_twisted, twisted_successor
+from fabweave.weave.threads import trace_threads
+
+
+def inner_edges(halfedges: Halfedges) -> np.ndarray:
+    return halfedges.twin[halfedges.edge_halfedge] >= 0
+
+
+@st.composite
+def twisted(draw: st.DrawFn, *, closed: bool = False) -> tuple[Halfedges, np.ndarray]:
+    """Give a mesh with some half-twists on its inner edges."""
+    halfedges = build_halfedges(draw(meshes(closed=closed)))
+    seed = draw(st.integers(0, 2**32 - 1))
+    most = draw(st.integers(0, 4))
+    twists = np.random.default_rng(seed).integers(-most, most + 1, halfedges.n_edges)
+    return halfedges, twists * inner_edges(halfedges)
+
+
+def strands(halfedges: Halfedges, twists: np.ndarray) -> list[list[tuple[int, bool]]]:
+    """Follow every strand half-twist by half-twist, drawn on the edge itself, by plain loops.
+
+    Strand ends are (half-edge, "tail" or "head") on the half-edge's left. Returns closed rings
+    only: each as (edge, place along the edge, on top) in walking order, each ring once.
+    """
+    first = halfedges.edge_halfedge.tolist()
+    after, before = halfedges.next.tolist(), halfedges.prev.tolist()
+    twin, edge = halfedges.twin.tolist(), halfedges.edge.tolist()
+
+    def run(end: tuple[int, str]) -> tuple[list[tuple[int, int, bool]], tuple[int, str]]:
+        half, place = end
+        own = half == first[edge[half]]
+        up = (place == "tail") == own  # along the edge's own half-edge
+        left = own  # on the left of the edge's own direction, in space
+        count = int(twists[edge[half]])
+        met = []
+        for nth in range(abs(count)):
+            crossing = nth if up else abs(count) - 1 - nth
+            # Looking the way it goes, the strand runs from lower left to upper right if it is on
+            # its own left.
+            rises = left == up
+            met.append((edge[half], crossing, rises == (count > 0)))
+            left = not left
+        out = first[edge[half]] if left else twin[first[edge[half]]]
+        at_far_vertex = up == left
+        return met, (out, "head" if at_far_vertex else "tail")
+
+    unused = {(h, place) for h in range(len(after)) for place in ("tail", "head")}
+    rings = []
+    while unused:
+        start = end = min(unused)
+        ring = []
+        while end in unused:
+            unused.discard(end)
+            met, far = run(end)
+            unused.discard(far)
+            ring += met
+            half, place = far
+            end = (after[half], "tail") if place == "head" else (before[half], "head")
+        assert end == start
+        rings.append(ring)
+    return rings
+
+
+def canonical(ring: list[tuple[int, bool]]) -> tuple:
+    """Return the least way to write a ring, from anywhere and either way round."""
+    if not ring:
+        return ()
+    ways = [ring[i:] + ring[:i] for i in range(len(ring))]
+    ways += [way[::-1] for way in ways]
+    return min(tuple(way) for way in ways)
+
+
+def rings_of(threads: TwistedThreads) -> list[list[tuple[int, bool]]]:
+    codes = [gauss_code(threads, t).tolist() for t in range(threads.n_threads)]
+    return [[(abs(x) - 1, x > 0) for x in code] for code in codes]
+
+
+@given(twisted(closed=True))
+def test_threads_are_the_strands_followed_by_hand(case):
+    halfedges, twists = case
+    threads = trace_twisted(halfedges, twists)
+    assert threads.closed.all()
+    by_hand = [
+        [(int(threads.crossing_offsets[edge]) + at, top) for edge, at, top in ring]
+        for ring in strands(halfedges, twists)
+    ]
+    assert sorted(map(canonical, rings_of(threads))) == sorted(map(canonical, by_hand))
+
+
+@given(twisted(), st.booleans())
+def test_the_successor_and_its_reverse_are_inverse(case, turn):
+    halfedges, twists = case
+    successor = twisted_successor(halfedges, twists, turn=turn)
+    goes_on = np.flatnonzero(successor >= 0)
+    size = len(successor)
+    reverse = (np.arange(size) + halfedges.n_halfedges) % size
+    assert len(np.unique(successor[goes_on])) == len(goes_on)
+    assert np.array_equal(successor[reverse[successor[goes_on]]], reverse[goes_on])
+    # No walk is its own reverse, so every corner is passed once by the threads.
+    threads = trace_twisted(halfedges, twists, turn=turn)
+    assert np.array_equal(np.sort(threads.corner), np.arange(halfedges.n_halfedges))
+    if turn or halfedges.twin.min() >= 0:
+        assert threads.closed.all()
+        assert len(goes_on) == size
+
+
+@given(meshes(), st.integers(0, 2**32 - 1), st.booleans())
+def test_single_twists_give_the_threads_of_the_weave(mesh, seed, turn):
+    halfedges = build_halfedges(mesh)
+    plain = trace_threads(halfedges, turn=turn)
+    inner = inner_edges(halfedges)
+    sense = np.random.default_rng(seed).integers(0, 2, plain.n_crossings).astype(bool)
+    twists = np.zeros(halfedges.n_edges, dtype=np.int64)
+    twists[inner] = np.where(sense, 1, -1)
+    threads = trace_twisted(halfedges, twists, turn=turn)
+    assert np.array_equal(threads.offsets, plain.offsets)
+    assert np.array_equal(threads.crossing, plain.crossing)
+    assert np.array_equal(threads.halfedge, plain.halfedge)
+    assert np.array_equal(threads.from_left, plain.forward)
+    assert np.array_equal(threads.closed, plain.closed)
+    assert np.array_equal(threads.over, over_of_passes(plain, sense))
+
+
+@given(meshes(closed=True))
+def test_untwisted_threads_are_the_boundaries_of_the_faces(mesh):
+    halfedges = build_halfedges(mesh)
+    threads = trace_twisted(halfedges, np.zeros(halfedges.n_edges, dtype=np.int64))
+    assert threads.n_threads == mesh.n_faces
+    assert threads.n_crossings == 0
+    assert not threads.lengths.any()
+    bounds = threads.corner_offsets
+    for thread in range(threads.n_threads):
+        corners = threads.corner[bounds[thread] : bounds[thread + 1]]
+        assert len(set(halfedges.face[corners].tolist())) == 1
+        assert len(corners) == mesh.face_sizes[halfedges.face[corners[0]]]
+
+
+@given(twisted())
+def test_every_crossing_has_one_pass_on_top_and_one_below(case):
+    threads = trace_twisted(*case)
+    assert threads.n_crossings == np.abs(threads.half_twists).sum()
+    for top in (True, False):
+        own = np.sort(threads.crossing[threads.over == top])
+        assert np.array_equal(own, np.arange(threads.n_crossings))
+    edge = threads.edge_of_crossing
+    assert np.array_equal(np.bincount(edge, minlength=len(threads.half_twists)),
+                          np.abs(threads.half_twists))  # fmt: skip
+
+
+@given(twisted())
+def test_a_helix_alternates_along_each_strand(case):
+    threads = trace_twisted(*case)
+    edge = threads.edge_of_crossing[threads.crossing]
+    same = (
+        (edge[1:] == edge[:-1])
+        & (threads.thread_of_pass[1:] == threads.thread_of_pass[:-1])
+        & (np.abs(np.diff(threads.crossing)) == 1)
+        & (threads.halfedge[1:] == threads.halfedge[:-1])
+    )
+    assert (threads.over[1:] != threads.over[:-1])[same].all()
+    assert (np.diff(threads.crossing)[same] == np.where(threads.along[1:][same], 1, -1)).all()
+
+
+@given(meshes(closed=True), st.integers(1, 4), st.booleans())
+def test_equal_odd_twists_alternate_on_every_mesh(mesh, half, left):
+    halfedges = build_halfedges(mesh)
+    count = (2 * half - 1) * (-1 if left else 1)
+    threads = trace_twisted(halfedges, np.full(halfedges.n_edges, count))
+    for code in rings_of(threads):
+        tops = [top for _, top in code]
+        assert all(a != b for a, b in zip(tops, tops[1:] + tops[:1], strict=True))
+
+
+@given(twisted(closed=True))
+def test_twists_by_two_change_no_thread_and_mirrors_change_no_walk(case):
+    halfedges, twists = case
+    threads = trace_twisted(halfedges, twists)
+    more = trace_twisted(halfedges, twists + 2)
+    assert np.array_equal(threads.corner, more.corner)
+    assert np.array_equal(threads.corner_offsets, more.corner_offsets)
+    mirrored = trace_twisted(halfedges, -twists)
+    assert np.array_equal(mirrored.crossing, threads.crossing)
+    assert np.array_equal(mirrored.over, ~threads.over)
+    assert np.array_equal(mirrored.signs, -threads.signs)
+    assert mirrored.writhe == -threads.writhe
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+def test_each_first_twist_joins_two_faces_and_the_next_parts_or_keeps(solid):
+    halfedges = build_halfedges(solid())
+    edges = halfedges.n_edges
+    for edge in range(edges):
+        twists = np.zeros(edges, dtype=np.int64)
+        twists[edge] = 1
+        threads = trace_twisted(halfedges, twists)
+        assert threads.n_threads == halfedges.face.max()
+        assert threads.self_crossings.sum() == 1
+        twists[edge] = 2  # two faces, linked as in a chain
+        linked = trace_twisted(halfedges, twists)
+        assert linked.n_threads == halfedges.face.max() + 1
+        assert linked.self_crossings.sum() == 0
+        assert abs(linked.writhe) == 2
+
+
+def test_signs_do_not_depend_on_orientation_within_one_thread():
+    # A ring of bands with an odd number of half-twists has one border, with as many crossings.
+    lens = PolyMesh.from_faces(np.zeros((5, 3)), [[0, 1, 2, 3, 4], [4, 3, 2, 1, 0]])
+    halfedges = build_halfedges(lens)
+    for twists in ([1, 1, 1, 0, 0], [1, 2, -1, 3, 0], [5, 0, 0, 0, 0], [-1, -1, -1, -1, -1]):
+        threads = trace_twisted(halfedges, twists)
+        assert threads.n_threads == 1
+        assert threads.writhe == sum(twists)
+        assert threads.self_crossings.tolist() == [sum(map(abs, twists))]
+
+
+def test_right_handed_is_left_over_right():
+    # Two squares side by side, twisted at the edge between them, seen from above.
+    mesh = PolyMesh.from_faces(
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0]],
+        [[0, 1, 4, 3], [1, 2, 5, 4]],
+    )
+    halfedges = build_halfedges(mesh)
+    twists = np.where(inner_edges(halfedges), 1, 0)
+    threads = trace_twisted(halfedges, twists)
+    half = halfedges.edge_halfedge[int(np.flatnonzero(twists)[0])]
+    assert (halfedges.tail[half], halfedges.head[half]) == (1, 4)
+    # The strand that leaves vertex 1 on the left, walked either way.
+    left = (threads.halfedge == half) == threads.along
+    assert left.sum() == 1
+    assert np.array_equal(threads.over, left)
+
+
+def test_gauss_codes_of_known_links():
+    lens = build_halfedges(PolyMesh.from_faces(np.zeros((3, 3)), [[0, 1, 2], [2, 1, 0]]))
+    trefoil = trace_twisted(lens, [1, 1, 1])
+    code = gauss_code(trefoil, 0)
+    assert sorted(np.abs(code).tolist()) == [1, 1, 2, 2, 3, 3]
+    assert (np.sign(code)[1:] != np.sign(code)[:-1]).all()
+    # A trefoil's two passes of a crossing are three passes apart.
+    assert np.array_equal(np.abs(code[:3]), np.abs(code[3:]))
+    assert gauss_text(trefoil).count("+") == 6
+    assert gauss_text(trace_twisted(lens, [-1, -1, -1])).count("-") == 6
+    assert gauss_text(trace_twisted(lens, [0, 0, 0])) == "A:\nB:\n"
+
+
+@given(twisted())
+def test_the_gauss_text_and_the_extended_code_say_the_same(case):
+    threads = trace_twisted(*case)
+    seen: set[int] = set()
+    codes = extended_gauss_code(threads)
+    lines = gauss_text(threads).splitlines()
+    assert len(codes) == len(lines) == threads.n_threads
+    for code, line in zip(codes, lines, strict=True):
+        words = line.partition(":")[2].strip().replace("O", " O").replace("U", " U").split()
+        assert len(words) == len(code)
+        for value, word in zip(code.tolist(), words, strict=True):
+            assert abs(value) == int(word[1:-1])
+            expected = word[-1] == "+" if abs(value) in seen else word[0] == "O"
+            assert (value > 0) == expected
+            seen.add(abs(value))
+    assert seen == set(range(1, threads.n_crossings + 1))
+
+
+def test_wrong_half_twists_are_refused_in_words():
+    halfedges = build_halfedges(grids.hypar(2, 2, 10.0, 1.0))
+    ones = np.ones(halfedges.n_edges, dtype=np.int64)
+    with pytest.raises(InputError, match=r"8 boundary edges are to be twisted .* only one strand"):
+        trace_twisted(halfedges, ones)
+    with pytest.raises(InputError, match="one number for each of 12 edges"):
+        trace_twisted(halfedges, ones[:-1])
+    with pytest.raises(InputError, match="whole numbers"):
+        trace_twisted(halfedges, 0.5 * ones)
+    closed = build_halfedges(solids.cube())
+    with pytest.raises(InputError, match="crossings"):
+        trace_twisted(closed, np.full(12, 1 << 40))
+    with pytest.raises(InputError, match="no thread 4; there are 4"):
+        gauss_code(trace_twisted(closed, np.ones(12, dtype=np.int64)), 4)
+
+
+def test_a_boundary_edge_turns_as_an_untwisted_edge_does():
+    mesh = grids.hypar(4, 3, 10.0, 1.0)
+    halfedges = build_halfedges(mesh)
+    zeros = np.zeros(halfedges.n_edges, dtype=np.int64)
+    assert trace_twisted(halfedges, zeros, turn=True).n_threads == mesh.n_faces
