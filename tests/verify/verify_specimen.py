@@ -40,17 +40,18 @@ def octahedron(size=60.0):
     return points, faces
 
 
-def saddle(n=4, step=40.0):
+def saddle(n=4, step=40.0, *, across=None):
+    m = n if across is None else across
     points = [
-        (step * i, step * j, 0.08 * step * (i - n / 2) * (j - n / 2))
+        (step * i, step * j, 0.08 * step * (i - n / 2) * (j - m / 2))
         for i in range(n + 1)
-        for j in range(n + 1)
+        for j in range(m + 1)
     ]
-    w = n + 1
+    w = m + 1
     faces = [
         (i * w + j, (i + 1) * w + j, (i + 1) * w + j + 1, i * w + j + 1)
         for i in range(n)
-        for j in range(n)
+        for j in range(m)
     ]
     return np.array(points), faces
 
@@ -113,6 +114,36 @@ def walk_threads(corners):
         if h not in seen:
             threads.append((True, follow(h, True)))
     return threads
+
+
+def walk_turning(corners):
+    """Trace threads that turn back at the boundary; and for each pass the turns that follow it.
+
+    A turn is (boundary half-edge, whether it is walked forward).
+    """
+    seen, threads, turns = set(), [], {}
+    for start in corners.all:
+        if start in seen:
+            continue
+        passes, lead = [], []
+        h, forward = start, True
+        while True:
+            seen.add(h)
+            across = corners.next(h) if forward else h
+            twin = corners.twin[across]
+            if twin is None:
+                (turns[passes[-1]] if passes else lead).append((across, forward))
+                h = across if forward else corners.prev(across)
+            else:
+                passes.append((across, forward))
+                turns[across, forward] = []
+                h, forward = (corners.prev(twin), False) if forward else (twin, True)
+            if (h, forward) == (start, True):
+                break
+        if passes:
+            turns[passes[-1]] += lead
+        threads.append((True, passes))
+    return threads, turns
 
 
 # --- twill --------------------------------------------------------------------------------------
@@ -195,7 +226,17 @@ def quad_of(points, corners, h, forward):
     return [p - np.dot(p - middle, normal) * normal for p in order], normal, middle
 
 
-def ribbon(points, corners, closed, passes, over, height, c, w):
+def rim_rungs(points, corners, side, forward, rim):
+    """Return two rungs in the triangle of a boundary half-edge; ``rim`` is how far they reach."""
+    tail, head = points[corners.tail(side)], points[corners.tail(corners.next(side))]
+    centre = np.mean([points[v] for v in corners.faces[side[0]]], axis=0)
+    for u in (0.2, 0.8) if forward else (0.8, 0.2):
+        ray = tail + u * (head - tail) - centre
+        near, far = centre + 0.25 * ray, centre + rim * ray
+        yield (far, near) if forward else (near, far)
+
+
+def ribbon(points, corners, closed, passes, over, height, c, w, *, turns=None, rim=0.9):
     rungs, entry = [], []
 
     def rung(quad, u, lift):
@@ -212,6 +253,8 @@ def ribbon(points, corners, closed, passes, over, height, c, w):
         entry.append(len(rungs))
         rung(quad, (1 - c) / 2, lift)
         rung(quad, (1 + c) / 2, lift)
+        for side, way in turns[h, forward] if turns else ():
+            rungs.extend(rim_rungs(points, corners, side, way, rim))
         if not closed and k == len(passes) - 1:
             rung(quad, 1.0, lift)
     return np.array(rungs), entry
@@ -262,6 +305,7 @@ class Specimen:
     plan: dict
     strips: dict
     engraving: dict
+    boundary: str | None = None
 
 
 def pair(z):
@@ -287,10 +331,12 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
     c=0.7,
     w=0.6,
     sense=None,
+    turning=False,
+    rim=0.9,
 ):
     points, faces = mesh
     corners = Corners(faces)
-    threads = walk_threads(corners)
+    threads, turns = walk_turning(corners) if turning else (walk_threads(corners), None)
     edges = sorted({corners.edge(h) for _, passes in threads for h, _ in passes})
     number = {edge: 100 + k for k, edge in enumerate(edges)}
     if sense is None:
@@ -309,7 +355,10 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
         plan_threads.append(own)
         if not passes:
             continue
-        rungs, entry = ribbon(points, corners, closed, passes, over, height, c, w)
+        around = turns if rim else None
+        rungs, entry = ribbon(
+            points, corners, closed, passes, over, height, c, w, turns=around, rim=rim
+        )
         strips[label] = {
             "rungs": rungs, "triangles": strip_triangles(len(rungs), closed), "closed": closed,
             "entry": entry, "exit": [k + 1 for k in entry],
@@ -401,7 +450,7 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
             for k, p in enumerate(pieces)
         ],
     }  # fmt: skip
-    return Specimen(points, faces, plan, strips, engraving)
+    return Specimen(points, faces, plan, strips, engraving, "turn" if turning else None)
 
 
 def engrave(piece):

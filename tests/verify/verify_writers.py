@@ -306,9 +306,11 @@ def write_mesh(specimen, folder):
 def write_job(specimen, folder):
     """Write every file of a job."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "job.toml").write_text(
-        f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\ndensity_kg_m3 = {DENSITY}\n'
-    )
+    settings = f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\n'
+    settings += f"density_kg_m3 = {DENSITY}\n"
+    if specimen.boundary is not None:
+        settings += f'[job]\nboundary = "{specimen.boundary}"\n'
+    (folder / "job.toml").write_text(settings)
     write_mesh(specimen, folder)
     write_plan(specimen, folder)
     (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))
