@@ -1,0 +1,116 @@
+"""Find the irregular vertices of a quad mesh, and say what they mean."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
+
+#: How many places a note names.
+_NAMED = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Irregular:
+    """The irregular vertices of a mesh.
+
+    Parameters
+    ----------
+    vertex, valence : (K,) int arrays
+        Vertices, and the number of edges at each.
+    position : (K, 3) float array
+        Where they are, in the mesh's unit.
+    boundary : (K,) bool array
+        Whether they lie on the boundary.
+    """
+
+    vertex: IntArray
+    valence: IntArray
+    position: FloatArray
+    boundary: BoolArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("vertex", "valence", "position", "boundary"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.vertex)
+
+    @property
+    def breaks_twill(self) -> BoolArray:
+        """Which of them no biaxial twill can surround: inside, valence no multiple of 4, (K,)."""
+        return ~self.boundary & (self.valence % 4 != 0)
+
+
+def find_irregular(mesh: PolyMesh) -> Irregular:
+    """Find the vertices at which a mesh is no regular quad grid.
+
+    Inside, a regular vertex has four edges; on the boundary it has three, or two at a corner.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold mesh.
+
+    Returns
+    -------
+    Irregular
+        In the order of vertices; vertices without faces are passed over.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.grids import hypar, sphere
+    >>> len(find_irregular(hypar(3, 2, 1.0, 1.0))), find_irregular(sphere(4, 1.0)).valence.tolist()
+    (0, [3, 3, 3, 3, 3, 3, 3, 3])
+    """
+    halfedges = build_halfedges(mesh)
+    rim = halfedges.twin < 0
+    faces = np.bincount(mesh.indices, minlength=mesh.n_vertices)
+    boundary = np.zeros(mesh.n_vertices, dtype=bool)
+    boundary[halfedges.tail[rim]] = True
+    valence = faces + boundary
+    regular = np.where(boundary, (valence == 2) | (valence == 3), valence == 4)
+    found = np.flatnonzero(~regular & (faces > 0))
+    return Irregular(found, valence[found], mesh.vertices[found], boundary[found])
+
+
+def irregular_note(irregular: Irregular) -> str:
+    """Say how many irregular vertices there are, of which valences, and where.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.grids import sphere, torus
+    >>> irregular_note(find_irregular(torus(4, 4, 2.0, 1.0)))
+    'no irregular vertices: every vertex inside has four edges'
+    >>> irregular_note(find_irregular(sphere(1, 3**0.5)))[:62]
+    '8 irregular vertices (8 of valence 3): vertex 0 (valence 3) at'
+    """
+    if not len(irregular):
+        return "no irregular vertices: every vertex inside has four edges"
+    valences, numbers = np.unique(irregular.valence, return_counts=True)
+    kinds = ", ".join(
+        f"{number} of valence {valence}"
+        for valence, number in zip(valences.tolist(), numbers.tolist(), strict=True)
+    )
+    places = "; ".join(
+        f"vertex {vertex} (valence {valence}) at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+        for vertex, valence, (x, y, z) in zip(
+            irregular.vertex[:_NAMED].tolist(),
+            irregular.valence[:_NAMED].tolist(),
+            irregular.position[:_NAMED].tolist(),
+            strict=True,
+        )
+    )
+    more = "; …" if len(irregular) > _NAMED else ""
+    broken = int(np.count_nonzero(irregular.breaks_twill))
+    twill = (
+        f"a biaxial twill breaks at {broken} of them, whose valence is no multiple of 4"
+        if broken
+        else "none of them breaks a biaxial twill: all are on the boundary, or of a valence that "
+        "is a multiple of 4"
+    )
+    return f"{len(irregular)} irregular vertices ({kinds}): {places}{more}; {twill}"

@@ -1,0 +1,85 @@
+"""Run one remesher on one mesh, in a process of its own.
+
+Started as a script with the name of the remesher, a file to read and a file to write. It imports
+nothing of fabweave: whatever the foreign code does (print, exit, hang, crash), it does to this
+process only.
+"""
+
+import os
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
+    """Return vertices and faces that a remesher makes of some triangles.
+
+    Parameters
+    ----------
+    engine : str
+        ``quadriflow`` or ``instant-meshes``.
+    task : dict
+        ``vertices`` (V, 3), ``triangles`` (T, 3), ``count`` (what to ask for), ``seed`` and
+        ``rim`` (whether to follow the boundary).
+
+    Returns
+    -------
+    vertices : (V, 3) array
+    faces : (F, n) array
+    """
+    count, seed, rim = int(task["count"]), int(task["seed"]), bool(task["rim"])
+    if engine == "quadriflow":
+        from pyQuadriFlow.pyQuadriFlow import pyquadriflow  # noqa: PLC0415 -- optional
+
+        made = pyquadriflow(
+            count,
+            seed,
+            task["vertices"].tolist(),
+            task["triangles"].tolist(),
+            False,  # sharp edges: not robust, and they are mostly followed without
+            rim,
+            False,  # adaptive scale
+            False,  # aggressive satisfaction
+            False,  # minimum-cost flow
+        )
+        return np.array(made["vertices"]), np.array(made["faces"])
+    import pynanoinstantmeshes  # noqa: PLC0415 -- optional
+
+    vertices, faces = pynanoinstantmeshes.remesh(
+        np.ascontiguousarray(task["vertices"], dtype=np.float32),
+        np.ascontiguousarray(task["triangles"], dtype=np.uint32),
+        -1,
+        face_count=count,
+        align_to_boundaries=rim,
+        smooth_iter=2,
+        deterministic=True,
+    )
+    return vertices, faces
+
+
+def _end_with_parent() -> None:
+    """End this process when the other end of standard input is closed: nobody waits any more."""
+    while os.read(0, 1024):
+        pass
+    os._exit(1)
+
+
+def main(engine: str, source: str, target: str) -> int:
+    """Read a task, remesh, and write the result or what went wrong."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with np.load(Path(source), allow_pickle=False) as stored:
+        task = dict(stored)
+    try:
+        vertices, faces = remesh_with(engine, task)
+    except Exception as error:  # whatever it is, the parent is told
+        np.savez(target, error=np.array(f"{type(error).__name__}: {error}"[:500]))
+        return 1
+    np.savez(target, vertices=np.asarray(vertices), faces=np.asarray(faces))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:4]))
