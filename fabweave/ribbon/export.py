@@ -1,6 +1,5 @@
 """Export ribbons as a coloured 3-D model."""
 
-import colorsys
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,20 +7,11 @@ import trimesh
 
 from fabweave.arrays import IntArray
 from fabweave.ribbon.project import Ribbons
+from fabweave.weave.colours import thread_colours
+from fabweave.weave.colourspace import Colours, light_of
 
 #: glTF counts in metres.
 _METRES = 0.001
-
-
-def bunch_colour(bunch: int, n_bunches: int) -> tuple[int, int, int]:
-    """Return a colour for a bunch: vermilion and blue for warp and weft, else around the hues.
-
-    The two are told apart by the colour-blind too (Okabe and Ito's palette).
-    """
-    if n_bunches <= 2:
-        return ((213, 94, 0), (0, 114, 178))[bunch]
-    red, green, blue = colorsys.hls_to_rgb((0.06 + bunch / n_bunches) % 1.0, 0.48, 0.75)
-    return round(255 * red), round(255 * green), round(255 * blue)
 
 
 def ribbon_faces(ribbons: Ribbons, thread: int) -> IntArray:
@@ -40,14 +30,18 @@ def ribbon_faces(ribbons: Ribbons, thread: int) -> IntArray:
     return np.stack((near, far), axis=1).reshape(-1, 3)
 
 
-def woven_glb(ribbons: Ribbons, labels: Sequence[str], bunches: IntArray) -> bytes:
+def woven_glb(
+    ribbons: Ribbons, labels: Sequence[str], bunches: IntArray, *, colours: Colours | None = None
+) -> bytes:
     """Return the woven object as binary glTF: one node for each thread, named by its label.
 
     Each mesh's ``extras`` say whether the thread is closed and, for every crossing along it, at
-    which rung its panel begins (``entry``) and ends (``exit``).
+    which rung its panel begins (``entry``) and ends (``exit``). Each thread has its colour,
+    (T, 3) bytes of sRGB; None takes those of ``thread_colours`` for the bunches.
     """
     scene = trimesh.Scene()
-    n_bunches = int(bunches.max(initial=0)) + 1
+    # glTF takes linear light, and colours are named in sRGB.
+    light = np.round(light_of(thread_colours(bunches) if colours is None else colours), 4)
     for thread, label in enumerate(labels):
         start, end = ribbons.offsets[thread : thread + 2]
         if start == end:
@@ -65,9 +59,7 @@ def woven_glb(ribbons: Ribbons, labels: Sequence[str], bunches: IntArray) -> byt
                 "exit": (entry + 1).tolist(),
             },
         )
-        # glTF takes linear light, and colours are named in sRGB.
-        shown = np.array(bunch_colour(int(bunches[thread]), n_bunches)) / 255
-        colour = [*np.round(shown**2.2, 4).tolist(), 1.0]
+        colour = [*light[thread].tolist(), 1.0]
         mesh.visual = trimesh.visual.TextureVisuals(
             material=trimesh.visual.material.PBRMaterial(
                 baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.8, doubleSided=True

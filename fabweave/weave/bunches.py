@@ -1,17 +1,64 @@
 """Part the threads into bunches, sets of threads that do not cross one another."""
 
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.arrays import IntArray
+from fabweave.arrays import BoolArray, IntArray, frozen
+from fabweave.weave.colouring import colour_graph
 from fabweave.weave.threads import Threads
+
+#: How many threads the searches of ``colour_graph`` may look at; a few seconds at the most.
+_EFFORT = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Bunches:
+    """A partition of the threads into bunches.
+
+    Parameters
+    ----------
+    bunch : (T,) int array
+        The bunch of each thread, 0 upwards; with more than two, the first has most crossings.
+    at_least : int
+        No partition has fewer bunches: so many threads were found that all cross one another, or
+        a search was complete.
+    crosses_itself : (T,) bool array
+        Threads that cross themselves. They belong to their bunch as if they did not.
+    """
+
+    bunch: IntArray
+    at_least: int
+    crosses_itself: BoolArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("bunch", "crosses_itself"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def n_bunches(self) -> int:
+        """Number of bunches."""
+        return int(self.bunch.max(initial=-1)) + 1
+
+    @property
+    def fewest(self) -> bool:
+        """Whether it is proved that there cannot be fewer."""
+        return self.n_bunches == self.at_least
+
+    @property
+    def warp_and_weft(self) -> bool:
+        """Whether there are two bunches, and no thread crosses itself."""
+        return self.n_bunches == 2 and not self.crosses_itself.any()
 
 
 def thread_graph(threads: Threads) -> sparse.csr_array:
     """Return which threads cross which: a symmetric (T, T) matrix that counts crossings.
 
-    A thread that crosses itself has an entry on the diagonal.
+    A thread that crosses itself has an entry on the diagonal, two for each crossing.
     """
     by_crossing = np.argsort(threads.crossing, kind="stable")
     pairs = threads.thread_of_pass[by_crossing].reshape(-1, 2)
@@ -22,33 +69,68 @@ def thread_graph(threads: Threads) -> sparse.csr_array:
     return sparse.coo_array((counts, (rows, columns)), shape=(size, size)).tocsr()
 
 
-def part_bunches(threads: Threads) -> IntArray:
-    """Give each thread a bunch number, 0 upwards, so that threads of one bunch never cross.
+def find_bunches(threads: Threads, *, effort: int = _EFFORT) -> Bunches:
+    """Part the threads into as few bunches as can be found, and say how few there could be.
 
-    Two bunches, warp and weft, are found whenever two suffice; otherwise threads take the first
-    free number, those with most neighbours first. A thread that crosses itself is coloured as if
-    it did not.
+    Two bunches, warp and weft, are found whenever two suffice. Otherwise the graph of threads
+    is coloured: see ``colour_graph``.
+
+    Parameters
+    ----------
+    threads : Threads
+        The walks.
+    effort : int
+        How long to search for fewer bunches and for a proof, in threads looked at.
 
     Returns
     -------
-    (T,) int array
-        Bunch numbers.
+    Bunches
+        The same for the same threads and effort.
 
     References
     ----------
     Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), section 6.1.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes import parse_shape
+    >>> from fabweave.weave.threads import trace_threads
+    >>> bunches = find_bunches(trace_threads(build_halfedges(parse_shape("shape:cube"))))
+    >>> bunches.bunch.tolist(), bunches.fewest
+    ([0, 1, 2, 3], True)
     """
     graph = thread_graph(threads)
+    own = np.asarray(graph.diagonal() > 0)
     two = _two_bunches(graph)
     if two is not None:
-        return two
-    degrees = np.diff(graph.indptr)
-    bunch = np.full(threads.n_threads, -1, dtype=np.int64)
-    for thread in np.argsort(-degrees, kind="stable"):
-        neighbours = graph.indices[graph.indptr[thread] : graph.indptr[thread + 1]]
-        taken = set(bunch[neighbours[neighbours != thread]].tolist())
-        bunch[thread] = next(number for number in range(len(taken) + 1) if number not in taken)
-    return bunch
+        return Bunches(two, len(np.unique(two)), own)
+    rows = [graph.indices[low:high].tolist() for low, high in pairwise(graph.indptr.tolist())]
+    neighbours = [
+        sorted(other for other in row if other != thread) for thread, row in enumerate(rows)
+    ]
+    found = colour_graph(neighbours, effort=effort)
+    colours = np.array(found.colours, dtype=np.int64)
+    return Bunches(_longest_first(colours, threads.lengths), found.at_least, own)
+
+
+def part_bunches(threads: Threads) -> IntArray:
+    """Give each thread a bunch number, 0 upwards, so that threads of one bunch never cross.
+
+    Returns
+    -------
+    (T,) int array
+        Bunch numbers; see ``find_bunches``.
+    """
+    return find_bunches(threads).bunch
+
+
+def _longest_first(colours: IntArray, lengths: IntArray) -> IntArray:
+    """Renumber bunches by how many passes they have, the most first."""
+    total = np.bincount(colours, weights=lengths)
+    number = np.empty(len(total), dtype=np.int64)
+    number[np.argsort(-total, kind="stable")] = np.arange(len(total))
+    return number[colours]
 
 
 def _two_bunches(graph: sparse.csr_array) -> IntArray | None:
