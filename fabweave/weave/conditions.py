@@ -20,6 +20,8 @@ class TwillConditions:
     edge : (M, 2) int array
         The first and the last of three crossings consecutive along a thread: they must twist in
         opposite senses.
+    thread : (M,) int array
+        The thread along which each edge condition lies.
     face : (N, 4) int array
         Four edges consecutive around a face: where the middle two differ, the outer two agree.
     vertex : (O, 4) int array
@@ -28,12 +30,13 @@ class TwillConditions:
 
     n_crossings: int
     edge: IntArray
+    thread: IntArray
     face: IntArray
     vertex: IntArray
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("edge", "face", "vertex"):
+        for name in ("edge", "thread", "face", "vertex"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
@@ -100,9 +103,11 @@ def twill_conditions(halfedges: Halfedges, threads: Threads) -> TwillConditions:
     """
     # The medial graph knows no difference between the two: a face of it for each face and vertex.
     around_vertex = halfedges.twin[halfedges.prev]
+    edge, thread = _along_threads(threads)
     return TwillConditions(
         n_crossings=threads.n_crossings,
-        edge=_along_threads(threads),
+        edge=edge,
+        thread=thread,
         face=_windows(halfedges.next, halfedges, threads),
         vertex=_windows(around_vertex, halfedges, threads),
     )
@@ -116,7 +121,7 @@ def count_broken(conditions: TwillConditions, twist: BoolArray) -> Broken:
     >>> import numpy as np
     >>> pairs = np.array([[0, 1], [1, 2]])
     >>> windows = np.array([[0, 1, 2, 3]])
-    >>> conditions = TwillConditions(4, pairs, windows, windows[:0])
+    >>> conditions = TwillConditions(4, pairs, np.array([0, 0]), windows, windows[:0])
     >>> count_broken(conditions, np.array([True, True, False, False]))
     Broken(edge=1, face=1, vertex=0)
     """
@@ -138,8 +143,8 @@ def broken_windows(windows: IntArray, twist: BoolArray) -> BoolArray:
     return np.asarray((b != c) & (a != d))
 
 
-def _along_threads(threads: Threads) -> IntArray:
-    """Pair each pass with the second after it along its thread."""
+def _along_threads(threads: Threads) -> tuple[IntArray, IntArray]:
+    """Pair each pass with the second after it along its thread; return crossings and threads."""
     thread = threads.thread_of_pass
     after = np.arange(len(threads.crossing)) + 2
     end = threads.offsets[thread + 1]
@@ -149,7 +154,8 @@ def _along_threads(threads: Threads) -> IntArray:
     around = threads.offsets[thread] + (after - threads.offsets[thread]) % np.maximum(length, 1)
     after = np.where(wraps, around, after)
     kept = ~wraps | threads.closed[thread]
-    return np.column_stack((threads.crossing[kept], threads.crossing[after[kept]]))
+    pairs = np.column_stack((threads.crossing[kept], threads.crossing[after[kept]]))
+    return pairs, thread[kept]
 
 
 def _windows(turn: IntArray, halfedges: Halfedges, threads: Threads) -> IntArray:

@@ -138,11 +138,16 @@ def _weavable_around(halfedges: Halfedges, conditions: TwillConditions, seed: np
 def _restricted(conditions: TwillConditions, inside: np.ndarray) -> TwillConditions:
     """Return the conditions on some crossings only, renumbered."""
     number = np.cumsum(inside) - 1
-    kept = [
-        number[rows[inside[rows].all(axis=1)]]
-        for rows in (conditions.edge, conditions.face, conditions.vertex)
-    ]
-    return TwillConditions(int(np.count_nonzero(inside)), *kept)
+    edge, face, vertex = (
+        inside[rows].all(axis=1) for rows in (conditions.edge, conditions.face, conditions.vertex)
+    )
+    return TwillConditions(
+        n_crossings=int(np.count_nonzero(inside)),
+        edge=number[conditions.edge[edge]],
+        thread=conditions.thread[edge],
+        face=number[conditions.face[face]],
+        vertex=number[conditions.vertex[vertex]],
+    )
 
 
 def _uneven_thread(threads: Threads, labels: Sequence[str]) -> Obstruction | None:
