@@ -7,10 +7,11 @@ import pytest
 import shapely
 from hypothesis import given
 from meshes_shared import shared_mesh
+from unfolding import worst_stretch
 from weaving_meshes import meshes
 
 from fabweave.errors import CannotMakeError, InputError
-from fabweave.flat.unfold import Strips, unfold_threads
+from fabweave.flat.unfold import unfold_threads
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
@@ -34,31 +35,6 @@ def woven(mesh: PolyMesh, **options: float) -> tuple[Weave, Ribbons]:
 
 def shape_at(name: str, size_mm: float = 300.0) -> PolyMesh:
     return resize_mesh(parse_shape(f"shape:{name}"), size_mm=size_mm)[0]
-
-
-def worst_stretch(ribbons: Ribbons, strips: Strips) -> float:
-    """The largest relative change of length over all facet edges, diagonals included."""
-    right, left = ribbons.right[strips.rung], ribbons.left[strips.rung]
-    inner = np.ones(len(strips.rung), dtype=bool)
-    inner[strips.offsets[1:][np.diff(strips.offsets) > 0] - 1] = False
-    near = np.flatnonzero(inner)
-    far = near + 1
-    slanted = ribbons.from_right[strips.rung[near]]
-    start = np.where(slanted, near, near + len(right))
-    end = np.where(slanted, far + len(right), far)
-    space, flat = np.concatenate((right, left)), np.concatenate((strips.right, strips.left))
-    every = np.arange(len(right))
-    edges = np.concatenate(
-        (
-            np.column_stack((every, every + len(right))),
-            np.column_stack((near, far)),
-            np.column_stack((near, far)) + len(right),
-            np.column_stack((start, end)),
-        )
-    )
-    length = np.linalg.norm(space[edges[:, 0]] - space[edges[:, 1]], axis=1)
-    unfolded = np.linalg.norm(flat[edges[:, 0]] - flat[edges[:, 1]], axis=1)
-    return float(np.max(np.abs(unfolded - length) / length))
 
 
 SHAPES = ["tetrahedron", "cube", "dodecahedron", "torus?m=9&n=6", "sphere?n=4", "tube", "hypar"]
