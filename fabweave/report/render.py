@@ -57,6 +57,7 @@ def render_scene(
     normals: FloatArray | None = None,
     edges: BoolArray | None = None,
     line_px: float = 1.2,
+    reach_px: float | None = None,
     marks: Marks | None = None,
     background: tuple[int, int, int] = _WHITE,
     lit: bool = True,
@@ -85,6 +86,8 @@ def render_scene(
         Whether side k of a triangle, from its corner k to the next, is drawn as a line.
     line_px : float
         Width of the lines.
+    reach_px : float or None
+        How far the dark of narrow places reaches; None takes a share of the picture.
     marks : Marks or None
         Marked points.
     background : (int, int, int)
@@ -129,7 +132,8 @@ def render_scene(
     if lit:
         given = facet_normals(vertices, triangles) if normals is None else normals
         light = _light(frame, view, points, triangles, given, triangle, places)
-        light *= narrow_places(nearness, _REACH * min(size_px) * samples)[covered]
+        reach = _REACH * min(size_px) if reach_px is None else reach_px
+        light *= narrow_places(nearness, reach * samples)[covered]
     if edges is not None:
         light *= _lines(points[triangles], edges, triangle, places, line_px * samples)
     picture = np.empty((frame.height_px, frame.width_px, 3), dtype=np.float32)

@@ -16,9 +16,9 @@ _MOST_PIXELS = 60_000_000
 _MARGIN = 0.05
 # The views tried, from the usual place on: right of the front, left of it, more from the side.
 _TURNS_DEG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0)
-_ELEVATIONS_DEG = (28.0, 42.0)
+_ELEVATIONS_DEG = (30.0, 42.0)
 #: Another view must show this much more; one from higher up, as the horizon reads better.
-_WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.18
+_WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.12
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class View:
     """
 
     azimuth_deg: float = -60.0
-    elevation_deg: float = 28.0
+    elevation_deg: float = 30.0
     up: Up = "z"
 
     def axes(self) -> FloatArray:

@@ -1,0 +1,300 @@
+"""Make pictures of meshes and of woven objects."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.errors import InputError
+from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
+from fabweave.mesh.shapes import SHAPES, Shape
+from fabweave.report.contact import contact_sheet
+from fabweave.report.render import Marks, object_frame, render_scene
+from fabweave.report.shade import smooth_normals
+from fabweave.report.view import Up, View, choose_view
+from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.weave.colourspace import Colours
+
+_STONE = (205, 214, 224)
+#: Vertices with fewer and with more edges than regular ones, and with a multiple of four.
+_FEWER, _MORE, _FOURFOLD = (0, 114, 178), (213, 94, 0), (0, 158, 115)
+
+
+def mesh_picture(
+    mesh: PolyMesh,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    view: View | None = None,
+    up: Up = "z",
+    colours: npt.ArrayLike = _STONE,
+    marks: Marks | None = None,
+    samples: int = 2,
+) -> Image.Image:
+    """Make a picture of a polygon mesh with its edges.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Faces of any size.
+    size_px : (int, int)
+        Width and height.
+    view : View or None
+        From where; None chooses.
+    up : {"z", "y", "x"}
+        The axis that points up in a view that is chosen.
+    colours : (F, 3) or (3,) uint8 array
+        The colour of each face, or of all.
+    marks : Marks or None
+        Marked points, such as ``irregular_marks``.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB.
+
+    Raises
+    ------
+    InputError
+        If the mesh has no face, or the picture would be empty or too large.
+    """
+    vertices, triangles, sides, face = polygon_triangles(mesh)
+    if view is None:
+        view = choose_view(vertices, triangles, up=up)
+    shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (mesh.n_faces, 3))
+    normals = np.repeat(_face_normals(mesh)[face][:, None, :], 3, axis=1)
+    return render_scene(
+        vertices,
+        triangles,
+        shown[face],
+        size_px=size_px,
+        view=view,
+        normals=normals,
+        edges=sides,
+        line_px=_line_width(vertices, triangles, sides, view, size_px, 0.09),
+        marks=marks,
+        samples=samples,
+    )
+
+
+def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Marks:
+    """Return marks on the inner vertices whose number of edges is not the regular one.
+
+    Regular are 6 edges where most faces are triangles, else 4. Vertices with fewer are blue,
+    with more vermilion; where 4 is regular, vertices with 8, 12 … are green, as a twill can go
+    around them.
+
+    Returns
+    -------
+    Marks
+        None at all on a regular mesh.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes import parse_shape
+    >>> len(irregular_marks(parse_shape("shape:sphere?n=3")).points)
+    8
+    """
+    head = mesh.indices[next_corner(mesh)]
+    both = np.stack((mesh.indices, head))
+    pairs, faces = np.unique(np.sort(both, axis=0), axis=1, return_counts=True)
+    valence = np.bincount(pairs.ravel(), minlength=mesh.n_vertices)
+    inner = np.ones(mesh.n_vertices, dtype=bool)
+    inner[pairs[:, faces == 1].ravel()] = False
+    triangles = 2 * np.count_nonzero(mesh.face_sizes == 3) > mesh.n_faces
+    regular = 6 if triangles else 4
+    odd = np.flatnonzero(inner & (valence > 0) & (valence != regular))
+    colours = np.where((valence[odd] < regular)[:, None], _FEWER, _MORE)
+    if not triangles:
+        colours = np.where((valence[odd] % 4 == 0)[:, None], _FOURFOLD, colours)
+    return Marks(mesh.vertices[odd], colours.astype(np.uint8), radius_px)
+
+
+def weave_picture(
+    ribbons: Ribbons,
+    colours: Colours,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    view: View | None = None,
+    up: Up = "z",
+    samples: int = 2,
+) -> Image.Image:
+    """Make a picture of a woven object, each thread in its colour.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        The ribbons in space.
+    colours : (T, 3) uint8 array
+        The colour of each thread; see ``thread_colours``.
+    size_px : (int, int)
+        Width and height.
+    view : View or None
+        From where; None chooses.
+    up : {"z", "y", "x"}
+        The axis that points up in a view that is chosen.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB.
+
+    Raises
+    ------
+    InputError
+        If there is no ribbon, the colours are not as many as the threads, or the picture would
+        be empty or too large.
+    """
+    n_threads = len(ribbons.offsets) - 1
+    if np.shape(colours) != (n_threads, 3):
+        raise InputError(
+            f"there are {n_threads} threads, and the colours have the shape {np.shape(colours)}; "
+            "give one row of red, green and blue for each thread"
+        )
+    vertices, triangles, thread = ribbon_triangles(ribbons)
+    if len(triangles) == 0:
+        raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
+    if view is None:
+        view = choose_view(vertices, triangles, up=up)
+    # Even numbers are on the right rail, odd ones on the left: sides between alikes lie on rails.
+    rails = triangles % 2 == np.roll(triangles, -1, axis=1) % 2
+    frame = object_frame(vertices, triangles, view, size_px)
+    width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+    width_px = float(np.median(width)) * frame.pixels_per_mm
+    return render_scene(
+        vertices,
+        triangles,
+        np.asarray(colours, dtype=np.uint8)[thread],
+        size_px=size_px,
+        view=view,
+        normals=smooth_normals(vertices, triangles),
+        edges=rails,
+        line_px=float(np.clip(0.06 * width_px, 0.3, 1.3)),
+        reach_px=float(np.clip(0.5 * width_px, 2.0, 0.02 * min(size_px))),
+        samples=samples,
+    )
+
+
+def ribbon_triangles(ribbons: Ribbons) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return all ribbons as vertices, triangles, and the thread of each triangle.
+
+    Vertex ``2 r`` is the right and ``2 r + 1`` the left end of rung ``r``; triangles are as
+    ``ribbon_faces`` gives them.
+    """
+    following = following_rung(ribbons.offsets, ribbons.closed)
+    near = np.flatnonzero(following >= 0)
+    after = following[near]
+    a, b, c, d = 2 * near, 2 * after, 2 * after + 1, 2 * near + 1
+    first = ribbons.from_right[near][:, None]
+    one = np.where(first, np.column_stack((a, c, d)), np.column_stack((a, b, d)))
+    two = np.where(first, np.column_stack((a, b, c)), np.column_stack((b, c, d)))
+    vertices = np.stack((ribbons.right, ribbons.left), axis=1).reshape(-1, 3)
+    thread = np.searchsorted(ribbons.offsets, near, side="right") - 1
+    return vertices, np.stack((one, two), axis=1).reshape(-1, 3), np.repeat(thread, 2)
+
+
+def polygon_triangles(mesh: PolyMesh) -> tuple[FloatArray, IntArray, BoolArray, IntArray]:
+    """Cut polygons to triangles: quads in two, larger faces around their centres.
+
+    Returns
+    -------
+    vertices : (V + F', 3) float array
+        Positions, and the centres of faces with more than four corners.
+    triangles : (T, 3) int array
+        Corners.
+    sides : (T, 3) bool array
+        Whether the side from corner k to the next is an edge of the mesh.
+    face : (T,) int array
+        The face that each triangle belongs to.
+
+    Examples
+    --------
+    >>> square = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    >>> polygon_triangles(square)[2].tolist()
+    [[True, True, False], [False, True, True]]
+    """
+    sizes, start = mesh.face_sizes, mesh.offsets[:-1]
+    few = np.flatnonzero((sizes == 3) | (sizes == 4))
+    quad = np.flatnonzero(sizes == 4)
+    corner = [mesh.indices[start[few] + step] for step in range(3)]
+    again = [mesh.indices[start[quad] + step] for step in (0, 2, 3)]
+    large = np.flatnonzero(sizes > 4)
+    number = np.full(mesh.n_faces, -1, dtype=np.int64)
+    number[large] = mesh.n_vertices + np.arange(len(large))
+    owner = face_of_corner(mesh)
+    around = np.flatnonzero(sizes[owner] > 4)
+    fan = [mesh.indices[around], mesh.indices[next_corner(mesh)[around]], number[owner[around]]]
+    triangles = np.concatenate([np.column_stack(part) for part in (corner, again, fan)])
+    sides = np.ones((len(triangles), 3), dtype=bool)
+    sides[: len(few), 2] = sizes[few] == 3
+    sides[len(few) : len(few) + len(quad), 0] = False
+    sides[len(few) + len(quad) :, 1:] = False
+    vertices = mesh.vertices
+    if len(large):
+        vertices = np.concatenate((vertices, face_centres(mesh)[large]))
+    return vertices, triangles, sides, np.concatenate((few, quad, owner[around]))
+
+
+def render_shapes(
+    shapes: Sequence[Shape] = SHAPES,
+    *,
+    columns: int = 4,
+    tile_px: tuple[int, int] = (380, 300),
+) -> Image.Image:
+    """Make a contact sheet of built-in shapes with their names, sizes and descriptions.
+
+    Parameters
+    ----------
+    shapes : sequence of Shape
+        Each is made with its default parameters.
+    columns : int
+        How many stand in a row.
+    tile_px : (int, int)
+        Size of each picture.
+
+    Returns
+    -------
+    Image
+        RGB.
+    """
+    tiles, captions = [], []
+    for shape in shapes:
+        mesh = shape.make()
+        marks = irregular_marks(mesh, radius_px=3.0)
+        # Where every other vertex is irregular, marks say nothing.
+        few = 4 * len(marks.points) <= mesh.n_vertices
+        tiles.append(mesh_picture(mesh, size_px=tile_px, marks=marks if few else None))
+        captions.append(f"{shape.name}: {shape.text}\n{shape.example}")
+    return contact_sheet(tiles, captions, columns=columns)
+
+
+def _face_normals(mesh: PolyMesh) -> FloatArray:
+    """Return the mean unit normal of each face, (F, 3)."""
+    here = mesh.vertices[mesh.indices]
+    area = np.cross(here, here[next_corner(mesh)])
+    normal = np.add.reduceat(area, mesh.offsets[:-1], axis=0)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.asarray(normal / np.where(size > 0.0, size, 1.0), dtype=np.float64)
+
+
+def _line_width(
+    vertices: FloatArray,
+    triangles: IntArray,
+    sides: BoolArray,
+    view: View,
+    size_px: tuple[int, int],
+    share: float,
+) -> float:
+    """Return a width in pixels for the edges of a mesh: a share of their length in the picture."""
+    if len(triangles) == 0:
+        return 1.0
+    frame = object_frame(vertices, triangles, view, size_px)
+    row, side = np.nonzero(sides)
+    ends = vertices[triangles[row, side]] - vertices[triangles[row, (side + 1) % 3]]
+    length = float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
+    return float(np.clip(share * length, 0.3, 1.3))
