@@ -5,7 +5,7 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.rings import Rim, corners_in_turn, edge_middles, find_rim, first_waves
+from fabweave.mesh.rings import Rim, corners_in_turn, edge_middles, find_rim
 
 
 def doo_sabin(mesh: PolyMesh) -> PolyMesh:
@@ -16,8 +16,8 @@ def doo_sabin(mesh: PolyMesh) -> PolyMesh:
 
     The boundary stays in its place: its polygon is cut as by Chaikin, and the new corners of a
     boundary vertex are spread evenly along the cut; a boundary vertex that lies in one face only
-    is a corner and stays. New corners next to the boundary stand half-way, as the
-    biquadratic B-spline with threefold end knots has them.
+    is a corner and stays. New vertices next to the boundary and to corners stand half-way, as
+    the biquadratic B-spline with threefold end knots has them.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def _corner_points(
     points = (
         positions[half.tail] / 4
         + 3 / 4 * face_centres(mesh)[half.face]
-        + first_waves(mesh, 0.0) / (2 * sizes)
+        + _first_wave(mesh) / (2 * sizes)
     )
     if not rim.on.any():
         return points
@@ -78,11 +78,34 @@ def _corner_points(
     chosen = rim.on[half.tail[corners]]
     corner, along = corners[chosen], along[chosen, None]
     here = half.tail[corner]
-    end = (1 - along) * positions[rim.after[here]] + along * positions[rim.before[here]]
-    points[corner] = np.where(
-        rim.corner[here, None], positions[here], (3 * positions[here] + end) / 4
-    )
+    first = _cut(positions, rim, here, rim.after[here])
+    last = _cut(positions, rim, here, rim.before[here])
+    spread = (1 - along) * first + along * last
+    points[corner] = np.where(rim.corner[here, None], positions[here], spread)
     return points
+
+
+def _cut(positions: FloatArray, rim: Rim, near: IntArray, far: IntArray) -> FloatArray:
+    """Return where the boundary polygon is cut next to its vertex `near`."""
+    # At a corner that stays, the curve has a threefold end knot.
+    share = np.where(rim.corner[far], 1 / 2, 1 / 4)[:, None]
+    return (1 - share) * positions[near] + share * positions[far]
+
+
+def _first_wave(mesh: PolyMesh) -> FloatArray:
+    """Return Σ_j p_j cos(2π (j - k) / n) for corner k of each n-gon with corners p, (H, 3).
+
+    The Doo–Sabin weights are made of this, so they cost no more for large faces.
+    """
+    sizes = mesh.face_sizes
+    start = mesh.offsets[:-1]
+    number = np.arange(mesh.n_corners) - np.repeat(start, sizes)
+    angle = (number * np.repeat(2 * np.pi / sizes, sizes))[:, None]
+    corners = mesh.vertices[mesh.indices]
+    wave = np.zeros_like(corners)
+    for part in (np.cos(angle), np.sin(angle)):
+        wave += part * np.repeat(np.add.reduceat(part * corners, start, axis=0), sizes, axis=0)
+    return wave
 
 
 def _halved_at_rim(points: FloatArray, half: Halfedges, rim: Rim) -> FloatArray:
@@ -99,6 +122,11 @@ def _halved_at_rim(points: FloatArray, half: Halfedges, rim: Rim) -> FloatArray:
     moved = points.copy()
     near = number > 0
     moved[near] = (points[near] + total[near] / number[near, None]) / 2
+    # Opposite a quad's corner both directions are halved.
+    corner = np.flatnonzero(rim.corner[half.tail])
+    ring = [corner, half.next[corner], half.next[half.next[corner]], half.prev[corner]]
+    quad = (half.next[ring[2]] == ring[3]) & ~rim.on[half.tail[ring[2]]]
+    moved[ring[2][quad]] = sum(points[side[quad]] for side in ring) / 4
     return moved
 
 
@@ -111,8 +139,8 @@ def simplest(mesh: PolyMesh) -> PolyMesh:
 
     The boundary stays in its place, and two steps cut its polygon as Chaikin does: a boundary
     vertex between two faces takes over the middle of the edge between them; one with more faces
-    stays as the tip of a new face. Boundary vertices that lie in one face only are cut off, and
-    the faces at their neighbours are closed straight.
+    or with triangles stays as the tip of a new face. Boundary vertices that lie in one face only
+    are cut off, and the faces at their neighbours are closed straight.
 
     Parameters
     ----------
@@ -176,10 +204,12 @@ def _notches(
 ) -> tuple[BoolArray, IntArray]:
     """Find the boundary vertices that get no face, and the one inner edge of each.
 
-    Those are the ones between two faces, unless the inner edge leads to another such: then the
-    two faces would meet in a single point.
+    Those are the ones between two faces that are no triangles, unless the inner edge leads to
+    another such: then the two faces would meet in a single point.
     """
     between = rim.on & (np.diff(offsets) == 2) & ~straight
+    # A triangle could lose both its inner middles to the boundary, and with them its area.
+    between[half.tail[half.next[half.next[half.next]] == np.arange(half.n_halfedges)]] = False
     inward = np.zeros(len(rim.on), dtype=np.int64)
     inward[between] = corners[offsets[:-1][between] + 1]
     notched = between & ~between[half.head[inward]]

@@ -5,12 +5,12 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.rings import (
     Rim,
     edge_middles,
+    face_sums,
     find_rim,
-    first_waves,
     name_some,
     smooth_curve,
     sum_at,
@@ -96,10 +96,10 @@ def mid_edge_twist(halfedges: Halfedges, n_old_vertices: int) -> BoolArray:
 def loop(mesh: PolyMesh) -> PolyMesh:
     """Take one step of Loop subdivision, carried over to polygon meshes.
 
-    Triangles get Loop's masks. An inner edge takes half its point from each of its faces: from
-    an n-gon the corner at k·360°/n from the middle of the edge with the weight
-    (1/2 + cos(k·360°/n) / 8) / n, which is Loop's mask where both faces are triangles. Around the
-    n-gons that stay, each step shrinks by 0.5 (triangles) to 0.67 (large polygons), alike in both
+    Triangles get Loop's masks. At larger faces the mean of the face's other corners takes the
+    place of the triangle's other corners: an inner edge takes 3/8 of each end and 1/8 of that
+    mean on either side, an inner vertex Loop's share of its faces' means. Around the n-gons that
+    stay, each step shrinks to 0.5 (triangles), 0.63 (quads) or 0.75 (hexagons), alike in both
     directions, and anything else faster: so the surface has a tangent plane there.
 
     The boundary follows the cubic B-spline curve of its vertices; a boundary vertex that lies in
@@ -187,12 +187,15 @@ def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     edge = edge_middles(mesh, half)
     inner = half.twin[first] >= 0
     one = first[inner]
-    centre = face_centres(mesh)[half.face]
-    side = centre / 2 + first_waves(mesh, 1 / 2) / (8 * mesh.face_sizes[half.face, None])
+    sizes = mesh.face_sizes[half.face, None]
+    sums = face_sums(mesh)[half.face]
+    tail = positions[half.tail]
+    ends = tail + positions[half.head]
+    side = 3 / 16 * ends + (sums - ends) / (8 * (sizes - 2))
     edge[inner] = side[one] + side[half.twin[one]]
     count = valences(half, rim)
     beta = _beta(count)[:, None]
-    around = sum_at(half.tail, positions[half.head], mesh.n_vertices)
+    around = sum_at(half.tail, (sums - tail) / (sizes - 1), mesh.n_vertices)
     vertex = (1 - count[:, None] * beta) * positions + beta * around
     still = rim.on | (count == 0)
     vertex[still] = positions[still]

@@ -132,37 +132,9 @@ def edge_middles(mesh: PolyMesh, half: Halfedges) -> FloatArray:
     return (mesh.vertices[half.tail[first]] + mesh.vertices[half.head[first]]) / 2
 
 
-def first_waves(mesh: PolyMesh, shift: float) -> FloatArray:
-    """Return the first Fourier wave of each face's corners, at or between its corners, (H, 3).
-
-    For corner k of an n-gon with corners p: Σ_j p_j cos(2π (j - k - shift) / n). Masks that treat
-    all corners of a face alike are made of this, and so cost no more for large faces.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        The mesh.
-    shift : float
-        0 for the corners themselves, 1/2 for the middles of the edges that start there.
-
-    Examples
-    --------
-    >>> square = PolyMesh.from_faces([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2, 3]])
-    >>> first_waves(square, 0.0)[0].round(9).tolist()
-    [2.0, 0.0, 0.0]
-    """
-    sizes = mesh.face_sizes
-    start = mesh.offsets[:-1]
-    step = np.repeat(2 * np.pi / sizes, sizes)
-    number = np.arange(mesh.n_corners) - np.repeat(start, sizes)
-    corners = mesh.vertices[mesh.indices]
-    angle = (step * number)[:, None]
-    turned = angle + shift * step[:, None]
-    cosine = np.add.reduceat(np.cos(angle) * corners, start, axis=0)
-    sine = np.add.reduceat(np.sin(angle) * corners, start, axis=0)
-    return np.cos(turned) * np.repeat(cosine, sizes, axis=0) + np.sin(turned) * np.repeat(
-        sine, sizes, axis=0
-    )
+def face_sums(mesh: PolyMesh) -> FloatArray:
+    """Return the sum of the corners of each face, (F, 3)."""
+    return np.add.reduceat(mesh.vertices[mesh.indices], mesh.offsets[:-1], axis=0)
 
 
 def corners_in_turn(halfedges: Halfedges, n_vertices: int) -> tuple[IntArray, IntArray]:

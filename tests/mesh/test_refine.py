@@ -1,0 +1,584 @@
+"""Refinement schemes: what they keep, how much they make, and where it stands."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from meshes_shared import shared_mesh
+from strategies import klein_bottle, merged, moebius_strip, shuffled
+from weaving_meshes import meshes
+
+from fabweave.arrays import offsets_of
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.mesh import grids, solids
+from fabweave.mesh.catmull_clark import catmull_clark, catmull_clark_limit, split_to_quads
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.dual import doo_sabin, simplest
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.loop import loop, loop_limit, mid_edge, mid_edge_twist
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.refine import (
+    MOST_FACES,
+    SCHEMES,
+    Refinement,
+    find_scheme,
+    format_refinements,
+    parse_refinements,
+    predict_faces,
+    refine_mesh,
+)
+from fabweave.mesh.rings import corners_in_turn, find_rim
+from fabweave.mesh.sqrt3 import sqrt3
+
+NAMES = [scheme.name for scheme in SCHEMES]
+names = pytest.mark.parametrize("name", NAMES)
+
+
+def counts(mesh):
+    """Return vertices, edges, faces."""
+    return mesh.n_vertices, build_halfedges(mesh).n_edges, mesh.n_faces
+
+
+def refined(mesh, name, steps=1):
+    return refine_mesh(mesh, [Refinement(name, steps)])
+
+
+def doubly_joined(mesh):
+    """Return whether two faces share more than one edge, which √3 subdivision refuses."""
+    half = build_halfedges(mesh)
+    inner = np.flatnonzero(half.twin >= 0)
+    pairs = set(zip(half.face[inner].tolist(), half.face[half.twin[inner]].tolist(), strict=True))
+    return len(pairs) < len(inner)
+
+
+# What every scheme keeps.
+
+
+@names
+@settings(max_examples=25)
+@given(mesh=meshes(), steps=st.integers(1, 2), seed=st.integers(0, 2**32))
+def test_topology_is_kept(name, mesh, steps, seed):
+    mesh = shuffled(mesh, seed)
+    if name == "sqrt3" and doubly_joined(mesh):
+        with pytest.raises(CannotMakeError, match="share more than one edge"):
+            refined(mesh, name, steps)
+        return
+    before, after = check_mesh(mesh), check_mesh(refined(mesh, name, steps))
+    assert after.edge_manifold
+    assert after.vertex_manifold
+    assert after.oriented
+    assert not after.fatal
+    assert after.euler == before.euler
+    assert after.n_components == before.n_components
+    assert after.n_boundary_loops == before.n_boundary_loops
+    assert after.component_genus == before.component_genus
+
+
+@names
+def test_components_stay_apart(name):
+    parts = [solids.cube(), grids.torus(5, 4, 35.0, 15.0), grids.hypar(4, 3, 90.0, 20.0)]
+    report = check_mesh(refined(merged(*parts), name, 2))
+    assert report.n_components == 3
+    assert sorted(report.component_genus) == [0, 0, 1]
+    assert sum(refined(part, name, 2).n_faces for part in parts) == report.n_faces
+
+
+@names
+@given(mesh=meshes(), seed=st.integers(0, 2**32))
+@settings(max_examples=15)
+def test_schemes_follow_every_affine_map(name, mesh, seed):
+    if name == "sqrt3" and doubly_joined(mesh):
+        return
+    rng = np.random.default_rng(seed)
+    matrix, shift = rng.normal(size=(3, 3)), rng.normal(size=3)
+    plain = refined(mesh, name, 2)
+    moved = refined(mesh.with_vertices(mesh.vertices @ matrix + shift), name, 2)
+    assert np.array_equal(moved.indices, plain.indices)
+    scale = 1 + np.abs(moved.vertices).max()
+    assert np.abs(moved.vertices - (plain.vertices @ matrix + shift)).max() < 1e-9 * scale
+
+
+@names
+@given(
+    m=st.integers(1, 7),
+    n=st.integers(1, 7),
+    seed=st.integers(0, 2**32),
+    steps=st.integers(1, 3),
+)
+@settings(max_examples=15)
+def test_plane_stays_plane_and_faces_keep_facing_up(name, m, n, seed, steps):
+    """Faces of a flat grid with some diagonals stay flat, face up, and do not overlap."""
+    rng = np.random.default_rng(seed)
+    flat = grids.hypar(m, n, 10.0, 0.0)
+    faces = []
+    for a, b, c, d in flat.faces():
+        cut = [[[a, b, c, d]], [[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]]
+        faces += cut[int(rng.integers(3))]
+    mesh = refined(PolyMesh.from_faces(flat.vertices, faces), name, steps)
+    assert np.abs(mesh.vertices[:, 2]).max() < 1e-12
+    areas = signed_areas(mesh)
+    assert areas.min() > 1e-6
+    # The sum of the areas is the area inside the boundary, whatever lies between.
+    assert areas.sum() == pytest.approx(area_inside_rim(mesh), rel=1e-9)
+    if not find_scheme(name).smooth:
+        assert areas.sum() == pytest.approx(100.0)
+    assert areas.sum() <= 100 + 1e-9
+
+
+def signed_areas(mesh):
+    x, y, _ = mesh.vertices[mesh.indices].T
+    following = build_halfedges(mesh).next
+    return np.add.reduceat(x * y[following] - y * x[following], mesh.offsets[:-1]) / 2
+
+
+def area_inside_rim(mesh):
+    half = build_halfedges(mesh)
+    rim = half.twin < 0
+    (x, y, _), (u, v, _) = mesh.vertices[half.tail[rim]].T, mesh.vertices[half.head[rim]].T
+    return float(np.sum(x * v - y * u) / 2)
+
+
+# How much they make.
+
+
+@names
+@settings(max_examples=20)
+@given(mesh=meshes())
+def test_counts_are_those_of_the_formulas(name, mesh):
+    if name == "sqrt3" and doubly_joined(mesh):
+        return
+    half = build_halfedges(mesh)
+    v, e, f = counts(mesh)
+    h = mesh.n_corners
+    rim = find_rim(half, v)
+    inner_edges = e - int(rim.on.sum())
+    inner_vertices = int(np.sum(~rim.on & (np.bincount(half.tail, minlength=v) >= 3)))
+    got = counts(refined(mesh, name))
+    if name in ("catmull-clark", "quads"):
+        assert got == (v + e + f, 2 * e + h, h)
+    elif name in ("loop", "mid-edge"):
+        assert got == (v + e, 2 * e + h, h + f)
+    elif name == "sqrt3":
+        assert got == (v + f, e + h, 2 * inner_edges + int(rim.on.sum()))
+        fine = refined(mesh, name, 2)
+        assert fine.n_faces == 6 * e - 3 * int(rim.on.sum()) + (h - 2 * e + int(rim.on.sum()))
+    elif name == "doo-sabin":
+        assert (got[0], got[2]) == (h, f + inner_edges + inner_vertices)
+    elif not rim.on.any():
+        assert (got[0], got[2]) == (e, f + inner_vertices)
+        assert got[1] == h - int(np.sum(np.bincount(half.tail) == 2))
+
+
+@names
+@given(mesh=meshes(closed=True), steps=st.integers(1, 3))
+@settings(max_examples=15)
+def test_prediction_is_exact_on_closed_meshes(name, mesh, steps):
+    if np.bincount(mesh.indices).min() < 3 or (name == "sqrt3" and doubly_joined(mesh)):
+        return
+    what = [Refinement(name, steps), Refinement("quads")]
+    assert predict_faces(mesh, what) == refine_mesh(mesh, what).n_faces
+
+
+@pytest.mark.parametrize("scheme", SCHEMES, ids=NAMES)
+@given(mesh=meshes())
+@settings(max_examples=10)
+def test_faces_are_what_the_scheme_says(scheme, mesh):
+    if scheme.name == "sqrt3" and doubly_joined(mesh):
+        return
+    sizes = set(refined(mesh, scheme.name, 2).face_sizes.tolist())
+    expected = {"quads": {4}, "triangles": {3}}.get(scheme.faces)
+    assert expected is None or sizes == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes", "valences"),
+    [
+        ("catmull-clark", {4}, {4}),
+        ("doo-sabin", {4}, {4}),
+        ("simplest", {4}, {4}),
+        ("quads", {4}, {4}),
+        ("sqrt3", {3}, {4, 8}),
+        ("mid-edge", {3, 4}, {4, 6}),
+    ],
+)
+def test_regular_torus_stays_regular(name, sizes, valences):
+    mesh = refined(grids.torus(7, 5, 35.0, 15.0), name)
+    assert set(mesh.face_sizes.tolist()) == sizes
+    assert set(np.bincount(mesh.indices).tolist()) == valences
+
+
+def test_all_inner_vertices_of_doo_sabin_and_simplest_have_four_edges():
+    for scheme in (doo_sabin, simplest):
+        for solid in (solids.tetrahedron, solids.icosahedron, solids.dodecahedron):
+            assert set(np.bincount(scheme(solid()).indices).tolist()) == {4}
+
+
+# Where it stands.
+
+
+def test_known_positions_on_the_cube():
+    fine = catmull_clark(solids.cube())
+    assert np.abs(fine.vertices[:8]) == pytest.approx(np.full((8, 3), 5 / 9))
+    assert np.sort(np.abs(fine.vertices[8:20])) == pytest.approx(np.tile([0, 0.75, 0.75], (12, 1)))
+    assert np.sort(np.abs(fine.vertices[20:])) == pytest.approx(np.tile([0, 0, 1.0], (6, 1)))
+    assert np.abs(catmull_clark_limit(solids.cube()).vertices) == pytest.approx(
+        np.full((8, 3), 0.5)
+    )
+    small = np.sort(np.abs(doo_sabin(solids.cube()).vertices))
+    assert small == pytest.approx(np.tile([0.5, 0.5, 1.0], (24, 1)))
+
+
+@given(mesh=meshes())
+def test_smooth_triangles_follow_loops_masks(mesh):
+    """The plain textbook loop over a triangle mesh as the oracle."""
+    mesh = sqrt3(mesh, 1, limit=False) if not doubly_joined(mesh) else mid_edge(mesh)
+    if set(mesh.face_sizes.tolist()) != {3}:
+        return
+    half = build_halfedges(mesh)
+    fine = loop(mesh).vertices
+    p = mesh.vertices
+    around = [set() for _ in p]
+    for a, b in zip(half.tail.tolist(), half.head.tolist(), strict=True):
+        around[a].add(b)
+        around[b].add(a)
+    for edge, h in enumerate(half.edge_halfedge.tolist()):
+        a, b, t = half.tail[h], half.head[h], half.twin[h]
+        expected = (p[a] + p[b]) / 2
+        if t >= 0:
+            c, d = half.tail[half.prev[h]], half.tail[half.prev[t]]
+            expected = 3 / 8 * (p[a] + p[b]) + (p[c] + p[d]) / 8
+        assert fine[mesh.n_vertices + edge] == pytest.approx(expected)
+    rim = find_rim(half, mesh.n_vertices)
+    for v in np.flatnonzero(~rim.on).tolist():
+        n = len(around[v])
+        beta = (5 / 8 - (3 / 8 + math.cos(2 * math.pi / n) / 4) ** 2) / n
+        expected = (1 - n * beta) * p[v] + beta * sum(p[w] for w in around[v])
+        assert fine[v] == pytest.approx(expected)
+
+
+@given(mesh=meshes())
+def test_doo_sabin_follows_its_masks_inside(mesh):
+    half = build_halfedges(mesh)
+    rim = find_rim(half, mesh.n_vertices)
+    fine = doo_sabin(mesh).vertices
+    faces = mesh.faces()
+    for f, face in enumerate(faces):
+        if rim.on[face].any():
+            continue
+        n = len(face)
+        for k in range(n):
+            weights = [(3 + 2 * math.cos(2 * math.pi * (j - k) / n)) / (4 * n) for j in range(n)]
+            weights[k] = (n + 5) / (4 * n)
+            expected = np.array(weights) @ mesh.vertices[face]
+            assert fine[mesh.offsets[f] + k] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("step", "limit"),
+    [(catmull_clark, catmull_clark_limit), (loop, loop_limit)],
+    ids=["cc", "loop"],
+)
+@given(mesh=meshes(), more=st.integers(1, 2))
+@settings(max_examples=25)
+def test_limit_does_not_depend_on_the_number_of_steps(step, limit, mesh, more):
+    """Interior, extraordinary, boundary and corner vertices alike, on polygons of any size."""
+    early = limit(mesh).vertices
+    fine = mesh
+    for _ in range(more):
+        fine = step(fine)
+    late = limit(fine).vertices[: mesh.n_vertices]
+    assert np.abs(early - late).max() < 1e-9 * np.abs(mesh.vertices).max()
+
+
+@given(mesh=meshes(), steps=st.integers(1, 2))
+@settings(max_examples=25)
+def test_sqrt3_limit_does_not_depend_on_the_number_of_steps(mesh, steps):
+    if doubly_joined(mesh):
+        return
+    early = sqrt3(mesh, steps).vertices
+    late = sqrt3(mesh, steps + 1).vertices[: len(early)]
+    assert np.abs(early - late).max() < 1e-9 * np.abs(mesh.vertices).max()
+
+
+@pytest.mark.parametrize("step", [doo_sabin, simplest])
+@given(mesh=meshes(closed=True))
+@settings(max_examples=15)
+def test_centres_of_faces_stay_and_so_lie_on_the_limit_surface(step, mesh):
+    """A face's shrunk copy comes first in the result and has the same centre, step by step."""
+    fine = step(step(mesh))
+    middle = face_centres(mesh)
+    assert np.abs(face_centres(fine)[: mesh.n_faces] - middle).max() < 1e-9 * np.abs(middle).max()
+
+
+def test_limits_of_a_cube_are_round():
+    """Catmull–Clark's limit of the cube is near a ball; the plain quads are not."""
+    for name, spread in (("catmull-clark", 1.06), ("sqrt3", 1.16), ("loop", 1.18)):
+        radius = np.linalg.norm(refined(solids.cube(), name, 3).vertices, axis=1)
+        assert radius.max() / radius.min() < spread
+    radius = np.linalg.norm(refined(solids.cube(), "quads", 3).vertices, axis=1)
+    assert radius.max() / radius.min() == pytest.approx(3**0.5)
+
+
+@pytest.mark.parametrize("name", ["mid-edge", "quads"])
+@given(mesh=meshes())
+@settings(max_examples=15)
+def test_linear_schemes_keep_vertices_and_area(name, mesh):
+    fine = refined(mesh, name, 2)
+    assert np.array_equal(fine.vertices[: mesh.n_vertices], mesh.vertices)
+    half = build_halfedges(mesh)
+    ends = mesh.vertices[half.tail] + mesh.vertices[half.head]
+    once = refined(mesh, name)
+    first = half.edge_halfedge
+    assert np.array_equal(once.vertices[mesh.n_vertices :][: half.n_edges], ends[first] / 2)
+
+
+# The boundary.
+
+
+def rim_points(mesh, start):
+    """Return the boundary polygon through a vertex."""
+    half = build_halfedges(mesh)
+    rim = find_rim(half, mesh.n_vertices)
+    points = [start]
+    while (v := int(rim.after[points[-1]])) != start:
+        points.append(v)
+    return mesh.vertices[points]
+
+
+@given(m=st.integers(3, 12), n=st.integers(1, 5))
+def test_rim_of_a_tube_is_the_spline_curve(m, n):
+    """Boundary vertices of smooth schemes stand on the B-spline curve of the old ones."""
+    mesh = grids.tube(m, n, 25.0, 100.0)
+    ring = 2 / 3 + math.cos(2 * math.pi / m) / 3  # (1, 4, 1)/6 on a regular polygon
+    for name in ("catmull-clark", "loop", "sqrt3"):
+        fine = refined(mesh, name, 2)
+        radius = np.hypot(*fine.vertices[: mesh.n_vertices][:: n + 1, :2].T)
+        assert radius == pytest.approx(np.full(m, 25.0 * ring))
+        on = find_rim(build_halfedges(fine), fine.n_vertices).on
+        assert np.abs(fine.vertices[on, 2]) == pytest.approx(np.full(on.sum(), 50.0))
+        assert on.sum() == 2 * m * (3 if name == "sqrt3" else 4)
+
+
+def chaikin(points):
+    following = np.roll(points, -1, axis=0)
+    return np.stack([0.75 * points + 0.25 * following, 0.25 * points + 0.75 * following], axis=1)
+
+
+@pytest.mark.parametrize(("step", "times"), [(doo_sabin, 1), (simplest, 2)])
+@given(m=st.integers(3, 9), n=st.integers(2, 5))
+def test_rim_of_dual_schemes_is_cut_as_by_chaikin(step, times, m, n):
+    mesh = grids.tube(m, n, 25.0, 100.0)
+    fine, expected = mesh, rim_points(mesh, 0)
+    for _ in range(2):
+        expected = chaikin(expected).reshape(-1, 3)
+        for _ in range(times):
+            fine = step(fine)
+        on = find_rim(build_halfedges(fine), fine.n_vertices).on
+        lower = fine.vertices[on & (fine.vertices[:, 2] < 0)]
+        assert sorted(map(tuple, lower.round(9) + 0.0)) == sorted(
+            map(tuple, expected.round(9) + 0.0)
+        )
+        # The rows next to the boundary become denser with the rest: no strip is left behind.
+        inner = np.unique(np.abs(np.abs(fine.vertices[:, 2]) - 50).round(9))
+        assert inner[1] <= 100 / n
+
+
+@pytest.mark.parametrize("name", ["catmull-clark", "doo-sabin", "sqrt3", "loop"])
+def test_corners_of_a_sheet_stay_and_flat_grids_stay_straight(name):
+    mesh = grids.hypar(5, 4, 10.0, 0.0)
+    fine = refined(mesh, name, 2)
+    where = {tuple(point) for point in fine.vertices[:, :2].round(9).tolist()}
+    assert {(-5.0, -5.0), (-5.0, 5.0), (5.0, -5.0), (5.0, 5.0)} <= where
+    assert signed_areas(fine).sum() == pytest.approx(100.0)
+    if name == "doo-sabin":  # a grid of m cells becomes one of 2m - 1, its rows straight
+        assert [len(np.unique(fine.vertices[:, axis].round(9))) for axis in (0, 1)] == [18, 14]
+
+
+def test_strips_one_face_wide_are_not_torn():
+    for mesh in (grids.tube(5, 1, 25.0, 30.0), grids.hypar(6, 1, 60.0, 0.0)):
+        for name in NAMES:
+            report = check_mesh(refined(mesh, name, 3))
+            assert report.vertex_manifold
+            assert report.n_components == 1
+
+
+# The exact twill of a mid-edge subdivision (its twill conditions: tests/weave/test_hereditary.py).
+
+
+@given(mesh=meshes())
+def test_mid_edge_puts_old_vertices_first_and_middles_in_order(mesh):
+    fine = mid_edge(mesh)
+    half, old = build_halfedges(fine), build_halfedges(mesh)
+    twist = mid_edge_twist(half, mesh.n_vertices)
+    assert twist.sum() == 2 * old.n_edges
+    assert twist.shape == (2 * old.n_edges + old.n_halfedges,)
+    first = half.edge_halfedge[twist]
+    ends = np.sort(np.stack([half.tail[first], half.head[first]]), axis=0)
+    edge = ends[1] - mesh.n_vertices
+    assert np.array_equal(np.bincount(edge), np.full(old.n_edges, 2))
+    one = old.edge_halfedge[edge]
+    assert np.all((old.tail[one] == ends[0]) | (old.head[one] == ends[0]))
+    sizes = np.concatenate((np.full(mesh.n_corners, 3), mesh.face_sizes))
+    assert np.array_equal(fine.offsets, offsets_of(sizes))
+
+
+# Chains.
+
+
+def test_steps_of_one_scheme_count_together():
+    for name in NAMES:
+        twice = refine_mesh(solids.cube(), parse_refinements(f"{name}, {name}"))
+        assert np.array_equal(twice.vertices, refined(solids.cube(), name, 2).vertices)
+
+
+def test_limit_is_taken_once_and_before_linear_schemes():
+    cube = solids.cube()
+    chain = refine_mesh(cube, parse_refinements("catmull-clark:1,doo-sabin:1"))
+    assert np.array_equal(chain.vertices, doo_sabin(catmull_clark(cube)).vertices)
+    chain = refine_mesh(cube, parse_refinements("catmull-clark:1,mid-edge:1"))
+    assert np.array_equal(
+        chain.vertices, mid_edge(catmull_clark_limit(catmull_clark(cube))).vertices
+    )
+    chain = refine_mesh(cube, parse_refinements("sqrt3:1,loop:1"))
+    assert np.array_equal(chain.vertices, loop_limit(loop(sqrt3(cube, 1, limit=False))).vertices)
+    assert refine_mesh(cube, ()) is cube
+
+
+@given(st.lists(st.builds(Refinement, st.sampled_from(NAMES), st.integers(1, 9)), max_size=4))
+def test_text_of_refinements_reads_back(chain):
+    assert parse_refinements(format_refinements(chain)) == tuple(chain)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("catmull", "there are catmull-clark, doo-sabin, simplest, sqrt3, loop, mid-edge, quads"),
+        ("loop:", "should read loop:STEPS"),
+        ("loop:two", "should read loop:STEPS, such as loop:2"),
+        ("loop:-1", "should read loop:STEPS"),
+        ("loop:1:2", "should read loop:STEPS"),
+        ("loop:²", "should read loop:STEPS"),
+        ("loop:0", "takes from 1 to 100 steps, not 0"),
+        ("loop:999", "takes from 1 to 100 steps"),
+        ("loop,,quads", "there is no refinement ''"),
+    ],
+)
+def test_bad_texts(text, message):
+    with pytest.raises(InputError, match=message):
+        parse_refinements(text)
+
+
+def test_bad_refinements_cannot_be_built():
+    with pytest.raises(InputError, match="there is no refinement"):
+        Refinement("Loop", 1)
+    with pytest.raises(InputError, match="steps"):
+        Refinement("loop", 0)
+
+
+@names
+def test_too_much_is_refused_at_once(name):
+    start = time.perf_counter()
+    with pytest.raises(CannotMakeError, match=rf"faces or more, and {MOST_FACES} are the most"):
+        refined(grids.torus(24, 12, 35.0, 15.0), name, 100)
+    assert time.perf_counter() - start < 5
+
+
+def test_progress_tells_the_steps():
+    heard = []
+    refine_mesh(
+        solids.cube(),
+        parse_refinements("sqrt3:2,quads"),
+        progress=lambda what, done, total: heard.append((what, done, total)),
+    )
+    assert heard == [("sqrt3", 0, 2), ("sqrt3", 1, 2), ("quads", 0, 1)]
+
+
+# What cannot be refined.
+
+
+def back_to_back():
+    return PolyMesh.from_faces(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3], [0, 3, 2, 1]]
+    )
+
+
+def test_vertices_with_two_edges():
+    for name in ("loop", "mid-edge"):
+        with pytest.raises(CannotMakeError, match="4 inner vertices have two edges only"):
+            refined(back_to_back(), name)
+    with pytest.raises(CannotMakeError, match="1 pairs of faces share more than one edge"):
+        refined(back_to_back(), "sqrt3")
+    for name in ("catmull-clark", "quads"):
+        report = check_mesh(refined(back_to_back(), name))
+        assert not report.fatal
+        assert report.genus == 0
+    prism = doo_sabin(back_to_back())
+    assert sorted(prism.face_sizes.tolist()) == [4] * 6
+    assert check_mesh(prism).genus == 0
+
+
+@names
+def test_what_is_no_oriented_surface_is_refused(name):
+    for mesh in (moebius_strip(5), klein_bottle(4, 5)):
+        with pytest.raises(InputError, match="run the same way"):
+            refined(mesh, name)
+    bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
+    if name != "quads":
+        with pytest.raises(InputError, match="touch at 1 vertices"):
+            refined(bow_tie, name)
+
+
+def test_closed_fans_that_touch_are_refused():
+    one, two = solids.tetrahedron(), solids.tetrahedron()
+    both = merged(one, two)
+    touching = PolyMesh(both.vertices, both.offsets, np.where(both.indices == 4, 0, both.indices))
+    for step in (doo_sabin, simplest):
+        with pytest.raises(InputError, match="separate fans of faces touch at 1 vertices"):
+            step(touching)
+
+
+@given(mesh=meshes(), seed=st.integers(0, 2**32))
+def test_corners_in_turn_go_round(mesh, seed):
+    mesh = shuffled(mesh, seed)
+    half = build_halfedges(mesh)
+    offsets, corners = corners_in_turn(half, mesh.n_vertices)
+    assert np.array_equal(np.sort(corners), np.arange(half.n_halfedges))
+    for v in range(mesh.n_vertices):
+        fan = corners[offsets[v] : offsets[v + 1]]
+        assert np.all(half.tail[fan] == v)
+        assert np.array_equal(half.twin[half.prev[fan[:-1]]], fan[1:])
+        assert half.twin[half.prev[fan[-1]]] in (-1, fan[0])
+
+
+# Real meshes.
+
+
+@names
+@pytest.mark.parametrize("file", ["ngon/spot_control_mesh.obj", "open/mixedFaring.off"])
+def test_real_polygon_meshes(name, file):
+    mesh = read_mesh(shared_mesh(file)).mesh
+    fine = refined(mesh, name)
+    before, after = check_mesh(mesh), check_mesh(fine)
+    assert not after.fatal
+    assert (after.euler, after.n_boundary_loops, after.oriented) == (
+        before.euler,
+        before.n_boundary_loops,
+        True,
+    )
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    slack = 0.02 * (high - low).max()
+    assert np.all(fine.vertices > low - slack)
+    assert np.all(fine.vertices < high + slack)
+
+
+@pytest.mark.slow
+def test_speed():
+    mesh = grids.torus(500, 400, 35.0, 15.0)
+    start = time.perf_counter()
+    assert catmull_clark(mesh).n_faces == 800_000
+    assert time.perf_counter() - start < 5  # about 0.2 s on a quiet machine
+    assert split_to_quads(solids.cube()).n_faces == 24
