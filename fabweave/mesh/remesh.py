@@ -225,7 +225,8 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
             f"{2 * merged} triangles were paired to {merged} quads; every vertex stays where it was"
         )
     else:
-        notes.append("the mesh is of quads already and was left as it is")
+        nearly = "nearly all faces are" if len(stray) else "all faces are"
+        notes.append(f"{nearly} quads already, and the mesh was left as it is")
     if len(stray):
         some = ", ".join(map(str, stray[:5].tolist())) + (", …" if len(stray) > 5 else "")
         notes.append(

@@ -60,7 +60,7 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
     return vertices, faces
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """End this process when the other end of standard input is closed: nobody waits any more."""
     while os.read(0, 1024):
         pass
@@ -69,7 +69,7 @@ def _end_with_parent() -> None:
 
 def main(engine: str, source: str, target: str) -> int:
     """Read a task, remesh, and write the result or what went wrong."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
     with np.load(Path(source), allow_pickle=False) as stored:
         task = dict(stored)
     try:

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,10 +20,16 @@ from fabweave.mesh.polymesh import PolyMesh
 
 # -P keeps the folder of the script, whose modules have everyday names, off the import path.
 _CHILD = (sys.executable, "-P", str(Path(__file__).with_name("remesh_child.py")))
+#: Seconds between two looks at whether a result is still wanted.
+_GLANCE_S = 0.1
 
 
 class AttemptFailedError(Exception):
     """Say why one run of a remesher gave nothing; caught where runs are compared."""
+
+
+class LimitReachedError(AttemptFailedError):
+    """Say that a run was stopped at its limit."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,8 @@ class Engine:
         How many quads it gives for each face that it is asked for.
     seeded : bool
         Whether its results differ by seed; else the count is varied.
+    most_runs : int
+        How many of its results are compared at most.
     command : tuple of str
         What starts it; the engine's name, the task file and the result file are appended.
     limit_s : float or None
@@ -51,6 +61,7 @@ class Engine:
     package: str
     quads_per_count: int = 1
     seeded: bool = True
+    most_runs: int = 4
     command: tuple[str, ...] = field(default=_CHILD)
     limit_s: float | None = None
 
@@ -89,12 +100,14 @@ def time_limit_s(n_triangles: int, n_quads: int) -> float:
     return 60.0 + 0.02 * n_quads + 0.001 * n_triangles
 
 
-def run_engine(engine: Engine, surface: PolyMesh, run: Run) -> PolyMesh:
+def run_engine(
+    engine: Engine, surface: PolyMesh, run: Run, stop: threading.Event | None = None
+) -> PolyMesh:
     """Run a remesher once, in a process of its own.
 
     The surface is brought to the unit box for it, as remeshers compute in single precision. The
-    process is ended when the limit is reached, and whenever this function is left early
-    (Ctrl-C).
+    process is ended when the limit is reached, when this function is left early (Ctrl-C), and
+    when it is told to stop.
 
     Parameters
     ----------
@@ -104,6 +117,8 @@ def run_engine(engine: Engine, surface: PolyMesh, run: Run) -> PolyMesh:
         Triangles.
     run : Run
         What to ask for.
+    stop : Event, optional
+        Set by another thread when the result is no longer wanted.
 
     Returns
     -------
@@ -113,7 +128,7 @@ def run_engine(engine: Engine, surface: PolyMesh, run: Run) -> PolyMesh:
     Raises
     ------
     AttemptFailedError
-        If it failed, ended without a result or hung.
+        If it failed, ended without a result or (LimitReachedError) hung.
     """
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     centre, size = (lower + upper) / 2, float((upper - lower).max()) or 1.0
@@ -128,11 +143,13 @@ def run_engine(engine: Engine, surface: PolyMesh, run: Run) -> PolyMesh:
             seed=run.seed,
             rim=run.rim,
         )
-        code = _run_child([*engine.command, engine.name, str(task), str(result)], limit)
+        code = _run_child(
+            [*engine.command, engine.name, str(task), str(result)], limit, stop or threading.Event()
+        )
         return _read_result(result, code, centre, size)
 
 
-def _run_child(command: list[str], limit: float) -> int:
+def _run_child(command: list[str], limit: float, stop: threading.Event) -> int:
     """Run a command to its end, silently; kill it, and all that it started, at the limit."""
     try:
         child = subprocess.Popen(  # noqa: S603 -- our own script, or the caller's command
@@ -145,14 +162,24 @@ def _run_child(command: list[str], limit: float) -> int:
     except OSError as error:
         raise AttemptFailedError(f"it could not be started: {error.strerror}") from error
     try:
-        return child.wait(limit)
-    except subprocess.TimeoutExpired:
-        raise AttemptFailedError(
-            f"it was stopped after {limit:.0f} s, the limit (what takes its place may not be what "
-            "a faster machine gives)"
-        ) from None
+        return _wait(child, limit, stop)
     finally:
         _kill(child)
+
+
+def _wait(child: "subprocess.Popen[bytes]", limit: float, stop: threading.Event) -> int:
+    """Wait for a child process, and return its code."""
+    end = time.monotonic() + limit
+    while not stop.is_set():
+        try:
+            return child.wait(max(0.0, min(_GLANCE_S, end - time.monotonic())))
+        except subprocess.TimeoutExpired:
+            if time.monotonic() >= end:
+                raise LimitReachedError(
+                    f"it was stopped after {limit:.0f} s, the limit (what takes its place may not "
+                    "be what a faster machine gives)"
+                ) from None
+    raise AttemptFailedError("it was no longer wanted")
 
 
 def _kill(child: "subprocess.Popen[bytes]") -> None:

@@ -1,6 +1,8 @@
 """Run a remesher a few times, and take the result with the fewest irregular vertices."""
 
-from collections import Counter
+import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +12,13 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.irregular import find_irregular
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh_check import Fit, check_remeshed
-from fabweave.mesh.remesh_engines import AttemptFailedError, Engine, Run, run_engine
+from fabweave.mesh.remesh_engines import (
+    AttemptFailedError,
+    Engine,
+    LimitReachedError,
+    Run,
+    run_engine,
+)
 
 #: Runs compared for tasks up to so many quads; by counts, not by time, so that results are the
 #: same on every machine.
@@ -19,6 +27,10 @@ _RUNS = ((3000, 4), (8000, 2))
 _LARGE = 200_000
 #: By how much the count changes from run to run where there are no seeds.
 _SPREAD = 0.04
+#: A result with more or fewer quads than wanted by this factor is no result.
+_FAR = 3.0
+#: Runs at the same time.
+_AT_ONCE = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,48 +87,89 @@ def best_run(
     failures : list of str
         What the runs that gave nothing failed of.
     """
+    report = check_mesh(source)
+    # Around a closed surface the lacks and excesses over four edges sum to four times its Euler
+    # characteristic: where each is one, there is no result with fewer.
+    enough = 4 * abs(report.euler) if report.closed else 0
+    large = surface.n_faces > _LARGE
     failures: list[str] = []
-    for rim in (False,) if check_mesh(source).closed else (True, False):
+    hung: list[str] = []
+    for rim in (False,) if report.closed else (True, False):
         good: list[tuple[tuple[int, int], Candidate]] = []
-        runs = _runs(engine, wanted, seed, rim=rim, large=surface.n_faces > _LARGE)
-        for number, run in enumerate(runs):
-            progress(f"remeshing with {engine.title}", number, len(runs))
-            found = _attempt(engine, source, surface, run)
-            if isinstance(found, str):
-                failures.append(found)
-                continue
-            irregular = len(find_irregular(found.mesh))
-            good.append(((irregular, abs(found.mesh.n_faces - wanted)), found))
+        runs = _runs(engine, wanted, seed, rim=rim, large=large)
+        with _Children(engine, surface, runs) as children:
+            for number, run in enumerate(runs):
+                progress(f"remeshing with {engine.title}", number, len(runs))
+                try:
+                    result = _without_loose_vertices(children.result(number))
+                except LimitReachedError as error:
+                    hung.append(str(error))
+                    continue
+                except AttemptFailedError as error:
+                    failures.append(str(error))
+                    continue
+                fit = check_remeshed(source, result)
+                faults = fit.faults + _count_faults(result.n_faces, wanted)
+                if faults:
+                    failures.append("; ".join(faults))
+                    continue
+                irregular = len(find_irregular(result))
+                found = Candidate(engine, result, run, fit)
+                good.append(((irregular, abs(result.n_faces - wanted)), found))
+                if irregular <= enough:
+                    break
         progress(f"remeshing with {engine.title}", len(runs), len(runs))
         if good:
-            return min(good, key=lambda item: item[0])[1], _summed_up(engine, failures)
-    return None, _summed_up(engine, failures)
+            best = min(good, key=lambda item: item[0])[1]
+            return best, _summed_up(engine, hung) + _summed_up(engine, failures)
+    return None, _summed_up(engine, hung) + _summed_up(engine, failures)
+
+
+class _Children:
+    """Runs of a remesher, two at a time; none is left running when the block ends."""
+
+    def __init__(self, engine: Engine, surface: PolyMesh, runs: list[Run]) -> None:
+        """Start the first runs."""
+        self.stop = threading.Event()
+        self.pool = ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1))
+        self.waiting = [
+            self.pool.submit(run_engine, engine, surface, run, self.stop) for run in runs
+        ]
+
+    def __enter__(self) -> "_Children":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Stop what still runs, and wait until it has ended."""
+        self.stop.set()
+        self.pool.shutdown(wait=True, cancel_futures=True)
+
+    def result(self, number: int) -> PolyMesh:
+        """Wait for the result of one run."""
+        return self.waiting[number].result()
 
 
 def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
-    """Say once what several runs failed of."""
-    return [
-        f"{engine.title}" + (f", {runs} runs" if runs > 1 else "") + f": {reason}"
-        for reason, runs in Counter(failures).items()
-    ]
+    """Say in one line what several runs failed of; where that differs, what the least bad did."""
+    if not failures:
+        return []
+    runs = f", {len(failures)} runs" if len(failures) > 1 else ""
+    differ = "; the others failed of more" if len(set(failures)) > 1 else ""
+    return [f"{engine.title}{runs}: {min(failures, key=len)}{differ}"]
 
 
-def _attempt(engine: Engine, source: PolyMesh, surface: PolyMesh, run: Run) -> Candidate | str:
-    """Run a remesher once; return the checked result, or what was wrong with it."""
-    try:
-        made = run_engine(engine, surface, run)
-    except AttemptFailedError as error:
-        return str(error)
-    result = _without_loose_vertices(made)
-    fit = check_remeshed(source, result)
-    return "; ".join(fit.faults) if fit.faults else Candidate(engine, result, run, fit)
+def _count_faults(made: int, wanted: int) -> tuple[str, ...]:
+    """Say if there are far more or far fewer quads than wanted."""
+    far = not wanted / _FAR <= made <= wanted * _FAR
+    return (f"{made} quads, far from the {wanted} wanted",) if far else ()
 
 
 def _runs(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
     """Return the runs to compare."""
     number = 1 if large else next((runs for most, runs in _RUNS if wanted <= most), 1)
     runs = []
-    for k in range(number):
+    for k in range(min(number, engine.most_runs)):
         # 0, +1, -1, +2 times the spread
         share = 1 + _SPREAD * ((k + 1) // 2) * (1 if k % 2 else -1)
         aim = wanted if engine.seeded else round(wanted * share)

@@ -1,0 +1,239 @@
+"""Pairing against meshes whose quads are known: cut them, forget them, get them back."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from meshes_shared import shared_mesh
+from strategies import closed_surfaces, merged, open_surfaces, shuffled
+from weaving_meshes import cut_faces
+
+from fabweave.mesh import grids, solids
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.irregular import find_irregular, irregular_note
+from fabweave.mesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner
+from fabweave.mesh.triangulate import triangulate
+
+
+def split_quads(mesh, seed):
+    """Cut every quad by a random one of its diagonals."""
+    choices = np.random.default_rng(seed).integers(1, 3, mesh.n_faces)
+    return cut_faces(mesh, np.where(mesh.face_sizes == 4, choices, 0).tolist())
+
+
+def rings(mesh):
+    """Return the faces without where they start, as a set."""
+    found = set()
+    for face in mesh.faces():
+        start = face.index(min(face))
+        found.add(tuple(face[start:] + face[:start]))
+    assert len(found) == mesh.n_faces
+    return found
+
+
+def by_place(mesh):
+    """Return the faces by positions, independent of numbering."""
+    place = {tuple(p): k for k, p in enumerate(sorted(map(tuple, mesh.vertices.tolist())))}
+    number = np.array([place[tuple(p)] for p in mesh.vertices.tolist()])
+    return rings(PolyMesh(mesh.vertices, mesh.offsets, number[mesh.indices]))
+
+
+def paired(mesh, **options):
+    return merge_pairs(mesh, pair_triangles(mesh, **options))
+
+
+@given(
+    m=st.integers(4, 40),
+    n=st.integers(4, 20),
+    seed=st.integers(0, 2**32 - 1),
+    tube=st.floats(5, 25),
+)
+def test_torus_cut_by_random_diagonals_comes_back(m, n, seed, tube):
+    torus = grids.torus(m, n, 35.0, tube)
+    triangles = shuffled(split_quads(torus, seed), seed)
+    assert triangles.n_faces == 2 * m * n
+    pairing = pair_triangles(triangles)
+    assert pairing.split
+    assert pairing.n_pairs == m * n
+    assert len(pairing.lonely) == 0
+    assert by_place(merge_pairs(triangles, pairing)) == by_place(torus)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "quad/bob_controlmesh.obj",
+        "quad/bob_quad.obj",
+        "quad/catmark_toroidal_tet.obj",
+        "quad/catmark_torus.obj",
+        "quad/spot_quadrangulated.obj",
+        "open/hypar.obj",
+        "open/tubemesh.off",
+    ],
+)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_real_quad_mesh_comes_back(name, seed):
+    mesh = read_mesh(shared_mesh(name)).mesh
+    assert rings(paired(split_quads(mesh, seed))) == rings(mesh)
+
+
+def test_double_torus_pairs_to_few_irregular_vertices():
+    # It is no file of split quads by name, but right-angled triangles all over: 6,144 of them.
+    mesh = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
+    quads = paired(mesh)
+    report = check_mesh(quads)
+    assert report.face_sizes == ((4, 3072),)
+    assert (report.genus, report.problems) == (2, ())
+    irregular = find_irregular(quads)
+    # Around a closed surface of quads the excesses over four sum to -4 times Euler's number.
+    assert np.sum(irregular.valence - 4) == 8
+    assert len(irregular) <= 6
+
+
+@pytest.mark.parametrize("name", ["tri/csaszar.obj", "tri/polyhedraexplorer_genus49.stl"])
+def test_repair_pairs_all_triangles_of_odd_meshes(name):
+    mesh = read_mesh(shared_mesh(name)).mesh
+    assert not pair_triangles(mesh).split
+    report = check_mesh(paired(mesh, repair=True))
+    assert report.face_sizes == ((4, mesh.n_faces // 2),)
+    assert report.problems == ()
+    assert report.euler == check_mesh(mesh).euler
+
+
+@pytest.mark.parametrize("solid", [solids.octahedron, solids.icosahedron, solids.tetrahedron])
+def test_equilateral_triangles_do_not_look_like_split_quads(solid):
+    pairing = pair_triangles(solid())
+    assert not pairing.split
+    assert pairing.clear == 0
+
+
+def test_hemisphere_of_triangles_does_not_look_like_split_quads():
+    assert not pair_triangles(read_mesh(shared_mesh("open/hemisphere.obj")).mesh).split
+
+
+def test_other_faces_stay():
+    mesh = merged(solids.dodecahedron(), solids.cube(), split_quads(solids.cube(), 3))
+    quads = paired(mesh)
+    assert quads.face_sizes.tolist() == [5] * 12 + [4] * 12
+    assert np.array_equal(quads.vertices, mesh.vertices)
+    assert rings(quads) == rings(merged(solids.dodecahedron(), solids.cube(), solids.cube()))
+
+
+def test_mesh_without_triangles_is_left_alone():
+    cube = solids.cube()
+    pairing = pair_triangles(cube)
+    assert pairing.n_pairs == 0
+    assert merge_pairs(cube, pairing).faces() == cube.faces()
+
+
+@given(st.one_of(closed_surfaces(), open_surfaces()), st.integers(0, 2**32 - 1), st.booleans())
+def test_merging_keeps_the_surface(surface, seed, repair):
+    mesh = surface[0]
+    mesh = cut_faces(mesh, np.random.default_rng(seed).integers(0, 5, mesh.n_faces).tolist())
+    pairing = pair_triangles(mesh, repair=repair)
+    # Every triangle is in one pair or lonely, and partners are mutual.
+    inner = np.flatnonzero(pairing.partner >= 0)
+    assert np.array_equal(pairing.partner[pairing.partner[inner]], inner)
+    assert np.array_equal(build_halfedges(mesh).twin[inner], pairing.partner[inner])
+    used = np.concatenate([face_of_corner(mesh)[inner], pairing.lonely])
+    assert sorted(used.tolist()) == np.flatnonzero(mesh.face_sizes == 3).tolist()
+    before, after = check_mesh(mesh), check_mesh(merge_pairs(mesh, pairing))
+    assert after.n_faces == mesh.n_faces - pairing.n_pairs
+    assert after.n_edges == before.n_edges - pairing.n_pairs
+    assert (after.euler, after.n_boundary_loops) == (before.euler, before.n_boundary_loops)
+    assert after.manifold
+    assert after.oriented
+
+
+def test_greed_is_the_greed_of_the_sorted_list():
+    rng = np.random.default_rng(7)
+    mesh = triangulate(grids.hypar(12, 9, 100.0, 10.0))
+    mesh = mesh.with_vertices(mesh.vertices + rng.normal(0, 2.0, mesh.vertices.shape))
+    pairing = pair_triangles(mesh, repair=False)
+    halfedges = build_halfedges(mesh)
+    taken, free = set(), set(range(mesh.n_faces))
+    for half in np.argsort(pairing.cost, kind="stable").tolist():
+        if np.isinf(pairing.cost[half]):
+            break
+        faces = {int(halfedges.face[half]), int(halfedges.face[halfedges.twin[half]])}
+        if faces <= free:
+            free -= faces
+            taken.add(min(half, int(halfedges.twin[half])))
+    inner = np.flatnonzero(pairing.partner > np.arange(mesh.n_corners))
+    assert set(inner.tolist()) == taken
+    assert set(pairing.lonely.tolist()) == free
+
+
+def test_lonely_triangles_far_apart_find_each_other():
+    # A strip sheared so far that each triangle fits the neighbour of the next quad better: greed
+    # leaves one triangle at each end, and only shifting every pair by one brings them together.
+    n = 9
+    x = np.arange(n + 1)
+    top = np.column_stack([x + 0.5, np.ones(n + 1), 0 * x])
+    bottom = np.column_stack([x, 0 * x, 0 * x])
+    faces = []
+    for k in range(n):
+        faces += [[k, k + 1, n + 1 + k], [k + 1, n + 2 + k, n + 1 + k]]
+    strip = PolyMesh.from_faces(np.concatenate([bottom, top]), faces)
+    points = strip.vertices.copy()
+    points[:, 0] += np.where(points[:, 1] > 0, 0.5, 0.0)
+    strip = strip.with_vertices(points)
+    assert len(pair_triangles(strip, repair=False).lonely) == 2
+    complete = pair_triangles(strip, repair=True)
+    assert len(complete.lonely) == 0
+    assert complete.n_pairs == n
+
+
+def test_large_torus_comes_back_whole():
+    torus = grids.torus(316, 158, 35.0, 15.0)
+    triangles = split_quads(torus, 5)
+    assert pair_triangles(triangles).n_pairs == torus.n_faces
+
+
+@given(st.one_of(closed_surfaces(), open_surfaces()))
+def test_triangulating_keeps_the_surface_and_its_vertices(surface):
+    mesh = surface[0]
+    triangles = triangulate(mesh)
+    assert set(triangles.face_sizes.tolist()) == {3}
+    assert np.array_equal(triangles.vertices[: mesh.n_vertices], mesh.vertices)
+    before, after = check_mesh(mesh), check_mesh(triangles)
+    assert (after.euler, after.n_boundary_loops, after.oriented) == (
+        before.euler,
+        before.n_boundary_loops,
+        before.oriented,
+    )
+
+
+@given(st.one_of(closed_surfaces(), open_surfaces()))
+def test_irregular_vertices_obey_euler(surface):
+    mesh = surface[0]
+    irregular = find_irregular(mesh)
+    report = check_mesh(mesh)
+    halfedges = build_halfedges(mesh)
+    assert np.array_equal(mesh.vertices[irregular.vertex], irregular.position)
+    inside = irregular.valence[~irregular.boundary]
+    assert np.all(inside != 4)
+    if report.closed:
+        total = int((inside - 4).sum())
+        assert total == 2 * halfedges.n_edges - 4 * mesh.n_vertices
+        assert len(irregular) == np.count_nonzero(np.bincount(mesh.indices) != 4)
+    assert irregular_note(irregular).startswith(
+        f"{len(irregular)} irregular" if len(irregular) else "no irregular"
+    )
+
+
+def test_grid_with_corners_is_regular_and_valence_eight_does_not_break_twill():
+    assert len(find_irregular(grids.hypar(4, 3, 10.0, 1.0))) == 0
+    # Sixteen quads in two rings around one vertex of valence eight.
+    angle = np.arange(16) * np.pi / 8
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    faces = [[0, 1 + 2 * k, 2 + 2 * k, 1 + (2 * k + 2) % 16] for k in range(8)]
+    star = PolyMesh.from_faces(np.concatenate([[[0, 0, 0]], ring]), faces)
+    found = find_irregular(star)
+    assert (found.vertex.tolist(), found.valence.tolist()) == ([0], [8])
+    assert not found.breaks_twill.any()
+    assert "none of them breaks" in irregular_note(found)
+    assert "breaks at 8 of them" in irregular_note(find_irregular(solids.cube()))

@@ -1,0 +1,603 @@
+"""Remeshing: whatever a remesher does, what comes back is checked, and refused if spoiled."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes_shared import shared_mesh
+from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
+
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.mesh import grids, solids
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh import Remesh, parse_remesh, remesh_quads
+from fabweave.mesh.remesh_check import check_remeshed
+from fabweave.mesh.remesh_engines import (
+    ENGINES,
+    AttemptFailedError,
+    Engine,
+    LimitReachedError,
+    Run,
+    run_engine,
+)
+from fabweave.mesh.triangulate import triangulate
+
+QUADRIFLOW, INSTANT = ENGINES
+needs_quadriflow = pytest.mark.skipif(
+    not QUADRIFLOW.installed, reason="pyQuadriFlow is not installed (extra [quad])"
+)
+needs_instant = pytest.mark.skipif(
+    not INSTANT.installed, reason="pynanoinstantmeshes is not installed (extra [quad])"
+)
+
+
+def icosphere(levels, radius=50.0):
+    """Return an icosahedron whose triangles are cut in four and blown up to a sphere."""
+    mesh = solids.icosahedron()
+    points, faces = mesh.vertices, mesh.indices.reshape(-1, 3)
+    for _ in range(levels):
+        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]))
+        known, number = np.unique(edges, axis=0, return_inverse=True)
+        ab, bc, ca = (number.reshape(3, -1) + len(points)).reshape(3, -1)
+        a, b, c = faces.T
+        points = np.concatenate([points, points[known].mean(axis=1)])
+        corners = [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+        faces = np.concatenate([np.column_stack(corner) for corner in corners])
+    points = radius * points / np.linalg.norm(points, axis=1, keepdims=True)
+    return PolyMesh.from_faces(points, faces)
+
+
+def stub(folder, body, name="stub"):
+    """Return an engine that runs a script; ``task`` is what it was given."""
+    script = folder / f"{name}.py"
+    script.write_text(
+        "import os, sys, time\n"
+        "import numpy as np\n"
+        "task = dict(np.load(sys.argv[2]))\n"
+        "def give(vertices, faces):\n"
+        "    np.savez(sys.argv[3], vertices=vertices, faces=faces)\n" + body
+    )
+    return Engine(name, f"The {name}", "", most_runs=1, command=(sys.executable, str(script)))
+
+
+def giving(folder, mesh, name="giver"):
+    """Return an engine that gives a mesh, brought to the unit box as a remesher sees it."""
+    np.savez(folder / f"{name}.npz", v=mesh.vertices, f=mesh.indices.reshape(mesh.n_faces, -1))
+    body = (
+        f"kept = np.load({str(folder / (name + '.npz'))!r})\n"
+        "points = task['vertices']\n"
+        "low, high = kept['v'].min(axis=0), kept['v'].max(axis=0)\n"
+        "give((kept['v'] - (low + high) / 2) / (high - low).max(), kept['f'])\n"
+    )
+    return stub(folder, body, name)
+
+
+# --- what is asked for -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("quads", None), ("quads:3000", 3000), (" quads:6 ", 6)]
+)
+def test_option_is_read(text, number):
+    assert parse_remesh(text) == Remesh(number)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "tris", "quad", "quads:", "quads:-5", "quads:1e3", "quads:5", "quads:100001", "quads:٣٠",
+     "quads:" + "9" * 400, "quads:1:2", "Quads:10"],
+)  # fmt: skip
+def test_wrong_option_is_refused(text):
+    with pytest.raises(InputError, match="quads"):
+        parse_remesh(text)
+
+
+@pytest.mark.parametrize("number", [0, -1, 5, 100_001])
+def test_impossible_number_is_refused(number):
+    with pytest.raises(InputError, match="from 6 to 100000 quads"):
+        remesh_quads(solids.cube(), number)
+
+
+# --- without a remesher ------------------------------------------------------------------------
+
+
+def test_split_quads_need_no_remesher_and_keep_their_vertices():
+    torus = grids.torus(24, 12, 35.0, 15.0)
+    remeshed = remesh_quads(shuffled(triangulate(torus), 4), None, engines=())
+    assert remeshed.method == "pairing"
+    assert remeshed.mesh.face_sizes.tolist() == [4] * torus.n_faces
+    assert sorted(map(tuple, remeshed.mesh.vertices.tolist())) == sorted(
+        map(tuple, torus.vertices.tolist())
+    )
+    assert len(remeshed.irregular) == 0
+    assert "576 triangles were paired to 288 quads" in remeshed.notes[0]
+
+
+@pytest.mark.parametrize(("number", "taken"), [(288, True), (145, True), (575, True), (120, False)])
+def test_pairs_are_taken_if_they_are_about_as_many_as_asked_for(number, taken):
+    mesh = triangulate(grids.torus(24, 12, 35.0, 15.0))
+    if taken:
+        assert remesh_quads(mesh, number, engines=()).mesh.n_faces == 288
+    else:
+        with pytest.raises(CannotMakeError, match="it gives 288 quads"):
+            remesh_quads(mesh, number, engines=())
+
+
+def test_mesh_of_quads_is_left_as_it_is():
+    ball = grids.sphere(4, 50.0)
+    remeshed = remesh_quads(ball, None, engines=())
+    assert remeshed.method == "unchanged"
+    assert remeshed.mesh.faces() == ball.faces()
+    assert remeshed.irregular.valence.tolist() == [3] * 8
+    assert "8 irregular vertices (8 of valence 3)" in remeshed.notes[-1]
+    assert "breaks at 8 of them" in remeshed.notes[-1]
+
+
+def test_soup_is_joined_and_inside_out_faces_are_turned_first():
+    cube = triangulate(solids.cube())
+    soup = PolyMesh.from_faces(cube.vertices[cube.indices], np.arange(36).reshape(-1, 3))
+    soup = with_flips(soup, [k in (2, 7) for k in range(12)])
+    remeshed = remesh_quads(soup, None, engines=())
+    report = check_mesh(remeshed.mesh)
+    assert (report.n_vertices, report.face_sizes, report.closed) == (8, ((4, 6),), True)
+    assert "28 vertices" in remeshed.notes[0]
+    assert any("inside out" in note for note in remeshed.notes)
+
+
+def test_bodies_that_touch_at_a_point_stay_apart():
+    one = solids.cube()
+    two = one.with_vertices(one.vertices + 2.0)  # they share one corner
+    remeshed = remesh_quads(merged(one, two), None, engines=())
+    assert check_mesh(remeshed.mesh).n_components == 2
+
+
+@pytest.mark.parametrize(
+    ("mesh", "words"),
+    [
+        (moebius_strip(9), "one-sided"),
+        (klein_bottle(5, 4), "one-sided"),
+        (PolyMesh.from_faces(np.eye(5, 3), [[0, 1, 2], [1, 0, 3], [0, 1, 4]]), "more than two"),
+        (PolyMesh.from_faces(np.eye(3), np.zeros((0, 3), dtype=np.int64)), "no faces"),
+        (PolyMesh.from_faces(np.eye(3), [[0, 1, 7]]), "not there"),
+        (PolyMesh.from_faces(np.eye(3), [[0, 1]]), "fewer than three"),
+        (PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]]), "no numbers"),
+    ],
+)
+def test_what_is_no_oriented_surface_is_refused(mesh, words):
+    with pytest.raises(InputError, match=words):
+        remesh_quads(mesh, 100)
+
+
+def test_missing_remeshers_are_named_with_what_to_install():
+    absent = [replace(engine, package="no_such_package_here") for engine in ENGINES]
+    with pytest.raises(CannotMakeError) as caught:
+        remesh_quads(icosphere(1), 100, engines=absent)
+    message = str(caught.value)
+    assert "QuadriFlow: it is not installed" in message
+    assert "Instant Meshes: it is not installed" in message
+    assert 'pip install "fabweave[quad]"' in message
+    assert "Catmull-Clark" in message
+
+
+def test_pairs_that_look_like_nothing_are_the_last_resort():
+    remeshed = remesh_quads(solids.octahedron(), None, engines=())
+    assert remeshed.method == "pairing"
+    assert remeshed.mesh.face_sizes.tolist() == [4] * 4
+    assert any("skew" in note for note in remeshed.notes)
+
+
+# --- the check ---------------------------------------------------------------------------------
+
+GIVEN = grids.torus(40, 24, 35.0, 15.0)
+GOOD = grids.torus(24, 12, 35.0, 15.0)
+
+
+def moved(mesh, vertex, by):
+    points = mesh.vertices.copy()
+    points[vertex] += by
+    return mesh.with_vertices(points)
+
+
+def without_face(mesh, face):
+    return PolyMesh.from_faces(mesh.vertices, [f for k, f in enumerate(mesh.faces()) if k != face])
+
+
+def pinched(mesh, one, two):
+    """Let two vertices be one."""
+    return PolyMesh(mesh.vertices, mesh.offsets, np.where(mesh.indices == one, two, mesh.indices))
+
+
+SPOILED = {
+    "a hole": (without_face(GOOD, 5), "boundary loops: 1 instead of 0"),
+    "triangles": (triangulate(GOOD), "576 faces have 3 corners"),
+    "one triangle fan": (
+        PolyMesh.from_faces(
+            GOOD.vertices, [*GOOD.faces()[1:], GOOD.faces()[0][:3], [*GOOD.faces()[0][2:], 0]]
+        ),
+        "2 faces have 3 corners",
+    ),
+    "another genus": (grids.sphere(8, 50.0), "Euler characteristic: 2 instead of 0"),
+    "cut open": (grids.tube(24, 12, 30.0, 30.0), "boundary loops: 2 instead of 0"),
+    "two bodies": (merged(GOOD, GOOD), "bodies: 2 instead of 1"),
+    "flipped face": (with_flips(GOOD, [k == 3 for k in range(288)]), "inside out"),
+    "inside out": (with_flips(GOOD, [True] * 288), "100% of the faces look the wrong way"),
+    "duplicate face": (
+        PolyMesh.from_faces(GOOD.vertices, [*GOOD.faces(), GOOD.faces()[0]]),
+        "more than two faces",
+    ),
+    "touching vertex": (pinched(GOOD, 0, 150), "touch only at that point"),
+    "vertex away": (moved(GOOD, 7, 30.0), "off the given surface"),
+    "half away": (GOOD.with_vertices(GOOD.vertices * [1, 1, 3]), "off the given surface"),
+    "shrunk": (GOOD.with_vertices(GOOD.vertices * 0.5), "off the given surface"),
+    "no numbers": (moved(GOOD, 7, np.nan), "no numbers"),
+    "edge without length": (moved(GOOD, 1, GOOD.vertices[0] - GOOD.vertices[1]), "no length"),
+    "bad index": (PolyMesh(GOOD.vertices, GOOD.offsets, GOOD.indices + 1), "not there"),
+    "no faces": (PolyMesh.from_faces(GOOD.vertices, np.zeros((0, 4), dtype=np.int64)), "no faces"),
+}
+
+
+def test_check_accepts_the_same_surface_in_quads():
+    fit = check_remeshed(GIVEN, GOOD)
+    assert fit.faults == ()
+    assert 0 < fit.off_max < 0.5
+    assert 0 < fit.lost_max < 1.5
+    assert check_remeshed(triangulate(GIVEN), shuffled(GOOD, 1)).faults == ()
+
+
+@pytest.mark.parametrize("what", SPOILED)
+def test_check_objects_to_a_spoiled_result(what):
+    mesh, words = SPOILED[what]
+    assert words in "; ".join(check_remeshed(GIVEN, mesh).faults)
+
+
+def test_check_objects_if_a_horn_is_lost():
+    ball = grids.sphere(12, 50.0)
+    top = int(np.argmax(ball.vertices[:, 2]))
+    assert check_remeshed(moved(ball, top, [0, 0, 20.0]), grids.sphere(6, 50.0)).faults == ()
+    faults = check_remeshed(moved(ball, top, [0, 0, 60.0]), grids.sphere(6, 50.0)).faults
+    assert len(faults) == 1
+    assert "the given vertices are up to" in faults[0]
+    assert "more quads would follow it" in faults[0]
+
+
+def test_check_tells_bodies_of_swapped_genus_apart():
+    # Ball and double torus against two tori: the same bodies, loops and Euler characteristic.
+    triangles = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
+    double = merge_pairs(triangles, pair_triangles(triangles))
+    away = double.with_vertices(double.vertices * 100 + 300)
+    tori = merged(GIVEN, GIVEN.with_vertices(GIVEN.vertices + 300))
+    faults = check_remeshed(tori, merged(grids.sphere(20, 50.0), away)).faults
+    assert "genus: (0, 2) instead of (1, 1)" in faults
+
+
+def test_open_rim_must_stay_open():
+    bowl = triangulate(grids.hemisphere(6, 50.0))
+    assert check_remeshed(bowl, grids.hemisphere(4, 50.0)).faults == ()
+    faults = check_remeshed(bowl, grids.sphere(6, 50.0)).faults
+    assert "boundary loops: 0 instead of 1" in faults
+
+
+@pytest.mark.parametrize("what", ["a hole", "inside out", "another genus", "vertex away"])
+def test_spoiled_result_of_a_remesher_is_not_used(tmp_path, what):
+    # All in one box, for that is how a remesher sees the surface.
+    spoiled, words = SPOILED[what]
+    with pytest.raises(CannotMakeError) as caught:
+        remesh_quads(triangulate(GIVEN), 300, engines=[giving(tmp_path, spoiled)])
+    assert "The giver:" in str(caught.value)
+    if what != "vertex away":
+        assert words in str(caught.value)
+
+
+# --- children that misbehave -------------------------------------------------------------------
+
+BALL = icosphere(2)
+WELL = grids.sphere(6, 50.0)
+BODIES = {
+    "hangs": ("while True: time.sleep(1)", "stopped after"),
+    "exits": ("os._exit(0)", "ended with code 0 and left no result"),
+    "fails": ("sys.exit(3)", "ended with code 3"),
+    "crashes": ("os.kill(os.getpid(), 11)", "ended by signal 11"),
+    "prints": ("print('x' * 10**6); sys.stderr.write('y' * 10**6); sys.exit(1)", "code 1"),
+    "tells": ("np.savez(sys.argv[3], error=np.array('out of luck'))", "out of luck"),
+    "lies": ("open(sys.argv[3], 'wb').write(b'PK no zip')", "cannot be read"),
+    "is empty": ("give(np.zeros((0, 3)), np.zeros((0, 4), dtype=int))", "without faces"),
+    "is flat": ("give(np.zeros((4, 2)), np.arange(4)[None])", "without faces"),
+    "forgets": ("np.savez(sys.argv[3], vertices=np.eye(3))", "no mesh"),
+    "names no vertex": ("give(np.eye(4, 3), np.array([[0, 1, 2, 9]]))", "not there"),
+    "names a negative": ("give(np.eye(4, 3), np.array([[0, 1, 2, -1]]))", "not there"),
+    "is no number": ("give(np.full((4, 3), np.nan), np.arange(4)[None])", "no numbers"),
+}
+
+
+@pytest.mark.parametrize("what", BODIES)
+def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what):
+    body, words = BODIES[what]
+    bad = replace(stub(tmp_path, body, "bad"), limit_s=1.0 if what == "hangs" else 60.0)
+    remeshed = remesh_quads(BALL, 216, engines=[bad, giving(tmp_path, WELL)])
+    assert remeshed.method == "giver"
+    assert remeshed.mesh.n_faces == WELL.n_faces
+    np.testing.assert_allclose(remeshed.mesh.vertices, WELL.vertices, atol=1e-9)
+    failed = [note for note in remeshed.notes if "The bad" in note]
+    assert len(failed) == 1
+    assert words in failed[0]
+
+
+def test_hung_child_and_its_children_are_killed(tmp_path):
+    mark = tmp_path / "pids"
+    body = (
+        "import subprocess\n"
+        "other = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
+        f"open({str(mark)!r}, 'w').write(f'{{os.getpid()}} {{other.pid}}')\n"
+        "time.sleep(600)\n"
+    )
+    engine = replace(stub(tmp_path, body), limit_s=3.0)
+    with pytest.raises(LimitReachedError, match="stopped after 3 s"):
+        run_engine(engine, BALL, Run(100, 0, rim=False))
+    assert_gone([int(word) for word in mark.read_text().split()])
+
+
+def assert_gone(pids):
+    """Assert that processes end soon; one that nobody has collected yet (Z) has ended."""
+    for pid in pids:
+        state = Path(f"/proc/{pid}/stat")
+        end = time.monotonic() + 10
+        while state.exists() and state.read_text().rsplit(")", 1)[1].split()[0] != "Z":
+            assert time.monotonic() < end, f"process {pid} still runs"
+            time.sleep(0.02)
+
+
+needs_proc = pytest.mark.skipif(
+    not Path("/proc/self/stat").exists(), reason="whether a process runs is read from /proc"
+)
+
+
+def test_unwanted_run_is_stopped(tmp_path):
+    stop = threading.Event()
+    threading.Timer(0.5, stop.set).start()
+    start = time.monotonic()
+    with pytest.raises(AttemptFailedError, match="no longer wanted"):
+        run_engine(stub(tmp_path, "time.sleep(600)"), BALL, Run(100, 0, rim=False), stop)
+    assert time.monotonic() - start < 30
+
+
+@needs_proc
+@pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
+    mark = tmp_path / "pid"
+    watching = (
+        "from fabweave.mesh.remesh_child import end_with_parent\n"
+        "import threading\n"
+        "threading.Thread(target=end_with_parent, daemon=True).start()\n"
+        f"with open({str(mark)!r}, 'a') as file: print(os.getpid(), file=file, flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    engine = stub(tmp_path, watching)
+    script = tmp_path / "parent.py"
+    script.write_text(
+        "from fabweave.mesh.remesh import remesh_quads\n"
+        "from fabweave.mesh.remesh_engines import Engine\n"
+        "from fabweave.mesh.solids import icosahedron\n"
+        f"engine = Engine('e', 'E', '', command={engine.command!r})\n"
+        "remesh_quads(icosahedron(), 100, engines=[engine])\n"
+    )
+    parent = subprocess.Popen([sys.executable, str(script)], stderr=subprocess.PIPE)
+    try:
+        end = time.monotonic() + 60
+        while not (mark.exists() and mark.read_text().endswith("\n")):
+            assert parent.poll() is None, parent.stderr.read()
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        parent.send_signal(how)
+        error = parent.communicate(timeout=30)[1]
+    finally:
+        parent.kill()
+        parent.wait()
+    assert parent.returncode != 0
+    if how == signal.SIGINT:
+        assert b"KeyboardInterrupt" in error
+    assert_gone([int(line) for line in mark.read_text().split()])
+
+
+def test_command_that_is_not_there_is_reported(tmp_path):
+    engine = Engine("x", "X", "", command=(str(tmp_path / "nothing"),))
+    with pytest.raises(AttemptFailedError, match="could not be started"):
+        run_engine(engine, BALL, Run(100, 0, rim=False))
+
+
+# --- choosing ----------------------------------------------------------------------------------
+
+
+def inset(mesh, chosen):
+    """Put a smaller quad into some quads: four vertices of valence 3, four of one more."""
+    points, faces = mesh.vertices.tolist(), []
+    for number, face in enumerate(mesh.faces()):
+        if number not in chosen:
+            faces.append(face)
+            continue
+        corners = mesh.vertices[face]
+        inner = list(range(len(points), len(points) + 4))
+        points += (0.5 * corners + 0.5 * corners.mean(axis=0)).tolist()
+        faces.append(inner)
+        faces += [[face[k - 1], face[k], inner[k], inner[k - 1]] for k in range(4)]
+    return PolyMesh.from_faces(points, faces)
+
+
+def test_fewest_irregular_vertices_win_then_the_number_asked_for(tmp_path):
+    results = {
+        20: inset(grids.torus(24, 12, 35.0, 15.0), {5, 100}),
+        21: inset(grids.torus(36, 12, 35.0, 15.0), {5}),
+        22: inset(grids.torus(26, 12, 35.0, 15.0), {5}),
+    }
+    for seed, mesh in results.items():
+        faces = mesh.indices.reshape(-1, 4)
+        np.savez(tmp_path / f"{seed}.npz", v=mesh.vertices / 100, f=faces)
+    body = (
+        "seed = int(task['seed'])\n"
+        "if seed not in (20, 21, 22): sys.exit(1)\n"
+        f"kept = np.load(os.path.join({str(tmp_path)!r}, str(seed) + '.npz'))\n"
+        "give(kept['v'], kept['f'])\n"
+    )
+    engine = replace(stub(tmp_path, body), most_runs=4)
+    remeshed = remesh_quads(icotorus(), 300, seed=20, engines=[engine])
+    assert len(remeshed.irregular) == 8
+    assert remeshed.mesh.n_faces == 26 * 12 + 4
+    assert any("seed 22" in note for note in remeshed.notes)
+    assert [note for note in remeshed.notes if "attempt failed" in note] == [
+        "another attempt failed: The stub: it ended with code 1 and left no result"
+    ]
+
+
+def icotorus():
+    """Return a torus of nearly equilateral triangles, which do not look like split quads."""
+    torus = grids.torus(40, 16, 35.0, 15.0)
+    i, j = np.divmod(np.arange(640), 16)
+    around, across = (i + 0.5 * (j % 2)) * 2 * np.pi / 40, j * 2 * np.pi / 16
+    reach = 35 + 15 * np.cos(across)
+    points = [np.cos(around) * reach, np.sin(around) * reach, 15 * np.sin(across)]
+    triangles = []
+    for a, b, c, d in torus.faces():
+        odd = a % 2
+        triangles += [[a, b, c], [a, c, d]] if odd else [[a, b, d], [b, c, d]]
+    return PolyMesh.from_faces(np.column_stack(points), triangles)
+
+
+def test_result_without_irregular_vertices_ends_the_search(tmp_path):
+    mesh = grids.torus(24, 12, 0.35, 0.15)
+    faces = mesh.indices.reshape(-1, 4)
+    np.savez(tmp_path / "t.npz", v=mesh.vertices, f=faces)
+    body = (
+        "if int(task['seed']) > 0: time.sleep(600)\n"
+        f"kept = np.load({str(tmp_path / 't.npz')!r})\n"
+        "give(kept['v'], kept['f'])\n"
+    )
+    engine = replace(stub(tmp_path, body), most_runs=4)
+    start = time.monotonic()
+    remeshed = remesh_quads(icotorus(), 288, engines=[engine])
+    assert time.monotonic() - start < 60
+    assert len(remeshed.irregular) == 0
+
+
+def test_far_too_many_quads_are_no_result(tmp_path):
+    engine = giving(tmp_path, grids.torus(60, 30, 35.0, 15.0))
+    with pytest.raises(CannotMakeError, match="1800 quads, far from the 200 wanted"):
+        remesh_quads(icotorus(), 200, engines=[engine])
+
+
+def test_open_mesh_is_asked_to_keep_its_rim_first(tmp_path):
+    bowl = grids.hemisphere(4, 0.5)
+    np.savez(tmp_path / "bowl.npz", v=bowl.vertices - [0, 0, 0.25], f=bowl.indices.reshape(-1, 4))
+    body = (
+        "if bool(task['rim']): sys.exit(7)\n"
+        f"kept = np.load({str(tmp_path / 'bowl.npz')!r})\n"
+        "give(kept['v'], kept['f'])\n"
+    )
+    given = triangulate(grids.hemisphere(8, 50.0))
+    remeshed = remesh_quads(given, 190, engines=[stub(tmp_path, body)])
+    assert remeshed.mesh.n_faces == 192
+    assert any("code 7" in note for note in remeshed.notes)
+
+
+# --- the real remeshers ------------------------------------------------------------------------
+
+
+def assert_fits(remeshed, mesh, number, most_irregular):
+    report = check_mesh(remeshed.mesh)
+    before = check_mesh(mesh)
+    assert report.problems == ()
+    assert [size for size, _ in report.face_sizes] == [4]
+    assert number / 1.5 < remeshed.mesh.n_faces < number * 1.5
+    assert (report.euler, report.n_boundary_loops, report.n_components) == (
+        before.euler,
+        before.n_boundary_loops,
+        before.n_components,
+    )
+    assert check_remeshed(mesh, remeshed.mesh).faults == ()
+    assert len(remeshed.irregular) <= most_irregular
+    assert f"{len(remeshed.irregular)} irregular vertices" in remeshed.notes[-1]
+
+
+@needs_quadriflow
+def test_quadriflow_makes_a_sphere_with_eight_irregular_vertices():
+    ball = icosphere(3)
+    remeshed = remesh_quads(ball, 500)
+    assert remeshed.method == "quadriflow"
+    assert_fits(remeshed, ball, 500, 8)
+    assert remeshed.irregular.valence.tolist() == [3] * 8
+    radius = np.linalg.norm(remeshed.mesh.vertices, axis=1)
+    assert np.all((radius > 48.5) & (radius < 50.5))
+
+
+@needs_quadriflow
+def test_same_seed_same_mesh_wherever_it_stands():
+    ball = icosphere(2)
+    one, two = remesh_quads(ball, 200, seed=3), remesh_quads(ball, 200, seed=3)
+    assert np.array_equal(one.mesh.indices, two.mesh.indices)
+    assert np.array_equal(one.mesh.vertices, two.mesh.vertices)
+    assert one.notes == two.notes
+    # A power of two changes no digit of what the remesher sees.
+    large = remesh_quads(ball.with_vertices(ball.vertices * 1024), 200, seed=3)
+    assert np.array_equal(large.mesh.indices, one.mesh.indices)
+    np.testing.assert_allclose(large.mesh.vertices, one.mesh.vertices * 1024, rtol=1e-12)
+
+
+@needs_quadriflow
+def test_double_torus_at_half_its_pairs():
+    mesh = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
+    mesh = mesh.with_vertices(mesh.vertices * 100)
+    remeshed = remesh_quads(mesh, 1000)
+    assert remeshed.method == "quadriflow"
+    assert_fits(remeshed, mesh, 1000, 40)
+    assert any("3072 quads with 6 irregular vertices" in note for note in remeshed.notes)
+    excess = remeshed.irregular.valence - 4
+    assert excess.sum() == 8
+
+
+@needs_quadriflow
+def test_open_hemisphere_keeps_its_rim():
+    mesh = read_mesh(shared_mesh("open/hemisphere.obj")).mesh
+    mesh = mesh.with_vertices(mesh.vertices * 50)
+    remeshed = remesh_quads(mesh, 300)
+    assert_fits(remeshed, mesh, 300, 12)
+    assert not remeshed.irregular.boundary.any()
+
+
+@needs_quadriflow
+def test_polygons_are_remeshed_too():
+    solid = solids.dodecahedron()
+    solid = solid.with_vertices(solid.vertices * 30)
+    remeshed = remesh_quads(solid, 300)
+    assert_fits(remeshed, solid, 300, 40)
+
+
+@needs_instant
+def test_instant_meshes_gives_about_the_number_asked_for():
+    ball = icosphere(3)
+    remeshed = remesh_quads(ball, 500, engines=[INSTANT])
+    assert remeshed.method == "instant-meshes"
+    assert_fits(remeshed, ball, 500, 60)
+    again = remesh_quads(ball, 500, engines=[INSTANT])
+    assert np.array_equal(again.mesh.vertices, remeshed.mesh.vertices)
+
+
+@needs_quadriflow
+@needs_instant
+def test_hopeless_mesh_says_what_each_attempt_failed_of():
+    mesh = read_mesh(shared_mesh("tri/polyhedraexplorer_genus49.stl")).mesh
+    with pytest.raises(CannotMakeError) as caught:
+        remesh_quads(mesh, 970)
+    message = str(caught.value)
+    assert "QuadriFlow, 4 runs" in message
+    assert "Instant Meshes, 4 runs" in message
+    assert "instead of -96" in message
+    assert "it gives 480 quads" in message
