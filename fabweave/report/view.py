@@ -18,7 +18,7 @@ _MARGIN = 0.05
 _TURNS_DEG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0)
 _ELEVATIONS_DEG = (30.0, 42.0)
 #: Another view must show this much more; one from higher up, as the horizon reads better.
-_WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.12
+_WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.08
 
 
 @dataclass(frozen=True)

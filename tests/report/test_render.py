@@ -1,0 +1,403 @@
+"""Pictures show what is in front, with light that tells over from under."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.shapes import parse_shape
+from fabweave.report.pictures import (
+    irregular_marks,
+    mesh_picture,
+    polygon_triangles,
+    ribbon_triangles,
+    weave_picture,
+)
+from fabweave.report.render import Marks, object_frame, render_scene
+from fabweave.report.shade import facet_normals, key_shadow, narrow_places, smooth_normals
+from fabweave.report.view import View, choose_view, frame_object
+from fabweave.report.zbuffer import nearest_triangles, planes_through
+from fabweave.ribbon.export import ribbon_faces
+from fabweave.ribbon.project import project_ribbons
+from fabweave.weave.colourspace import light_of
+from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.threads import trace_threads
+
+FRONT = View(-90.0, 0.0)
+SIZE = (240, 200)
+views = st.builds(
+    View,
+    st.floats(-360.0, 360.0),
+    st.floats(-90.0, 90.0),
+    st.sampled_from(["x", "y", "z"]),
+)
+
+
+def naive_nearest(points, triangles, width, height):
+    """Look at every triangle for every pixel centre that is clearly inside or clearly outside."""
+    seen = np.full((height, width), -1)
+    doubtful = np.zeros((height, width), dtype=bool)
+    for row in range(height):
+        for column in range(width):
+            found = []
+            for number, corners in enumerate(points[triangles]):
+                (ax, ay), (bx, by), (cx, cy) = corners[:, :2] - (column + 0.5, row + 0.5)
+                parts = np.array([bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx])
+                area = parts.sum()
+                if abs(area) < 1e-9:
+                    continue
+                shares = parts / area
+                doubtful[row, column] |= bool(np.any(np.abs(shares) < 1e-9))
+                if np.all(shares > 0):
+                    found.append((float(shares @ corners[:, 2]), -number))
+            if found:
+                found.sort()
+                seen[row, column] = -found[-1][1]
+                near = [depth for depth, _ in found]
+                doubtful[row, column] |= len(near) > 1 and near[-1] - near[-2] < 1e-9
+    return seen, doubtful
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12))
+def test_each_pixel_shows_the_triangle_a_naive_search_finds(seed, count):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-6, 22, (3 * count, 3))
+    triangles = np.arange(3 * count).reshape(-1, 3)
+    seen, nearness = nearest_triangles(points, triangles, width=17, height=13)
+    expected, doubtful = naive_nearest(points, triangles, 17, 13)
+    assert np.array_equal(seen[~doubtful], expected[~doubtful])
+    assert np.array_equal(seen >= 0, np.isfinite(nearness))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_triangles_that_share_sides_leave_no_crack_and_no_double_pixel(seed):
+    # Corners on a coarse lattice of halves: many lie exactly on pixel centres.
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(0.0, 13.0, 3.0), np.arange(0.0, 13.0, 3.0))
+    inner = (x > 0) & (x < 12) & (y > 0) & (y < 12)
+    x, y = (v + inner * rng.integers(-1, 2, v.shape) / 2 for v in (x, y))
+    points = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
+    a = (np.arange(4)[:, None] * 5 + np.arange(4)).ravel()
+    flip = rng.random(16) < 0.5
+    one = np.where(flip, [a, a + 1, a + 6], [a, a + 1, a + 5]).T
+    two = np.where(flip, [a, a + 6, a + 5], [a + 1, a + 6, a + 5]).T
+    covered = np.zeros((12, 12), dtype=int)
+    for triangle in np.concatenate((one, two)):
+        covered += nearest_triangles(points, triangle[None], width=12, height=12)[0] >= 0
+    assert np.array_equal(covered, np.ones((12, 12)))
+
+
+def test_many_batches_show_the_same_as_one(monkeypatch):
+    mesh = parse_shape("shape:sphere?n=6")
+    vertices, triangles, _, _ = polygon_triangles(mesh)
+    points = frame_object(vertices, View(), SIZE).pixels(vertices)
+    whole = nearest_triangles(points, triangles, width=SIZE[0], height=SIZE[1])
+    monkeypatch.setattr("fabweave.report.zbuffer._BATCH", 50)
+    parts = nearest_triangles(points, triangles, width=SIZE[0], height=SIZE[1])
+    assert np.array_equal(whole[0], parts[0])
+    assert np.array_equal(whole[1], parts[1])
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_planes_take_their_values_at_the_corners(seed):
+    rng = np.random.default_rng(seed)
+    corners, values = rng.uniform(0, 100, (5, 3, 2)), rng.uniform(-9, 9, (5, 3))
+    # Of a thin triangle the slopes are large, and rounding with them.
+    planes = planes_through(corners, values)
+    number = np.arange(5)
+    scale = np.abs(planes.along_x) + np.abs(planes.along_y) + 1.0
+    for corner in range(3):
+        found = planes.at(number, corners[:, corner, 0], corners[:, corner, 1])
+        assert np.all(np.abs(found - values[:, corner]) < 1e-10 * scale)
+
+
+@given(views)
+def test_views_are_right_handed_and_up_is_up(view):
+    axes = view.axes()
+    assert np.allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(axes) > 0
+    up = np.eye(3)["xyz".index(view.up)]
+    right, high, near = axes @ up
+    assert abs(right) < 1e-12
+    assert high >= -1e-12
+    assert np.isclose(near, np.sin(np.radians(view.elevation_deg)))
+
+
+@given(views, st.integers(0, 2**32 - 1))
+def test_objects_fill_their_frame(view, seed):
+    points = np.random.default_rng(seed).normal(size=(9, 3)) * 1e3
+    frame = frame_object(points, view, (300, 150))
+    pixels = frame.pixels(points)[:, :2]
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    assert np.allclose(low + high, (300, 150))
+    assert np.isclose(np.max((high - low) / (270, 135)), 1.0)
+    assert np.allclose(frame.enlarged(3).pixels(points), 3 * frame.pixels(points))
+
+
+@pytest.mark.parametrize(
+    ("side", "nearest_deg"), [((0, -1, 0), -90.0), ((1, -1, 0), -45.0), ((-1, -1, 0), -135.0)]
+)
+def test_the_view_turns_to_a_flat_object(side, nearest_deg):
+    normal = np.array(side) / np.linalg.norm(side)
+    along = np.cross((0, 0, 1), normal)
+    square = np.array([along, -along, [0, 0, 2.0]])
+    view = choose_view(square, np.array([[0, 1, 2]]))
+    assert abs(view.azimuth_deg - nearest_deg) <= 15.0
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_a_sphere_covers_the_area_of_its_circle(samples):
+    vertices, triangles, _, _ = polygon_triangles(parse_shape("shape:sphere?n=24&radius=50"))
+    picture = render_scene(
+        vertices, triangles, (0, 0, 0), size_px=SIZE, view=FRONT, lit=False, samples=samples
+    )
+    covered = 1.0 - light_of(np.asarray(picture))[:, :, 0]
+    radius = 50.0 * object_frame(vertices, triangles, FRONT, SIZE).pixels_per_mm
+    assert np.isclose(radius, 90.0, rtol=1e-3)
+    assert np.isclose(covered.sum(), np.pi * radius**2, rtol=5e-3)
+
+
+def test_the_order_of_triangles_does_not_matter_and_bytes_repeat():
+    mesh = parse_shape("shape:torus?m=12&n=8")
+    vertices, triangles, sides, face = polygon_triangles(mesh)
+    colours = np.random.default_rng(1).integers(0, 256, (mesh.n_faces, 3)).astype(np.uint8)[face]
+    order = np.random.default_rng(2).permutation(len(triangles))
+    first, again, other = (
+        render_scene(
+            vertices, triangles[o], colours[o], edges=sides[o], size_px=SIZE, view=View()
+        ).tobytes()
+        for o in (slice(None), slice(None), order)
+    )
+    assert first == again == other
+
+
+def woven(name: str, *, twisted: bool = True):
+    mesh = parse_shape(f"shape:{name}")
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    if not twisted:
+        twist = ~weave.twist
+        weave = Weave(weave.threads, "plain", twist, over_of_passes(weave.threads, twist))
+    return weave, project_ribbons(mesh, halfedges, weave, height_mm=0.5)
+
+
+def shown_with_colours(weave, ribbons, view):
+    """Give threads six strong colours, and make a picture."""
+    n_threads = weave.threads.n_threads
+    colours = np.full((n_threads, 3), 25, dtype=np.uint8)
+    colours[np.arange(n_threads), np.arange(n_threads) % 3] = 230
+    colours[np.arange(n_threads), (np.arange(n_threads) // 3 + np.arange(n_threads)) % 3] = 230
+    return colours, np.asarray(weave_picture(ribbons, colours, size_px=(500, 500), view=view))
+
+
+def shows_over(weave, ribbons, over, view, colours, picture) -> np.ndarray:
+    """At each crossing that faces the eye: whether the thread that is over is what is seen."""
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    frame = object_frame(vertices, triangles, view, (500, 500))
+    facing = ribbons.normal @ frame.axes[2] > 0.6
+    threads = weave.threads
+    upper = np.empty(threads.n_crossings, dtype=np.int64)
+    upper[threads.crossing[over]] = threads.thread_of_pass[over]
+    lower = np.empty(threads.n_crossings, dtype=np.int64)
+    lower[threads.crossing[~over]] = threads.thread_of_pass[~over]
+    told = facing & np.any(colours[upper] != colours[lower], axis=1)
+    column, row = np.floor(frame.pixels(ribbons.centre + 0.5 * ribbons.normal)).T[:2].astype(int)
+    light = light_of(picture[row[told], column[told]])
+    # Light scales a colour, and keeps its direction.
+    light /= np.linalg.norm(light, axis=1, keepdims=True)
+    likeness = [
+        np.einsum("xc,xc->x", light, own / np.linalg.norm(own, axis=1, keepdims=True))
+        for own in (light_of(colours[upper[told]]), light_of(colours[lower[told]]))
+    ]
+    return likeness[0] > likeness[1] + 1e-6
+
+
+@pytest.mark.parametrize("name", ["sphere?n=5&radius=50", "hypar?m=8&n=8", "hemisphere"])
+@pytest.mark.parametrize("twisted", [True, False])
+def test_at_every_crossing_the_thread_over_is_seen(name, twisted):
+    weave, ribbons = woven(name, twisted=twisted)
+    view = View(-60.0, 50.0)
+    shown = shown_with_colours(weave, ribbons, view)
+    seen = shows_over(weave, ribbons, weave.over, view, *shown)
+    assert len(seen) > 40
+    assert seen.all()
+    # The same predicate objects to a picture of the contrary.
+    assert not shows_over(weave, ribbons, ~weave.over, view, *shown).any()
+
+
+def test_all_ribbons_at_once_are_each_ribbon():
+    for name in ("torus?m=6&n=4", "hypar?m=3&n=4", "tube?m=5&n=3"):
+        _, ribbons = woven(name)
+        _, triangles, thread = ribbon_triangles(ribbons)
+        for number in range(len(ribbons.closed)):
+            own = ribbon_faces(ribbons, number) + 2 * ribbons.offsets[number]
+            assert np.array_equal(triangles[thread == number], own)
+
+
+def test_edges_are_seen_in_front_and_hidden_behind():
+    mesh = parse_shape("shape:cube")
+    vertices, triangles, sides, _ = polygon_triangles(mesh)
+    view = View(-60.0, 30.0)
+    picture = np.asarray(
+        render_scene(
+            vertices, triangles, (200, 200, 200), edges=sides, line_px=3.0, lit=False,
+            size_px=SIZE, view=view,
+        )
+    )  # fmt: skip
+    frame = object_frame(vertices, triangles, view, SIZE)
+    outward = face_centres(mesh) - vertices.mean(axis=0)
+    facing = outward @ frame.axes[2] > 0
+    halfedges = build_halfedges(mesh)
+    seen, hidden = [], []
+    for h in halfedges.edge_halfedge:
+        twin = halfedges.twin[h]
+        beside = facing[[halfedges.face[h], halfedges.face[twin]]]
+        middle = vertices[[halfedges.tail[h], halfedges.tail[twin]]].mean(axis=0)
+        column, row = np.floor(frame.pixels(middle[None])[0, :2]).astype(int)
+        if beside.all():
+            seen.append(picture[row, column, 0])
+        elif not beside.any():
+            hidden.append(picture[row, column, 0])
+    assert len(seen) == len(hidden) == 3
+    assert max(seen) < 120
+    assert hidden == [200, 200, 200]
+    # Diagonals of quads are no edges of the mesh.
+    centre = frame.pixels(face_centres(mesh)[facing])[:, :2].astype(int)
+    assert np.all(picture[centre[:, 1], centre[:, 0]] == 200)
+
+
+def test_marks_are_hidden_with_the_surface():
+    mesh = parse_shape("shape:cube")
+    vertices = polygon_triangles(mesh)[0]
+    blue = np.tile(np.array([0, 0, 255], dtype=np.uint8), (8, 1))
+    marks = Marks(vertices, blue, 5.0)
+    view = View(-60.0, 30.0)
+    picture = np.asarray(mesh_picture(mesh, size_px=SIZE, view=view, marks=marks)).astype(int)
+    triangles = polygon_triangles(mesh)[1]
+    places = object_frame(vertices, triangles, view, SIZE).pixels(vertices)
+    column, row = places[:, :2].astype(int).T
+    marked = picture[row, column, 2] - picture[row, column, 0] > 150
+    assert marked.sum() == 7
+    assert not marked[np.argmin(places[:, 2])]
+
+
+def test_surfaces_are_seen_and_lit_from_both_sides():
+    square = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1.0]])
+    two = np.array([[0, 1, 2], [0, 2, 3]])
+    for triangles in (two, two[:, ::-1]):
+        picture = render_scene(square, triangles, (200, 80, 20), size_px=(40, 40), view=FRONT)
+        red, green, blue = light_of(picture.getpixel((20, 20)))
+        full = light_of([200, 80, 20])
+        assert 0.4 * full[0] < red < 1.25 * full[0]
+        assert np.allclose([green / red, blue / red], full[1:] / full[0], rtol=0.1)
+
+
+def test_a_plate_casts_the_shadow_that_geometry_says():
+    # A small square floats over a large one; light falls along the key direction.
+    def plate(half, near):
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half + 100.0
+        return np.column_stack((corners, np.full(4, near)))
+
+    points = np.concatenate((plate(90.0, 0.0), plate(15.0, 40.0)))
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    x, y = np.meshgrid(np.arange(20.5, 180.0), np.arange(20.5, 180.0))
+    places = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
+    light = key_shadow(points, triangles, places, width=400, height=400)
+    towards = np.array([-0.42, -0.62, 0.66])  # over the left shoulder, y down
+    middle = 100.0 - 40.0 * towards[:2] / towards[2]
+    away = np.max(np.abs(places[:, :2] - middle), axis=1)
+    assert light[away < 13.0].max() < 0.3
+    assert light[away > 17.0].min() == pytest.approx(1.0)
+    above = np.column_stack((x.ravel() * 0.1 + 90.0, y.ravel() * 0.1 + 90.0, np.full(x.size, 40.0)))
+    assert key_shadow(points, triangles, above, width=400, height=400).min() == pytest.approx(1.0)
+
+
+def test_narrow_places_are_dark_and_slanting_planes_are_not():
+    x, y = np.meshgrid(np.arange(60.0), np.arange(50.0))
+    assert narrow_places(1.7 * x - 0.9 * y, 6.0)[8:-8, 8:-8] == pytest.approx(1.0, abs=1e-5)
+    step = np.where(x < 30, 10.0, 0.0)
+    light = narrow_places(step, 6.0)[25]
+    assert light[30] < 0.75
+    assert light[30] < light[34] <= light[45] == pytest.approx(1.0)
+    assert light[8:30] == pytest.approx(1.0)  # the upper plane is open up to its edge
+    nothing = np.full((20, 20), -np.inf)
+    assert np.all(narrow_places(nothing, 5.0) == 1.0)
+
+
+def test_normals_are_those_of_a_sphere():
+    mesh = parse_shape("shape:sphere?n=12&radius=50")
+    vertices, triangles, _, _ = polygon_triangles(mesh)
+    outward = vertices[triangles] / np.linalg.norm(vertices[triangles], axis=2, keepdims=True)
+    assert np.einsum("tcd,tcd->tc", smooth_normals(vertices, triangles), outward).min() > 0.995
+    assert np.einsum("tcd,tcd->tc", facet_normals(vertices, triangles), outward).min() > 0.98
+
+
+@pytest.mark.parametrize("name", ["dodecahedron", "cube", "icosahedron", "hypar?m=3&n=2"])
+def test_polygons_are_cut_to_triangles_of_the_same_surface(name):
+    mesh = parse_shape(f"shape:{name}")
+    vertices, triangles, sides, face = polygon_triangles(mesh)
+    run = np.stack((triangles, np.roll(triangles, -1, axis=1)), axis=-1)[sides]
+    tail, following = mesh.indices, build_halfedges(mesh).next
+    assert sorted(map(tuple, run.tolist())) == sorted(
+        zip(tail.tolist(), tail[following].tolist(), strict=True)
+    )
+    corners = vertices[triangles]
+    vector = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # Newell's area vector of each polygon is the sum of those of its triangles.
+    total = np.stack([np.bincount(face, weights=v, minlength=mesh.n_faces) for v in vector.T], 1)
+    here = mesh.vertices[tail]
+    expected = np.add.reduceat(np.cross(here, here[following]), mesh.offsets[:-1], axis=0)
+    assert np.allclose(total, expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("icosahedron", 12), ("sphere?n=5", 8), ("torus", 0), ("hypar", 0), ("tube", 0)],
+)
+def test_irregular_vertices_are_marked(name, count):
+    assert len(irregular_marks(parse_shape(f"shape:{name}")).points) == count
+
+
+@pytest.mark.parametrize(
+    ("count", "colour"),
+    [(3, (0, 114, 178)), (5, (213, 94, 0)), (7, (213, 94, 0)), (8, (0, 158, 115)), (4, None)],
+)
+def test_marks_tell_fewer_more_and_fourfold(count, colour):
+    # Quads around one vertex.
+    turn = 2 * np.pi * np.arange(count) / count
+    spokes = np.column_stack((np.cos(turn), np.sin(turn), np.zeros(count)))
+    faces = [[0, 1 + k, 1 + count + k, 1 + (k + 1) % count] for k in range(count)]
+    outer = spokes + np.roll(spokes, -1, axis=0)
+    marks = irregular_marks(
+        PolyMesh.from_faces(np.concatenate((np.zeros((1, 3)), spokes, outer)), faces)
+    )
+    assert marks.colours.tolist() == ([list(colour)] if colour else [])
+    assert not marks.points.any()
+
+
+@pytest.mark.parametrize("size", [(0, 10), (10, -1), (100_000, 100_000)])
+def test_impossible_sizes_are_refused(size):
+    with pytest.raises(InputError, match="cannot be made"):
+        mesh_picture(parse_shape("shape:cube"), size_px=size)
+
+
+def test_nothing_to_show_and_wrong_arguments_are_refused():
+    empty = PolyMesh(np.zeros((3, 3)), np.zeros(1), np.zeros(0))
+    with pytest.raises(InputError, match="no triangle to render"):
+        mesh_picture(empty)
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, np.nan]])
+    with pytest.raises(InputError, match="not finite"):
+        render_scene(points, np.array([[0, 1, 2]]), (0, 0, 0), view=FRONT)
+    with pytest.raises(InputError, match="at least one"):
+        render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), samples=0)
+    with pytest.raises(InputError, match="must be x, y or z"):
+        View(up="w").axes()
+    with pytest.raises(InputError, match="elevation"):
+        View(0.0, 91.0).axes()
+    _, ribbons = woven("cube")
+    with pytest.raises(InputError, match="4 threads"):
+        weave_picture(ribbons, np.zeros((3, 3), dtype=np.uint8))

@@ -1,0 +1,220 @@
+"""Colours tell bunches apart, to the colour-blind too, and threads of a bunch from one another."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.weave.colours import STRATEGIES, colour_differences, safe_palette, thread_colours
+from fabweave.weave.colourspace import (
+    COLOUR_BLINDNESS,
+    as_seen_with,
+    bytes_of,
+    light_of,
+    light_of_hue,
+    oklab_of,
+)
+
+_VIEWS = (None, *COLOUR_BLINDNESS)
+
+
+def cielab(light):
+    """CIE L*a*b* (D65) of linear light."""
+    xyz = light @ np.array(
+        [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750],
+         [0.0193339, 0.1191920, 0.9503041]]
+    ).T / (0.95047, 1.0, 1.08883)  # fmt: skip
+    f = np.where(xyz > (6 / 29) ** 3, np.cbrt(xyz), xyz / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.stack(
+        (116 * f[..., 1] - 16, 500 * (f[..., 0] - f[..., 1]), 200 * (f[..., 1] - f[..., 2])), -1
+    )
+
+
+def ciede2000(lab_1, lab_2):
+    """The colour difference of CIE 142-2001."""
+    (l_1, a_1, b_1), (l_2, a_2, b_2) = np.moveaxis(lab_1, -1, 0), np.moveaxis(lab_2, -1, 0)
+    mean = (np.hypot(a_1, b_1) + np.hypot(a_2, b_2)) / 2
+    g = 0.5 * (1 - np.sqrt(mean**7 / (mean**7 + 25.0**7)))
+    a_1, a_2 = (1 + g) * a_1, (1 + g) * a_2
+    c_1, c_2 = np.hypot(a_1, b_1), np.hypot(a_2, b_2)
+    h_1, h_2 = np.degrees(np.arctan2(b_1, a_1)) % 360, np.degrees(np.arctan2(b_2, a_2)) % 360
+    grey = c_1 * c_2 == 0
+    turn = np.where(grey, 0.0, (h_2 - h_1 + 180) % 360 - 180)
+    d_h = 2 * np.sqrt(c_1 * c_2) * np.sin(np.radians(turn) / 2)
+    l_m, c_m = (l_1 + l_2) / 2, (c_1 + c_2) / 2
+    h_m = np.where(grey, h_1 + h_2, (h_1 + turn / 2) % 360)
+    t = (
+        1 - 0.17 * np.cos(np.radians(h_m - 30)) + 0.24 * np.cos(np.radians(2 * h_m))
+        + 0.32 * np.cos(np.radians(3 * h_m + 6)) - 0.20 * np.cos(np.radians(4 * h_m - 63))
+    )  # fmt: skip
+    s_l = 1 + 0.015 * (l_m - 50) ** 2 / np.sqrt(20 + (l_m - 50) ** 2)
+    s_c, s_h = 1 + 0.045 * c_m, 1 + 0.015 * c_m * t
+    r = (
+        -2
+        * np.sqrt(c_m**7 / (c_m**7 + 25.0**7))
+        * np.sin(np.radians(60 * np.exp(-(((h_m - 275) / 25) ** 2))))
+    )
+    l_s, c_s, h_s = (l_2 - l_1) / s_l, (c_2 - c_1) / s_c, d_h / s_h
+    return np.sqrt(l_s**2 + c_s**2 + h_s**2 + r * c_s * h_s)
+
+
+def least_between(colours, bunches):
+    """The least CIEDE2000 between threads of different bunches, in every view."""
+    least = {}
+    for view in _VIEWS:
+        light = light_of(colours)
+        lab = cielab(light if view is None else as_seen_with(light, view))
+        away = ciede2000(lab[:, None], lab[None, :])
+        least[view] = away[bunches[:, None] != bunches].min()
+    return min(least.values())
+
+
+def test_our_measure_agrees_with_published_differences():
+    # Sharma, Wu, Dalal, "The CIEDE2000 color-difference formula" (2005), table 1.
+    pairs = np.array(
+        [
+            [50.0, 2.6772, -79.7751, 50.0, 0.0, -82.7485, 2.0425],
+            [50.0, 2.8361, -74.0200, 50.0, 0.0, -82.7485, 3.4412],
+            [50.0, -1.3802, -84.2814, 50.0, 0.0, -82.7485, 1.0000],
+            [50.0, 2.5, 0.0, 50.0, 0.0, -2.5, 4.3065],
+            [50.0, 2.5, 0.0, 73.0, 25.0, -18.0, 27.1492],
+            [60.2574, -34.0099, 36.2677, 60.4626, -34.1751, 39.4387, 1.2644],
+            [2.0776, 0.0795, -1.1350, 0.9033, -0.0636, -0.5514, 0.9082],
+        ]
+    )
+    assert np.allclose(ciede2000(pairs[:, :3], pairs[:, 3:6]), pairs[:, 6], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("colour", "lab"),
+    [
+        ((255, 0, 0), (0.6280, 0.2249, 0.1258)),
+        ((0, 255, 0), (0.8664, -0.2339, 0.1795)),
+        ((0, 0, 255), (0.4520, -0.0325, -0.3115)),
+    ],
+)
+def test_oklab_has_its_known_primaries(colour, lab):
+    assert np.allclose(oklab_of(light_of(colour)), lab, atol=2e-4)
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 255)] * 3), min_size=1, max_size=20))
+def test_conversions_turn_back(rows):
+    colours = np.array(rows, dtype=np.uint8)
+    assert np.array_equal(bytes_of(light_of(colours)), colours)
+    lab = oklab_of(light_of(colours))
+    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
+    again = light_of_hue(lab[:, 0], np.hypot(lab[:, 1], lab[:, 2]), hue)
+    assert np.abs(bytes_of(again).astype(int) - colours).max() <= 1
+
+
+@given(st.floats(0.05, 0.98), st.floats(0.0, 0.5), st.floats(-720, 720))
+def test_colours_out_of_range_keep_lightness_and_hue(lightness, chroma, hue):
+    light = light_of_hue(np.array([lightness]), np.array([chroma]), np.array([hue]))
+    assert np.all((light >= 0) & (light <= 1))
+    lab = oklab_of(light)[0]
+    assert abs(lab[0] - lightness) < 2e-3
+    away = np.radians(hue)
+    assert abs(-np.sin(away) * lab[1] + np.cos(away) * lab[2]) < 2e-3
+    assert np.cos(away) * lab[1] + np.sin(away) * lab[2] > -2e-3
+
+
+@pytest.mark.parametrize("blindness", COLOUR_BLINDNESS)
+def test_greys_look_the_same_to_everybody(blindness):
+    grey = light_of(np.repeat(np.arange(256)[:, None], 3, axis=1))
+    assert np.allclose(as_seen_with(grey, blindness), grey, atol=1e-5)
+
+
+def test_the_colour_blind_confuse_what_they_are_known_to_confuse():
+    red_and_green = np.array([[200, 60, 40], [110, 120, 30]])
+    blue_and_green = np.array([[0, 130, 150], [0, 140, 110]])
+    bunches = np.array([0, 1])
+    assert least_between(red_and_green, bunches) < 10.0
+    assert ciede2000(*cielab(light_of(red_and_green))) > 40.0
+    assert least_between(blue_and_green, bunches) < 8.0
+
+
+# What the strategy "safe" keeps to, in CIEDE2000, for this many bunches of nine threads each.
+@pytest.mark.parametrize(("count", "least"), [(2, 30), (3, 13), (4, 13), (6, 13), (10, 8), (18, 5)])
+def test_safe_colours_tell_bunches_apart_for_everybody(count, least):
+    bunches = np.repeat(np.arange(count), 9)
+    colours = thread_colours(bunches, "safe")
+    assert least_between(colours, bunches) > least
+    # The same measure objects when two bunches get one palette colour.
+    merged = colours.copy()
+    merged[bunches == 1] = merged[bunches == 0]
+    assert least_between(merged, bunches) < 1e-9
+
+
+def test_six_hues_of_equal_lightness_are_not_safe():
+    bunches = np.arange(6)
+    assert least_between(thread_colours(bunches, "hue-circle"), bunches) < 8.0
+
+
+@pytest.mark.parametrize(("count", "least"), [(2, 21), (6, 16), (10, 9), (24, 5)])
+def test_the_palette_keeps_the_distance_it_promises(count, least):
+    palette = safe_palette(count)
+    away = colour_differences(palette, palette)
+    assert away[~np.eye(count, dtype=bool)].min() > least
+    assert np.array_equal(safe_palette(count + 3)[:count], palette)
+
+
+@given(st.integers(1, 14), st.integers(1, 12), st.sampled_from(STRATEGIES), st.randoms())
+def test_members_of_a_bunch_differ_and_order_does_not_matter_to_bunches(
+    count, members, strategy, random
+):
+    bunches = np.repeat(np.arange(count), members).tolist()
+    random.shuffle(bunches)
+    colours = thread_colours(np.array(bunches), strategy)
+    assert colours.shape == (count * members, 3)
+    assert colours.dtype == np.uint8
+    few = min(members, 3)
+    for bunch in range(count):
+        own = colours[np.array(bunches) == bunch]
+        assert len(np.unique(own, axis=0)) >= few
+    # Alike numbered bunches have the same colours in turn, wherever their threads stand.
+    sorted_colours = thread_colours(np.sort(bunches), strategy)
+    assert np.array_equal(colours[np.argsort(bunches, kind="stable")], sorted_colours)
+
+
+def hues(colours):
+    lab = oklab_of(light_of(colours))
+    return np.degrees(np.arctan2(lab[:, 2], lab[:, 1])) % 360
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 8])
+def test_the_hue_circle_is_divided_evenly(count):
+    bunches = np.repeat(np.arange(count), 6)
+    spacing = 360 / count
+    aside = (hues(thread_colours(bunches, "hue-circle")) - 45 - spacing * bunches + 180) % 360 - 180
+    assert np.abs(aside).max() < min(14.0, spacing / 5) + 1.5
+    assert np.ptp(aside) > 3.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 7])
+@pytest.mark.parametrize(("hue", "width"), [(250.0, 50.0), (30.0, 30.0)])
+def test_the_hue_range_is_kept_and_bunches_differ_in_lightness(count, hue, width):
+    bunches = np.repeat(np.arange(count), 6)
+    colours = thread_colours(bunches, "hue-range", hue_deg=hue, range_deg=width)
+    aside = (hues(colours) - hue + 180) % 360 - 180
+    assert np.abs(aside).max() < width / 2 + 2.0
+    assert np.ptp(aside) > 0.5 * width
+    lightness = oklab_of(light_of(colours))[:, 0].reshape(count, 6)
+    assert np.all(lightness[1:].min(axis=1) - lightness[:-1].max(axis=1) > 0.03)
+
+
+def test_warp_and_weft_are_vermilion_and_blue():
+    assert thread_colours(np.array([1, 0])).tolist() == [[0, 114, 178], [213, 94, 0]]
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_no_thread_has_no_colour(strategy):
+    assert thread_colours(np.zeros(0, dtype=np.int64), strategy).shape == (0, 3)
+
+
+def test_wrong_strategies_and_ranges_are_refused():
+    with pytest.raises(InputError, match="choose safe, hue-circle, hue-range"):
+        thread_colours(np.array([0]), "rainbow")
+    for hue, width in ((np.nan, 50.0), (0.0, -1.0), (0.0, 400.0)):
+        with pytest.raises(InputError, match="make no sense"):
+            thread_colours(np.array([0]), "hue-range", hue_deg=hue, range_deg=width)
