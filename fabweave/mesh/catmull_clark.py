@@ -52,6 +52,11 @@ def catmull_clark(mesh: PolyMesh) -> PolyMesh:
         The old vertices, one for each edge in the order of edge numbers, one for each face; one
         quad for each old corner.
 
+    Notes
+    -----
+    A torus of quads gets an exact 2/2 twill from any step, and keeps it. On closed meshes no step
+    mends what prevents one: a face or a vertex whose size is no multiple of four.
+
     References
     ----------
     E. Catmull, J. Clark, "Recursively generated B-spline surfaces on arbitrary topological

@@ -31,6 +31,12 @@ def doo_sabin(mesh: PolyMesh) -> PolyMesh:
         in the order of edge numbers, then one polygon for each inner vertex (none where it has
         two edges only, where the quads meet).
 
+    Notes
+    -----
+    On a closed mesh this is the dual of what Catmull–Clark makes, so it has the same threads and
+    an exact 2/2 twill exactly where that has one. Neither mends a face or a vertex whose size
+    is no multiple of four; tori of quads get a twill from any step.
+
     References
     ----------
     D. Doo, M. Sabin, "Behaviour of recursive division surfaces near extraordinary points",
@@ -152,6 +158,12 @@ def simplest(mesh: PolyMesh) -> PolyMesh:
     PolyMesh
         One vertex for each edge in the order of edge numbers, then the boundary vertices that
         stay; the shrunk old faces, then polygons around old vertices.
+
+    Notes
+    -----
+    Two steps make the connectivity of one Doo–Sabin step on a closed mesh, and so an exact 2/2
+    twill exactly where that makes one. A single step need not: on a torus of m × n quads its
+    threads have 2m and 2n crossings, so that m and n must both be even.
 
     References
     ----------

@@ -120,6 +120,10 @@ def loop(mesh: PolyMesh) -> PolyMesh:
     CannotMakeError
         As `mid_edge`.
 
+    Notes
+    -----
+    The result always has an exact twill: see `mid_edge_twist`.
+
     References
     ----------
     C. Loop, "Smooth subdivision surfaces based on triangles", master's thesis, University of
