@@ -4,6 +4,8 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 #: The vertices next to each vertex, in rising order.
 Neighbours = Sequence[Sequence[int]]
 
@@ -36,7 +38,8 @@ def colour_graph(neighbours: Neighbours, *, effort: int = 2_000_000) -> Colourin
     neighbours : sequence of sequences of int
         The vertices next to each; symmetric, without loops.
     effort : int
-        How many vertices the clique search and the exhaustive search may look at, each.
+        How many vertices each of the searches (for a clique, along chains, exhaustive) may look
+        at.
 
     Returns
     -------
@@ -56,8 +59,10 @@ def colour_graph(neighbours: Neighbours, *, effort: int = 2_000_000) -> Colourin
     if not neighbours:
         return Colouring((), 0)
     clique = find_clique(neighbours, effort=effort)
-    colours = _without_rare_colours(neighbours, _by_saturation(neighbours))
+    colours = _by_saturation(neighbours)
     at_least = len(clique)
+    if max(colours) + 1 > at_least:
+        colours = _without_rare_colours(neighbours, colours, effort)
     while max(colours) + 1 > at_least:
         fewer, effort = _with_colours(neighbours, max(colours), clique, effort)
         if fewer is None:
@@ -77,7 +82,7 @@ def find_clique(neighbours: Neighbours, *, effort: int) -> list[int]:
     ----------
     Tomita, Seki, "An efficient branch-and-bound algorithm for finding a maximum clique", 2003.
     """
-    masks = [sum(1 << other for other in row) for row in neighbours]
+    masks = [_mask(row, len(neighbours)) for row in neighbours]
     best: list[int] = [0]
     # Vertices with few neighbours first: what remains for the late ones is small and dense.
     order = sorted(range(len(masks)), key=lambda vertex: (len(neighbours[vertex]), vertex))
@@ -101,6 +106,13 @@ def find_clique(neighbours: Neighbours, *, effort: int) -> list[int]:
             if masks[chosen] & among:
                 stack.append((larger, _bounded(masks, masks[chosen] & among)))
     return best
+
+
+def _mask(row: Sequence[int], size: int) -> int:
+    """Return a number whose bits are set at the given vertices."""
+    bits = np.zeros(size, dtype=np.uint8)
+    bits[list(row)] = 1
+    return int.from_bytes(np.packbits(bits, bitorder="little").tobytes(), "little")
 
 
 def _bounded(masks: list[int], candidates: int) -> list[tuple[int, int, int]]:
@@ -142,46 +154,52 @@ def _first_free(taken: set[int]) -> int:
     return next(number for number in range(len(taken) + 1) if number not in taken)
 
 
-def _without_rare_colours(neighbours: Neighbours, colours: list[int]) -> list[int]:
+def _without_rare_colours(neighbours: Neighbours, colours: list[int], effort: int) -> list[int]:
     """Empty the smallest classes along Kempe chains for as long as that succeeds."""
     while True:
         count = max(colours) + 1
         sizes = [colours.count(colour) for colour in range(count)]
         rare = min(range(count), key=lambda colour: (sizes[colour], -colour))
         trial = list(colours)
-        members = [vertex for vertex, colour in enumerate(colours) if colour == rare]
-        if not all(_leave(neighbours, trial, vertex, count) for vertex in members):
-            return colours
+        for vertex in [vertex for vertex, colour in enumerate(colours) if colour == rare]:
+            effort = _leave(neighbours, trial, vertex, count, effort)
+            if trial[vertex] == rare:
+                return colours
         colours = [colour - (colour > rare) for colour in trial]
 
 
-def _leave(neighbours: Neighbours, colours: list[int], vertex: int, count: int) -> bool:
-    """Give a vertex another colour, if need be by swapping two colours along a chain."""
+def _leave(neighbours: Neighbours, colours: list[int], vertex: int, count: int, effort: int) -> int:
+    """Give a vertex another colour, if need be by swapping two colours along a chain.
+
+    Returns the effort that is left; the vertex keeps its colour if none will do.
+    """
     own = colours[vertex]
-    others = [colour for colour in range(count) if colour != own]
-    for first in others:
-        block = [other for other in neighbours[vertex] if colours[other] == first]
-        if not block:
-            colours[vertex] = first
-            return True
-    for first in others:
-        block = [other for other in neighbours[vertex] if colours[other] == first]
-        for second in others:
-            if second == first:
-                continue
-            chain, rest = set(block), list(block)
-            while rest:
-                for other in neighbours[rest.pop()]:
+    beside: dict[int, list[int]] = {}
+    for other in neighbours[vertex]:
+        beside.setdefault(colours[other], []).append(other)
+    free = next((c for c in range(count) if c != own and c not in beside), -1)
+    if free >= 0:
+        colours[vertex] = free
+        return effort
+    for first in (c for c in range(count) if c != own):
+        for second in (c for c in range(count) if c not in (own, first)):
+            chain, rest = set(beside[first]), list(beside[first])
+            while rest and effort > 0:
+                row = neighbours[rest.pop()]
+                effort -= len(row)
+                for other in row:
                     if colours[other] in (first, second) and other not in chain:
                         chain.add(other)
                         rest.append(other)
-            if any(colours[other] == second and other in chain for other in neighbours[vertex]):
+            if effort <= 0:
+                return 0
+            if not chain.isdisjoint(beside[second]):
                 continue
             for other in chain:
                 colours[other] = first + second - colours[other]
             colours[vertex] = first
-            return True
-    return False
+            return effort
+    return effort
 
 
 def _with_colours(
