@@ -17,7 +17,8 @@ _NONE = np.uint64(0)
 _ALL = ~_NONE
 #: Chances are rounded to 1/256: each is drawn from 8 random bits.
 _CHANCE_BITS = 8
-#: Steps uphill by more conditions than this are never taken; they would hardly ever be.
+#: Steps uphill by more conditions than this are never taken: while it is so hot that they would
+#: often be, there is no order yet that they could keep.
 _HIGHEST_STEP = 5
 
 

@@ -1,0 +1,208 @@
+"""Voting, annealing, crossing and the lower bound, against each other and all choices."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from twill_oracle import brute_force, conditions_of, real_mesh, refined, small_meshes
+from weaving_meshes import meshes
+
+from fabweave.mesh import grids, solids
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.weave.anneal import N_COPIES, couple, pack, random_copies, scores, sweep, unpack
+from fabweave.weave.bound import irregular_seeds, prove_bound
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.conditions import count_broken, twill_conditions
+from fabweave.weave.crossover import cross, score
+from fabweave.weave.decide import decide_twill
+from fabweave.weave.optimise import optimise_twill
+from fabweave.weave.threads import trace_threads
+from fabweave.weave.voting import RULES, best_vote
+
+
+def vote_of(mesh: PolyMesh):
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    conditions = twill_conditions(halfedges, threads)
+    return best_vote(conditions, threads, part_bunches(threads))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "steps", "paper"),
+    # What a plain implementation of the paper's voting breaks on these.
+    [
+        (solids.cube, 1, 26),
+        (solids.cube, 2, 70),
+        (solids.cube, 3, 170),
+        (solids.icosahedron, 1, 62),
+    ],
+)
+def test_our_voting_is_as_good_as_plain_voting(mesh, steps: int, paper: int) -> None:
+    assert vote_of(refined(mesh(), f"catmull-clark:{steps}")).broken.total <= paper
+
+
+@given(meshes())
+def test_votes_decide_every_crossing_and_count_what_they_break(mesh: PolyMesh) -> None:
+    vote = vote_of(mesh)
+    conditions = conditions_of(mesh)
+    assert vote.rule in RULES
+    assert vote.twist.shape == (conditions.n_crossings,)
+    assert vote.broken == count_broken(conditions, vote.twist)
+
+
+@pytest.mark.parametrize(("m", "n"), [(4, 4), (6, 3), (8, 6), (5, 12)])
+def test_voting_finds_the_twill_of_a_plain_torus(m: int, n: int) -> None:
+    # On a grid the votes never contradict one another before the twill closes up.
+    vote = vote_of(grids.torus(m, n, 2.0, 1.0))
+    assert vote.broken.total <= conditions_of(grids.torus(m, n, 2.0, 1.0)).count // 10
+
+
+@given(meshes(), st.integers(0, 2**32 - 1))
+def test_scores_of_copies_and_of_twists_are_the_broken_conditions(mesh: PolyMesh, seed) -> None:
+    conditions = conditions_of(mesh)
+    if not conditions.n_crossings:
+        return
+    couplings = couple(conditions)
+    twists = np.random.default_rng(seed).random((N_COPIES, conditions.n_crossings)) < 0.5
+    counted = [count_broken(conditions, twist).total for twist in twists]
+    assert scores(couplings, pack(twists)).tolist() == counted
+    assert [score(couplings, twist) for twist in twists] == counted
+    assert np.array_equal(unpack(pack(twists)), twists)
+
+
+@given(meshes(), st.integers(0, 2**32 - 1))
+def test_cold_sweeps_never_break_more_in_any_copy(mesh: PolyMesh, seed) -> None:
+    conditions = conditions_of(mesh)
+    if not conditions.n_crossings:
+        return
+    couplings = couple(conditions)
+    rng = np.random.default_rng(seed)
+    copies = random_copies(couplings, rng)
+    before = scores(couplings, copies)
+    for _ in range(4):
+        sweep(couplings, copies, 0.0, rng)
+        after = scores(couplings, copies)
+        if all(len(set(row)) == 4 for row in couplings.windows.tolist()):
+            assert np.all(after <= before)
+        before = after
+
+
+@pytest.mark.parametrize("temperature", [0.7, 1.0])
+def test_sweeps_keep_the_boltzmann_distribution(temperature: float) -> None:
+    # A torus of 9 quads has 18 crossings: the mean score of all choices is known exactly.
+    conditions = conditions_of(grids.torus(3, 3, 2.0, 1.0))
+    couplings = couple(conditions)
+    choices = np.arange(1 << 18)
+    twist = (choices >> np.arange(18)[:, None]) & 1 == 1
+    broken = np.zeros(len(choices))
+    for first, last in conditions.edge:
+        broken += twist[first] == twist[last]
+    for a, b, c, d in conditions.gaps:
+        broken += (twist[b] != twist[c]) & (twist[a] != twist[d])
+    weight = np.exp(-(broken - broken.min()) / temperature)
+    mean = float((broken * weight).sum() / weight.sum())
+    deviation = float(np.sqrt(((broken - mean) ** 2 * weight).sum() / weight.sum()))
+
+    rng = np.random.default_rng(1)
+    copies = random_copies(couplings, rng)
+    found = []
+    for number in range(800):
+        sweep(couplings, copies, temperature, rng)
+        if number >= 200 and number % 5 == 0:
+            found.append(scores(couplings, copies))
+    # 7,680 samples, correlated over a few sweeps; coins are rounded to 1/256.
+    assert abs(np.mean(found) - mean) < 0.12 * deviation
+
+
+@given(meshes(), st.integers(0, 2**32 - 1))
+def test_crossing_is_as_good_as_the_best_choice_of_patches(mesh: PolyMesh, seed) -> None:
+    conditions = conditions_of(mesh)
+    if not conditions.n_crossings:
+        return
+    couplings = couple(conditions)
+    rng = np.random.default_rng(seed)
+    first = rng.random(conditions.n_crossings) < 0.5
+    second = first ^ (rng.random(conditions.n_crossings) < 0.15)
+    crossed = cross(couplings, first, [second])
+    assert score(couplings, crossed) <= min(score(couplings, first), score(couplings, second))
+    # Patches may be taken or left one by one: no single one of them improves the result.
+    assert np.array_equal(cross(couplings, crossed, [first, second]), crossed)
+    assert np.all((crossed == first) | (crossed == second))
+
+
+@settings(deadline=None, max_examples=12)
+@given(small_meshes())
+def test_small_meshes_are_woven_as_well_as_possible(mesh: PolyMesh) -> None:
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    conditions = twill_conditions(halfedges, threads)
+    least, _ = brute_force(conditions)
+    vote = best_vote(conditions, threads, part_bunches(threads))
+    found = optimise_twill(conditions, vote.twist, effort="quick")
+    assert count_broken(conditions, found).total == least
+    bound = prove_bound(couple(conditions), irregular_seeds(halfedges, threads))
+    degenerate = any(len(set(row)) < len(row) for row in conditions.gaps.tolist())
+    degenerate |= bool(np.any(conditions.edge[:, 0] == conditions.edge[:, 1]))
+    assert bound.least <= least
+    if not degenerate:
+        assert bound.optimum
+        assert bound.least == least
+
+
+@given(meshes().filter(lambda mesh: mesh.n_corners <= 150), st.integers(0, 3))
+@settings(max_examples=10, deadline=None)
+def test_search_never_breaks_more_than_its_start(mesh: PolyMesh, seed: int) -> None:
+    conditions = conditions_of(mesh)
+    start = np.random.default_rng(seed).random(conditions.n_crossings) < 0.5
+    found = optimise_twill(conditions, start, effort="quick", seed=seed)
+    assert count_broken(conditions, found).total <= count_broken(conditions, start).total
+    if decide_twill(conditions).twillable and conditions.n_crossings <= 60:
+        assert count_broken(conditions, found).total == 0
+
+
+def test_search_is_the_same_for_the_same_seed() -> None:
+    conditions = conditions_of(refined(solids.cube(), "catmull-clark:2"))
+    start = np.ones(conditions.n_crossings, dtype=bool)
+    first, again, other = (
+        optimise_twill(conditions, start, effort="quick", seed=seed) for seed in (0, 0, 1)
+    )
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "steps", "known"),
+    [(solids.cube, 1, 16), (solids.octahedron, 1, 16), (solids.cube, 2, 32), (solids.cube, 3, 64),
+     (solids.icosahedron, 1, 40)],
+)  # fmt: skip
+def test_search_reaches_what_is_known(mesh, steps: int, known: int) -> None:
+    conditions = conditions_of(refined(mesh(), f"catmull-clark:{steps}"))
+    start = np.ones(conditions.n_crossings, dtype=bool)
+    found = optimise_twill(conditions, start, effort="quick", least=known)
+    assert count_broken(conditions, found).total <= known
+
+
+@pytest.mark.parametrize("mesh", [solids.cube, solids.octahedron])
+def test_sixteen_is_proved_optimal(mesh) -> None:
+    halfedges = build_halfedges(refined(mesh(), "catmull-clark:1"))
+    threads = trace_threads(halfedges)
+    bound = prove_bound(couple(twill_conditions(halfedges, threads)), [])
+    assert (bound.least, bound.optimum) == (16, True)
+
+
+@pytest.mark.parametrize(("steps", "at_least", "at_most"), [(2, 24, 32), (3, 32, 64)])
+def test_bounds_of_large_spheres_lie_below_what_is_known(steps, at_least, at_most) -> None:
+    halfedges = build_halfedges(refined(solids.cube(), f"catmull-clark:{steps}"))
+    threads = trace_threads(halfedges)
+    couplings = couple(twill_conditions(halfedges, threads))
+    bound = prove_bound(couplings, irregular_seeds(halfedges, threads))
+    assert at_least <= bound.least <= at_most
+    assert not bound.optimum
+
+
+def test_spot_is_woven_better_than_by_voting_and_plain_annealing() -> None:
+    mesh = real_mesh("quad/spot_quadrangulated.obj")
+    conditions, vote = conditions_of(mesh), vote_of(mesh)
+    found = optimise_twill(conditions, vote.twist, effort="quick")
+    assert count_broken(conditions, found).total < min(vote.broken.total, 832)
