@@ -8,13 +8,14 @@ from PIL import Image
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import InputError
-from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
+from fabweave.mesh.polymesh import PolyMesh, next_corner
 from fabweave.mesh.shapes import SHAPES, Shape
 from fabweave.report.contact import contact_sheet
 from fabweave.report.render import Marks, object_frame, render_scene
 from fabweave.report.shade import smooth_normals
+from fabweave.report.surfaces import face_normals, polygon_triangles, ribbon_triangles
 from fabweave.report.view import Up, View, choose_view
-from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.project import Ribbons
 from fabweave.weave.colourspace import Colours
 
 _STONE = (205, 214, 224)
@@ -65,7 +66,7 @@ def mesh_picture(
     if view is None:
         view = choose_view(vertices, triangles, up=up)
     shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (mesh.n_faces, 3))
-    normals = np.repeat(_face_normals(mesh)[face][:, None, :], 3, axis=1)
+    normals = np.repeat(face_normals(mesh)[face][:, None, :], 3, axis=1)
     return render_scene(
         vertices,
         triangles,
@@ -120,6 +121,7 @@ def weave_picture(
     size_px: tuple[int, int] = (1000, 800),
     view: View | None = None,
     up: Up = "z",
+    floor: bool = True,
     samples: int = 2,
 ) -> Image.Image:
     """Make a picture of a woven object, each thread in its colour.
@@ -136,6 +138,8 @@ def weave_picture(
         From where; None chooses.
     up : {"z", "y", "x"}
         The axis that points up in a view that is chosen.
+    floor : bool
+        Whether the object stands on a floor, seen by the shadow on it.
     samples : int
         Samples of a pixel along each side.
 
@@ -163,7 +167,7 @@ def weave_picture(
         view = choose_view(vertices, triangles, up=up)
     # Even numbers are on the right rail, odd ones on the left: sides between alikes lie on rails.
     rails = triangles % 2 == np.roll(triangles, -1, axis=1) % 2
-    frame = object_frame(vertices, triangles, view, size_px)
+    frame = object_frame(vertices, triangles, view, size_px, floor=floor)
     width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
     width_px = float(np.median(width)) * frame.pixels_per_mm
     return render_scene(
@@ -176,68 +180,9 @@ def weave_picture(
         edges=rails,
         line_px=float(np.clip(0.06 * width_px, 0.3, 1.3)),
         reach_px=float(np.clip(0.5 * width_px, 2.0, 0.02 * min(size_px))),
+        floor=floor,
         samples=samples,
     )
-
-
-def ribbon_triangles(ribbons: Ribbons) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return all ribbons as vertices, triangles, and the thread of each triangle.
-
-    Vertex ``2 r`` is the right and ``2 r + 1`` the left end of rung ``r``; triangles are as
-    ``ribbon_faces`` gives them.
-    """
-    following = following_rung(ribbons.offsets, ribbons.closed)
-    near = np.flatnonzero(following >= 0)
-    after = following[near]
-    a, b, c, d = 2 * near, 2 * after, 2 * after + 1, 2 * near + 1
-    first = ribbons.from_right[near][:, None]
-    one = np.where(first, np.column_stack((a, c, d)), np.column_stack((a, b, d)))
-    two = np.where(first, np.column_stack((a, b, c)), np.column_stack((b, c, d)))
-    vertices = np.stack((ribbons.right, ribbons.left), axis=1).reshape(-1, 3)
-    thread = np.searchsorted(ribbons.offsets, near, side="right") - 1
-    return vertices, np.stack((one, two), axis=1).reshape(-1, 3), np.repeat(thread, 2)
-
-
-def polygon_triangles(mesh: PolyMesh) -> tuple[FloatArray, IntArray, BoolArray, IntArray]:
-    """Cut polygons to triangles: quads in two, larger faces around their centres.
-
-    Returns
-    -------
-    vertices : (V + F', 3) float array
-        Positions, and the centres of faces with more than four corners.
-    triangles : (T, 3) int array
-        Corners.
-    sides : (T, 3) bool array
-        Whether the side from corner k to the next is an edge of the mesh.
-    face : (T,) int array
-        The face that each triangle belongs to.
-
-    Examples
-    --------
-    >>> square = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-    >>> polygon_triangles(square)[2].tolist()
-    [[True, True, False], [False, True, True]]
-    """
-    sizes, start = mesh.face_sizes, mesh.offsets[:-1]
-    few = np.flatnonzero((sizes == 3) | (sizes == 4))
-    quad = np.flatnonzero(sizes == 4)
-    corner = [mesh.indices[start[few] + step] for step in range(3)]
-    again = [mesh.indices[start[quad] + step] for step in (0, 2, 3)]
-    large = np.flatnonzero(sizes > 4)
-    number = np.full(mesh.n_faces, -1, dtype=np.int64)
-    number[large] = mesh.n_vertices + np.arange(len(large))
-    owner = face_of_corner(mesh)
-    around = np.flatnonzero(sizes[owner] > 4)
-    fan = [mesh.indices[around], mesh.indices[next_corner(mesh)[around]], number[owner[around]]]
-    triangles = np.concatenate([np.column_stack(part) for part in (corner, again, fan)])
-    sides = np.ones((len(triangles), 3), dtype=bool)
-    sides[: len(few), 2] = sizes[few] == 3
-    sides[len(few) : len(few) + len(quad), 0] = False
-    sides[len(few) + len(quad) :, 1:] = False
-    vertices = mesh.vertices
-    if len(large):
-        vertices = np.concatenate((vertices, face_centres(mesh)[large]))
-    return vertices, triangles, sides, np.concatenate((few, quad, owner[around]))
 
 
 def render_shapes(
@@ -271,15 +216,6 @@ def render_shapes(
         tiles.append(mesh_picture(mesh, size_px=tile_px, marks=marks if few else None))
         captions.append(f"{shape.name}: {shape.text}\n{shape.example}")
     return contact_sheet(tiles, captions, columns=columns)
-
-
-def _face_normals(mesh: PolyMesh) -> FloatArray:
-    """Return the mean unit normal of each face, (F, 3)."""
-    here = mesh.vertices[mesh.indices]
-    area = np.cross(here, here[next_corner(mesh)])
-    normal = np.add.reduceat(area, mesh.offsets[:-1], axis=0)
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.asarray(normal / np.where(size > 0.0, size, 1.0), dtype=np.float64)
 
 
 def _line_width(

@@ -8,6 +8,7 @@ from PIL import Image
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import InputError
+from fabweave.report.floor import floor_light, floor_points, has_floor
 from fabweave.report.shade import (
     corner_light,
     covered_places,
@@ -60,6 +61,7 @@ def render_scene(
     reach_px: float | None = None,
     marks: Marks | None = None,
     background: tuple[int, int, int] = _WHITE,
+    floor: bool = False,
     lit: bool = True,
     samples: int = 2,
 ) -> Image.Image:
@@ -92,6 +94,8 @@ def render_scene(
         Marked points.
     background : (int, int, int)
         What is seen beside the object.
+    floor : bool
+        Whether the object stands on a floor, seen by the shadow on it; not in views from below.
     lit : bool
         False leaves out light and shadow: every triangle has exactly its colour.
     samples : int
@@ -120,7 +124,8 @@ def render_scene(
     if samples < 1:
         raise InputError(f"a pixel has {samples} samples; it needs at least one")
     view = choose_view(vertices, triangles) if view is None else view
-    small = frame_object(vertices[np.unique(triangles)], view, size_px)
+    floor = floor and has_floor(view)
+    small = object_frame(vertices, triangles, view, size_px, floor=floor)
     frame = small.enlarged(samples)
     points = frame.pixels(vertices)
     seen, nearness = nearest_triangles(
@@ -138,6 +143,9 @@ def render_scene(
         light *= _lines(points[triangles], edges, triangle, places, line_px * samples)
     picture = np.empty((frame.height_px, frame.width_px, 3), dtype=np.float32)
     picture[:] = _linear(np.array(background, dtype=np.uint8))
+    if floor:
+        light_below = floor_light(vertices, triangles, view, small)
+        picture *= light_below.repeat(samples, axis=0).repeat(samples, axis=1)[:, :, None]
     picture[covered] = _linear(shown)[triangle] * light[:, None].astype(np.float32)
     if marks is not None:
         _mark(picture, nearness, frame, marks, samples)
@@ -145,10 +153,18 @@ def render_scene(
 
 
 def object_frame(
-    vertices: FloatArray, triangles: IntArray, view: View, size_px: tuple[int, int]
+    vertices: FloatArray,
+    triangles: IntArray,
+    view: View,
+    size_px: tuple[int, int],
+    *,
+    floor: bool = False,
 ) -> Frame:
-    """Return how ``render_scene`` maps an object to pixels."""
-    return frame_object(vertices[np.unique(triangles)], view, size_px)
+    """Return how ``render_scene`` maps an object to pixels, with or without a floor."""
+    points = vertices[np.unique(triangles)]
+    if floor and has_floor(view):
+        points = np.concatenate((points, floor_points(points, view)))
+    return frame_object(points, view, size_px)
 
 
 def _light(

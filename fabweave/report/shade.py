@@ -45,6 +45,11 @@ class Light:
     key: Planes
 
 
+def key_direction() -> FloatArray:
+    """Return the unit vector towards the key light as (right, up, towards the eye)."""
+    return np.array(_KEY) / np.linalg.norm(_KEY)
+
+
 def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> Light:
     """Return the light that falls on triangles, which are lit on both sides.
 
@@ -65,8 +70,7 @@ def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> Li
     # y counts from the top, so a triangle that runs counter-clockwise has a negative area.
     behind = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] > 0.0
     facing = np.where(behind[:, None, None], -normals, normals)
-    key_direction = np.array(_KEY) / np.linalg.norm(_KEY)
-    key = np.clip((facing @ key_direction + _WRAP) / (1.0 + _WRAP), 0.0, 1.0)
+    key = np.clip((facing @ key_direction() + _WRAP) / (1.0 + _WRAP), 0.0, 1.0)
     sky, eye = 0.5 + 0.5 * (facing @ up), np.clip(facing[:, :, 2], 0.0, 1.0)
     side = np.where(behind, _BEHIND, 1.0)[:, None]
     return Light(
@@ -95,7 +99,7 @@ def key_shadow(
     -------
     (N,) float array
     """
-    towards = np.array(_KEY) / np.linalg.norm(_KEY) * (1.0, -1.0, 1.0)
+    towards = key_direction() * (1.0, -1.0, 1.0)
     right = np.cross((0.0, 1.0, 0.0), towards)
     right /= np.linalg.norm(right)
     axes = np.stack((right, np.cross(towards, right), towards))

@@ -9,15 +9,11 @@ from fabweave.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes import parse_shape
-from fabweave.report.pictures import (
-    irregular_marks,
-    mesh_picture,
-    polygon_triangles,
-    ribbon_triangles,
-    weave_picture,
-)
+from fabweave.report.floor import floor_light, floor_points
+from fabweave.report.pictures import irregular_marks, mesh_picture, weave_picture
 from fabweave.report.render import Marks, object_frame, render_scene
 from fabweave.report.shade import facet_normals, key_shadow, narrow_places, smooth_normals
+from fabweave.report.surfaces import face_normals, polygon_triangles, ribbon_triangles
 from fabweave.report.view import View, choose_view, frame_object
 from fabweave.report.zbuffer import nearest_triangles, planes_through
 from fabweave.ribbon.export import ribbon_faces
@@ -191,7 +187,9 @@ def shown_with_colours(weave, ribbons, view):
     colours = np.full((n_threads, 3), 25, dtype=np.uint8)
     colours[np.arange(n_threads), np.arange(n_threads) % 3] = 230
     colours[np.arange(n_threads), (np.arange(n_threads) // 3 + np.arange(n_threads)) % 3] = 230
-    return colours, np.asarray(weave_picture(ribbons, colours, size_px=(500, 500), view=view))
+    return colours, np.asarray(
+        weave_picture(ribbons, colours, size_px=(500, 500), view=view, floor=False)
+    )
 
 
 def shows_over(weave, ribbons, over, view, colours, picture) -> np.ndarray:
@@ -316,6 +314,49 @@ def test_a_plate_casts_the_shadow_that_geometry_says():
     assert key_shadow(points, triangles, above, width=400, height=400).min() == pytest.approx(1.0)
 
 
+def test_the_floor_is_dark_where_the_light_does_not_reach_it():
+    # A square plate floats high over a floor that a far speck marks.
+    plate = np.array([[-1, -1, 4], [1, -1, 4], [1, 1, 4], [-1, 1, 4.0]])
+    speck = np.array([[9, 9, 0], [9.01, 9, 0], [9, 9.01, 0.0]])
+    points = np.concatenate((plate, speck))
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]])
+    view = View(-60.0, 40.0)
+    fallen = floor_points(points, view)
+    assert np.allclose(fallen[:, 2], 0.0)
+    assert np.allclose(fallen[4:], speck)
+    frame = object_frame(points, triangles, view, (500, 400), floor=True)
+    inside = frame.pixels(fallen)[:, :2]
+    assert inside.min() >= 0
+    assert np.all(inside.max(axis=0) <= (500, 400))
+    light = floor_light(points, triangles, view, frame)
+    assert light.shape == (400, 500)
+
+    def light_at(x, y):
+        column, row = frame.pixels(np.array([[x, y, 0.0]]))[0, :2].astype(int)
+        return light[row, column]
+
+    middle = fallen[:4].mean(axis=0)
+    assert light_at(*middle[:2]) < 0.72
+    for x, y in ((1.25, 0.0), (-1.25, 0.0), (0.0, 1.25), (0.0, -1.25)):
+        assert light_at(*(middle[:2] + 0.6 * np.array([x, y]))) < 0.72
+        assert light_at(*(middle[:2] + np.array([x, y]))) > 0.8
+    assert light_at(-7.5, 7.5) > 0.99
+
+
+def test_from_below_there_is_no_floor():
+    _, ribbons = woven("cube")
+    colours = np.full((4, 3), 120, dtype=np.uint8)
+    with_floor, without = (
+        [
+            weave_picture(ribbons, colours, size_px=(80, 60), view=View(10.0, rise), floor=floor)
+            for rise in (-30.0, 30.0)
+        ]
+        for floor in (True, False)
+    )
+    assert with_floor[0].tobytes() == without[0].tobytes()
+    assert with_floor[1].tobytes() != without[1].tobytes()
+
+
 def test_narrow_places_are_dark_and_slanting_planes_are_not():
     x, y = np.meshgrid(np.arange(60.0), np.arange(50.0))
     assert narrow_places(1.7 * x - 0.9 * y, 6.0)[8:-8, 8:-8] == pytest.approx(1.0, abs=1e-5)
@@ -352,6 +393,8 @@ def test_polygons_are_cut_to_triangles_of_the_same_surface(name):
     here = mesh.vertices[tail]
     expected = np.add.reduceat(np.cross(here, here[following]), mesh.offsets[:-1], axis=0)
     assert np.allclose(total, expected)
+    unit = expected / np.linalg.norm(expected, axis=1, keepdims=True)
+    assert np.allclose(face_normals(mesh), unit)
 
 
 @pytest.mark.parametrize(
