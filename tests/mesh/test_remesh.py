@@ -40,6 +40,10 @@ needs_instant = pytest.mark.skipif(
     not INSTANT.installed, reason="pynanoinstantmeshes is not installed (extra [quad])"
 )
 
+needs_proc = pytest.mark.skipif(
+    not Path("/proc/self/stat").exists(), reason="whether a process runs is read from /proc"
+)
+
 
 def icosphere(levels, radius=50.0):
     """Return an icosahedron whose triangles are cut in four and blown up to a sphere."""
@@ -332,6 +336,7 @@ def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what
     assert words in failed[0]
 
 
+@needs_proc
 def test_hung_child_and_its_children_are_killed(tmp_path):
     mark = tmp_path / "pids"
     body = (
@@ -354,11 +359,6 @@ def assert_gone(pids):
         while state.exists() and state.read_text().rsplit(")", 1)[1].split()[0] != "Z":
             assert time.monotonic() < end, f"process {pid} still runs"
             time.sleep(0.02)
-
-
-needs_proc = pytest.mark.skipif(
-    not Path("/proc/self/stat").exists(), reason="whether a process runs is read from /proc"
-)
 
 
 def test_unwanted_run_is_stopped(tmp_path):
