@@ -246,6 +246,8 @@ def predict_faces(mesh: PolyMesh, refinements: Sequence[Refinement]) -> int:
     >>> predict_faces(cube(), parse_refinements("catmull-clark:2"))
     96
     """
+    if not refinements:
+        return mesh.n_faces
     counts = mesh.n_vertices, build_halfedges(mesh).n_edges, mesh.n_faces
     for item in refinements:
         scheme = find_scheme(item.scheme)
