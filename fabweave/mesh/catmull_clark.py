@@ -76,9 +76,10 @@ def catmull_clark(mesh: PolyMesh) -> PolyMesh:
 def catmull_clark_limit(mesh: PolyMesh) -> PolyMesh:
     """Move every vertex to where endless Catmull–Clark steps would take it.
 
-    One more step is taken in mind; in its quads the limit is the known mask, with the vertex p',
-    the edge points e' and face points f' around it: (n² p' + 4 Σ e' + Σ f') / (n (n + 5)). So the
-    result does not depend on how many steps were taken before, on any polygon mesh.
+    Among quads the limit of a vertex p is the known mask (n² p + 4 Σ e + Σ f) / (n (n + 5)), over
+    its n neighbours e and the opposite corners f. On other meshes one more step is taken in mind,
+    which makes quads of all faces. So the result does not depend on how many steps were taken
+    before, on any polygon mesh.
 
     Parameters
     ----------
@@ -103,10 +104,17 @@ def catmull_clark_limit(mesh: PolyMesh) -> PolyMesh:
     """
     half = build_halfedges(mesh)
     rim = find_rim(half, mesh.n_vertices)
-    vertex, edge, face = _new_points(mesh, half, rim)
+    if np.all(mesh.face_sizes == 4):
+        vertex = mesh.vertices
+        corners = vertex[mesh.indices].reshape(-1, 4, 3)
+        ring = 4 * np.roll(corners, -1, axis=1) + np.roll(corners, -2, axis=1)
+        ring = ring.reshape(-1, 3)
+    else:
+        vertex, edge, face = _new_points(mesh, half, rim)
+        ring = 4 * edge[half.edge] + face[half.face]
     count = valences(half, rim)[:, None]
     # Boundary vertices and loose ones get their own values below.
-    around = sum_at(half.tail, 4 * edge[half.edge] + face[half.face], mesh.n_vertices)
+    around = sum_at(half.tail, ring, mesh.n_vertices)
     limit = (count**2 * vertex + around) / np.maximum(count * (count + 5), 1)
     limit[count[:, 0] == 0] = mesh.vertices[count[:, 0] == 0]
     limit[rim.on] = mesh.vertices[rim.on]

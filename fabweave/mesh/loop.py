@@ -144,9 +144,9 @@ def loop(mesh: PolyMesh) -> PolyMesh:
 def loop_limit(mesh: PolyMesh) -> PolyMesh:
     """Move every vertex to where endless Loop steps would take it.
 
-    One more step is taken in mind. After it every old vertex has triangles only around it, where
-    the limit is the known mask; so the result does not depend on how many steps were taken
-    before, on any polygon mesh.
+    Among triangles the limit of a vertex is a known mask over its neighbours. On other meshes one
+    more step is taken in mind, after which every old vertex has triangles only around it. So the
+    result does not depend on how many steps were taken before, on any polygon mesh.
 
     Parameters
     ----------
@@ -166,9 +166,13 @@ def loop_limit(mesh: PolyMesh) -> PolyMesh:
     """
     half = build_halfedges(mesh)
     rim = find_rim(half, mesh.n_vertices)
-    vertex, edge = _new_points(mesh, half, rim)
+    if np.all(mesh.face_sizes == 3):
+        vertex, ring = mesh.vertices, mesh.vertices[half.head]
+    else:
+        vertex, edge = _new_points(mesh, half, rim)
+        ring = edge[half.edge]
     count = valences(half, rim)
-    around = sum_at(half.tail, edge[half.edge], mesh.n_vertices)
+    around = sum_at(half.tail, ring, mesh.n_vertices)
     weight = (1 / (count + 3 / (8 * _beta(count))))[:, None]
     limit = (1 - count[:, None] * weight) * vertex + weight * around
     still = rim.on | (count == 0)
