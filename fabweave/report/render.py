@@ -23,6 +23,8 @@ from fabweave.report.zbuffer import nearest_triangles, planes_through
 Colours = npt.NDArray[np.uint8]
 
 _WHITE = (255, 255, 255)
+#: About 80 bytes of memory each.
+_MOST_SAMPLES = 50_000_000
 #: Lines are this dark, as a share of the surface's own light.
 _LINE_SHADE = 0.16
 #: How far narrow places are looked for, as a share of the picture's smaller side.
@@ -123,6 +125,11 @@ def render_scene(
         raise InputError("there is no triangle to render; the mesh has no face with an area")
     if samples < 1:
         raise InputError(f"a pixel has {samples} samples; it needs at least one")
+    if size_px[0] * size_px[1] * samples**2 > _MOST_SAMPLES:
+        raise InputError(
+            f"a picture of {size_px[0]} x {size_px[1]} pixels of {samples} x {samples} samples "
+            f"cannot be made; take at most {_MOST_SAMPLES // 1_000_000} million samples in all"
+        )
     view = choose_view(vertices, triangles) if view is None else view
     floor = floor and has_floor(view)
     small = object_frame(vertices, triangles, view, size_px, floor=floor)
@@ -180,7 +187,9 @@ def _light(
     up = frame.axes[:, "xyz".index(view.up)]
     light = corner_light(points[triangles], normals @ frame.axes.T, up)
     x, y = places[:, 0], places[:, 1]
-    shadow = key_shadow(points, triangles, places, width=frame.width_px, height=frame.height_px)
+    shadow = key_shadow(
+        points, triangles, triangle, places, width=frame.width_px, height=frame.height_px
+    )
     total = light.even.at(triangle, x, y) + light.key.at(triangle, x, y) * shadow
     return np.clip(total, 0.0, 1.25)
 

@@ -19,7 +19,8 @@ _WRAP = 0.15
 _IN_SHADOW, _BEHIND = 0.22, 0.80
 #: Pixels of the shadow map across the picture's larger side.
 _SHADOW_PX = 1400
-_RISE = 2.2
+#: What a surface may rise inside a pixel of it, on a plane that faces the light and by slope.
+_RISE, _RISE_BY_SLOPE, _STEEPEST_IN_LIGHT = 0.8, 1.5, 8.0
 #: How narrow places darken: radii as shares of the reach, directions, and the depth of it.
 _RADII = (0.4, 1.0)
 _DIRECTIONS = 5
@@ -80,7 +81,13 @@ def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> Li
 
 
 def key_shadow(
-    points: FloatArray, triangles: IntArray, places: FloatArray, *, width: int, height: int
+    points: FloatArray,
+    triangles: IntArray,
+    triangle: IntArray,
+    places: FloatArray,
+    *,
+    width: int,
+    height: int,
 ) -> FloatArray:
     """Return how much of the key light reaches places on the surface, 0 to 1.
 
@@ -90,6 +97,8 @@ def key_shadow(
         Vertices as ``Frame.pixels`` gives them.
     triangles : (T, 3) int array
         Corners.
+    triangle : (N,) int array
+        The triangle that each place lies on.
     places : (N, 3) float array
         Places on the surface in the same terms.
     width, height : int
@@ -118,8 +127,11 @@ def key_shadow(
     across, down = (lit[:, :2] - corner).T.astype(np.float32)
     pixel = corner[:, 1] * np.int32(shape[0]) + corner[:, 0]
     flat = nearness.ravel().astype(np.float32)
-    # A surface must not shade itself: it may rise this much inside one pixel of the map.
-    level = (lit[:, 2] + _RISE).astype(np.float32)
+    # A surface must not shade itself: it rises by its slope from one pixel of the map to the next.
+    normal = facet_normals(seen, triangles)[:, 0]
+    steep = np.linalg.norm(normal[:, :2], axis=1) / np.maximum(np.abs(normal[:, 2]), 0.01)
+    rise = _RISE + _RISE_BY_SLOPE * np.minimum(steep, _STEEPEST_IN_LIGHT)
+    level = (lit[:, 2] + rise[triangle]).astype(np.float32)
     # Between the four pixels around the place: hard steps would show the map's pixels.
     upper = (flat[pixel] <= level) * (1 - across) + (flat[pixel + 1] <= level) * across
     pixel += np.int32(shape[0])
@@ -222,6 +234,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
 def covered_places(seen: IntArray, nearness: FloatArray) -> tuple[BoolArray, IntArray, FloatArray]:
     """Return which pixels show something, their triangles, and their places in pixels."""
     covered = seen >= 0
-    row, column = np.nonzero(covered)
-    places = np.column_stack((column + 0.5, row + 0.5, nearness[covered]))
-    return covered, seen[covered], places
+    pixel = np.flatnonzero(covered)
+    row, column = np.divmod(pixel, seen.shape[1])
+    places = np.column_stack((column + 0.5, row + 0.5, nearness.ravel()[pixel]))
+    return covered, seen.ravel()[pixel], places

@@ -304,14 +304,29 @@ def test_a_plate_casts_the_shadow_that_geometry_says():
     triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
     x, y = np.meshgrid(np.arange(20.5, 180.0), np.arange(20.5, 180.0))
     places = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
-    light = key_shadow(points, triangles, places, width=400, height=400)
+    large, small = np.zeros(len(places), dtype=np.int64), np.full(len(places), 2)
+    light = key_shadow(points, triangles, large, places, width=400, height=400)
     towards = np.array([-0.42, -0.62, 0.66])  # over the left shoulder, y down
     middle = 100.0 - 40.0 * towards[:2] / towards[2]
     away = np.max(np.abs(places[:, :2] - middle), axis=1)
     assert light[away < 13.0].max() < 0.3
     assert light[away > 17.0].min() == pytest.approx(1.0)
     above = np.column_stack((x.ravel() * 0.1 + 90.0, y.ravel() * 0.1 + 90.0, np.full(x.size, 40.0)))
-    assert key_shadow(points, triangles, above, width=400, height=400).min() == pytest.approx(1.0)
+    light = key_shadow(points, triangles, small, above, width=400, height=400)
+    assert light.min() == pytest.approx(1.0)
+
+
+def test_a_convex_object_casts_no_shadow_on_its_lit_side():
+    vertices, triangles, _, _ = polygon_triangles(parse_shape("shape:sphere?n=16&radius=80"))
+    points = vertices + np.array([100.0, 100.0, 0.0])
+    middle = points[triangles].mean(axis=1)
+    outward = (middle - (100.0, 100.0, 0.0)) / 80.0
+    towards = np.array([-0.42, -0.62, 0.66])
+    cosine = outward @ towards / np.linalg.norm(towards)
+    number = np.arange(len(triangles))
+    light = key_shadow(points, triangles, number, middle, width=300, height=300)
+    assert light[cosine > 0.15].min() == pytest.approx(1.0)
+    assert light[cosine < -0.15].max() < 0.3
 
 
 def test_the_floor_is_dark_where_the_light_does_not_reach_it():
@@ -435,6 +450,8 @@ def test_nothing_to_show_and_wrong_arguments_are_refused():
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, np.nan]])
     with pytest.raises(InputError, match="not finite"):
         render_scene(points, np.array([[0, 1, 2]]), (0, 0, 0), view=FRONT)
+    with pytest.raises(InputError, match="50 million samples"):
+        render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), size_px=(5000, 5000), samples=3)
     with pytest.raises(InputError, match="at least one"):
         render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), samples=0)
     with pytest.raises(InputError, match="must be x, y or z"):
