@@ -53,7 +53,7 @@ def test_a_longer_caption_makes_more_lines_and_a_heading_more_room():
 
 
 def test_signs_that_the_font_lacks_are_written_plainly():
-    plain = contact_sheet([tile("white")], ["m x n2 - 3"])
+    plain = contact_sheet([tile("white")], ["m x n^2 - 3"])
     assert contact_sheet([tile("white")], ["m × n² – 3"]).tobytes() == plain.tobytes()
 
 
