@@ -17,6 +17,8 @@ _SKY_TURNS, _SKY_LEAN_DEG = 6, 38.0
 _COARSER = 4
 #: Softness of both shadows, as shares of the picture's smaller side.
 _KEY_BLUR, _SKY_BLUR = 0.0025, 0.022
+#: Shadows fade in this border of the picture, a share of its smaller side; it is left free.
+_FADE = 0.05
 #: Seen from lower than this, a floor would be a line, or hide the object.
 _LOWEST_DEG = 4.0
 
@@ -74,12 +76,23 @@ def floor_light(
         fallen = _fallen(points, np.cos(lean) * up + np.sin(lean) * aside, up)
         sky += _covered(frame.pixels(fallen), corners, frame, _COARSER) / _SKY_TURNS
     shadow += _SKY_SHADE * _blurred(sky, _SKY_BLUR * small / _COARSER, frame)
-    return np.asarray(1.0 - shadow, dtype=np.float32)
+    return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
 
 
 def _up(view: View) -> FloatArray:
     """Return the upward axis of the object."""
     return np.eye(3)["xyz".index(view.up)]
+
+
+def _faded(frame: Frame) -> FloatArray:
+    """Return a share for each pixel that falls to 0 at the borders, where soft shadows end."""
+    width = _FADE * min(frame.width_px, frame.height_px)
+    shares = []
+    for size in (frame.height_px, frame.width_px):
+        place = np.arange(size) + 0.5
+        near = np.clip(np.minimum(place, size - place) / width, 0.0, 1.0)
+        shares.append(near * near * (3.0 - 2.0 * near))
+    return np.asarray(np.outer(*shares), dtype=np.float64)
 
 
 def _level(up: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -345,6 +345,7 @@ def test_the_floor_is_dark_where_the_light_does_not_reach_it():
     assert np.all(inside.max(axis=0) <= (500, 400))
     light = floor_light(points, triangles, view, frame)
     assert light.shape == (400, 500)
+    assert min(light[[0, -1]].min(), light[:, [0, -1]].min()) > 0.99
 
     def light_at(x, y):
         column, row = frame.pixels(np.array([[x, y, 0.0]]))[0, :2].astype(int)
