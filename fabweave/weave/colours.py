@@ -108,10 +108,10 @@ def thread_colours(
         return bytes_of(light_of_hue(lightness, np.full(len(hue), _CHROMA), hue))
     step = (_BRIGHT - _DARK) / max(count - 1, 1)
     # A single bunch has the lightness in the middle; several end at both ends.
-    lightness = _DARK + step * bunches if count > 1 else np.full(len(bunches), _LIGHTNESS)
-    lightness = lightness + min(0.02, step / 6) * _shuffled(apart)
-    hue = hue_deg + range_deg / 2 * apart
-    return bytes_of(light_of_hue(lightness, np.full(len(hue), _RANGE_CHROMA), hue))
+    middle = _DARK + step * np.arange(count) if count > 1 else np.full(count, _LIGHTNESS)
+    lightness = middle[bunches] + min(0.02, step / 6) * _shuffled(apart)
+    around = np.asarray(hue_deg + range_deg / 2 * apart, dtype=np.float64)
+    return bytes_of(light_of_hue(lightness, np.full(len(around), _RANGE_CHROMA), around))
 
 
 def safe_palette(count: int) -> Colours:
