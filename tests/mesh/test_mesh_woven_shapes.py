@@ -1,0 +1,374 @@
+"""Knots, slit sums, bipyramids with handles and regular meshes: theory, embedding, quality."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.mesh.bundles import bundle_quads, slit_columns
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.knots import closed_frame, reach_of, torus_knot
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.regular_map import dual_map, slit_map
+from fabweave.mesh.resize import largest_dimension
+from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.softtubes import edges_of, soft_tubes, spread
+from fabweave.weave.conditions import count_broken, twill_conditions
+from fabweave.weave.decide import decide_twill
+from fabweave.weave.threads import trace_threads
+
+
+def twillable(halfedges):
+    """Decide twill, and recount the conditions that the found twill breaks."""
+    conditions = twill_conditions(halfedges, trace_threads(halfedges))
+    decision = decide_twill(conditions)
+    if decision.twist is not None:
+        assert count_broken(conditions, decision.twist).total == 0
+    return decision.twillable
+
+
+def n_threads(mesh):
+    return trace_threads(build_halfedges(mesh)).n_threads
+
+
+def corner_angles_deg(mesh):
+    points = mesh.vertices[mesh.indices.reshape(-1, 4)]
+    before = np.roll(points, 1, axis=1) - points
+    after = np.roll(points, -1, axis=1) - points
+    cosine = (before * after).sum(axis=2)
+    cosine /= np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
+    return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+def edge_lengths(mesh):
+    one, two = mesh.vertices[edges_of(mesh)].transpose(1, 0, 2)
+    return np.linalg.norm(one - two, axis=1)
+
+
+def volume(mesh):
+    points = mesh.vertices[mesh.indices.reshape(-1, 4)]
+    halves = np.concatenate([points[:, [0, 1, 2]], points[:, [0, 2, 3]]])
+    return np.linalg.det(halves).sum() / 6
+
+
+def assert_sound(mesh, genus, *, size=100.0):
+    """Check that quads make a closed, outward, embedded surface of a genus and a size."""
+    report = check_mesh(mesh)
+    assert report.problems == ()
+    assert (report.closed, report.n_components, report.genus) == (True, 1, genus)
+    assert report.face_sizes == ((4, mesh.n_faces),)
+    assert mesh.n_vertices - mesh.n_faces == 2 - 2 * genus
+    assert volume(mesh) > 0
+    assert len(self_intersections(mesh)) == 0
+    assert largest_dimension(mesh) == pytest.approx(size, rel=1e-6)
+
+
+def valences(mesh):
+    numbers, counts = np.unique(np.bincount(mesh.indices), return_counts=True)
+    return dict(zip(numbers.tolist(), counts.tolist(), strict=True))
+
+
+def built_unless(description, reason):
+    """Build a shape, or return None if it cannot be built for just this reason."""
+    try:
+        return parse_shape(description)
+    except InputError as error:
+        if reason not in str(error):
+            raise
+        return None
+
+
+# Slit sums
+
+
+@pytest.mark.parametrize("genus", [1, 2, 3, 4, 5, 6, 7, 8, 13, 30])
+def test_slit_sum_is_embedded_and_exactly_twillable(genus):
+    mesh = parse_shape(f"shape:slit?genus={genus}")
+    assert_sound(mesh, genus)
+    assert twillable(build_halfedges(mesh))
+    irregular = {key: found for key, found in valences(mesh).items() if key != 4}
+    assert irregular == ({8: 2 * (genus - 1)} if genus > 1 else {})
+    lengths = edge_lengths(mesh)
+    assert lengths.min() > 0.5 * np.median(lengths)
+    assert lengths.max() < 2.5 * np.median(lengths)
+    angles = corner_angles_deg(mesh)
+    assert angles.min() > 40
+    assert angles.max() < 140
+
+
+@settings(max_examples=25)
+@given(
+    genus=st.integers(2, 7),
+    slit=st.integers(2, 5),
+    gap=st.integers(2, 6),
+    n=st.integers(4, 9),
+)
+def test_slit_sum_of_any_counts(genus, slit, gap, n):
+    m = (genus - 1) * (slit + gap)
+    description = f"shape:slit?genus={genus}&m={m}&n={n}&slit={slit}&size=50"
+    if m % 2 and n % 2:
+        with pytest.raises(InputError, match="both odd"):
+            parse_shape(description)
+        return
+    mesh = built_unless(description, "runs through itself")
+    if mesh is None:
+        assert m < 3 * n  # a ring so thick that its quads have no room
+        return
+    assert_sound(mesh, genus, size=50.0)
+    assert mesh.n_faces == 2 * m * n
+    assert twillable(build_halfedges(mesh))
+
+
+@given(
+    sheets=st.integers(2, 5),
+    slits=st.integers(1, 4),
+    slit=st.integers(2, 4),
+    gap=st.integers(2, 4),
+    n=st.integers(3, 7),
+)
+def test_cyclic_slit_sum_as_theory_says(sheets, slits, slit, gap, n):
+    m = slits * (slit + gap)
+    quads, corners = bundle_quads(sheets, slit_columns(m, slits, slit), n)
+    mesh = PolyMesh.from_faces(np.zeros((quads.max() + 1, 3)), quads)
+    genus = 1 + slits * (sheets - 1)
+    assert mesh.n_vertices - mesh.n_faces == 2 - 2 * genus
+    assert valences(mesh) == {4: mesh.n_vertices - 2 * slits, 4 * sheets: 2 * slits}
+    assert len(np.unique(corners)) == sheets * m * (n + 1)
+    assert twillable(build_halfedges(mesh)) == (m % 2 == 0 or n % 2 == 0)
+
+
+def test_torus_without_slits_has_its_threads():
+    mesh = parse_shape("shape:slit?genus=1&m=20&n=8")
+    assert n_threads(mesh) == 2 * math.gcd(20, 8)
+
+
+# Knots
+
+
+@pytest.mark.parametrize(
+    ("p", "q", "tube"), [(2, 3, 8), (2, 5, 7), (3, 2, 9), (3, 4, 6), (1, 1, 12), (5, 7, 4)]
+)
+def test_knot_is_an_embedded_torus_grid(p, q, tube):
+    mesh = parse_shape(f"shape:knot?p={p}&q={q}&tube={tube}")
+    assert_sound(mesh, 1)
+    assert valences(mesh) == {4: mesh.n_vertices}
+    m = mesh.n_faces // 8
+    assert n_threads(mesh) == 2 * math.gcd(m, 8)
+    assert twillable(build_halfedges(mesh))
+    middle = mesh.vertices.reshape(m, 8, 3).mean(axis=1, keepdims=True)
+    away = np.linalg.norm(mesh.vertices.reshape(m, 8, 3) - middle, axis=2)
+    assert away == pytest.approx(np.full((m, 8), tube), rel=1e-6)
+    lengths = edge_lengths(mesh)
+    assert lengths.max() < 2.5 * lengths.min()
+    assert abs(corner_angles_deg(mesh) - 90).max() < 20
+
+
+@settings(max_examples=20)
+@given(m=st.integers(40, 90), n=st.integers(3, 12))
+def test_threads_of_a_knot_are_those_of_a_torus(m, n):
+    mesh = parse_shape(f"shape:knot?m={m}&n={n}&tube=5")
+    assert n_threads(mesh) == 2 * math.gcd(m, n)
+    assert volume(mesh) > 0
+    # No shift and hardly a twist: edges along the knot stay short, the last like the first.
+    grid = mesh.vertices.reshape(m, n, 3)
+    steps = np.linalg.norm(np.roll(grid, -1, axis=0) - grid, axis=2)
+    assert steps.max() < 3.2 * steps.min()
+
+
+def test_reach_of_known_curves():
+    turn = np.arange(600) * (2 * math.pi / 600)
+    ellipse = np.column_stack([3 * np.cos(turn), np.sin(turn), 0 * turn])
+    assert reach_of(ellipse) == pytest.approx(1 / 3, rel=1e-3)  # b² / a at the sharp ends
+    # A long loop: straight sides two apart, closed by half circles of radius 1 that bend most.
+    straight = np.linspace(-5, 5, 200, endpoint=False)
+    half = np.arange(63) * (math.pi / 63)
+    loop = np.concatenate(
+        [
+            np.column_stack([straight, -np.ones(200)]),
+            np.column_stack([5 + np.sin(half), -np.cos(half)]),
+            np.column_stack([-straight, np.ones(200)]),
+            np.column_stack([-5 - np.sin(half), np.cos(half)]),
+        ]
+    )
+    assert reach_of(np.column_stack([loop, np.zeros(len(loop))])) == pytest.approx(1, rel=1e-2)
+
+
+def test_reach_is_where_the_knot_begins_to_meet_itself():
+    with pytest.raises(InputError, match="leaves room for") as caught:
+        parse_shape("shape:knot?tube=20")
+    assert "runs through itself" in str(caught.value)
+    room = next(r for r in np.arange(9, 16, 0.1) if not fits(r)) - 0.15
+    assert len(self_intersections(parse_shape(f"shape:knot?tube={room}&m=160&n=16"))) == 0
+    # The strands that limit it stand apart by two radii and little more.
+    mesh = parse_shape(f"shape:knot?tube={room}&m=160&n=16")
+    grid = mesh.vertices.reshape(160, 16, 3)
+    middle = grid.mean(axis=1)
+    scale = np.ptp(middle, axis=0).max() / np.ptp(torus_knot(2, 3, 960), axis=0).max()
+    assert reach_of(scale * torus_knot(2, 3, 960)) == pytest.approx(room, rel=0.03)
+
+
+def fits(tube):
+    try:
+        parse_shape(f"shape:knot?tube={tube}")
+    except InputError:
+        return False
+    return True
+
+
+def test_frame_closes_and_stands_across():
+    middle = torus_knot(2, 5, 200)
+    normal, binormal = closed_frame(middle)
+    tangent = np.roll(middle, -1, axis=0) - np.roll(middle, 1, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    assert np.abs((normal * tangent).sum(axis=1)).max() < 1e-9
+    assert np.cross(tangent, binormal) == pytest.approx(normal, abs=1e-9)
+    turns = (normal * np.roll(normal, 1, axis=0)).sum(axis=1)
+    assert turns.min() > 0.9
+
+
+# Bipyramids
+
+
+@pytest.mark.parametrize("n", range(2, 9))
+def test_bipyramid_with_handles(n):
+    mesh = parse_shape(f"shape:bipyramid?n={n}")
+    assert_sound(mesh, 2 * n)
+    tips = {8: 2 * n + 2} if n == 2 else {8: 2 * n, 4 * n: 2}
+    assert valences(mesh) == {4: mesh.n_vertices - 2 * n - 2, **tips}
+    assert twillable(build_halfedges(mesh))
+    assert np.argmax(mesh.vertices[:, 2]) == 0  # the tip
+    assert len(np.bincount(mesh.indices)) == mesh.n_vertices
+
+
+@settings(max_examples=12)
+@given(n=st.integers(2, 4), edge=st.integers(6, 12), handle=st.integers(5, 12))
+def test_bipyramid_of_any_counts(n, edge, handle):
+    description = f"shape:bipyramid?n={n}&edge={edge}&handle={handle}&size=70&height=45"
+    if edge % 2 and handle % 2:
+        with pytest.raises(InputError, match="both odd"):
+            parse_shape(description)
+        return
+    mesh = parse_shape(description)
+    assert_sound(mesh, 2 * n, size=70.0)
+    assert mesh.n_faces == 6 * n * edge * handle
+    assert twillable(build_halfedges(mesh))
+
+
+# Regular meshes
+
+REGULAR = [(8, 4, 2), (8, 4, 3), (8, 4, 9), (12, 4, 3), (12, 4, 5), (12, 4, 7), (16, 4, 4)]
+REGULAR += [(16, 4, 7), (4, 8, 3), (4, 16, 4), (4, 4, 1)]
+
+
+@pytest.mark.parametrize(("face", "valence", "genus"), REGULAR)
+@pytest.mark.parametrize("refine", [2, 3])
+def test_regular_mesh_is_embedded_and_exactly_twillable(face, valence, genus, refine):
+    mesh = parse_shape(f"shape:regular?face={face}&valence={valence}&genus={genus}&refine={refine}")
+    assert_sound(mesh, genus)
+    assert twillable(build_halfedges(mesh))
+    big = max(face, valence)
+    irregular = {key: found for key, found in valences(mesh).items() if key != 4}
+    slits = (genus - 1) // (big // 4 - 1) if big > 4 else 0
+    assert irregular == ({big: 2 * slits} if slits else {})
+    # Around a vertex with 4 k edges the angles cannot be better than 90° / k.
+    assert corner_angles_deg(mesh).min() > 0.5 * 90 / (big // 4)
+
+
+@given(sheets=st.integers(1, 6), slits=st.integers(1, 5))
+def test_regular_map_as_theory_says(sheets, slits):
+    half = slit_map(sheets, slits)
+    count = np.arange(half.n_halfedges)
+    assert np.array_equal(half.next[half.prev], count)
+    assert np.array_equal(half.twin[half.twin], count)
+    assert (half.twin != count).all()
+    assert set(np.bincount(half.face).tolist()) == {4 * sheets}
+    assert set(np.bincount(half.tail).tolist()) == {4}
+    n_vertices, n_faces = half.tail.max() + 1, half.face.max() + 1
+    genus = 1 + slits * (sheets - 1)
+    assert n_vertices - half.n_edges + n_faces == 2 - 2 * genus
+    assert np.array_equal(half.tail[half.twin], half.head)
+    assert twillable(half)
+    dual = dual_map(half)
+    assert (dual.tail.max() + 1, dual.face.max() + 1) == (n_faces, n_vertices)
+    assert trace_threads(dual).n_threads == trace_threads(half).n_threads
+    assert twillable(dual)
+
+
+def test_the_maps_of_the_paper():
+    half = slit_map(2, 2)  # (8, 4, 3)
+    assert (half.tail.max() + 1, half.n_edges, half.face.max() + 1) == (8, 16, 4)
+    half = slit_map(4, 1)  # (16, 4, 4)
+    assert (half.tail.max() + 1, half.n_edges, half.face.max() + 1) == (8, 16, 2)
+
+
+# The smooth surface
+
+
+def test_soft_tubes_meet_the_formula_of_a_torus():
+    turn = np.linspace(0, 2 * math.pi, 200, endpoint=False)
+    ring = 20 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    tubes = soft_tubes([ring], radius=2.0, blend=1.6, closed=True)
+    places = parse_shape("shape:torus?ring=20&tube=3").vertices
+    for _ in range(8):
+        places = tubes.project(places)
+    away = np.hypot(np.hypot(*places[:, :2].T) - 20, places[:, 2])
+    assert away == pytest.approx(np.full(len(away), 2.0), rel=0.04)
+    assert tubes.project(places) == pytest.approx(places, abs=1e-6)
+
+
+def test_spreading_shortens_edges_and_stays_on_the_surface():
+    turn = np.linspace(0, 2 * math.pi, 200, endpoint=False)
+    ring = 35 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    tubes = soft_tubes([ring], radius=10.0, blend=8.0, closed=True)
+    mesh = parse_shape("shape:torus?m=24&n=8&tube=10")
+    rng = np.random.default_rng(1)
+    rough = mesh.with_vertices(mesh.vertices + rng.normal(scale=0.6, size=(192, 3)))
+    before = spread(rough, tubes, steps=0)
+    after = spread(rough, tubes, steps=30)
+    assert (edge_lengths(after) ** 2).sum() < (edge_lengths(before) ** 2).sum()
+    assert tubes.project(after.vertices) == pytest.approx(after.vertices, abs=1e-6)
+
+
+def test_checks_of_this_file_can_fail():
+    good = parse_shape("shape:slit?genus=2")
+    inside_out = PolyMesh.from_faces(good.vertices, good.indices.reshape(-1, 4)[:, ::-1])
+    flat = good.with_vertices(good.vertices * [1, 1, 0])
+    for spoilt, genus in ((inside_out, 2), (flat, 2), (good, 3)):
+        with pytest.raises(AssertionError):
+            assert_sound(spoilt, genus)
+    folded = good.vertices.copy()
+    folded[10] = good.vertices[len(folded) // 2]
+    with pytest.raises(AssertionError):
+        assert_sound(good.with_vertices(folded), 2)
+    assert not twillable(build_halfedges(parse_shape("shape:cube")))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("slit?genus=0", "genus must be a whole number from 1 to 200"),
+        ("slit?m=9&n=5", "m .9. and n .5. are both odd"),
+        ("slit?genus=5&m=12", "4 slits of 2 edges.* do not fit on a ring of 12 quads; .* m=16 or"),
+        ("slit?genus=2&m=20&slit=1", "take slit=2 or more, and m=3"),
+        ("slit?m=2", "m must be 3 or more, or 0, and is 2"),
+        ("knot?p=4&q=6", "p .4. and q .6. have the common divisor 2"),
+        ("knot?tube=60", "radius 60 mm is thicker than the size"),
+        ("knot?m=7", "m .7. must be 24 or more"),
+        ("bipyramid?edge=5&handle=5", "edge .5. and handle .5. are both odd"),
+        ("bipyramid?height=200", "must be between a fifth of the size and the size .100 mm."),
+        ("regular?face=6", "no mesh .6, 4, 3.; there are .* such as .8, 4, 3., .16, 4, 4."),
+        ("regular?face=16&genus=3", "no mesh .16, 4, 3."),
+        ("regular?face=8&valence=8", "no mesh .8, 8, 3."),
+        ("regular?face=4&genus=2", "no mesh .4, 4, 2."),
+        ("regular?genus=1", "no mesh .8, 4, 1."),
+        ("regular?refine=1", "refine must be a whole number from 2 to 6"),
+    ],
+)
+def test_what_cannot_be_built_says_why(text, message):
+    with pytest.raises(InputError, match=message):
+        parse_shape(f"shape:{text}")
