@@ -193,7 +193,7 @@ def _bulge(inside: BoolArray, radius: float) -> FloatArray:
         if inside[start]:
             depth = -min(high, 0.6 * radius)
         else:
-            depth = min(max(high, 0.5 * radius), 2 * radius)
+            depth = min(max(high, 0.9 * radius), 2 * radius)
         wave[place % m] = depth * np.sin(np.pi * (place - start) / (stop - start))
     return wave
 
