@@ -82,8 +82,9 @@ def weave_fabric(
     fabric : Fabric
         The fabric; 1/1 is plain weave, which exists on every mesh.
     hand : {"S", "Z"}, optional
-        The hand of the twill line, the same everywhere; otherwise any will do, one hand throughout
-        if possible.
+        The hand of the twill line, the same everywhere; otherwise any will do, in each body one
+        hand throughout if possible. A cloth turned by a quarter has the other hand, as its weft
+        has become its warp: a closed weave often allows both by the choice of the warp.
     labels : sequence of str, optional
         Names of the threads, for the words.
 
