@@ -69,8 +69,8 @@ def part_strands(
     Returns
     -------
     Strands or Obstruction
-        The obstruction names a thread that crosses itself, a gap that an odd number of threads
-        surround, threads that cross one another in an odd ring, or a gap around which a strand
+        The obstruction names a gap that an odd number of threads surround, a thread that crosses
+        itself, threads that cross one another in an odd ring, or a gap around which a strand
         turns back to front.
 
     Examples
@@ -83,7 +83,7 @@ def part_strands(
     [True, False, True, False]
     >>> halfedges = build_halfedges(solids.cube())
     >>> part_strands(halfedges, trace_threads(halfedges), "ABCD").text
-    'around vertex 0 (valence 3) the threads A, C and D cross in a ring of 3, so that warp and \
+    'around vertex 0 (valence 3) 3 strands cross in a ring (threads A, C, D), so that warp and \
 weft do not exist; in all, 8 vertices and 0 faces have an odd number of sides'
     """
     bunches = _two_bunches(halfedges, threads, labels)
@@ -108,6 +108,10 @@ def _two_bunches(
     halfedges: Halfedges, threads: Threads, labels: Sequence[str]
 ) -> ParityClasses | Obstruction:
     """Two-colour the threads, or say why not."""
+    # An odd gap tells a person more than the threads do: it is a place that can be remeshed.
+    odd = _odd_gap(halfedges, threads, labels)
+    if odd is not None:
+        return odd
     thread = threads.thread_of_pass
     pairs = thread[np.argsort(threads.crossing, kind="stable")].reshape(-1, 2)
     itself = pairs[pairs[:, 0] == pairs[:, 1], 0]
@@ -115,14 +119,11 @@ def _two_bunches(
         name, often = labels[itself[0]], int(np.count_nonzero(itself == itself[0]))
         times = "once" if often == 1 else f"{often} times"
         others = len(np.unique(itself)) - 1
-        more = f", and so do {others} more" if others else ""
+        more = f", and so {'does' if others == 1 else 'do'} {others} more" if others else ""
         return Obstruction(
             f"thread {name} crosses itself ({times}{more}), so that warp and weft do not exist",
             threads=(int(itself[0]),),
         )
-    odd = _odd_gap(halfedges, threads, labels)
-    if odd is not None:
-        return odd
     distinct = np.unique(np.sort(pairs, axis=1), axis=0)
     solution = solve_parity(
         threads.n_threads, distinct[:, 0], distinct[:, 1], np.ones(len(distinct), dtype=bool)
@@ -151,12 +152,12 @@ def _odd_gap(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> O
         size, where = int(sides[0]), f"face {faces[0]} ({sides[0]} sides)"
         corners = halfedges.face == faces[0]
     around = np.unique(_corner_walks(halfedges, threads)[0][corners])
-    names = [labels[t] for t in around[:7].tolist()]
-    named = ", ".join(names[:-1]) + (" …" if len(around) > 7 else f" and {names[-1]}")
+    named = ", ".join(labels[t] for t in around[:7].tolist()) + (" …" if len(around) > 7 else "")
+    whose = f"thread{'s' * (len(around) > 1)} {named}"
     return Obstruction(
-        f"around {where} the threads {named} cross in a ring of {size}, so that warp and weft do "
-        f"not exist; in all, {len(vertices)} vertices and {len(faces)} faces have an odd number "
-        "of sides",
+        f"around {where} {size} strands cross in a ring ({whose}), so that warp and weft do not "
+        f"exist; in all, {len(vertices)} vertices and {len(faces)} faces have an odd number of "
+        "sides",
         vertices=tuple(vertices[:_NAMED].tolist()),
         faces=tuple(faces[:_NAMED].tolist()),
     )
