@@ -12,82 +12,13 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from fabweave import __version__
-from fabweave.errors import CannotMakeError, FabweaveError, InputError
-from fabweave.settings import (
-    BOUNDARIES,
-    DXF_VERSIONS,
-    EFFORTS,
-    PATTERNS,
-    JobSettings,
-    read_job_options,
-)
-from fabweave.sheet.stock import parse_stock
-from fabweave.units import parse_length
-
-
-class _Length(click.ParamType[float]):
-    """A length with a unit."""
-
-    name = "length"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Read what was typed."""
-        if isinstance(value, int | float):
-            return float(value)
-        try:
-            return parse_length(
-                value,
-                what=param.human_readable_name if param else "length",
-                zero_ok=param is not None and param.name in _MAY_BE_ZERO,
-            )
-        except InputError as error:
-            self.fail(str(error), param, ctx)
-
-
-class _Hole(_Length):
-    """A length, or the word none."""
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Read what was typed; none is 0."""
-        return 0.0 if value == "none" else super().convert(value, param, ctx)
-
-
-class _Stock(click.ParamType[Any]):
-    """A sheet size with a quantity."""
-
-    name = "WxH[:n]"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read what was typed."""
-        try:
-            return parse_stock(value) if isinstance(value, str) else value
-        except InputError as error:
-            self.fail(str(error), param, ctx)
-
-
-_MAY_BE_ZERO = ("margin", "gap", "clearance")
-_DEFAULTS = JobSettings(mesh="")
-
-
-def _load_config(ctx: click.Context, _param: click.Parameter, value: Path | None) -> Path | None:
-    """Take defaults from a job.toml; what is typed wins."""
-    if value is not None:
-        options = read_job_options(value)
-        known = {param.name for param in ctx.command.params}
-        unknown = sorted(set(options) - known)
-        if unknown:
-            raise InputError(
-                f"{value} sets {len(unknown)} unknown options: {', '.join(unknown)}; "
-                f"known are {', '.join(sorted(name for name in known if name))}"
-            )
-        ctx.default_map = options
-    return value
+from fabweave.errors import CannotMakeError, FabweaveError
+from fabweave.options import DEFAULTS, Hole, Length, job_settings, weaving_options
+from fabweave.report.view import Up
+from fabweave.settings import DXF_VERSIONS
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -100,7 +31,7 @@ def cli() -> None:
 
 
 @cli.command()
-@click.argument("mesh", required=False)
+@weaving_options
 @click.option(
     "-o",
     "--output",
@@ -110,115 +41,19 @@ def cli() -> None:
     "one is complete; a folder with anything else in it is left alone.",
 )
 @click.option(
-    "--config",
-    type=click.Path(path_type=Path),
-    is_eager=True,
-    callback=_load_config,
-    help="Take the settings of a finished job's job.toml; other options win over it.",
-)
-@click.option(
-    "--size",
-    type=_Length(),
-    help="Scale the mesh so that its largest dimension is "
-    "this, e.g. 400mm or 16in. Without it the mesh's numbers are millimetres.",
-)
-@click.option("--scale", type=float, help="Multiply the mesh by this instead of using --size.")
-@click.option(
-    "--pattern",
-    type=click.Choice(PATTERNS),
-    default=_DEFAULTS.pattern,
-    show_default=True,
-    help="How strands go over and under.",
-)
-@click.option(
-    "--boundary",
-    type=click.Choice(BOUNDARIES),
-    default=_DEFAULTS.boundary,
-    show_default=True,
-    help="What threads do at the boundary of an open mesh: end there, or turn back as in a "
-    "plaited mat, which then has no loose ends.",
-)
-@click.option(
-    "--material",
-    default=_DEFAULTS.material,
-    show_default=True,
-    help="What it is cut from; fabweave materials lists them.",
-)
-@click.option(
-    "--thickness",
-    type=_Length(),
-    help="Measured thickness, where it is not the material's nominal one.",
-)
-@click.option(
-    "--width",
-    type=float,
-    default=_DEFAULTS.width,
-    show_default=True,
-    help="Width of the ribbons relative to the room they have, between 0 and 1: "
-    "smaller leaves larger gaps, larger leaves more room for holes.",
-)
-@click.option(
-    "--crossing",
-    type=float,
-    default=_DEFAULTS.crossing,
-    show_default=True,
-    help="Length of the flat panel at each crossing relative to the room it has; "
-    "at least the width.",
-)
-@click.option(
-    "--clearance",
-    type=_Length(),
-    default=_DEFAULTS.clearance_mm,
-    show_default=True,
-    help="Air between two layers at a crossing, mm.",
-)
-@click.option(
-    "--max-length",
-    type=_Length(),
-    help="No piece is longer along its middle. [default: half of the sheet's longer usable side]",
-)
-@click.option(
     "--hole",
-    type=_Hole(),
+    type=Hole(),
     metavar="LENGTH|none",
     help="Diameter of the fastener "
     "holes. [default: the largest common size that nine crossings of ten have room for]",
 )
 @click.option(
-    "--sheet",
-    type=_Stock(),
-    multiple=True,
-    help="Sheet stock, e.g. 600x400mm, or "
-    "24x18in:3 for three of them; repeat it for several sizes. [default: the material's]",
-)
-@click.option(
-    "--margin",
-    type=_Length(),
-    default=_DEFAULTS.margin_mm,
-    show_default=True,
-    help="Border of each sheet that stays empty, mm.",
-)
-@click.option(
-    "--gap", type=_Length(), help="Least distance between pieces. [default: the material's]"
-)
-@click.option(
-    "--effort",
-    type=click.Choice(EFFORTS),
-    default=_DEFAULTS.effort,
-    show_default=True,
-    help="How hard to try to save material.",
-)
-@click.option(
-    "--seed",
-    type=int,
-    default=_DEFAULTS.seed,
-    show_default=True,
-    help="Same seed, same settings, same files.",
+    "--gap", type=Length(), help="Least distance between pieces. [default: the material's]"
 )
 @click.option(
     "--dxf",
     type=click.Choice(DXF_VERSIONS),
-    default=_DEFAULTS.dxf,
+    default=DEFAULTS.dxf,
     show_default=True,
     help="Version of the DXF files; R12 for very old machines (it cannot carry units).",
 )
@@ -235,10 +70,10 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
     Example:
       fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o out
     """
-    # Heavy imports wait until there is work to do, so that --help is quick.
+    # Here and below, heavy imports wait until there is work to do, so that --help is quick.
     from fabweave.folder import run_job  # noqa: PLC0415
 
-    settings = _settings(mesh, options)
+    settings = job_settings(mesh, options)
     with _progress(quiet or as_json) as progress:
         job, proof = run_job(settings, output, progress, workers=os.cpu_count() or 1)
     if quiet:
@@ -266,38 +101,6 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
         markup=False,
     )
     console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)
-
-
-def _settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
-    """Turn the options of the command line into settings."""
-    config = options.pop("config")
-    if not mesh:
-        mesh = (click.get_current_context().default_map or {}).get("mesh")
-    if not mesh:
-        raise InputError("no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
-    if config and not mesh.startswith("shape:") and not Path(mesh).exists():
-        beside = Path(config).parent / mesh
-        mesh = str(beside) if beside.exists() else mesh
-    return JobSettings(
-        mesh=mesh,
-        size_mm=options["size"],
-        scale=options["scale"],
-        pattern=options["pattern"],
-        boundary=options["boundary"],
-        material=options["material"],
-        thickness_mm=options["thickness"],
-        width=options["width"],
-        crossing=options["crossing"],
-        clearance_mm=options["clearance"],
-        max_length_mm=options["max_length"],
-        hole_mm=options["hole"],
-        sheets=tuple(options["sheet"]),
-        margin_mm=options["margin"],
-        gap_mm=options["gap"],
-        effort=options["effort"],
-        seed=options["seed"],
-        dxf=options["dxf"],
-    )
 
 
 @cli.command()
@@ -334,12 +137,77 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
 
 
 @cli.command()
-def shapes() -> None:
+@weaving_options
+@click.option(
+    "--png",
+    type=click.Path(path_type=Path),
+    help="Write a picture: the mesh with its irregular vertices, and the woven object.",
+)
+@click.option(
+    "--up",
+    type=click.Choice(("z", "y", "x")),
+    default="z",
+    show_default=True,
+    help="Which axis points up in the picture.",
+)
+@click.option(
+    "--pd",
+    type=click.Path(path_type=Path),
+    help="Write the link that the threads form as a planar diagram code (genus 0, closed).",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+def inspect(
+    png: Path | None, up: Up, pd: Path | None, as_json: bool, mesh: str | None, **options: Any
+) -> None:
+    r"""Tell what MESH is, whether it can be woven in twill, and what would make it so.
+
+    \b
+    Example:
+      fabweave inspect spot.obj --size 400mm --png spot.png
+    """
+    from fabweave.inspection import (  # noqa: PLC0415
+        inspect_mesh,
+        inspection_link,
+        inspection_picture,
+        inspection_text,
+    )
+
+    settings = job_settings(mesh, options)
+    with _progress(as_json) as progress:
+        found = inspect_mesh(settings, progress)
+        if png is not None:
+            progress("picture", 0, 1)
+            inspection_picture(found, settings.colours, up).save(png)
+        if pd is not None:
+            pd.write_text(inspection_link(found) + "\n", encoding="utf-8")
+    if as_json:
+        click.echo(json.dumps(found.facts, indent=1))
+        return
+    table = Table(box=None, show_header=False, padding=(0, 1))
+    for topic, text in inspection_text(found):
+        table.add_row(f"[bold]{topic}[/]", Text(text))
+    Console(highlight=False).print(table)
+
+
+@cli.command()
+@click.option(
+    "--png", type=click.Path(path_type=Path), help="Write a picture of all shapes with their names."
+)
+def shapes(png: Path | None) -> None:
     """List the built-in shapes and their parameters."""
     from fabweave.mesh.shapes import SHAPES  # noqa: PLC0415
 
     for shape in SHAPES:
         click.echo(f"{shape.example}\n    {shape.text}")
+        for item in shape.parameters:
+            click.echo(f"      {item.name:10} {item.text}")
+    if png is not None:
+        from fabweave.report.pictures import render_shapes  # noqa: PLC0415
+
+        with _progress(False) as progress:
+            progress("picture", 0, 1)
+            render_shapes().save(png)
+        click.echo(f"Picture: {png}")
 
 
 @cli.command()

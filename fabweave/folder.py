@@ -150,14 +150,15 @@ def _write_sheet(folder: Path, drawing: SheetDrawing, dxf: str) -> None:
 
 def _write_tables(job: Job, directory: Path) -> None:
     """Write every file but the sheets."""
+    thing = job.object
     names = [drawing.name for drawing in job.drawings]
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
     plan = crossing_map(
-        job.woven.halfedges,
-        job.weave,
-        job.bunches,
-        job.labels,
-        job.ribbons,
+        thing.woven.halfedges,
+        thing.chosen,
+        thing.bunches,
+        thing.labels,
+        thing.ribbons,
         job.made,
         job.layout,
         names,
@@ -173,18 +174,18 @@ def _write_tables(job: Job, directory: Path) -> None:
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
-    write_mesh(directory / "woven_mesh.obj", job.woven.mesh)
-    (directory / "model.glb").write_bytes(woven_glb(job.ribbons, job.labels, job.bunches))
+    write_mesh(directory / "woven_mesh.obj", thing.woven.mesh)
+    (directory / "model.glb").write_bytes(woven_glb(thing.ribbons, thing.labels, job.colours))
     _write(directory / "crossing_map.json", json_text(plan))
     _write(directory / "crossing_map.csv", crossing_table(plan))
     _write(
         directory / "pieces.csv",
-        piece_table(job.made.pieces, job.layout, job.labels, job.material),
+        piece_table(job.made.pieces, job.layout, thing.labels, job.material),
     )
     _write(directory / "waste.json", json_text(report))
     _write(
         directory / "waste.html",
-        waste_page(report, title=job.woven.title, material=job.material, sheet_names=names),
+        waste_page(report, title=thing.woven.title, material=job.material, sheet_names=names),
     )
 
 

@@ -11,9 +11,9 @@ from fabweave import __version__
 from fabweave.errors import InputError
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.stock import format_stock
+from fabweave.weave.colours import Strategy
 
 EFFORTS = ("quick", "normal", "best")
-PATTERNS = ("plain",)
 BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
 
@@ -22,16 +22,19 @@ DXF_VERSIONS = ("R2010", "R2000", "R12")
 class JobSettings:
     """Everything that decides what a job makes; lengths in millimetres.
 
-    ``None`` means that fabweave chooses: the material's thickness, gap and sheet, pieces of about
-    a dozen crossings, and the largest hole that the ribbons have room for (``hole_mm=0``: no
-    holes). ``boundary`` says what threads do at the boundary of an open mesh: end or turn back.
-    ``width`` and ``crossing`` are the relative ribbon width and crossing length of the projection
-    method.
+    ``remesh`` and ``refine`` are as on the command line, such as ``"quads:3000"`` and
+    ``"catmull-clark:2"``; ``boundary`` says what threads do at the boundary of an open mesh: end
+    or turn back. ``width`` and ``crossing`` are the relative ribbon width and crossing length of
+    the projection method. ``None`` means that fabweave chooses: the material's thickness, gap and
+    sheet, pieces of about a dozen crossings, and the largest hole that the ribbons have room for
+    (``hole_mm=0``: no holes).
     """
 
     mesh: str
     size_mm: float | None = None
     scale: float | None = None
+    remesh: str | None = None
+    refine: str | None = None
     pattern: str = "plain"
     boundary: str = "end"
     material: str = "card"
@@ -46,19 +49,27 @@ class JobSettings:
     gap_mm: float | None = None
     effort: str = "normal"
     seed: int = 0
+    colours: Strategy = "safe"
     dxf: str = "R2010"
 
 
 def settings_table(settings: JobSettings) -> dict[str, Any]:
     """Return the settings under the names and in the form of the command line's options."""
+    return {key: value for key, value in _options(settings).items() if value is not None}
+
+
+def _options(settings: JobSettings) -> dict[str, Any]:
+    """Return all options; None where nothing was said."""
 
     def length(value: float | None) -> str | None:
         return None if value is None else f"{value:.10g}mm"
 
-    table = {
+    return {
         "mesh": settings.mesh,
         "size": length(settings.size_mm),
         "scale": settings.scale,
+        "remesh": settings.remesh,
+        "refine": settings.refine,
         "pattern": settings.pattern,
         "boundary": settings.boundary,
         "material": settings.material,
@@ -73,9 +84,13 @@ def settings_table(settings: JobSettings) -> dict[str, Any]:
         "gap": length(settings.gap_mm),
         "effort": settings.effort,
         "seed": settings.seed,
+        "colours": settings.colours,
         "dxf": settings.dxf,
     }
-    return {key: value for key, value in table.items() if value is not None}
+
+
+#: The names of all options that a job.toml may set.
+OPTION_NAMES = frozenset(_options(JobSettings(mesh="")))
 
 
 def job_toml(settings: JobSettings, outcome: dict[str, Any]) -> str:

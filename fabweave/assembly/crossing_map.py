@@ -14,6 +14,7 @@ from fabweave.flat.pieces import Pieces
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.layout import Layout
+from fabweave.weave.choose import Chosen
 from fabweave.weave.pattern import Weave
 
 SCHEMA = "fabweave.crossing-map/1"
@@ -24,7 +25,7 @@ _DECIMALS = 6
 
 def crossing_map(
     halfedges: Halfedges,
-    weave: Weave,
+    chosen: Chosen,
     bunches: IntArray,
     labels: Sequence[str],
     ribbons: Ribbons,
@@ -39,15 +40,12 @@ def crossing_map(
     dict
         What ``crossing_map.json`` holds; every reference is to an id in the same map.
     """
+    weave = chosen.weave
     owners = find_owners(made.pieces, weave.threads.n_crossings)
     return {
         "schema": SCHEMA,
         "units": "mm",
-        "weave": {
-            "pattern": weave.pattern,
-            "exact": True,
-            "broken": {"edge": 0, "face": 0, "vertex": 0},
-        },
+        "weave": chosen.record(),
         "layout": {"margin_mm": layout.margin_mm, "gap_mm": layout.gap_mm},
         "sheets": [
             {

@@ -72,6 +72,19 @@ def hypar(m: int, n: int, side: float, height: float) -> PolyMesh:
     return PolyMesh.from_faces(vertices.reshape(-1, 3), grid_quads(m, n, wrap=(False, False)))
 
 
+def cube(n: int, size: float) -> PolyMesh:
+    """Return a cube of 6 n² squares.
+
+    Examples
+    --------
+    >>> box = cube(2, 1.0)
+    >>> box.n_vertices, box.n_faces, box.vertices[0].tolist()
+    (26, 24, [-0.5, -0.5, -0.5])
+    """
+    lattice, faces = _cube_lattice(n)
+    return PolyMesh.from_faces((lattice / n - 0.5) * size, faces)
+
+
 def sphere(n: int, radius: float) -> PolyMesh:
     """Return a sphere of 6 n² quads: a cube's grid, blown up.
 

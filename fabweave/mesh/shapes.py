@@ -43,7 +43,12 @@ _SIZE = length("size", "largest dimension", 100.0)
 #: All built-in shapes, in the order in which they are listed; lengths are millimetres.
 SHAPES: tuple[Shape, ...] = (
     Shape("tetrahedron", "4 triangles", (_SIZE,), partial(_sized, solids.tetrahedron)),
-    Shape("cube", "6 squares", (_SIZE,), partial(_sized, solids.cube)),
+    Shape(
+        "cube",
+        "a cube of 6 n² squares",
+        (count("n", "squares along each side", 1, most=800), _SIZE),
+        grids.cube,
+    ),
     Shape("octahedron", "8 triangles", (_SIZE,), partial(_sized, solids.octahedron)),
     Shape("icosahedron", "20 triangles", (_SIZE,), partial(_sized, solids.icosahedron)),
     Shape("dodecahedron", "12 pentagons", (_SIZE,), partial(_sized, solids.dodecahedron)),

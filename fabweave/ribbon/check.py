@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.arrays import FloatArray
 from fabweave.errors import CannotMakeError
-from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.project import Ribbons, following_rung
 
 #: Narrower than this, a ribbon is burnt away by the cut beside it.
 NARROWEST_MM = 0.2
@@ -15,6 +15,17 @@ NARROWEST_MM = 0.2
 def ribbon_widths(ribbons: Ribbons) -> FloatArray:
     """Return the length of every rung, (R,): the width of the ribbon there."""
     return np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+
+
+def thread_lengths(ribbons: Ribbons) -> FloatArray:
+    """Return the length of every thread along the middle of its ribbon, (T,), in millimetres."""
+    following = following_rung(ribbons.offsets, ribbons.closed)
+    middle = (ribbons.right + ribbons.left) / 2
+    goes_on = following >= 0
+    step = np.zeros(len(middle))
+    step[goes_on] = np.linalg.norm(middle[following[goes_on]] - middle[goes_on], axis=1)
+    total = np.concatenate(([0.0], np.cumsum(step)))
+    return np.diff(total[ribbons.offsets])
 
 
 def size_for(room_mm: float, needed_mm: float, size_mm: float) -> int:

@@ -7,7 +7,6 @@ import trimesh
 
 from fabweave.arrays import IntArray
 from fabweave.ribbon.project import Ribbons
-from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours, light_of
 
 #: glTF counts in metres.
@@ -30,18 +29,16 @@ def ribbon_faces(ribbons: Ribbons, thread: int) -> IntArray:
     return np.stack((near, far), axis=1).reshape(-1, 3)
 
 
-def woven_glb(
-    ribbons: Ribbons, labels: Sequence[str], bunches: IntArray, *, colours: Colours | None = None
-) -> bytes:
+def woven_glb(ribbons: Ribbons, labels: Sequence[str], colours: Colours) -> bytes:
     """Return the woven object as binary glTF: one node for each thread, named by its label.
 
     Each mesh's ``extras`` say whether the thread is closed and, for every crossing along it, at
     which rung its panel begins (``entry``) and ends (``exit``). Each thread has its colour,
-    (T, 3) bytes of sRGB; None takes those of ``thread_colours`` for the bunches.
+    (T, 3) bytes of sRGB.
     """
     scene = trimesh.Scene()
     # glTF takes linear light, and colours are named in sRGB.
-    light = np.round(light_of(thread_colours(bunches) if colours is None else colours), 4)
+    light = np.round(light_of(colours), 4)
     for thread, label in enumerate(labels):
         start, end = ribbons.offsets[thread : thread + 2]
         if start == end:

@@ -5,6 +5,7 @@ from collections import Counter, defaultdict
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap, Strand
+from fabweave.verify.fabric import check_fabric
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
 from fabweave.verify.twill import broken_conditions
@@ -140,10 +141,10 @@ def check_pattern(job: Job, tally: Tally) -> None:
         _check_plain(plan, sense, tally)
         counts = (0, 0, 0)
     elif plan.pattern in _TWILLS:
-        counts = broken_conditions(plan, mesh, job.edges, sense, tally)
+        counts = broken_conditions(plan, mesh, job.edges, passes, sense, tally)
     else:
-        tally.fail(f"no rule is known to prove the pattern {plan.pattern!r}")
-        return
+        check_fabric(plan, mesh, job.edges, edge_keys(mesh).tolist(), tally)
+        counts = (0, 0, 0)
     for name, claimed, counted in zip(("edge", "face", "vertex"), plan.broken, counts, strict=True):
         tally.expect(
             claimed == counted,

@@ -135,6 +135,9 @@ class CrossingMap:
     pieces: tuple[Piece, ...]
     joints: tuple[Joint, ...]
     steps: tuple[Step, ...]
+    #: Of a fabric: the threads that are its warp, and the label of each crossing.
+    warp: tuple[int, ...] = ()
+    labels: tuple[int, ...] = ()
     thread: dict[int, Thread] = field(default_factory=dict)
     crossing: dict[int, Crossing] = field(default_factory=dict)
     piece: dict[str, Piece] = field(default_factory=dict)

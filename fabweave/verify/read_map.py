@@ -56,6 +56,10 @@ class _Node:
             raise ReadError(f"{self.path} is not a list" + (f" of {count}" if count else ""))
         return [_Node(item, self, at) for at, item in enumerate(self.value)]
 
+    def items_of(self, key: str) -> list["_Node"]:
+        """Return the items of a list that may be absent."""
+        return self[key].items() if isinstance(self.value, dict) and key in self.value else []
+
     def integer(self) -> int:
         """Return an integer."""
         if not isinstance(self.value, int) or isinstance(self.value, bool):
@@ -126,6 +130,8 @@ def read_crossing_map(path: Path) -> CrossingMap:
             broken["face"].integer(),
             broken["vertex"].integer(),
         ),
+        warp=tuple(node.integer() for node in weave.items_of("warp")),
+        labels=tuple(node.integer() for node in weave.items_of("labels")),
         margin_mm=root["layout"]["margin_mm"].number(),
         gap_mm=root["layout"]["gap_mm"].number(),
         sheets=tuple(

@@ -6,18 +6,23 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.report import Tally
-from fabweave.verify.walks import WovenMesh, edge_keys
+from fabweave.verify.walks import Pass, WovenMesh, edge_keys
 
 
 def broken_conditions(
-    plan: CrossingMap, mesh: WovenMesh, edges: dict[int, int], sense: dict[int, bool], tally: Tally
+    plan: CrossingMap,
+    mesh: WovenMesh,
+    edges: dict[int, int],
+    passes: dict[int, tuple[Pass, ...]],
+    sense: dict[int, bool],
+    tally: Tally,
 ) -> tuple[int, int, int]:
     """Count the broken edge, face and vertex conditions of a 2/2 twill.
 
     Three consecutive edges of a thread want the first and last to differ. Four consecutive edges
     of a face or around a vertex want: where the middle two differ, the outer two agree. Windows
-    with a boundary edge do not count; nor do those of triangles and three-valent vertices, whose
-    outer edges are the same.
+    with a boundary edge do not count, also where a thread turns back at one; nor do those of
+    triangles and three-valent vertices, whose outer edges are the same.
 
     References
     ----------
@@ -28,16 +33,16 @@ def broken_conditions(
     for thread in plan.threads:
         twists = [sense.get(edges.get(crossing, -1)) for crossing in thread.crossings]
         windows = _windows(twists, 3, thread.closed)
-        tally.count(len(windows))
-        broken += sum(a == c for a, _, c in windows)
+        straight = _straight(passes.get(thread.id, ()), mesh)
+        whole = [
+            window
+            for at, window in enumerate(windows)
+            if not straight or (straight[at] and straight[(at + 1) % len(straight)])
+        ]
+        tally.count(len(whole))
+        broken += sum(a == c for a, _, c in whole)
     totals = [broken]
-    following, twin = mesh.next.tolist(), mesh.twin.tolist()
-    previous = mesh.prev.tolist()
-    starts = np.flatnonzero(np.diff(mesh.face, prepend=-1)).tolist()
-    around_faces = [_orbit(start, following) for start in starts]
-    # Turning around a vertex: the side before this one in its face, seen from across.
-    turn = [twin[previous[side]] for side in range(len(keys))]
-    for orbits in (around_faces, _vertex_orbits(turn)):
+    for orbits in gap_orbits(mesh):
         broken = 0
         for orbit, closed in orbits:
             twists = [sense.get(keys[side]) for side in orbit]
@@ -47,6 +52,30 @@ def broken_conditions(
                 broken += sum(b != c and a != d for a, b, c, d in windows)
         totals.append(broken)
     return totals[0], totals[1], totals[2]
+
+
+def _straight(steps: tuple[Pass, ...], mesh: WovenMesh) -> list[bool]:
+    """Return for each pass whether the next one follows without a turn at the boundary."""
+    result = []
+    for step, after in zip(steps, (*steps[1:], *steps[:1]), strict=True):
+        across = int(mesh.twin[step.side])
+        side = mesh.prev[across] if step.forward else mesh.next[across]
+        result.append(after == Pass(int(side), not step.forward))
+    return result
+
+
+def gap_orbits(
+    mesh: WovenMesh,
+) -> tuple[list[tuple[list[int], bool]], list[tuple[list[int], bool]]]:
+    """Return the sides around each face, and those that leave each vertex, in turning order.
+
+    Each comes with whether it closes; fans of sides at the boundary do not.
+    """
+    following, twin, previous = mesh.next.tolist(), mesh.twin.tolist(), mesh.prev.tolist()
+    starts = np.flatnonzero(np.diff(mesh.face, prepend=-1)).tolist()
+    # Turning around a vertex: the side before this one in its face, seen from across.
+    turn = [twin[previous[side]] for side in range(len(following))]
+    return [_orbit(start, following) for start in starts], _vertex_orbits(turn)
 
 
 def _windows(

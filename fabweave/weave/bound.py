@@ -199,12 +199,15 @@ def _least_within(couplings: Couplings, region: _Region, far: list[IntArray]) ->
     """Return what a region must break, without its farthest conditions if they are too many."""
     near_pairs, near_windows = far[0][region.pairs], far[1][region.windows]
     reach = max(int(near_pairs.max(initial=0)), int(near_windows.max(initial=0)))
-    for limit in range(reach, -1, -1):
+    least = 0
+    # From the seed outwards: of a large region only the middle is ever looked at.
+    for limit in range(1, reach + 1):
         part = _Region(region.pairs[near_pairs <= limit], region.windows[near_windows <= limit])
-        least = _least(couplings, part, _REGION_WIDTH)
-        if least is not None:
-            return least
-    return 0
+        more = _least(couplings, part, _REGION_WIDTH)
+        if more is None:
+            break
+        least = more
+    return least
 
 
 def _crossings(couplings: Couplings, region: _Region) -> IntArray:

@@ -72,8 +72,8 @@ def twill_conditions(halfedges: Halfedges, threads: Threads) -> TwillConditions:
     """List all conditions of a 2/2 twill.
 
     Four edges consecutive around a face or a vertex make a condition if they are four different
-    places, so triangles and vertices of valence three make none, and if all four are crossings:
-    a boundary edge has no twist.
+    places, so triangles and vertices of valence three make none. A boundary edge has no twist: no
+    condition reaches over one, nor over the place where a thread turns back at one.
 
     Parameters
     ----------
@@ -144,7 +144,10 @@ def broken_windows(windows: IntArray, twist: BoolArray) -> BoolArray:
 
 
 def _along_threads(threads: Threads) -> tuple[IntArray, IntArray]:
-    """Pair each pass with the second after it along its thread; return crossings and threads."""
+    """Pair each pass with the second after it along its thread; return crossings and threads.
+
+    Where a thread turns back at the boundary, a boundary edge lies between, and none is paired.
+    """
     thread = threads.thread_of_pass
     after = np.arange(len(threads.crossing)) + 2
     end = threads.offsets[thread + 1]
@@ -153,7 +156,11 @@ def _along_threads(threads: Threads) -> tuple[IntArray, IntArray]:
     # A ring of one crossing meets it again at every step.
     around = threads.offsets[thread] + (after - threads.offsets[thread]) % np.maximum(length, 1)
     after = np.where(wraps, around, after)
-    kept = ~wraps | threads.closed[thread]
+    following = np.arange(len(threads.crossing)) + 1
+    following = np.where(following == end, threads.offsets[thread], following)
+    turns = np.zeros(len(threads.crossing), dtype=bool)
+    turns[threads.turn_pass] = True
+    kept = (~wraps | threads.closed[thread]) & ~turns & ~turns[following]
     pairs = np.column_stack((threads.crossing[kept], threads.crossing[after[kept]]))
     return pairs, thread[kept]
 

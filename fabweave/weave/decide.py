@@ -8,6 +8,7 @@ from scipy.sparse import csgraph
 
 from fabweave.arrays import BoolArray, IntArray, frozen
 from fabweave.weave.conditions import TwillConditions, count_broken
+from fabweave.weave.parity import ParityClasses, solve_parity
 
 #: With at most this many free bits in a body of the mesh, all their choices are tried.
 _ENUMERATED_BITS = 12
@@ -24,8 +25,8 @@ class Decision:
     free_bits : int
         How many choices the edge conditions leave; -1 if they contradict one another.
     contradiction : (K,) int array
-        Without a twill, edge conditions (rows of ``TwillConditions.edge``) that chain a crossing
-        to its own opposite, in order; empty if the edge conditions agree among themselves.
+        Without a twill, an odd ring of crossings, each of which must twist against the next;
+        empty if the edge conditions agree among themselves.
     clauses : (L,) int array
         Else, face and vertex conditions (rows of ``TwillConditions.gaps``) such that every choice
         of the free bits breaks at least one.
@@ -85,65 +86,23 @@ def decide_twill(conditions: TwillConditions) -> Decision:
     ([True, False, True, False], False)
     """
     none = np.zeros(0, dtype=np.int64)
-    classes, parity = _parity_classes(conditions)
-    if parity is None:
-        return Decision(None, -1, _odd_chain(conditions, classes), none)
-    free_bits = int(classes.max(initial=-1)) + 1
-    values, clauses = _solve_classes(conditions, classes, parity, free_bits)
+    linked = _classes(conditions)
+    if linked.odd_ring:
+        return Decision(None, -1, np.array(linked.odd_ring, dtype=np.int64), none)
+    values, clauses = _solve_classes(conditions, linked)
     if values is None:
-        return Decision(None, free_bits, none, clauses)
-    return Decision(parity ^ values[classes], free_bits, none, none)
+        return Decision(None, linked.n_classes, none, clauses)
+    return Decision(linked.opposite ^ values[linked.classes], linked.n_classes, none, none)
 
 
-def _parity_classes(conditions: TwillConditions) -> tuple[IntArray, BoolArray | None]:
-    """Return the class of each crossing and its twist relative to the class, if they agree.
-
-    Crossings of one class are linked by edge conditions. In the double cover (each crossing
-    twice, once for each twist) a class that agrees falls into two components, one that contradicts
-    itself into one. If any contradicts itself, the components of the double cover of the first
-    copies are returned, and None.
-    """
-    count = conditions.n_crossings
+def _classes(conditions: TwillConditions) -> ParityClasses:
+    """Return the classes of crossings that the edge conditions link."""
     first, last = conditions.edge.T
-    double = sparse.coo_array(
-        (
-            np.ones(2 * len(first), dtype=np.int8),
-            (np.concatenate((first, first + count)), np.concatenate((last + count, last))),
-        ),
-        shape=(2 * count, 2 * count),
-    )
-    _, component = csgraph.connected_components(double, directed=False)
-    low, high = component[:count], component[count:]
-    if np.any(low == high):
-        return component.astype(np.int64), None
-    _, classes = np.unique(np.minimum(low, high), return_inverse=True)
-    return classes.astype(np.int64), np.asarray(low > high)
-
-
-def _odd_chain(conditions: TwillConditions, component: IntArray) -> IntArray:
-    """Return edge conditions that chain a crossing to its own opposite: a short odd cycle."""
-    count = conditions.n_crossings
-    start = int(np.flatnonzero(component[:count] == component[count:])[0])
-    first, last = conditions.edge.T
-    rows = np.concatenate((first, last, first + count, last + count))
-    columns = np.concatenate((last + count, first + count, last, first))
-    # Rows are numbered from one: a zero would be no link.
-    number = np.tile(np.arange(1, len(first) + 1), 4)
-    keep = np.unique(rows * (2 * count) + columns, return_index=True)[1]
-    links = sparse.coo_array(
-        (number[keep], (rows[keep], columns[keep])), shape=(2 * count, 2 * count)
-    ).tocsr()
-    _, before = csgraph.breadth_first_order(links, start, directed=True, return_predecessors=True)
-    chain = []
-    place = start + count
-    while place != start:
-        chain.append(int(links[before[place], place]) - 1)
-        place = int(before[place])
-    return np.array(chain[::-1], dtype=np.int64)
+    return solve_parity(conditions.n_crossings, first, last, np.ones(len(first), dtype=bool))
 
 
 def _solve_classes(
-    conditions: TwillConditions, classes: IntArray, parity: BoolArray, n_bits: int
+    conditions: TwillConditions, linked: ParityClasses
 ) -> tuple[BoolArray | None, IntArray]:
     """Choose the free bits so that no face or vertex condition breaks, or show that none do.
 
@@ -154,9 +113,9 @@ def _solve_classes(
     clauses : (L,) int array
         Without one, conditions that every choice breaks at least one of.
     """
-    gaps = conditions.gaps
-    rows = _first_of_each_kind(2 * classes[gaps] + parity[gaps])
-    windows, signs = classes[gaps[rows]], parity[gaps[rows]]
+    gaps, n_bits = conditions.gaps, linked.n_classes
+    rows = _first_of_each_kind(2 * linked.classes[gaps] + linked.opposite[gaps])
+    windows, signs = linked.classes[gaps[rows]], linked.opposite[gaps[rows]]
     _, body = csgraph.connected_components(
         sparse.coo_array(
             (
@@ -260,26 +219,18 @@ def proves(conditions: TwillConditions, decision: Decision) -> bool:
     if decision.twist is not None:
         return count_broken(conditions, decision.twist).total == 0
     if len(decision.contradiction):
-        return _chains_to_opposite(conditions.edge[decision.contradiction])
-    classes, parity = _parity_classes(conditions)
-    if parity is None or not len(decision.clauses):
+        return _is_odd_ring(conditions.edge, decision.contradiction)
+    linked = _classes(conditions)
+    if linked.odd_ring or not len(decision.clauses):
         return False
     gaps = conditions.gaps[decision.clauses]
-    bits, local = np.unique(classes[gaps], return_inverse=True)
-    if len(bits) > _ENUMERATED_BITS:
-        return _solve_integer(local.reshape(-1, 4), parity[gaps], len(bits))[0] is None
-    return _enumerate(local.reshape(-1, 4), parity[gaps], len(bits))[0] is None
+    bits, local = np.unique(linked.classes[gaps], return_inverse=True)
+    solve = _enumerate if len(bits) <= _ENUMERATED_BITS else _solve_integer
+    return solve(local.reshape(-1, 4), linked.opposite[gaps], len(bits))[0] is None
 
 
-def _chains_to_opposite(pairs: IntArray) -> bool:
-    """Return whether pairs, each of unlike ends, lead from a crossing to itself in odd steps."""
-    for start in pairs[0].tolist():
-        place = start
-        for first, last in pairs.tolist():
-            if place not in (first, last):
-                break
-            place = last if place == first else first
-        else:
-            if place == start and len(pairs) % 2 == 1:
-                return True
-    return False
+def _is_odd_ring(pairs: IntArray, ring: IntArray) -> bool:
+    """Return whether a ring of odd length goes along pairs."""
+    known = {frozenset(pair) for pair in pairs[np.isin(pairs, ring).all(axis=1)].tolist()}
+    steps = zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)
+    return len(ring) % 2 == 1 and all(frozenset(step) in known for step in steps)

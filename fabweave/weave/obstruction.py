@@ -174,7 +174,7 @@ def _chain(
 ) -> Obstruction:
     """Name the threads along which the pattern comes back opposite to itself."""
     if len(decision.contradiction):
-        crossings = np.unique(conditions.edge[decision.contradiction])
+        crossings = np.unique(decision.contradiction)
     else:
         crossings = np.unique(conditions.gaps[decision.clauses])
     involved = np.unique(threads.thread_of_pass[np.isin(threads.crossing, crossings)])

@@ -8,14 +8,13 @@ from fabweave.arrays import BoolArray, FloatArray, Progress, no_progress
 from fabweave.weave.anneal import (
     N_COPIES,
     Copies,
-    couple,
+    Couplings,
     pack,
     random_copies,
     scores,
     sweep,
     unpack,
 )
-from fabweave.weave.conditions import TwillConditions
 from fabweave.weave.crossover import cross, score
 
 
@@ -46,7 +45,7 @@ class Search:
 
 SEARCHES = {
     "quick": Search(200, 6, 60, 3, 1e7),
-    "normal": Search(600, 30, 100, 6, 2.4e7),
+    "normal": Search(600, 30, 100, 6, 6e7),
     "best": Search(2000, 200, 150, 20, 2e8),
 }
 
@@ -57,7 +56,7 @@ _ELITE = 4
 
 
 def optimise_twill(
-    conditions: TwillConditions,
+    couplings: Couplings,
     start: BoolArray,
     *,
     effort: str = "normal",
@@ -74,7 +73,7 @@ def optimise_twill(
 
     Parameters
     ----------
-    conditions : TwillConditions
+    couplings : Couplings
         The conditions of the mesh.
     start : (X,) bool array
         Twists to start from, such as a vote's; the result never breaks more.
@@ -102,18 +101,18 @@ def optimise_twill(
     >>> import numpy as np
     >>> from fabweave.mesh import grids
     >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.anneal import couple
     >>> from fabweave.weave.conditions import count_broken, twill_conditions
     >>> from fabweave.weave.threads import trace_threads
     >>> halfedges = build_halfedges(grids.torus(4, 6, 2.0, 1.0))
     >>> conditions = twill_conditions(halfedges, trace_threads(halfedges))
-    >>> twist = optimise_twill(conditions, np.ones(48, dtype=bool), effort="quick")
+    >>> twist = optimise_twill(couple(conditions), np.ones(48, dtype=bool), effort="quick")
     >>> count_broken(conditions, twist).total
     0
     """
     search = SEARCHES[effort]
     rng = np.random.default_rng(seed)
-    couplings = couple(conditions)
-    allowed = int(search.most_turns / max(conditions.n_crossings, 1))
+    allowed = int(search.most_turns / max(couplings.n_crossings, 1))
     # A large mesh has no time to order itself from nothing: its whole time goes to the start.
     sweeps = search.sweeps if allowed >= 2 * search.sweeps else 0
     rounds = min(search.rounds, max(1, (allowed - sweeps) // search.round_sweeps))

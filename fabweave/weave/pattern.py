@@ -1,10 +1,11 @@
 """Decide over and under: the twist sense of every crossing of a weave."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fabweave.arrays import BoolArray, frozen
+from fabweave.weave.conditions import Broken
 from fabweave.weave.threads import Threads
 
 
@@ -22,17 +23,25 @@ class Weave:
         Twist sense of each crossing's edge: true is counter-clockwise.
     over : (P,) bool array
         Whether each pass lies on top.
+    broken : Broken
+        The conditions of the pattern that are broken.
     """
 
     threads: Threads
     pattern: str
     twist: BoolArray
     over: BoolArray
+    broken: Broken = field(default_factory=Broken)
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
         for name in ("twist", "over"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def exact(self) -> bool:
+        """Whether the pattern holds everywhere."""
+        return self.broken.total == 0
 
 
 def over_of_passes(threads: Threads, twist: BoolArray) -> BoolArray:

@@ -17,7 +17,7 @@ from fabweave.mesh.shapes import SHAPES, is_shape, parse_shape
 # V, E, F, genus, loops of each shape as functions of its counts.
 COUNTS = {
     "tetrahedron": lambda: (4, 6, 4, 0, 0),
-    "cube": lambda: (8, 12, 6, 0, 0),
+    "cube": lambda n: (6 * n * n + 2, 12 * n * n, 6 * n * n, 0, 0),
     "octahedron": lambda: (6, 12, 8, 0, 0),
     "icosahedron": lambda: (12, 30, 20, 0, 0),
     "dodecahedron": lambda: (20, 30, 12, 0, 0),

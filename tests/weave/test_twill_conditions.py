@@ -167,6 +167,7 @@ def test_certificates_are_checked_not_believed() -> None:
     assert not proves(even, Decision(None, 4, none, none))
     assert not proves(even, Decision(None, -1, np.arange(3), none))
     assert not proves(odd, replace(bad, contradiction=bad.contradiction[:-1]))
+    assert not proves(odd, replace(bad, contradiction=bad.contradiction[[0, 1, 0]]))
     assert not proves(even, Decision(None, 4, none, np.arange(1)))
 
 

@@ -139,7 +139,7 @@ def test_small_meshes_are_woven_as_well_as_possible(mesh: PolyMesh) -> None:
     conditions = twill_conditions(halfedges, threads)
     least, _ = brute_force(conditions)
     vote = best_vote(conditions, threads, part_bunches(threads))
-    found = optimise_twill(conditions, vote.twist, effort="quick")
+    found = optimise_twill(couple(conditions), vote.twist, effort="quick")
     assert count_broken(conditions, found).total == least
     bound = prove_bound(couple(conditions), irregular_seeds(halfedges, threads))
     degenerate = any(len(set(row)) < len(row) for row in conditions.gaps.tolist())
@@ -155,7 +155,7 @@ def test_small_meshes_are_woven_as_well_as_possible(mesh: PolyMesh) -> None:
 def test_search_never_breaks_more_than_its_start(mesh: PolyMesh, seed: int) -> None:
     conditions = conditions_of(mesh)
     start = np.random.default_rng(seed).random(conditions.n_crossings) < 0.5
-    found = optimise_twill(conditions, start, effort="quick", seed=seed)
+    found = optimise_twill(couple(conditions), start, effort="quick", seed=seed)
     assert count_broken(conditions, found).total <= count_broken(conditions, start).total
     if decide_twill(conditions).twillable and conditions.n_crossings <= 60:
         assert count_broken(conditions, found).total == 0
@@ -165,7 +165,7 @@ def test_search_is_the_same_for_the_same_seed() -> None:
     conditions = conditions_of(refined(solids.cube(), "catmull-clark:2"))
     start = np.ones(conditions.n_crossings, dtype=bool)
     first, again, other = (
-        optimise_twill(conditions, start, effort="quick", seed=seed) for seed in (0, 0, 1)
+        optimise_twill(couple(conditions), start, effort="quick", seed=seed) for seed in (0, 0, 1)
     )
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
@@ -179,7 +179,7 @@ def test_search_is_the_same_for_the_same_seed() -> None:
 def test_search_reaches_what_is_known(mesh, steps: int, known: int) -> None:
     conditions = conditions_of(refined(mesh(), f"catmull-clark:{steps}"))
     start = np.ones(conditions.n_crossings, dtype=bool)
-    found = optimise_twill(conditions, start, effort="quick", least=known)
+    found = optimise_twill(couple(conditions), start, effort="quick", least=known)
     assert count_broken(conditions, found).total <= known
 
 
@@ -204,5 +204,5 @@ def test_bounds_of_large_spheres_lie_below_what_is_known(steps, at_least, at_mos
 def test_spot_is_woven_better_than_by_voting_and_plain_annealing() -> None:
     mesh = real_mesh("quad/spot_quadrangulated.obj")
     conditions, vote = conditions_of(mesh), vote_of(mesh)
-    found = optimise_twill(conditions, vote.twist, effort="quick")
+    found = optimise_twill(couple(conditions), vote.twist, effort="quick")
     assert count_broken(conditions, found).total < min(vote.broken.total, 832)

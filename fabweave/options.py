@@ -1,0 +1,261 @@
+"""The types and options of the command line that several commands share."""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import click
+
+from fabweave.errors import InputError
+from fabweave.settings import BOUNDARIES, EFFORTS, OPTION_NAMES, JobSettings, read_job_options
+from fabweave.sheet.stock import parse_stock
+from fabweave.units import parse_length
+from fabweave.weave.colours import STRATEGIES
+
+Command: TypeAlias = Callable[..., Any]
+
+
+class Length(click.ParamType[float]):
+    """A length with a unit."""
+
+    name = "length"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Read what was typed."""
+        if isinstance(value, int | float):
+            return float(value)
+        try:
+            return parse_length(
+                value,
+                what=param.human_readable_name if param else "length",
+                zero_ok=param is not None and param.name in _MAY_BE_ZERO,
+            )
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
+class Hole(Length):
+    """A length, or the word none."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Read what was typed; none is 0."""
+        return 0.0 if value == "none" else super().convert(value, param, ctx)
+
+
+class Stock(click.ParamType[Any]):
+    """A sheet size with a quantity."""
+
+    name = "WxH[:n]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read what was typed."""
+        try:
+            return parse_stock(value) if isinstance(value, str) else value
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
+class Checked(click.ParamType[str]):
+    """A text that a parser of the package accepts; the parser is imported when it is needed."""
+
+    def __init__(self, name: str, module: str, parser: str) -> None:
+        self.name = name
+        self._module, self._parser = module, parser
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check what was typed."""
+        try:
+            getattr(import_module(self._module), self._parser)(value)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+_MAY_BE_ZERO = ("margin", "gap", "clearance")
+DEFAULTS = JobSettings(mesh="")
+
+
+def load_config(ctx: click.Context, _param: click.Parameter, value: Path | None) -> Path | None:
+    """Take defaults from a job.toml; what is typed wins."""
+    if value is not None:
+        options = read_job_options(value)
+        unknown = sorted(set(options) - OPTION_NAMES)
+        if unknown:
+            raise InputError(
+                f"{value} sets {len(unknown)} unknown options: {', '.join(unknown)}; "
+                f"known are {', '.join(sorted(OPTION_NAMES))}"
+            )
+        ctx.default_map = options
+    return value
+
+
+#: What decides the mesh, the weave and the ribbons, and so belongs to making and to inspecting.
+_WEAVING = (
+    click.argument("mesh", required=False),
+    click.option(
+        "--config",
+        type=click.Path(path_type=Path),
+        is_eager=True,
+        callback=load_config,
+        help="Take the settings of a finished job's job.toml; other options win over it.",
+    ),
+    click.option(
+        "--size",
+        type=Length(),
+        help="Scale the mesh so that its largest dimension is "
+        "this, e.g. 400mm or 16in. Without it the mesh's numbers are millimetres.",
+    ),
+    click.option("--scale", type=float, help="Multiply the mesh by this instead of using --size."),
+    click.option(
+        "--remesh",
+        type=Checked("quads[:N]", "fabweave.mesh.remesh", "parse_remesh"),
+        help="Turn triangles into quads first, N of them or as many as they pair up to: "
+        "a biaxial twill wants quads.",
+    ),
+    click.option(
+        "--refine",
+        type=Checked("SCHEME:STEPS", "fabweave.mesh.refine", "parse_refinements"),
+        help="Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. Smooth: "
+        "catmull-clark, doo-sabin, simplest, sqrt3, loop; keeping the shape: mid-edge, quads.",
+    ),
+    click.option(
+        "--pattern",
+        type=Checked("PATTERN", "fabweave.weave.choose", "parse_pattern"),
+        default=DEFAULTS.pattern,
+        show_default=True,
+        help="How strands go over and under: plain; twill (2/2, exact where one exists, else as "
+        "near as can be found); triaxial (exact on every mesh, which is subdivided); or, where "
+        "warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, shift) or satin:5/2.",
+    ),
+    click.option(
+        "--boundary",
+        type=click.Choice(BOUNDARIES),
+        default=DEFAULTS.boundary,
+        show_default=True,
+        help="What threads do at the boundary of an open mesh: end there, or turn back as in a "
+        "plaited mat, which then has no loose ends.",
+    ),
+    click.option(
+        "--material",
+        default=DEFAULTS.material,
+        show_default=True,
+        help="What it is cut from; fabweave materials lists them.",
+    ),
+    click.option(
+        "--thickness",
+        type=Length(),
+        help="Measured thickness, where it is not the material's nominal one.",
+    ),
+    click.option(
+        "--width",
+        type=float,
+        default=DEFAULTS.width,
+        show_default=True,
+        help="Width of the ribbons relative to the room they have, between 0 and 1: "
+        "smaller leaves larger gaps, larger leaves more room for holes.",
+    ),
+    click.option(
+        "--crossing",
+        type=float,
+        default=DEFAULTS.crossing,
+        show_default=True,
+        help="Length of the flat panel at each crossing relative to the room it has; "
+        "at least the width.",
+    ),
+    click.option(
+        "--clearance",
+        type=Length(),
+        default=DEFAULTS.clearance_mm,
+        show_default=True,
+        help="Air between two layers at a crossing, mm.",
+    ),
+    click.option(
+        "--max-length",
+        type=Length(),
+        help="No piece is longer along its middle. "
+        "[default: half of the sheet's longer usable side]",
+    ),
+    click.option(
+        "--sheet",
+        type=Stock(),
+        multiple=True,
+        help="Sheet stock, e.g. 600x400mm, or "
+        "24x18in:3 for three of them; repeat it for several sizes. [default: the material's]",
+    ),
+    click.option(
+        "--margin",
+        type=Length(),
+        default=DEFAULTS.margin_mm,
+        show_default=True,
+        help="Border of each sheet that stays empty, mm.",
+    ),
+    click.option(
+        "--effort",
+        type=click.Choice(EFFORTS),
+        default=DEFAULTS.effort,
+        show_default=True,
+        help="How hard to try to save material.",
+    ),
+    click.option(
+        "--seed",
+        type=int,
+        default=DEFAULTS.seed,
+        show_default=True,
+        help="Same seed, same settings, same files.",
+    ),
+    click.option(
+        "--colours",
+        type=click.Choice(STRATEGIES),
+        default=DEFAULTS.colours,
+        show_default=True,
+        help="Colours of the threads in model.glb: safe for the colour-blind, the whole circle of "
+        "hues, or a small range of them.",
+    ),
+)
+
+
+def weaving_options(command: Command) -> Command:
+    """Give a command the mesh and the options that decide its weave."""
+    for option in reversed(_WEAVING):
+        command = option(command)
+    return command
+
+
+def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
+    """Turn the options of the command line into settings."""
+    config = options["config"]
+    if not mesh:
+        mesh = (click.get_current_context().default_map or {}).get("mesh")
+    if not mesh:
+        raise InputError("no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
+    if config and not mesh.startswith("shape:") and not Path(mesh).exists():
+        beside = Path(config).parent / mesh
+        mesh = str(beside) if beside.exists() else mesh
+    return JobSettings(
+        mesh=mesh,
+        size_mm=options["size"],
+        scale=options["scale"],
+        remesh=options["remesh"],
+        refine=options["refine"],
+        pattern=options["pattern"],
+        boundary=options["boundary"],
+        material=options["material"],
+        thickness_mm=options["thickness"],
+        width=options["width"],
+        crossing=options["crossing"],
+        clearance_mm=options["clearance"],
+        max_length_mm=options["max_length"],
+        hole_mm=options.get("hole"),
+        sheets=tuple(options["sheet"]),
+        margin_mm=options["margin"],
+        gap_mm=options.get("gap"),
+        effort=options["effort"],
+        seed=options["seed"],
+        colours=options["colours"],
+        dxf=options.get("dxf", DEFAULTS.dxf),
+    )

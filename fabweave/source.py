@@ -1,0 +1,142 @@
+"""Bring the mesh of a job to the loom: read or build it, check, remesh, refine and size it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fabweave.arrays import Progress, no_progress
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.loop import mid_edge
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.refine import format_refinements, parse_refinements, refine_mesh
+from fabweave.mesh.remesh import parse_remesh, remesh_quads
+from fabweave.mesh.report import MeshReport
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
+from fabweave.settings import JobSettings
+
+
+@dataclass(frozen=True, eq=False)
+class WovenMesh:
+    """The mesh of a job, ready to be woven, with what was done to it.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        In millimetres.
+    halfedges : Halfedges
+        Its connectivity.
+    title : str
+        What to call the job.
+    notes : tuple of str
+        What a person should know about the mesh.
+    n_old_vertices : int
+        For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
+    """
+
+    mesh: PolyMesh
+    halfedges: Halfedges
+    title: str
+    notes: tuple[str, ...]
+    n_old_vertices: int = 0
+
+
+def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenMesh:
+    """Read or build the mesh of a job, and do to it what the settings ask for.
+
+    A mesh is first checked, oriented and brought to size; then remeshed to quads, then refined,
+    and brought to size again where that changed it; at last subdivided for triaxial twill.
+
+    Raises
+    ------
+    InputError
+        If the mesh is bad.
+    CannotMakeError
+        If it cannot be remeshed or refined as asked.
+    """
+    notes: list[str] = []
+    unit: str | None = "mm"
+    unit_mm = 1.0
+    if is_shape(settings.mesh):
+        mesh, title = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX)
+    else:
+        found = read_mesh(settings.mesh)
+        mesh, title, unit, unit_mm = (
+            found.mesh,
+            Path(settings.mesh).stem,
+            found.unit,
+            found.unit_mm or 1.0,
+        )
+        notes += found.notes
+    mesh, report, repairs = prepare_mesh(mesh)
+    notes += [*repairs, *mesh_notes(mesh, report)]
+    if settings.size_mm is None:
+        mesh, factor = resize_mesh(
+            mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
+        )
+    else:
+        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
+    stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
+    if is_shape(settings.mesh):
+        stated = "built-in shapes are in millimetres"
+    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
+    mesh, n_old_vertices, changes = _changed(mesh, settings, progress)
+    notes += changes
+    x, y, z = np.ptp(mesh.vertices, axis=0)
+    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
+    return WovenMesh(mesh, build_halfedges(mesh), title, tuple(notes), n_old_vertices)
+
+
+def _changed(
+    mesh: PolyMesh, settings: JobSettings, progress: Progress
+) -> tuple[PolyMesh, int, list[str]]:
+    """Remesh, refine and subdivide as the settings ask; say what became of the mesh."""
+    notes: list[str] = []
+    done = []
+    if settings.remesh:
+        wanted = parse_remesh(settings.remesh)
+        remeshed = remesh_quads(mesh, wanted.n_quads, seed=settings.seed, progress=progress)
+        mesh = remeshed.mesh
+        notes += remeshed.notes
+        done.append(f"remeshed to quads ({remeshed.method})")
+    refinements = parse_refinements(settings.refine or "")
+    if refinements:
+        mesh = refine_mesh(mesh, refinements, progress=progress)
+        done.append(f"refined by {format_refinements(refinements)}")
+    if done and settings.size_mm is not None:
+        mesh, _ = resize_mesh(mesh, size_mm=settings.size_mm)
+    n_old_vertices = 0
+    if settings.pattern == "triaxial":
+        n_old_vertices = mesh.n_vertices
+        mesh = mid_edge(mesh)
+        done.append("subdivided through the middles of its edges for triaxial twill")
+    if done:
+        mesh, report, repairs = prepare_mesh(mesh)
+        notes += repairs
+        notes.append(f"the mesh was {', '.join(done)}: {_counts(report)}")
+    return mesh, n_old_vertices, notes
+
+
+def mesh_notes(mesh: PolyMesh, report: MeshReport) -> list[str]:
+    """Say what a mesh is, what is odd about it, and whether it runs through itself."""
+    bounds = "closed" if report.closed else f"{report.n_boundary_loops} boundary loops"
+    bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
+    notes = [f"mesh: {_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
+    notes += [str(problem) for problem in report.problems]
+    pairs = self_intersections(mesh)
+    if len(pairs):
+        some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
+        notes.append(
+            f"{len(pairs)} pairs of faces run through one another or touch (faces {some}"
+            f"{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
+            "let the bodies keep clear of each other in the modelling program"
+        )
+    return notes
+
+
+def _counts(report: MeshReport) -> str:
+    return f"{report.n_vertices} vertices, {report.n_edges} edges, {report.n_faces} faces"

@@ -1,0 +1,273 @@
+"""Jobs in every pattern are made and proved, and what they claim cannot be spoiled unseen."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes_shared import shared_mesh
+
+from fabweave.cli import main
+from fabweave.mesh.files import write_mesh
+from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.triangulate import triangulate
+from fabweave.verify import verify_job
+
+
+def run(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    try:
+        main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def make(mesh: object, pattern: str, folder: Path, *options: str) -> int:
+    return run("make", mesh, "--size", "400mm", "--effort", "quick", "--pattern", pattern,
+               "-q", "-o", folder, *options)  # fmt: skip
+
+
+def plan_of(folder: Path) -> dict:
+    return json.loads((folder / "crossing_map.json").read_text())
+
+
+NONE_BROKEN = {"edge": 0, "face": 0, "vertex": 0}
+
+
+@pytest.mark.parametrize(
+    ("mesh", "pattern", "options"),
+    [
+        ("shape:torus?m=8&n=5", "twill", ()),
+        ("shape:slit?genus=2", "twill", ()),
+        ("shape:regular?face=8&valence=4&genus=3&refine=2", "twill", ()),
+        ("shape:tube?m=8&n=6", "twill", ("--boundary", "turn")),
+        ("shape:tetrahedron", "triaxial", ()),
+        ("shape:torus?m=4&n=3", "triaxial", ()),
+        ("shape:tube?m=4&n=2", "triaxial", ("--boundary", "turn")),
+        ("shape:cube", "triaxial", ("--refine", "catmull-clark:1")),
+    ],
+)
+def test_exact_twills_are_made_and_proved(mesh, pattern, options, tmp_path) -> None:
+    assert make(mesh, pattern, tmp_path / "out", *options) == 0
+    weave = plan_of(tmp_path / "out")["weave"]
+    assert weave["pattern"] == pattern
+    assert weave["exact"] is True
+    assert weave["broken"] == NONE_BROKEN
+    assert "voted" not in weave
+    assert run("verify", tmp_path / "out", "-q") == 0
+
+
+@pytest.mark.parametrize(
+    "name", ["quad/catmark_torus.obj", "ngon/spot_control_mesh.obj", "open/tubemesh.off"]
+)
+def test_real_meshes_are_woven_in_twill(name, tmp_path) -> None:
+    assert make(shared_mesh(name), "twill", tmp_path / "out") == 0
+    weave = plan_of(tmp_path / "out")["weave"]
+    total = sum(weave["broken"].values())
+    assert weave["exact"] == (total == 0)
+    assert weave["exact"] == (name != "ngon/spot_control_mesh.obj")
+    if not weave["exact"]:
+        assert weave["at_least_broken"] <= total <= sum(weave["voted"].values())
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("twill") / "ball"
+    assert make("shape:sphere?n=2", "twill", folder) == 0
+    return folder
+
+
+def test_an_optimised_twill_says_how_good_it_is(ball) -> None:
+    weave = plan_of(ball)["weave"]
+    assert weave["exact"] is False
+    assert sum(weave["broken"].values()) == weave["at_least_broken"] == 16
+    notes = (ball / "job.toml").read_text()
+    assert "which is proved to be the least" in notes
+    assert "vertex 0 has valence 3; in all, 8 vertices" in notes
+
+
+@pytest.mark.parametrize("kind", ["edge", "face", "vertex"])
+def test_broken_conditions_are_recounted(ball, kind, tmp_path) -> None:
+    spoiled = tmp_path / "out"
+    shutil.copytree(ball, spoiled)
+    plan = plan_of(spoiled)
+    plan["weave"]["broken"][kind] += 1
+    (spoiled / "crossing_map.json").write_text(json.dumps(plan))
+    failed = {check.name for check in verify_job(spoiled).checks if not check.ok}
+    assert failed == {"pattern"}
+
+
+@pytest.mark.parametrize(
+    ("mesh", "pattern", "size"),
+    [
+        ("shape:torus?m=8&n=8", "3/1", 4),
+        ("shape:torus?m=6&n=6", "2/1", 3),
+        ("shape:torus?m=8&n=4", "2/2", 4),
+        ("shape:torus?m=10&n=10", "satin:5/2", 5),
+        ("shape:hypar?m=5&n=5", "sateen:5/2", 5),
+    ],
+)
+def test_fabrics_are_made_and_proved(mesh, pattern, size, tmp_path) -> None:
+    assert make(mesh, pattern, tmp_path / "out") == 0
+    plan = plan_of(tmp_path / "out")
+    assert plan["weave"]["pattern"] == pattern
+    assert plan["weave"]["exact"] is True
+    warp = set(plan["weave"]["warp"])
+    over = {True: [], False: []}
+    for thread in plan["threads"]:
+        over[thread["id"] in warp] += thread["over"]
+    if mesh.startswith("shape:torus"):
+        # Round a torus every thread repeats its sequence a whole number of times.
+        ups = {"3/1": 3, "2/1": 2, "2/2": 2, "satin:5/2": 4}[pattern]
+        assert sum(over[True]) * size == ups * len(over[True])
+        assert sum(over[False]) * size == (size - ups) * len(over[False])
+
+
+@pytest.fixture(scope="module")
+def denim(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("fabric") / "denim"
+    assert make("shape:torus?m=8&n=8", "3/1", folder) == 0
+    return folder
+
+
+def change_one_label(weave, _plan) -> None:
+    weave["labels"][5] = (weave["labels"][5] + 1) % 4
+
+
+def shift_all_labels(weave, _plan) -> None:
+    weave["labels"] = [(label + 1) % 4 for label in weave["labels"]]
+
+
+def drop_a_label(weave, _plan) -> None:
+    weave["labels"].pop()
+
+
+def forget_the_labels(weave, _plan) -> None:
+    del weave["labels"]
+
+
+def leave_a_thread_out_of_the_warp(weave, _plan) -> None:
+    weave["warp"].pop()
+
+
+def take_the_weft_for_the_warp(weave, plan) -> None:
+    weave["warp"] = [t["id"] for t in plan["threads"] if t["id"] not in weave["warp"]]
+
+
+def name_a_thread_that_is_not_there(weave, _plan) -> None:
+    weave["warp"].append(999)
+
+
+def claim_another_twill(weave, _plan) -> None:
+    weave["pattern"] = "2/2"
+
+
+def claim_a_satin(weave, _plan) -> None:
+    weave["pattern"] = "satin:4/3"
+
+
+def claim_a_fabric_that_falls_apart(weave, _plan) -> None:
+    weave["pattern"] = "3/1/2"
+
+
+def run_one_warp_thread_the_other_way(weave, plan) -> None:
+    # Its labels step by one all along, but its neighbours run apart from it.
+    number = {crossing["id"]: at for at, crossing in enumerate(plan["crossings"])}
+    thread = plan["threads"][weave["warp"][0]]
+    for key in thread["crossings"]:
+        weave["labels"][number[key]] = -weave["labels"][number[key]] % 4
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        change_one_label,
+        shift_all_labels,
+        drop_a_label,
+        forget_the_labels,
+        leave_a_thread_out_of_the_warp,
+        take_the_weft_for_the_warp,
+        name_a_thread_that_is_not_there,
+        claim_another_twill,
+        claim_a_fabric_that_falls_apart,
+        run_one_warp_thread_the_other_way,
+    ],
+)
+def test_a_spoiled_fabric_is_found_out(denim, spoil, tmp_path) -> None:
+    spoiled = tmp_path / "out"
+    shutil.copytree(denim, spoiled)
+    plan = plan_of(spoiled)
+    spoil(plan["weave"], plan)
+    (spoiled / "crossing_map.json").write_text(json.dumps(plan))
+    failed = {check.name for check in verify_job(spoiled).checks if not check.ok}
+    assert failed == {"pattern"}
+
+
+def test_the_other_hand_of_a_twill_is_the_same_weave_walked_the_other_way(denim, tmp_path) -> None:
+    # A satin over 3 under 1 with shift 3 steps by -1 along the warp: only a name for 3/1.
+    renamed = tmp_path / "out"
+    shutil.copytree(denim, renamed)
+    plan = plan_of(renamed)
+    claim_a_satin(plan["weave"], plan)
+    (renamed / "crossing_map.json").write_text(json.dumps(plan))
+    assert verify_job(renamed).ok
+
+
+@pytest.mark.parametrize(
+    ("mesh", "pattern", "code", "words"),
+    [
+        ("shape:torus?m=7&n=5", "3/1", 1, "are not a multiple of 4"),
+        ("shape:cube", "satin:5/2", 1, "warp and weft do not exist"),
+        ("shape:cube", "herringbone", 2, "there is no pattern 'herringbone'"),
+        ("shape:cube", "3/0", 2, "over 1 or more and under 1 or more"),
+        ("shape:cube", "satin:6/2", 2, "without common divisor"),
+    ],
+)
+def test_what_cannot_be_woven_says_why(mesh, pattern, code, words, tmp_path, capsys) -> None:
+    assert make(mesh, pattern, tmp_path / "out") == code
+    assert words in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "out").exists()
+
+
+def test_remeshed_and_refined_jobs_say_what_was_done(tmp_path) -> None:
+    mesh = triangulate(parse_shape("shape:torus?m=8&n=4"))
+    write_mesh(tmp_path / "torus.obj", mesh)
+    options = ("--remesh", "quads", "--refine", "simplest:1", "--size", "500mm")
+    assert make(tmp_path / "torus.obj", "twill", tmp_path / "out", *options) == 0
+    notes = (tmp_path / "out" / "job.toml").read_text()
+    assert "remeshed to quads (pairing), refined by simplest:1: 64 vertices, 128 edges" in notes
+    mesh = np.loadtxt(
+        [line[2:] for line in (tmp_path / "out" / "woven_mesh.obj").read_text().splitlines()
+         if line.startswith("v ")]
+    )  # fmt: skip
+    assert np.ptp(mesh, axis=0).max() == pytest.approx(500.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--refine", "butterfly:2"), "there is no refinement 'butterfly'"),
+        (("--refine", "catmull-clark:x"), "should read catmull-clark:STEPS"),
+        (("--remesh", "triangles:5"), "quads"),
+    ],
+)
+def test_wrong_remeshing_is_said_before_anything_is_done(options, words, tmp_path, capsys) -> None:
+    assert make("shape:cube", "plain", tmp_path / "out", *options) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_same_seed_gives_the_same_weave(tmp_path) -> None:
+    for name in ("first", "again"):
+        assert make("shape:sphere?n=3", "twill", tmp_path / name, "--seed", "7") == 0
+    first, again = ((tmp_path / n / "crossing_map.json").read_bytes() for n in ("first", "again"))
+    assert first == again
+
+
+def test_a_job_in_a_pattern_is_made_again_from_its_settings(denim, tmp_path) -> None:
+    assert run("make", "--config", denim / "job.toml", "-q", "-o", tmp_path / "out") == 0
+    assert (tmp_path / "out" / "crossing_map.json").read_bytes() == (
+        denim / "crossing_map.json"
+    ).read_bytes()
