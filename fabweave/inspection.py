@@ -13,7 +13,7 @@ from fabweave.errors import FabweaveError
 from fabweave.job import WovenObject, complete_settings, plan_runs, weave_object
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.irregular import find_irregular
+from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.report.contact import contact_sheet
@@ -29,7 +29,7 @@ from fabweave.weave.conditions import twill_conditions
 from fabweave.weave.decide import decide_twill
 from fabweave.weave.fabrics import weave_fabric
 from fabweave.weave.link import pd_text, planar_diagram
-from fabweave.weave.obstruction import explain, interior_valences
+from fabweave.weave.obstruction import explain
 from fabweave.weave.repeat import parse_fabric
 from fabweave.weave.rotation import trace_twisted
 from fabweave.weave.threads import Threads, trace_threads

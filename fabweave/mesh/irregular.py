@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
-from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 
 #: How many places a note names.
@@ -44,6 +44,24 @@ class Irregular:
     def breaks_twill(self) -> BoolArray:
         """Which of them no biaxial twill can surround: inside, valence no multiple of 4, (K,)."""
         return ~self.boundary & (self.valence % 4 != 0)
+
+
+def interior_valences(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
+    """Return the vertices inside the surface and their valences.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.solids import octahedron
+    >>> interior_valences(build_halfedges(octahedron()))[1].tolist()
+    [4, 4, 4, 4, 4, 4]
+    """
+    n_vertices = int(halfedges.tail.max(initial=-1)) + 1
+    valence = np.bincount(halfedges.tail, minlength=n_vertices)
+    rim = halfedges.twin < 0
+    valence[halfedges.tail[rim]] = 0
+    valence[halfedges.head[rim]] = 0
+    inside = np.flatnonzero(valence)
+    return inside, valence[inside]
 
 
 def find_irregular(mesh: PolyMesh) -> Irregular:

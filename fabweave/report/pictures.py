@@ -8,7 +8,9 @@ from PIL import Image
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import InputError
-from fabweave.mesh.polymesh import PolyMesh, next_corner
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.irregular import interior_valences
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import SHAPES, Shape
 from fabweave.report.contact import contact_sheet
 from fabweave.report.render import Marks, object_frame, render_scene
@@ -99,18 +101,14 @@ def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Marks:
     >>> len(irregular_marks(parse_shape("shape:sphere?n=3")).points)
     8
     """
-    head = mesh.indices[next_corner(mesh)]
-    both = np.stack((mesh.indices, head))
-    pairs, faces = np.unique(np.sort(both, axis=0), axis=1, return_counts=True)
-    valence = np.bincount(pairs.ravel(), minlength=mesh.n_vertices)
-    inner = np.ones(mesh.n_vertices, dtype=bool)
-    inner[pairs[:, faces == 1].ravel()] = False
     triangles = 2 * np.count_nonzero(mesh.face_sizes == 3) > mesh.n_faces
     regular = 6 if triangles else 4
-    odd = np.flatnonzero(inner & (valence > 0) & (valence != regular))
-    colours = np.where((valence[odd] < regular)[:, None], _FEWER, _MORE)
+    vertices, valences = interior_valences(build_halfedges(mesh))
+    irregular = valences != regular
+    odd, valence = vertices[irregular], valences[irregular]
+    colours = np.where((valence < regular)[:, None], _FEWER, _MORE)
     if not triangles:
-        colours = np.where((valence[odd] % 4 == 0)[:, None], _FOURFOLD, colours)
+        colours = np.where((valence % 4 == 0)[:, None], _FOURFOLD, colours)
     return Marks(mesh.vertices[odd], colours.astype(np.uint8), radius_px)
 
 

@@ -11,8 +11,8 @@ from scipy.sparse import csgraph
 
 from fabweave.arrays import IntArray, Progress, no_progress
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.anneal import Couplings
-from fabweave.weave.obstruction import interior_valences
 from fabweave.weave.threads import Threads
 
 #: How many conditions are broken, for all twists of a few crossings: one axis for each.

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import IntArray
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.conditions import TwillConditions
 from fabweave.weave.decide import Decision, decide_twill
 from fabweave.weave.threads import Threads
@@ -67,25 +67,6 @@ def explain(
         or _uneven_thread(threads, labels)
         or _chain(threads, conditions, decision, labels)
     )
-
-
-def interior_valences(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
-    """Return the vertices inside the surface and their valences.
-
-    Examples
-    --------
-    >>> from fabweave.mesh import solids
-    >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> interior_valences(build_halfedges(solids.octahedron()))[1].tolist()
-    [4, 4, 4, 4, 4, 4]
-    """
-    n_vertices = int(halfedges.tail.max(initial=-1)) + 1
-    valence = np.bincount(halfedges.tail, minlength=n_vertices)
-    rim = halfedges.twin < 0
-    valence[halfedges.tail[rim]] = 0
-    valence[halfedges.head[rim]] = 0
-    inside = np.flatnonzero(valence)
-    return inside, valence[inside]
 
 
 def _irregular_vertex(halfedges: Halfedges, conditions: TwillConditions) -> Obstruction | None:
