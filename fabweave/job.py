@@ -17,7 +17,7 @@ from fabweave.report.notes import all_notes
 from fabweave.ribbon.check import require_width, thread_lengths
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.turns import require_no_loop
-from fabweave.settings import JobSettings
+from fabweave.settings import CHOICES, JobSettings
 from fabweave.sheet.layout import Layout, SheetSize
 from fabweave.sheet.material import (
     Material,
@@ -217,7 +217,17 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
 
 
 def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
-    """Fill in what was left to fabweave: thickness, gap and sheet."""
+    """Fill in what was left to fabweave: thickness, gap and sheet.
+
+    Raises
+    ------
+    InputError
+        If a setting is none of its choices.
+    """
+    for name, choices in CHOICES.items():
+        value = getattr(settings, name)
+        if value not in choices:
+            raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
     material = material_named(settings.material)
     if settings.thickness_mm is not None:
         material = with_thickness(material, settings.thickness_mm)

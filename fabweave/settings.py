@@ -11,11 +11,18 @@ from fabweave import __version__
 from fabweave.errors import InputError
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.stock import format_stock
-from fabweave.weave.colours import Strategy
+from fabweave.weave.colours import STRATEGIES, Strategy
 
 EFFORTS = ("quick", "normal", "best")
 BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
+#: Settings that are one of a few words.
+CHOICES = {
+    "boundary": BOUNDARIES,
+    "effort": EFFORTS,
+    "colours": STRATEGIES,
+    "dxf": DXF_VERSIONS,
+}
 
 
 @dataclass(frozen=True)

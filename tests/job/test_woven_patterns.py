@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,12 @@ import pytest
 from meshes_shared import shared_mesh
 
 from fabweave.cli import main
+from fabweave.errors import InputError
+from fabweave.job import make_job
 from fabweave.mesh.files import write_mesh
 from fabweave.mesh.shapes import parse_shape
 from fabweave.mesh.triangulate import triangulate
+from fabweave.settings import JobSettings
 from fabweave.verify import verify_job
 
 
@@ -271,3 +275,10 @@ def test_a_job_in_a_pattern_is_made_again_from_its_settings(denim, tmp_path) -> 
     assert (tmp_path / "out" / "crossing_map.json").read_bytes() == (
         denim / "crossing_map.json"
     ).read_bytes()
+
+
+@pytest.mark.parametrize("name", ["boundary", "effort", "colours", "dxf"])
+def test_settings_from_python_are_checked_too(name) -> None:
+    settings = replace(JobSettings(mesh="shape:cube"), **{name: "sideways"})
+    with pytest.raises(InputError, match=f"{name} is 'sideways', and must be one of"):
+        make_job(settings)
