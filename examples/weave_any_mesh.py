@@ -1,0 +1,38 @@
+"""Make a triangle mesh fit for twill: inspect it, pair its triangles to quads, refine it, weave it.
+
+Run it with: python examples/weave_any_mesh.py DIR
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from fabweave.folder import run_job
+from fabweave.inspection import inspect_mesh
+from fabweave.mesh.shapes import parse_shape
+from fabweave.settings import JobSettings
+
+directory = Path(sys.argv[1])
+directory.mkdir(parents=True, exist_ok=True)
+
+# What a modelling program exports: a ring of 5 × 3 quads, each cut in two triangles.
+ring = parse_shape("shape:torus?m=5&n=3")
+a, b, c, d = ring.indices.reshape(-1, 4).T
+triangles = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in ring.vertices]
+lines += [f"f {i} {j} {k}" for i, j, k in triangles + 1]
+(directory / "ring.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+asked = {"mesh": str(directory / "ring.obj"), "size_mm": 300.0}
+for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-clark:1"}):
+    facts = inspect_mesh(JobSettings(**asked, **change)).facts
+    faces = ", ".join(
+        f"{n} faces of {size} sides" for size, n in facts["mesh"]["face_sizes"].items()
+    )
+    twill = "exact twill" if facts["twill"]["exact"] else f"no twill: {facts['twill']['because']}"
+    print(f"{faces}; {facts['threads']['count']} threads; {twill}")
+
+settings = JobSettings(**asked, remesh="quads", refine="catmull-clark:1", pattern="twill")
+job, proof = run_job(settings, directory / "job")
+print(f"exact: {job.weave.exact}; {len(job.made.pieces)} pieces, proved: {proof.ok}")
