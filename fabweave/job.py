@@ -16,6 +16,7 @@ from fabweave.mesh.resize import largest_dimension
 from fabweave.report.notes import all_notes
 from fabweave.ribbon.check import require_width, thread_lengths
 from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import CHOICES, JobSettings
 from fabweave.sheet.layout import Layout, SheetSize
@@ -135,20 +136,46 @@ def weave_object(
         progress=progress,
     )
     progress("ribbons", 0, 1)
-    ribbons = project_ribbons(
-        woven.mesh,
-        woven.halfedges,
-        chosen.weave,
-        height_mm=(material.thickness_mm + settings.clearance_mm) / 2,
-        length=settings.crossing,
-        width=settings.width,
-    )
+    ribbons = lay_ribbons(woven, chosen.weave, settings, material)
     if ribbons.n_rungs == 0:
         raise CannotMakeError(
             "nothing crosses anything on this mesh: no edge lies between two faces; "
             "weaving needs faces that share edges"
         )
     return WovenObject(woven, chosen, labels, bunches, ribbons)
+
+
+def lay_ribbons(
+    woven: WovenMesh,
+    weave: Weave,
+    settings: JobSettings,
+    material: Material,
+    laps: IntArray | None = None,
+) -> Ribbons:
+    """Lay the ribbons of a weave, with room for two layers, and for three where a joint laps.
+
+    Parameters
+    ----------
+    woven, weave
+        The mesh and its weave.
+    settings, material
+        Width, clearance and thickness.
+    laps : (N,) int array, optional
+        The crossings at which a joint laps; before pieces are planned it may be any.
+    """
+    thickness = material.thickness_mm
+    height = np.full(weave.threads.n_crossings, (thickness + settings.clearance_mm) / 2)
+    # A lap is two layers thick, around the same middle: half a layer more between the strands.
+    height[slice(None) if laps is None else laps] += thickness / 4
+    ribbons = project_ribbons(
+        woven.mesh,
+        woven.halfedges,
+        weave,
+        height_mm=height,
+        length=settings.crossing,
+        width=settings.width,
+    )
+    return smooth_ribbons(ribbons, settings.smooth)
 
 
 def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers: int = 0) -> Job:
@@ -181,6 +208,9 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
     require_no_loop(weave.threads, thing.woven.halfedges)
     progress("pieces", 0, 1)
     runs = plan_runs(thing, settings)
+    laps = runs.laps(weave.threads)
+    ribbons = lay_ribbons(thing.woven, weave, settings, material, laps)
+    thing = replace(thing, ribbons=ribbons)
     made = build_pieces(thing.ribbons, weave, runs, thing.labels, rules)
     progress("marks", 0, 1)
     with side_workers(min(workers, 1)) as start:

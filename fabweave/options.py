@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import click
 
 from fabweave.errors import InputError
+from fabweave.ribbon.width import parse_width
 from fabweave.settings import BOUNDARIES, EFFORTS, OPTION_NAMES, JobSettings, read_job_options
 from fabweave.sheet.stock import parse_stock
 from fabweave.units import parse_length
@@ -70,7 +71,7 @@ class Checked(click.ParamType[str]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Check what was typed."""
         try:
-            getattr(import_module(self._module), self._parser)(value)
+            getattr(import_module(self._module), self._parser)(str(value))
         except InputError as error:
             self.fail(str(error), param, ctx)
         return str(value)
@@ -100,9 +101,10 @@ _WEAVING = (
     click.option(
         "--config",
         type=click.Path(path_type=Path),
+        metavar="FILE",
         is_eager=True,
         callback=load_config,
-        help="Take the settings of a finished job's job.toml; other options win over it.",
+        help="Take the settings of a finished job from its job.toml; what is typed wins.",
     ),
     click.option(
         "--size",
@@ -110,27 +112,35 @@ _WEAVING = (
         help="Scale the mesh so that its largest dimension is "
         "this, e.g. 400mm or 16in. Without it the mesh's numbers are millimetres.",
     ),
-    click.option("--scale", type=float, help="Multiply the mesh by this instead of using --size."),
+    click.option(
+        "--scale",
+        type=float,
+        metavar="FACTOR",
+        help="Multiply the mesh by this instead of using --size.",
+    ),
     click.option(
         "--remesh",
         type=Checked("quads[:N]", "fabweave.mesh.remesh", "parse_remesh"),
-        help="Turn triangles into quads first, N of them or as many as they pair up to: "
-        "a biaxial twill wants quads.",
+        metavar="quads[:N]",
+        help="Make a mesh of quads first, about N of them; without N as many as the triangles pair "
+        "up to, or else half as many as triangles, at most 3000. Twill wants quads.",
     ),
     click.option(
         "--refine",
         type=Checked("SCHEME:STEPS", "fabweave.mesh.refine", "parse_refinements"),
-        help="Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. Smooth: "
-        "catmull-clark, doo-sabin, simplest, sqrt3, loop; keeping the shape: mid-edge, quads.",
+        help="Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. Schemes "
+        "that round the shape: catmull-clark, doo-sabin, simplest, sqrt3, loop; that keep it: "
+        "mid-edge, quads.",
     ),
     click.option(
         "--pattern",
         type=Checked("PATTERN", "fabweave.weave.choose", "parse_pattern"),
         default=DEFAULTS.pattern,
         show_default=True,
-        help="How strands go over and under: plain; twill (2/2, exact where one exists, else as "
-        "near as can be found); triaxial (exact on every mesh, which is subdivided); or, where "
-        "warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, shift) or satin:5/2.",
+        help="How strands go over and under: plain (on every mesh); twill (2/2, exact where one "
+        "exists, else as near as can be found); triaxial (exact on every mesh, which is first "
+        "subdivided); or, where warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, "
+        "shift) or a satin such as satin:5/2 (repeat, shift).",
     ),
     click.option(
         "--boundary",
@@ -142,22 +152,32 @@ _WEAVING = (
     ),
     click.option(
         "--material",
+        metavar="NAME",
         default=DEFAULTS.material,
         show_default=True,
-        help="What it is cut from; fabweave materials lists them.",
+        help="What it is cut from; fabweave materials lists all.",
     ),
     click.option(
         "--thickness",
         type=Length(),
-        help="Measured thickness, where it is not the material's nominal one.",
+        help="Measured thickness. [default: the material's]",
     ),
     click.option(
         "--width",
-        type=float,
-        default=DEFAULTS.width,
+        type=Checked("WIDTH", "fabweave.ribbon.width", "parse_width"),
+        default=str(DEFAULTS.width),
         show_default=True,
-        help="Width of the ribbons relative to the room they have, between 0 and 1: "
-        "smaller leaves larger gaps, larger leaves more room for holes.",
+        help="Width of the ribbons: a share of the room they have, such as 0.65 (smaller leaves "
+        "larger gaps, larger leaves more room for holes); one width, such as 12mm; or bounds, such "
+        "as 6mm..14mm or 0.5,6mm..14mm.",
+    ),
+    click.option(
+        "--smooth",
+        type=click.IntRange(0, 50),
+        default=DEFAULTS.smooth,
+        show_default=True,
+        help="Cross-lines between two crossings: more make rounder ribbons and outlines, 0 leaves "
+        "two flat triangles there.",
     ),
     click.option(
         "--crossing",
@@ -183,6 +203,7 @@ _WEAVING = (
     click.option(
         "--sheet",
         type=Stock(),
+        metavar="WxH[:N]",
         multiple=True,
         help="Sheet stock, e.g. 600x400mm, or "
         "24x18in:3 for three of them; repeat it for several sizes. [default: the material's]",
@@ -199,22 +220,23 @@ _WEAVING = (
         type=click.Choice(EFFORTS),
         default=DEFAULTS.effort,
         show_default=True,
-        help="How hard to try to save material.",
+        help="How long to search: for layouts that save material, and for the best twill where "
+        "none is exact.",
     ),
     click.option(
         "--seed",
         type=int,
         default=DEFAULTS.seed,
         show_default=True,
-        help="Same seed, same settings, same files.",
+        help="Of all random choices: same seed, same settings, same files.",
     ),
     click.option(
         "--colours",
         type=click.Choice(STRATEGIES),
         default=DEFAULTS.colours,
         show_default=True,
-        help="Colours of the threads in model.glb: safe for the colour-blind, the whole circle of "
-        "hues, or a small range of them.",
+        help="Colours of the threads in model.glb and in inspect's picture: safe for the "
+        "colour-blind, the whole circle of hues, or a small range of them.",
     ),
 )
 
@@ -246,7 +268,8 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         boundary=options["boundary"],
         material=options["material"],
         thickness_mm=options["thickness"],
-        width=options["width"],
+        width=parse_width(options["width"]),
+        smooth=options["smooth"],
         crossing=options["crossing"],
         clearance_mm=options["clearance"],
         max_length_mm=options["max_length"],

@@ -9,6 +9,7 @@ import tomli_w
 
 from fabweave import __version__
 from fabweave.errors import InputError
+from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.stock import format_stock
 from fabweave.weave.colours import STRATEGIES, Strategy
@@ -31,10 +32,10 @@ class JobSettings:
 
     ``remesh`` and ``refine`` are as on the command line, such as ``"quads:3000"`` and
     ``"catmull-clark:2"``; ``boundary`` says what threads do at the boundary of an open mesh: end
-    or turn back. ``width`` and ``crossing`` are the relative ribbon width and crossing length of
-    the projection method. ``None`` means that fabweave chooses: the material's thickness, gap and
-    sheet, pieces of about a dozen crossings, and the largest hole that the ribbons have room for
-    (``hole_mm=0``: no holes).
+    or turn back. ``width`` is the ribbons' width and ``crossing`` the relative crossing length of
+    the projection method; ``smooth`` counts the cross-lines between two crossings. ``None`` means
+    that fabweave chooses: the material's thickness, gap and sheet, pieces of about a dozen
+    crossings, and the largest hole that the ribbons have room for (``hole_mm=0``: no holes).
     """
 
     mesh: str
@@ -46,7 +47,8 @@ class JobSettings:
     boundary: str = "end"
     material: str = "card"
     thickness_mm: float | None = None
-    width: float = 0.65
+    width: WidthRule = WidthRule()  # noqa: RUF009 - a frozen value
+    smooth: int = 3
     crossing: float = 0.7
     clearance_mm: float = 0.1
     max_length_mm: float | None = None
@@ -81,7 +83,8 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "boundary": settings.boundary,
         "material": settings.material,
         "thickness": length(settings.thickness_mm),
-        "width": settings.width,
+        "width": str(settings.width),
+        "smooth": settings.smooth,
         "crossing": settings.crossing,
         "clearance": length(settings.clearance_mm),
         "max_length": length(settings.max_length_mm),

@@ -13,7 +13,7 @@ from fabweave.flat.unfold import Strips
 SHORTEST_SIDE_MM = 0.1
 
 #: Vertices that stand off their neighbours' line by less than this are dropped.
-STRAIGHT_MM = 0.005
+STRAIGHT_MM = 0.02
 
 
 @dataclass(frozen=True)

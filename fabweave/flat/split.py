@@ -12,6 +12,7 @@ from fabweave.flat.outline import strip_outlines
 from fabweave.flat.unfold import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
+from fabweave.weave.threads import Threads
 
 #: Two stretches of one outline must not come nearer than this.
 SELF_CLEARANCE_MM = 0.5
@@ -41,6 +42,13 @@ class Runs:
         """Freeze the arrays."""
         for name in ("thread", "first", "last"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def laps(self, threads: Threads) -> IntArray:
+        """Return the crossings at which one run ends and the next one begins."""
+        count = threads.lengths[self.thread]
+        goes_on = threads.closed[self.thread] | (self.last < count - 1)
+        at = threads.offsets[self.thread] + self.last % np.maximum(count, 1)
+        return np.asarray(threads.crossing[at[goes_on]])
 
 
 @dataclass(frozen=True, eq=False)

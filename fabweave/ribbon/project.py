@@ -9,6 +9,7 @@ from fabweave.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.turns import RUNGS_A_TURN, turn_rungs
+from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
@@ -79,9 +80,9 @@ def project_ribbons(
     halfedges: Halfedges,
     weave: Weave,
     *,
-    height_mm: float,
+    height_mm: float | FloatArray,
     length: float = 0.7,
-    width: float = 0.65,
+    width: float | WidthRule = 0.65,
 ) -> Ribbons:
     """Project every thread to a ribbon of planar facets that lies over or under the surface.
 
@@ -95,14 +96,15 @@ def project_ribbons(
     ----------
     mesh, halfedges, weave
         A mesh, its connectivity, and the weave on it.
-    height_mm : float
-        Distance of each strand's middle surface from the crossing's plane: half a layer and half
-        the clearance.
+    height_mm : float or (X,) float array
+        Distance of each strand's middle surface from the crossing's plane, at all crossings or at
+        each: half a layer and half the clearance.
     length : float
         Relative length of a crossing panel along its strand (c of the paper), in (0, 1).
-    width : float
-        Relative width of the ribbon across its strand (w of the paper), in (0, 1). With
-        ``width <= length`` connectors keep clear of the other strand's panel.
+    width : float or WidthRule
+        Relative width of the ribbon across its strand (w of the paper), in (0, 1), or a rule that
+        bounds it in millimetres. No more than ``length`` is taken anywhere, so connectors keep
+        clear of the other strand's panel.
 
     Returns
     -------
@@ -119,15 +121,17 @@ def project_ribbons(
     ----------
     Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), projection method.
     """
-    if not (0.0 < width <= length < 1.0):
+    rule = width if isinstance(width, WidthRule) else WidthRule(width)
+    if not rule.relative <= length < 1.0:
         raise InputError(
-            f"relative width {width:g} and crossing length {length:g} must satisfy "
+            f"relative width {rule.relative:g} and crossing length {length:g} must satisfy "
             "0 < width <= length < 1: a ribbon wider than its panel is long runs into its neighbour"
         )
     threads = weave.threads
     quads = _crossing_quads(mesh, halfedges, threads.crossing_halfedge)
     corner = _travel_corners(weave)
-    height = np.where(weave.over, height_mm, -height_mm)
+    height = np.broadcast_to(height_mm, threads.n_crossings)[threads.crossing]
+    height = np.where(weave.over, height, -height)
     lift = height[:, None] * quads.normal[threads.crossing]
     placed = np.take_along_axis(quads.corners[threads.crossing], corner[:, :, None], axis=1)
     placed = placed + lift[:, None, :]
@@ -135,25 +139,25 @@ def project_ribbons(
     offsets, entry = _number_rungs(threads)
     right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
     for shift, u in ((0, 0.5 - length / 2), (1, 0.5 + length / 2)):
-        right[entry + shift], left[entry + shift] = _rung(placed, u, width)
+        right[entry + shift], left[entry + shift] = _rung(placed, u, rule, length)
     open_threads = np.flatnonzero(~threads.closed & (threads.lengths > 0))
     for passes, rungs, u in (
         (threads.offsets[open_threads], offsets[open_threads], 0.0),
         (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
     ):
-        right[rungs], left[rungs] = _rung(placed[passes], u, width)
+        right[rungs], left[rungs] = _rung(placed[passes], u, rule, length)
     if len(threads.turn_pass):
         first_turn = np.searchsorted(threads.turn_pass, threads.turn_pass)
         earlier = np.arange(len(first_turn)) - first_turn
         rungs = entry[threads.turn_pass] + 2 + RUNGS_A_TURN * earlier
         rungs = rungs[:, None] + np.arange(RUNGS_A_TURN)
-        right[rungs], left[rungs] = turn_rungs(mesh, halfedges, threads, length=length, width=width)
+        right[rungs], left[rungs] = turn_rungs(mesh, halfedges, threads, length=length, rule=rule)
 
     return Ribbons(
         offsets=offsets,
         right=right,
         left=left,
-        from_right=_better_diagonals(right, left, following_rung(offsets, threads.closed)),
+        from_right=better_diagonals(right, left, following_rung(offsets, threads.closed)),
         pass_offsets=threads.offsets,
         entry=entry,
         closed=threads.closed,
@@ -240,16 +244,24 @@ def _travel_corners(weave: Weave) -> IntArray:
     return np.where(first[:, None], corner, (corner + 2) % 4)
 
 
-def _rung(placed: FloatArray, u: float, width: float) -> tuple[FloatArray, FloatArray]:
+def _rung(
+    placed: FloatArray, u: float, rule: WidthRule, most: float
+) -> tuple[FloatArray, FloatArray]:
     """Return the right and left end of the rung at fraction u along each pass's quad."""
     right = (1 - u) * placed[:, 0] + u * placed[:, 1]
     left = (1 - u) * placed[:, 3] + u * placed[:, 2]
-    side = 0.5 - width / 2
+    side = 0.5 - rule.shares(np.linalg.norm(left - right, axis=1), most=most)[:, None] / 2
     return right + side * (left - right), left + side * (right - left)
 
 
-def _better_diagonals(right: FloatArray, left: FloatArray, following: IntArray) -> BoolArray:
-    """Choose for the quad after each rung the diagonal that folds less; ties go to the right."""
+def better_diagonals(right: FloatArray, left: FloatArray, following: IntArray) -> BoolArray:
+    """Choose for the quad after each rung the diagonal that folds less; ties go to the right.
+
+    Returns
+    -------
+    (R,) bool array
+        Whether it starts at the right rail.
+    """
     after = np.where(following >= 0, following, np.arange(len(following)))
     a, b, c, d = right, right[after], left[after], left
     fold_ac = _cosine(np.cross(b - a, c - a), np.cross(c - a, d - a))

@@ -6,6 +6,7 @@ from fabweave.arrays import FloatArray, IntArray
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.ribbon.width import WidthRule
 from fabweave.weave.threads import Threads
 
 #: Rungs of a turn: where it begins, its middle, and where it ends.
@@ -16,7 +17,7 @@ _RIM_SHARE = 0.25
 
 
 def turn_rungs(
-    mesh: PolyMesh, halfedges: Halfedges, threads: Threads, *, length: float, width: float
+    mesh: PolyMesh, halfedges: Halfedges, threads: Threads, *, length: float, rule: WidthRule
 ) -> tuple[FloatArray, FloatArray]:
     """Return the rungs of every turn: a planar panel in the half-quad of its boundary edge.
 
@@ -30,9 +31,11 @@ def turn_rungs(
     ----------
     mesh, halfedges, threads
         A mesh, its connectivity, and threads with turns.
-    length, width : float
-        Relative length and width of crossing panels, as in
+    length : float
+        Relative length of crossing panels, as in
         :func:`~fabweave.ribbon.project.project_ribbons`.
+    rule : WidthRule
+        How wide ribbons are.
 
     Returns
     -------
@@ -54,13 +57,15 @@ def turn_rungs(
     area = np.linalg.norm(np.cross(tail - centre, head - centre), axis=1)
     _require_area(halfedges, edge, area, base + arms)
 
+    # The room across a turn is that of the portals by which the strand comes and goes.
+    width = rule.shares(arms / 2, most=length)
     inner = 0.5 - width / 2
     # As wide across the edge as the arriving ribbon is along its portals.
     outer = np.minimum(inner + width * arms * base / (2 * area), 1 - _RIM_SHARE * inner)
     rungs = []
     for u in (0.5 - length / 2, 0.5, 0.5 + length / 2):
         ray = (1 - u) * start + u * end - centre
-        rungs.append((centre + outer[:, None] * ray, centre + inner * ray))
+        rungs.append((centre + outer[:, None] * ray, centre + inner[:, None] * ray))
     rim, inside = (np.stack(side, axis=1) for side in zip(*rungs, strict=True))
     # Forward along its half-edge, a strand has the edge to its right.
     outward = forward[:, :, None]

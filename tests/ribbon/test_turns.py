@@ -20,6 +20,7 @@ from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import parse_shape
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.turns import RUNGS_A_TURN, require_no_loop, turn_rungs
+from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave, plain_weave
 from fabweave.weave.threads import Threads, trace_threads
 
@@ -162,7 +163,7 @@ def test_a_face_whose_centre_lies_on_its_boundary_edge_is_refused():
     halfedges = build_halfedges(mesh)
     threads = trace_threads(halfedges, turn=True)
     with pytest.raises(InputError, match=r"1 turns have no room .*between vertices 0-1"):
-        turn_rungs(mesh, halfedges, threads, length=0.7, width=0.65)
+        turn_rungs(mesh, halfedges, threads, length=0.7, rule=WidthRule(0.65))
 
 
 def test_a_face_that_hangs_by_one_edge_is_refused_by_name():

@@ -1,0 +1,132 @@
+"""Decide how wide ribbons are: by the room they have, in millimetres, or between bounds."""
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.arrays import FloatArray
+from fabweave.errors import InputError
+from fabweave.units import parse_length
+
+_RELATIVE = re.compile(r"\d*\.?\d+", re.ASCII)
+
+
+@dataclass(frozen=True)
+class WidthRule:
+    """How wide a ribbon is at each cross-line.
+
+    Parameters
+    ----------
+    relative : float
+        Share of the room between the neighbours' portals that the ribbon takes, in (0, 1).
+    least_mm, most_mm : float
+        Bounds in millimetres; equal ones make the width constant. Where there is no room for the
+        least width, the ribbon is as wide as the room allows.
+
+    Examples
+    --------
+    >>> rule = WidthRule(0.5, 6.0, 14.0)
+    >>> rule.shares(np.array([10.0, 20.0, 40.0]), most=0.7).tolist()
+    [0.6, 0.5, 0.35]
+    """
+
+    relative: float = 0.65
+    least_mm: float = 0.0
+    most_mm: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse widths that make no sense."""
+        if not 0.0 < self.relative < 1.0:
+            raise InputError(
+                f"the relative width is {self.relative:g}, and must be between 0 and 1; "
+                "a width in millimetres needs its unit, such as 12mm"
+            )
+        if not 0.0 <= self.least_mm <= self.most_mm or self.most_mm <= 0.0:
+            raise InputError(
+                f"ribbons cannot be at least {self.least_mm:g} and at most {self.most_mm:g} mm wide"
+            )
+
+    @property
+    def constant(self) -> bool:
+        """Whether the ribbon has one width everywhere (where it has room)."""
+        return self.least_mm == self.most_mm
+
+    def shares(self, room_mm: FloatArray, *, most: float) -> FloatArray:
+        """Return the share of its room that a ribbon takes at each cross-line.
+
+        Parameters
+        ----------
+        room_mm : float array
+            Length of the cross-line from one portal's end to the other.
+        most : float
+            No share is larger, so that connectors keep clear of the strand that is crossed.
+        """
+        wanted = np.clip(self.relative * room_mm, self.least_mm, self.most_mm)
+        safe = np.where(room_mm > 0, room_mm, 1.0)
+        return np.minimum(np.where(room_mm > 0, wanted / safe, self.relative), most)
+
+    def __str__(self) -> str:
+        """Write the rule as `parse_width` reads it."""
+        if self.constant:
+            return _exact(self.least_mm)
+        text = f"{self.relative:g}"
+        if self.least_mm == 0.0 and self.most_mm == math.inf:
+            return text
+        most = "" if self.most_mm == math.inf else _exact(self.most_mm)
+        least = "" if self.least_mm == 0.0 else _exact(self.least_mm)
+        return f"{text},{least}..{most}"
+
+
+def parse_width(text: str) -> WidthRule:
+    """Read a width: ``0.65`` (relative), ``12mm`` (constant) or ``0.65,6mm..14mm`` (between).
+
+    Either bound may be left out, and so may the relative width.
+
+    Raises
+    ------
+    InputError
+        If the text is something else.
+
+    Examples
+    --------
+    >>> parse_width("12mm")
+    WidthRule(relative=0.65, least_mm=12.0, most_mm=12.0)
+    >>> str(parse_width("6mm..1.4cm")), str(parse_width("0.5,..9mm"))
+    ('0.65,6mm..14mm', '0.5,..9mm')
+    """
+    text = text.strip()
+    if _RELATIVE.fullmatch(text):
+        return WidthRule(float(text))
+    head, comma, bounds = text.partition(",")
+    if not comma:
+        head, bounds = "", text
+    relative = WidthRule.relative
+    if head.strip():
+        if not _RELATIVE.fullmatch(head.strip()):
+            raise InputError(_usage(text))
+        relative = float(head)
+    least, dots, most = bounds.partition("..")
+    if not dots:
+        if comma:
+            raise InputError(_usage(text))
+        constant = parse_length(bounds, what="width")
+        return WidthRule(relative, constant, constant)
+    return WidthRule(
+        relative,
+        parse_length(least, what="least width") if least.strip() else 0.0,
+        parse_length(most, what="greatest width") if most.strip() else math.inf,
+    )
+
+
+def _exact(value_mm: float) -> str:
+    """Write a length so that reading it gives the same job again."""
+    return f"{value_mm:.10g}mm"
+
+
+def _usage(text: str) -> str:
+    return (
+        f"{text[:40]!r} is no width; write a share of the room such as 0.65, a length such as "
+        "12mm, or bounds such as 6mm..14mm or 0.65,6mm..14mm"
+    )
