@@ -18,6 +18,7 @@ from fabweave import __version__
 from fabweave.errors import CannotMakeError, FabweaveError
 from fabweave.options import DEFAULTS, Hole, Length, job_settings, weaving_options
 from fabweave.report.view import Up
+from fabweave.sections import SectionedCommand
 from fabweave.settings import DXF_VERSIONS
 
 
@@ -30,12 +31,13 @@ def cli() -> None:
     """
 
 
-@cli.command()
+@cli.command(cls=SectionedCommand)
 @weaving_options
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
+    metavar="DIR",
     required=True,
     help="Folder for the finished job. An older job there is replaced, when the new "
     "one is complete; a folder with anything else in it is left alone.",
@@ -60,16 +62,19 @@ def cli() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: Any) -> None:
-    r"""Weave MESH, a file or a shape:NAME, and write everything that is needed to cut it.
+    """Weave MESH, a file or a shape:NAME, and write everything that is needed to cut it.
+
+    MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
+    "shape:torus?m=24&n=12" (fabweave shapes lists them). What can be woven on it,
+    fabweave inspect MESH tells first.
 
     \b
-    MESH  an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
-          "shape:torus?m=24&n=12" (fabweave shapes lists them)
-
-    \b
-    Example:
-      fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o out
-    """
+    Examples:
+      fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill -o torus
+      fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o spot
+      fabweave make scan.stl --size 50cm --remesh quads:800 --pattern twill -o scan
+      fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
+    """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
     # Here and below, heavy imports wait until there is work to do, so that --help is quick.
     from fabweave.folder import run_job  # noqa: PLC0415
 
@@ -136,11 +141,12 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
         sys.exit(1)
 
 
-@cli.command()
+@cli.command(cls=SectionedCommand)
 @weaving_options
 @click.option(
     "--png",
     type=click.Path(path_type=Path),
+    metavar="FILE",
     help="Write a picture: the mesh with its irregular vertices, and the woven object.",
 )
 @click.option(
@@ -153,18 +159,25 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
 @click.option(
     "--pd",
     type=click.Path(path_type=Path),
-    help="Write the link that the threads form as a planar diagram code (genus 0, closed).",
+    metavar="FILE",
+    help="Write the link that the threads form as a planar diagram code (PD), for knot theory; "
+    "closed meshes of genus 0 only.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 def inspect(
     png: Path | None, up: Up, pd: Path | None, as_json: bool, mesh: str | None, **options: Any
 ) -> None:
-    r"""Tell what MESH is, whether it can be woven in twill, and what would make it so.
+    """Tell what MESH is, whether it can be woven in twill, and what would make it so.
+
+    Options that change the mesh, its weave or its ribbons are those of fabweave make, so that each
+    can be tried here first.
 
     \b
-    Example:
+    Examples:
       fabweave inspect spot.obj --size 400mm --png spot.png
-    """
+      fabweave inspect scan.stl --size 50cm --remesh quads:800
+      fabweave inspect shape:tetrahedron --pd rings.txt
+    """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
     from fabweave.inspection import (  # noqa: PLC0415
         inspect_mesh,
         inspection_link,
