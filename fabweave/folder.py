@@ -22,7 +22,10 @@ from fabweave.report.waste import piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
 from fabweave.settings import JobSettings, job_toml
 from fabweave.verify import VerifyReport, verify_job
-from fabweave.workers import side_workers
+from fabweave.workers import Start, at_once, side_workers
+
+#: More processes than these find nothing to do in most jobs.
+_MOST_WORKERS = 4
 
 
 def check_destination(directory: Path) -> None:
@@ -100,15 +103,21 @@ def run_job(
         For what cannot be made as asked, or if a check objects to the written files.
     """
     check_destination(directory)
-    job = make_job(settings, progress, workers=workers)
+    with side_workers(min(workers, _MOST_WORKERS)) as start:
+        job = make_job(settings, progress, start=start)
+        return job, _write_proved(job, directory, progress, start)
+
+
+def _write_proved(job: Job, directory: Path, progress: Progress, start: Start) -> VerifyReport:
+    """Write a job's folder, and keep it if every check of it holds."""
     with finished_folder(directory) as folder:
-        write_job(job, folder, progress, workers=workers)
+        write_job(job, folder, progress, start=start)
         progress("verify", 0, 1)
         proof = verify_job(folder)
         if not proof.ok:
             raise CannotMakeError(_disproved(proof))
         _write(folder / "verify.json", json_text(proof.to_json()))
-    return job, proof
+    return proof
 
 
 def _disproved(proof: VerifyReport) -> str:
@@ -125,20 +134,18 @@ def _disproved(proof: VerifyReport) -> str:
 
 
 def write_job(
-    job: Job, directory: Path, progress: Progress = no_progress, *, workers: int = 0
+    job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
 ) -> None:
     """Write every file of a job into an existing empty folder, all but ``verify.json``."""
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
     sheets.mkdir()
-    with side_workers(min(workers, len(job.drawings))) as start:
-        written = [
-            start(_write_sheet, sheets, drawing, job.settings.dxf) for drawing in job.drawings
-        ]
-        _write_tables(job, directory)
-        for number, finish in enumerate(written):
-            progress("files", number, len(written))
-            finish()
+    written = [start(_write_sheet, sheets, drawing, job.settings.dxf) for drawing in job.drawings]
+    _write_tables(job, directory)
+    for number, finish in enumerate(written):
+        progress("files", number, len(written))
+        finish()
+    (directory / "render.png").write_bytes(job.portrait())
 
 
 def _write_sheet(folder: Path, drawing: SheetDrawing, dxf: str) -> None:

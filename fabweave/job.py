@@ -1,6 +1,6 @@
 """Run a job: from a mesh to the plan of everything that is cut."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
 from fabweave.flat.split import Runs, split_threads
 from fabweave.mesh.resize import largest_dimension
 from fabweave.report.notes import all_notes
+from fabweave.report.portrait import portrait_png
 from fabweave.ribbon.check import require_width, thread_lengths
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.smooth import smooth_ribbons
@@ -37,7 +38,7 @@ from fabweave.weave.colourspace import Colours
 from fabweave.weave.labels import thread_labels
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import trace_threads
-from fabweave.workers import side_workers
+from fabweave.workers import Start, at_once
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
@@ -92,6 +93,8 @@ class Job:
     made: Pieces
     marks: tuple[Marks, ...]
     layout: Layout
+    #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
+    portrait: Callable[[], bytes]
     drawings: tuple[SheetDrawing, ...]
     notes: tuple[str, ...]
 
@@ -178,7 +181,9 @@ def lay_ribbons(
     return smooth_ribbons(ribbons, settings.smooth)
 
 
-def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers: int = 0) -> Job:
+def make_job(
+    settings: JobSettings, progress: Progress = no_progress, *, start: Start = at_once
+) -> Job:
     """Make everything that a job writes: weave, ribbons, pieces, layout and drawings.
 
     Parameters
@@ -186,8 +191,8 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
     settings : JobSettings
     progress : callable
         Told what is being done.
-    workers : int
-        Processes beside this one; changes no result.
+    start : callable
+        How to start work beside this process, from ``side_workers``; changes no result.
 
     Returns
     -------
@@ -213,22 +218,23 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
     thing = replace(thing, ribbons=ribbons)
     made = build_pieces(thing.ribbons, weave, runs, thing.labels, rules)
     progress("marks", 0, 1)
-    with side_workers(min(workers, 1)) as start:
-        # Letters do not depend on where a piece stands: they are placed while pieces are nested.
-        marked = start(mark_pieces, made.pieces, weave.threads.n_crossings)
-        progress("nesting", 0, len(made.pieces))
-        layout = nest(
-            [piece.outline for piece in made.pieces],
-            settings.sheets,
-            margin_mm=settings.margin_mm,
-            gap_mm=_given(settings.gap_mm),
-            effort=settings.effort,
-            seed=settings.seed,
-            ids=[piece.id for piece in made.pieces],
-            progress=progress,
-        )
-        progress("marks", 0, 1)
-        marks = marked()
+    # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
+    # picture is made meanwhile, too.
+    marked = start(mark_pieces, made.pieces, weave.threads.n_crossings)
+    portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
+    progress("nesting", 0, len(made.pieces))
+    layout = nest(
+        [piece.outline for piece in made.pieces],
+        settings.sheets,
+        margin_mm=settings.margin_mm,
+        gap_mm=_given(settings.gap_mm),
+        effort=settings.effort,
+        seed=settings.seed,
+        ids=[piece.id for piece in made.pieces],
+        progress=progress,
+    )
+    progress("marks", 0, 1)
+    marks = marked()
     progress("drawings", 0, 1)
     return Job(
         settings=settings,
@@ -237,6 +243,7 @@ def make_job(settings: JobSettings, progress: Progress = no_progress, *, workers
         made=made,
         marks=marks,
         layout=layout,
+        portrait=portrait,
         drawings=draw_sheets(made.pieces, marks, layout, title=thing.woven.title),
         notes=(
             *thing.woven.notes,

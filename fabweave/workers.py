@@ -3,7 +3,8 @@
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from multiprocessing.pool import Pool
 from typing import Any, TypeAlias
 
 #: Called as ``start(function, *arguments)``; returns a function that waits for the result.
@@ -26,18 +27,22 @@ def side_workers(count: int) -> Iterator[Start]:
     3
     """
     if count <= 0:
-        yield _at_once
+        yield at_once
         return
-    with multiprocessing.Pool(count, initializer=_leave_interrupts_to_the_main_process) as pool:
+    with ExitStack() as stack:
+        pools: list[Pool] = []
 
         def start(function: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
-            return pool.apply_async(function, arguments).get
+            if not pools:  # bad input is told without waiting for processes
+                pool = multiprocessing.Pool(count, _leave_interrupts_to_the_main_process)
+                pools.append(stack.enter_context(pool))
+            return pools[0].apply_async(function, arguments).get
 
         yield start
 
 
-def _at_once(function: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
-    """Do the work now and hand out its result."""
+def at_once(function: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
+    """Do the work now and hand out its result: the way to start work without other processes."""
     result = function(*arguments)
     return lambda: result
 

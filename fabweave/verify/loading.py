@@ -131,6 +131,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
             # A sheet left over from an earlier run would be cut too.
             tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
     read("waste.html", _read_text)
+    read("render.png", _read_png)
     return Job(
         map=plan,
         mesh=read("woven_mesh.obj", read_obj),

@@ -19,6 +19,7 @@ from fabweave.job import make_job
 from fabweave.settings import JobSettings
 from fabweave.units import parse_length
 from fabweave.verify import verify_job
+from fabweave.workers import side_workers
 
 SPOT = Path(__file__).resolve().parents[3] / "shared" / "meshes" / "quad/spot_quadrangulated.obj"
 JOBS = ("shape:octahedron=300mm", "shape:torus?m=24&n=12=400mm", "shape:sphere?n=8=400mm")
@@ -55,9 +56,9 @@ def main() -> None:
         workers = options.workers
         watch = Stopwatch()
         settings = JobSettings(mesh=mesh, size_mm=parse_length(size), effort=options.effort)
-        made = make_job(settings, watch, workers=workers)
-        with tempfile.TemporaryDirectory() as folder:
-            write_job(made, Path(folder), watch, workers=workers)
+        with side_workers(workers) as start, tempfile.TemporaryDirectory() as folder:
+            made = make_job(settings, watch, start=start)
+            write_job(made, Path(folder), watch, start=start)
             watch("verify")
             proof = verify_job(Path(folder))
             watch("end")

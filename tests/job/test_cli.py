@@ -40,8 +40,8 @@ def digest(folder: Path) -> dict[str, str]:
 
 
 MADE = (
-    "job.toml", "woven_mesh.obj", "model.glb", "crossing_map.json", "crossing_map.csv",
-    "pieces.csv", "waste.json", "waste.html", "verify.json",
+    "job.toml", "woven_mesh.obj", "model.glb", "render.png", "crossing_map.json",
+    "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "verify.json",
     "sheets/sheet_01.dxf", "sheets/sheet_01.svg", "sheets/sheet_01.png",
 )  # fmt: skip
 
@@ -177,7 +177,7 @@ def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("bad/nonoriented_edge.obj", ["1 faces were inside out", "keeps its numbers"]),
+        ("bad/nonoriented_edge.obj", ["1 face was inside out", "keeps its numbers"]),
         ("bad/klein-bottle.obj", ["240 pairs of faces", "136 boundary vertices", "genus 0"]),
         ("ngon/platonic_shelf.obj", ["5 bodies", "closed", "states no unit"]),
     ],

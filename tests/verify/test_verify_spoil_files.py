@@ -24,6 +24,7 @@ MISSING = {
     "pieces.csv": "files areas tables",
     "waste.json": "files areas",
     "waste.html": "files",
+    "render.png": "files",
     "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order areas",
     "sheets/sheet_01.svg": "files outlines-svg order",
     "sheets/sheet_01.png": "files",

@@ -317,4 +317,5 @@ def write_job(specimen, folder):
     write_tables(specimen, folder)
     write_waste(specimen, folder)
     write_sheets(specimen, folder)
+    (folder / "render.png").write_bytes(png_bytes())
     return folder

@@ -1,0 +1,78 @@
+"""The picture of a job shows the woven object from two sides, in the colours of its threads."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fabweave.errors import InputError
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import parse_shape
+from fabweave.report.portrait import object_portrait, opposite_view, portrait_png
+from fabweave.report.view import View
+from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.colours import thread_colours
+from fabweave.weave.colourspace import Colours
+from fabweave.weave.pattern import plain_weave
+from fabweave.weave.threads import trace_threads
+
+
+def woven(name: str) -> tuple[Ribbons, Colours]:
+    mesh, _ = resize_mesh(parse_shape(f"shape:{name}"), size_mm=200.0)
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    ribbons = project_ribbons(mesh, halfedges, plain_weave(threads), height_mm=0.3)
+    return ribbons, thread_colours(part_bunches(threads))
+
+
+def hues(pixels: np.ndarray) -> np.ndarray:
+    """Return which channel is the strongest where a pixel is clearly coloured, else -1."""
+    low, high = pixels.min(axis=-1).astype(int), pixels.max(axis=-1).astype(int)
+    return np.where(high - low > 60, pixels.argmax(axis=-1), -1)
+
+
+def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
+    ribbons, colours = woven("torus?m=12&n=8")
+    pixels = np.asarray(object_portrait(ribbons, colours, samples=1))
+    middle = 840
+    for half in (pixels[:, :middle], pixels[:, middle:]):
+        shown = hues(half)
+        # Vermilion and blue, each on a good part of the picture.
+        for channel in (0, 2):
+            assert np.mean(shown == channel) > 0.08
+        assert (half[0, 0] == 255).all()
+        assert (half[-1, -1] == 255).all()
+
+
+def test_what_one_view_hides_the_other_shows():
+    # A thread's share of what is seen: on a sphere no ring is hidden in both views.
+    ribbons, _ = woven("octahedron")
+    colours = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [250, 250, 0]], dtype=np.uint8)
+    shown = hues(np.asarray(object_portrait(ribbons, colours, samples=1)))
+    assert {0, 1, 2} <= set(np.unique(shown).tolist())
+
+
+def test_the_second_view_is_from_behind_and_higher():
+    first = View(-60.0, 30.0)
+    level = [view.axes()[2][:2] / np.hypot(*view.axes()[2][:2]) for view in
+             (first, opposite_view(first))]  # fmt: skip
+    assert level[0] @ level[1] < np.cos(np.radians(150.0))
+    assert opposite_view(first).elevation_deg > first.elevation_deg
+    assert opposite_view(View(170.0, 30.0, "y")) == View(-35.0, 52.0, "y")
+
+
+def test_the_file_is_a_png_of_both_views_and_always_the_same():
+    ribbons, colours = woven("tetrahedron")
+    data = portrait_png(ribbons, colours)
+    with Image.open(io.BytesIO(data)) as picture:
+        assert (picture.format, picture.mode, picture.size) == ("PNG", "RGB", (1440, 720))
+    assert portrait_png(ribbons, colours) == data
+
+
+def test_colours_must_be_as_many_as_threads():
+    ribbons, colours = woven("tetrahedron")
+    with pytest.raises(InputError, match="3 threads"):
+        object_portrait(ribbons, colours[:2])
