@@ -20,6 +20,7 @@ from fabweave.options import DEFAULTS, Hole, Length, job_settings, weaving_optio
 from fabweave.report.view import Up
 from fabweave.sections import SectionedCommand
 from fabweave.settings import DXF_VERSIONS
+from fabweave.words import agree
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -101,7 +102,8 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
     for note in job.notes:
         console.print(f"  {note}", markup=False)
     console.print(
-        f"{len(job.made.pieces)} pieces, {len(job.made.joints)} joints, {len(names)} sheets; "
+        f"{agree(len(job.made.pieces), '{n} piece[|s]')}, "
+        f"{agree(len(job.made.joints), '{n} joint[|s]')}, {agree(len(names), '{n} sheet[|s]')}; "
         f"proved by {len(proof.checks)} checks of the written files",
         markup=False,
     )

@@ -18,6 +18,7 @@ from fabweave.mesh.report import MeshReport
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.settings import JobSettings
+from fabweave.words import agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +124,9 @@ def _changed(
 
 def mesh_notes(mesh: PolyMesh, report: MeshReport) -> list[str]:
     """Say what a mesh is, what is odd about it, and whether it runs through itself."""
-    bounds = "closed" if report.closed else f"{report.n_boundary_loops} boundary loops"
+    bounds = "closed"
+    if not report.closed:
+        bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
     bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
     notes = [f"mesh: {_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
     notes += [str(problem) for problem in report.problems]
@@ -131,12 +134,21 @@ def mesh_notes(mesh: PolyMesh, report: MeshReport) -> list[str]:
     if len(pairs):
         some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
         notes.append(
-            f"{len(pairs)} pairs of faces run through one another or touch (faces {some}"
-            f"{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
-            "let the bodies keep clear of each other in the modelling program"
+            agree(
+                len(pairs), "{n} [pair|pairs] of faces [runs|run] through one another or touch[es|]"
+            )
+            + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
+            "let the surface keep clear of itself in the modelling program"
         )
     return notes
 
 
 def _counts(report: MeshReport) -> str:
-    return f"{report.n_vertices} vertices, {report.n_edges} edges, {report.n_faces} faces"
+    return ", ".join(
+        agree(number, text)
+        for number, text in (
+            (report.n_vertices, "{n} [vertex|vertices]"),
+            (report.n_edges, "{n} [edge|edges]"),
+            (report.n_faces, "{n} [face|faces]"),
+        )
+    )

@@ -13,6 +13,7 @@ from fabweave.flat.unfold import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
+from fabweave.words import agree
 
 #: Two stretches of one outline must not come nearer than this.
 SELF_CLEARANCE_MM = 0.5
@@ -257,8 +258,10 @@ def _halve(
         some = "; ".join(stuck[:4]) + (" …" if len(stuck) > 4 else "")
         limit = f"longer than {max_length:g} mm, " if np.isfinite(max_length) else ""
         raise CannotMakeError(
-            f"{len(stuck)} stretches of thread are {limit}too large for the sheet, or curl onto "
-            f"themselves, and have no crossing to be joined at: {some}. A larger --sheet"
+            agree(len(stuck), "{n} stretch[|es] of thread [is|are] ")
+            + f"{limit}too large for the sheet, or "
+            + agree(len(stuck), "[curls onto itself, and has|curl onto themselves, and have] ")
+            + f"no crossing to be joined at: {some}. A larger --sheet"
             + (", a longer --max-length" if limit else "")
             + ", a smaller --size or a finer mesh would help."
         )

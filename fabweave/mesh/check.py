@@ -80,15 +80,15 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     problems += shape_problems(surface, kept, edges)
     problems += problem(
         "lone-face",
-        "{n} faces stand alone, without a neighbour",
+        "{n} [face stands|faces stand] alone, without a neighbour",
         "vertex",
         components.first_vertex[components.faces == 1],
-        "no ribbon comes from elsewhere; delete them if they are left over",
+        "no ribbon comes from elsewhere; delete what is left over",
         fatal=False,
     )
     problems += problem(
         "euler",
-        "{n} components contradict Euler's formula",
+        "{n} [component contradicts|components contradict] Euler's formula",
         "vertex",
         components.first_vertex[contradictions],
         "this is a fault of fabweave; please report it with the mesh",

@@ -10,6 +10,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import Problem
 from fabweave.mesh.topology import EdgeGroups, keep_faces, sorted_faces
 from fabweave.mesh.weld import same_position_groups
+from fabweave.words import agree
 
 #: How many places a problem lists.
 _LISTED = 20
@@ -29,12 +30,12 @@ def problem(
     fatal: bool,
     count: int | None = None,
 ) -> Iterator[Problem]:
-    """Give a problem if it occurs; ``{n}`` in the message becomes the count."""
+    """Give a problem if it occurs; the message agrees with the count, as ``agree`` does it."""
     number = len(places) if count is None else count
     if number:
         rows = np.reshape(places[:_LISTED], (len(places[:_LISTED]), -1)).tolist()
         where = tuple(tuple(row) for row in rows)
-        yield Problem(code, message.format(n=number), number, kind, where, remedy, fatal)
+        yield Problem(code, agree(number, message), number, kind, where, remedy, fatal)
 
 
 def face_problems(
@@ -43,7 +44,7 @@ def face_problems(
     """Give the problems of faces that are no polygons."""
     yield from problem(
         "small-face",
-        "{n} faces have fewer than three corners",
+        "{n} [face has|faces have] fewer than three corners",
         "face",
         np.flatnonzero(small),
         "delete loose edges and points in the modelling program",
@@ -51,7 +52,8 @@ def face_problems(
     )
     yield from problem(
         "index-range",
-        f"{{n}} faces name a vertex that is not there (there are {n_vertices}, counted from 0)",
+        "{n} [face names|faces name] a vertex that is not there "
+        f"(there are {n_vertices}, counted from 0)",
         "face",
         np.flatnonzero(out_of_range),
         "the file is damaged; export it again",
@@ -59,7 +61,7 @@ def face_problems(
     )
     yield from problem(
         "repeated-vertex",
-        "{n} faces pass the same vertex twice",
+        "{n} [face passes|faces pass] the same vertex twice",
         "face",
         np.flatnonzero(repeating),
         "clean up degenerate faces in the modelling program (Blender: Mesh > Clean Up > "
@@ -73,7 +75,7 @@ def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
     finite = np.isfinite(mesh.vertices).all(axis=1)
     yield from problem(
         "not-finite",
-        "{n} vertices that faces use have coordinates that are no numbers",
+        "{n} [vertex|vertices] that faces use [has|have] coordinates that are no numbers",
         "vertex",
         np.flatnonzero(~finite & used),
         "the file is damaged; export it again",
@@ -81,10 +83,10 @@ def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
     )
     yield from problem(
         "unreferenced-vertex",
-        "{n} vertices belong to no face",
+        "{n} [vertex belongs|vertices belong] to no face",
         "vertex",
         np.flatnonzero(~used),
-        "nothing to do: they are left out",
+        "nothing to do: what no face uses is left out",
         fatal=False,
     )
 
@@ -93,7 +95,7 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
     """Give the problems that keep faces from forming an oriented surface."""
     yield from problem(
         "non-manifold-edge",
-        "{n} edges have more than two faces",
+        "{n} [edge has|edges have] more than two faces",
         "edge",
         edges.ends(np.flatnonzero(edges.sizes > 2)),
         "a ribbon cannot tell which way to go there; delete inner walls, fins and doubled faces "
@@ -102,7 +104,7 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
     )
     yield from problem(
         "non-manifold-vertex",
-        "{n} vertices join bodies that touch only at that point",
+        "{n} [vertex joins|vertices join] bodies that touch only at that point",
         "vertex",
         np.flatnonzero(fans > 1),
         "separate the bodies there by splitting the vertex, or join them by faces",
@@ -110,7 +112,7 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
     )
     yield from problem(
         "non-orientable",
-        "{n} faces belong to a one-sided surface, like a Möbius strip",
+        "{n} [face belongs|faces belong] to a one-sided surface, like a Möbius strip",
         "face",
         np.flatnonzero(one_sided),
         "a one-sided surface has no outside to weave; cut it open, or give it a thickness so that "
@@ -120,7 +122,7 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
     if not one_sided.any():
         yield from problem(
             "inconsistent-orientation",
-            "{n} edges lie between faces of which one is inside out",
+            "{n} [edge lies|edges lie] between faces of which one is inside out",
             "edge",
             edges.ends(edges.same_way),
             "nothing to do: the fewer faces are turned to agree with the others",
@@ -146,7 +148,7 @@ def duplicate_problems(mesh: PolyMesh, kept: IntArray) -> Iterator[Problem]:
             found = _really_alike(mesh, order[alike], order[alike + 1])
     yield from problem(
         "duplicate-face",
-        "{n} faces stand on exactly the same vertices as another face",
+        "{n} [face stands|faces stand] on exactly the same vertices as another face",
         "face",
         kept[found],
         "delete the doubled faces; a sheet with a front and a back needs a thickness, or one "
@@ -196,7 +198,7 @@ def shape_problems(mesh: PolyMesh, kept: IntArray, edges: EdgeGroups) -> Iterato
         short = length2[edges.first] == 0
     yield from problem(
         "zero-area-face",
-        "{n} faces have no area",
+        "{n} [face has|faces have] no area",
         "face",
         kept[np.flatnonzero(flat)],
         "a ribbon over them gets no width; dissolve them in the modelling program",
@@ -204,7 +206,7 @@ def shape_problems(mesh: PolyMesh, kept: IntArray, edges: EdgeGroups) -> Iterato
     )
     yield from problem(
         "zero-length-edge",
-        "{n} edges have no length",
+        "{n} [edge has|edges have] no length",
         "edge",
         edges.ends(np.flatnonzero(short)),
         "merge vertices by distance in the modelling program",
@@ -221,7 +223,7 @@ def _seam_problems(vertices: FloatArray, edges: EdgeGroups) -> Iterator[Problem]
     crowd = np.bincount(group, minlength=1)
     yield from problem(
         "open-seam",
-        "{n} boundary vertices stand at the same place as another one",
+        "{n} boundary [vertex stands|vertices stand] at the same place as another one",
         "vertex",
         rim[crowd[group] > 1] if len(rim) else rim,
         "the surface is cut open there, and no ribbon will cross; merge vertices by distance if "

@@ -7,6 +7,7 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.words import agree
 
 #: How many places a note names.
 _NAMED = 5
@@ -125,10 +126,12 @@ def irregular_note(irregular: Irregular) -> str:
     )
     more = "; …" if len(irregular) > _NAMED else ""
     broken = int(np.count_nonzero(irregular.breaks_twill))
+    where = "there" if broken == len(irregular) == 1 else f"at {broken} of them"
     twill = (
-        f"a biaxial twill breaks at {broken} of them, whose valence is no multiple of 4"
+        f"a biaxial twill breaks {where}, whose valence is no multiple of 4"
         if broken
         else "none of them breaks a biaxial twill: all are on the boundary, or of a valence that "
         "is a multiple of 4"
     )
-    return f"{len(irregular)} irregular vertices ({kinds}): {places}{more}; {twill}"
+    number = agree(len(irregular), "{n} irregular [vertex|vertices]")
+    return f"{number} ({kinds}): {places}{more}; {twill}"

@@ -9,6 +9,7 @@ from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.topology import EdgeGroups, group_edges
+from fabweave.words import agree
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:
@@ -44,7 +45,7 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
     >>> mesh.faces(), report.oriented
     ([[0, 1, 2], [0, 2, 3]], True)
     >>> notes[0]
-    '1 vertices belong to no face and were left out'
+    '1 vertex belongs to no face and was left out'
     """
     if not mesh.n_faces:
         raise InputError("the mesh has no faces; there is nothing to weave")
@@ -62,21 +63,30 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
     if not used.all():
         loose = np.flatnonzero(~used)
         prepared = PolyMesh(mesh.vertices[used], mesh.offsets, (np.cumsum(used) - 1)[mesh.indices])
-        notes.append(f"{len(loose)} vertices belong to no face and were left out")
+        notes.append(
+            agree(
+                len(loose),
+                "{n} [vertex belongs|vertices belong] to no face and [was|were] left out",
+            )
+        )
     edges = group_edges(prepared)
     patch = face_patches(edges, prepared.n_faces)
     if not report.oriented:
         turned = orient_faces(edges, prepared.n_faces)[0]
         prepared = turn_faces(prepared, turned)
         notes.append(
-            f"{np.count_nonzero(turned)} faces were inside out and were turned ({_some(turned)})"
+            agree(int(np.count_nonzero(turned)), "{n} [face was|faces were] inside out and turned")
+            + f" ({_some(turned)})"
         )
     inward = _inward_patches(prepared, edges, patch)
     if inward.any():
         prepared = turn_faces(prepared, inward[patch])
         notes.append(
-            f"{np.count_nonzero(inward)} closed bodies were inside out and were turned as a whole "
-            f"({_some(inward[patch])})"
+            agree(
+                int(np.count_nonzero(inward)),
+                "{n} closed [body was|bodies were] inside out and turned as a whole",
+            )
+            + f" ({_some(inward[patch])})"
         )
     if prepared is not mesh:
         report = check_mesh(prepared)

@@ -16,6 +16,7 @@ from fabweave.mesh.remesh_engines import ENGINES, Engine
 from fabweave.mesh.remesh_runs import best_run
 from fabweave.mesh.triangulate import triangulate
 from fabweave.mesh.weld import weld_mesh
+from fabweave.words import agree
 
 #: Bounds of what may be asked for.
 LEAST_QUADS, MOST_QUADS = 6, 100_000
@@ -200,8 +201,10 @@ def _ready(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
     if joined and (not check_mesh(welded).fatal or check_mesh(mesh).fatal):
         source = welded
         notes.append(
-            f"{joined} vertices stood at the place of another and were joined"
-            + (f"; {dropped} faces vanished with them" if dropped else "")
+            agree(
+                joined, "{n} [vertex|vertices] stood at the place of another and [was|were] joined"
+            )
+            + (agree(dropped, "; {n} [face|faces] vanished with [it|them]") if dropped else "")
         )
     source, _, repairs = prepare_mesh(source)
     return source, [*notes, *repairs]
@@ -222,7 +225,8 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
     notes = list(notes)
     if merged:
         notes.append(
-            f"{2 * merged} triangles were paired to {merged} quads; every vertex stays where it was"
+            f"{2 * merged} triangles were paired to {agree(merged, '{n} quad[|s]')}; "
+            "every vertex stays where it was"
         )
     else:
         nearly = "nearly all faces are" if len(stray) else "all faces are"
@@ -230,8 +234,8 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
     if len(stray):
         some = ", ".join(map(str, stray[:5].tolist())) + (", …" if len(stray) > 5 else "")
         notes.append(
-            f"{len(stray)} faces are no quads (face {some}); one Catmull-Clark step makes quads of "
-            "all faces"
+            agree(len(stray), "{n} [face is no quad|faces are no quads] (face ")
+            + f"{some}); one Catmull-Clark step makes quads of all faces"
         )
     return _finished(paired, "pairing" if merged else "unchanged", notes)
 
@@ -252,7 +256,7 @@ def _last_resort(
         notes.append("the triangles do not look like split quads; the pairs may be skew")
         return _from_pairing(source, paired, notes)
     if stray:
-        text = f"{stray} faces would be no quads"
+        text = agree(stray, "{n} [face would be no quad|faces would be no quads]")
     else:
         text = f"it gives {paired.n_faces} quads (--remesh quads takes them)"
     failures = [*failures, f"pairing triangles: {text}"]

@@ -11,6 +11,7 @@ from fabweave.arrays import offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.weld import weld_mesh
+from fabweave.words import agree
 
 #: What trimesh calls the units of 3MF, and what fabweave calls them.
 _UNITS = {
@@ -82,9 +83,19 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
     mesh, joined, dropped = weld_mesh(soup)
     notes = []
     if joined:
-        notes.append(f"{joined} vertices stood at the place of another one and were joined to it")
+        notes.append(
+            agree(
+                joined,
+                "{n} [vertex|vertices] stood at the place of another one and [was|were] joined to "
+                "it",
+            )
+        )
     if dropped:
-        notes.append(f"{dropped} faces collapsed to a line or a point and were left out")
+        notes.append(
+            agree(
+                dropped, "{n} [face|faces] collapsed to a line or a point and [was|were] left out"
+            )
+        )
     if not mesh.n_faces:
         raise InputError(f"{path.name}: every face of the file is collapsed to a line or a point")
     return mesh, "m" if kind in ("glb", "gltf") else unit, tuple(notes)

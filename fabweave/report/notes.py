@@ -5,12 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fabweave.arrays import FloatArray
 from fabweave.cut.marks import WANTED_HEIGHT_MM, Marks
 from fabweave.flat.pieces import WANTED_SHARE, HoleRule, Pieces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.check import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
+from fabweave.words import agree
 
 
 def all_notes(
@@ -25,10 +27,7 @@ def all_notes(
     size = float(np.ptp(mesh.vertices, axis=0).max())
     notes = _weave_notes(weave)
     width = ribbon_widths(ribbons)
-    notes.append(
-        f"ribbons: {width.min():.1f} to {width.max():.1f} mm wide, "
-        f"half of them below {np.median(width):.1f} mm"
-    )
+    notes.append(_width_note(width))
     notes += _hole_notes(made, rules, size)
     notes += _label_notes(marks)
     return notes
@@ -40,19 +39,33 @@ def _weave_notes(weave: Weave) -> list[str]:
     rings = int(np.count_nonzero(threads.closed))
     ends = threads.n_threads - rings
     notes = [
-        f"weave: {weave.pattern}, {threads.n_threads} threads "
-        f"({rings} closed, {ends} open), {threads.n_crossings} crossings"
+        f"weave: {weave.pattern}, {agree(threads.n_threads, '{n} [thread|threads]')} "
+        f"({rings} closed, {ends} open), {agree(threads.n_crossings, '{n} [crossing|crossings]')}"
     ]
     if len(threads.turn_pass):
-        notes[0] += f"; threads turn back at {len(threads.turn_pass)} boundary edges"
+        notes[0] += agree(
+            len(threads.turn_pass), "; threads turn back at {n} boundary [edge|edges]"
+        )
     for closed, what in (
-        (False, "cut a corner between two boundary edges"),
-        (True, "run round a face that shares no edge"),
+        (False, "cut[s|] a corner between two boundary edges"),
+        (True, "run[s|] round a face that shares no edge"),
     ):
         empty = int(np.count_nonzero((threads.lengths == 0) & (threads.closed == closed)))
         if empty:
-            notes.append(f"{empty} threads {what}, cross nothing, and are left out")
+            notes.append(
+                agree(empty, f"{{n}} thread[|s] {what}, cross[es|] nothing, and [is|are] left out")
+            )
     return notes
+
+
+def _width_note(width: FloatArray) -> str:
+    """Say how wide ribbons are: once, if they are as wide everywhere."""
+    least, most = f"{width.min():.1f}", f"{width.max():.1f}"
+    if least == most:
+        return f"ribbons: {least} mm wide everywhere"
+    return (
+        f"ribbons: {least} to {most} mm wide, at half of all places below {np.median(width):.1f} mm"
+    )
 
 
 def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[str]:
@@ -72,12 +85,14 @@ def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[st
         ]
     rule = made.rule
     narrow = int(np.count_nonzero(room < rule.edge_mm))
-    note = f"holes: {rule.hole_mm:g} mm, {len(room) - narrow} of {len(room)} crossings"
+    all_of_them = agree(len(room), "{n} [crossing|crossings]")
+    note = f"holes: {rule.hole_mm:g} mm, {len(room) - narrow} of {all_of_them}"
     if narrow == 0:
         return [note]
     note += (
-        f"; {narrow} are too narrow (the narrowest has {least:.1f} mm from centre to edge, "
-        f"{rule.edge_mm:.1f} mm are wanted) and get none; joints there carry a cross to align by. "
+        f"; {agree(narrow, '{n} [is|are]')} too narrow (the narrowest has {least:.1f} mm from "
+        f"centre to edge, {rule.edge_mm:.1f} mm are wanted) and get{'s' * (narrow == 1)} none; "
+        "joints there carry a cross to align by. "
         f"With --size {size_for(least, rule.edge_mm, size)}mm all would have room"
     )
     if narrow > (1 - WANTED_SHARE) * len(room):
@@ -96,10 +111,14 @@ def _label_notes(marks: Sequence[Marks]) -> list[str]:
     notes = []
     for kind, name in names.items():
         total = dropped[kind] + placed[kind]
-        if dropped[kind] or small[kind]:
+        said = []
+        if small[kind]:
+            said.append(agree(small[kind], f"{{n}} [is|are] lower than {WANTED_HEIGHT_MM:g} mm"))
+        if dropped[kind]:
+            said.append(f"{dropped[kind]} found no room")
+        if said:
             notes.append(
-                f"letters: of {total} {name}, {small[kind]} are lower than "
-                f"{WANTED_HEIGHT_MM:g} mm and {dropped[kind]} found no room; "
+                f"letters: of {total} {name}, {', and '.join(said)}; "
                 "the sheet pictures and crossing_map.csv name them all"
             )
     return notes

@@ -6,7 +6,12 @@ import numpy as np
 
 from fabweave.arrays import FloatArray
 from fabweave.errors import CannotMakeError
-from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.project import Ribbons, following_rung, project_ribbons
+from fabweave.ribbon.width import WidthRule
+from fabweave.weave.pattern import Weave
+from fabweave.words import agree
 
 #: Narrower than this, a ribbon is burnt away by the cut beside it.
 NARROWEST_MM = 0.2
@@ -26,6 +31,25 @@ def thread_lengths(ribbons: Ribbons) -> FloatArray:
     step[goes_on] = np.linalg.norm(middle[following[goes_on]] - middle[goes_on], axis=1)
     total = np.concatenate(([0.0], np.cumsum(step)))
     return np.diff(total[ribbons.offsets])
+
+
+def widest_width(mesh: PolyMesh, halfedges: Halfedges, weave: Weave, *, length: float) -> float:
+    """Return the greatest width, in millimetres, that ribbons can have everywhere.
+
+    No ribbon may be wider than the crossing panel of its partner is long, relative to the room
+    that each has, or its connectors run into the partner's panel.
+
+    Parameters
+    ----------
+    mesh, halfedges, weave
+        A mesh and the weave on it.
+    length : float
+        Relative length of crossing panels.
+    """
+    widest = project_ribbons(
+        mesh, halfedges, weave, height_mm=0.0, length=length, width=WidthRule(length)
+    )
+    return float(ribbon_widths(widest).min(initial=np.inf))
 
 
 def size_for(room_mm: float, needed_mm: float, size_mm: float) -> int:
@@ -59,7 +83,9 @@ def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> No
     least = float(width.min())
     remedy = f"--size {size_for(least, NARROWEST_MM, size_mm)}mm or more" if least > 0 else ""
     raise CannotMakeError(
-        f"ribbons are narrower than {NARROWEST_MM:g} mm in {len(narrow)} places (threads {names}; "
+        f"ribbons are narrower than {NARROWEST_MM:g} mm in "
+        f"{agree(len(narrow), '{n} place[|s]')} "
+        f"({agree(len(threads), 'thread[|s]')} {names}; "
         f"the narrowest is {least:.3g} mm wide) and would burn away: use "
         + " or ".join(filter(None, (remedy, "a mesh without such small or thin faces")))
     )

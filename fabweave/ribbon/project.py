@@ -12,6 +12,7 @@ from fabweave.ribbon.turns import RUNGS_A_TURN, turn_rungs
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
+from fabweave.words import agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +219,8 @@ def _crossing_quads(mesh: PolyMesh, halfedges: Halfedges, crossing: IntArray) ->
             )
         )
         raise InputError(
-            f"{len(flat)} edges have no room for a crossing (between vertices {pairs}): the faces "
+            agree(len(flat), "{n} [edge has|edges have] no room for a crossing (between vertices ")
+            + f"{pairs}): the faces "
             "beside them are folded flat on one another or have no area; move their vertices apart"
         )
     normal = area / size[:, None]

@@ -8,6 +8,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.threads import Threads
+from fabweave.words import agree
 
 #: Rungs of a turn: where it begins, its middle, and where it ends.
 RUNGS_A_TURN = 3
@@ -102,7 +103,8 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
         faces = np.sort(halfedges.face[halfedges.twin[threads.halfedge[loops]]])
         names = ", ".join(map(str, faces[:6].tolist())) + (", …" if len(faces) > 6 else "")
         raise CannotMakeError(
-            f"{len(faces)} faces hang by one edge only (faces {names}); a ribbon that turns right "
+            f"{agree(len(faces), '{n} [face hangs|faces hang]')} by one edge only "
+            f"({agree(len(faces), '[face|faces]')} {names}); a ribbon that turns right "
             "round such a face lies on itself and cannot be cut flat: remove or refine these "
             "faces, or use --boundary end"
         )

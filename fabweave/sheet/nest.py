@@ -24,6 +24,7 @@ from fabweave.sheet.shape import (
     shapes_of,
 )
 from fabweave.sheet.stock import check_stock, format_stock, usable_size
+from fabweave.words import agree
 
 _JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
 
@@ -194,7 +195,8 @@ def _too_large(job: NestingJob, stranded: list[int]) -> str:
         said.append(f"{job.names[piece]} ({shape.length_mm:.1f} × {shape.width_mm:.1f} mm)")
     more = f" and {len(stranded) - 8} more" if len(stranded) > 8 else ""
     return (
-        f"{len(stranded)} of {len(job.poses)} pieces fit on no sheet at any rotation: "
+        f"{len(stranded)} of {agree(len(job.poses), '{n} piece[|s]')} "
+        f"{agree(len(stranded), '[fits|fit]')} on no sheet at any rotation: "
         f"{', '.join(said)}{more}; the largest sheet, {format_stock(largest)}, leaves "
         f"{width:.1f} × {height:.1f} mm inside its margin. "
         "Take a larger --sheet, a smaller margin, or cut shorter pieces with --max-length"
@@ -217,8 +219,9 @@ def _next_sheet(job: NestingJob, queue: list[int], used: list[int]) -> int:
     count = max(1, math.ceil(rest / (share * size.width_mm * size.height_mm)))
     said = ", ".join(job.names[piece] for piece in queue[:8])
     raise CannotMakeError(
-        f"the sheets run out: {len(queue)} of {len(job.poses)} pieces are left ({said}"
-        f"{', …' if len(queue) > 8 else ''}) after {len(used)} sheets; about {count} more of "
+        f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
+        f"{agree(len(queue), '[is|are]')} left ({said}{', …' if len(queue) > 8 else ''}) after "
+        f"{agree(len(used), '{n} sheet[|s]')}; about {count} more of "
         f"{format_stock(SheetSize(size.width_mm, size.height_mm))} would take them. Add sheets, "
         "take larger ones, or try --effort best"
     )

@@ -16,6 +16,7 @@ from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.repeat import parse_fabric
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill import Twill, weave_twill
+from fabweave.words import agree
 
 #: Patterns that every mesh can be woven in; any other is a fabric such as 3/1 or satin:5/2.
 NAMED_PATTERNS = ("plain", "twill", "triaxial")
@@ -138,7 +139,8 @@ def weave_pattern(
         )
         return Chosen(twill.weave, tuple(twill_notes(twill)), twill)
     if pattern == "triaxial":
-        return Chosen(_triaxial(halfedges, threads, n_old_vertices))
+        weave = _triaxial(halfedges, threads, n_old_vertices)
+        return Chosen(weave, ("triaxial: exact, no condition is broken",) if weave.exact else ())
     fabric = parse_fabric(pattern)
     found = weave_fabric(halfedges, threads, fabric, labels=labels)
     if found.weave is None:
@@ -150,7 +152,9 @@ def weave_pattern(
             "--pattern triaxial is exact"
         )
     hand = f"twill line {found.hand}" if found.hand else ""
-    warp = "" if found.warp is None else f"{np.count_nonzero(found.warp)} threads are the warp"
+    # What crosses nothing is neither warp nor weft.
+    in_warp = 0 if found.warp is None else int(np.count_nonzero(found.warp & (threads.lengths > 0)))
+    warp = agree(in_warp, "{n} [thread is|threads are] the warp") if in_warp else ""
     notes = [f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)]
     return Chosen(found.weave, tuple(notes) if warp else (), warp=found.warp, label=found.label)
 
@@ -173,7 +177,8 @@ def twill_notes(twill: Twill) -> list[str]:
     else:
         best = f"and no weave of this mesh breaks fewer than {twill.bound.least}"
     return [
-        f"twill: {broken.total} of {twill.n_conditions} conditions are broken ({broken.edge} edge, "
+        f"twill: {broken.total} of {twill.n_conditions} conditions "
+        f"{agree(broken.total, '[is|are]')} broken ({broken.edge} edge, "
         f"{broken.face} face, {broken.vertex} vertex), {best}; the paper's voting breaks "
         f"{twill.voted.total}",
         f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "

@@ -10,6 +10,7 @@ from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.conditions import TwillConditions
 from fabweave.weave.decide import Decision, decide_twill
 from fabweave.weave.threads import Threads
+from fabweave.words import agree
 
 #: So many irregular places are looked at, one by one, for one that obstructs by itself.
 _LOOKED_AT = 40
@@ -93,7 +94,9 @@ def _irregular_face(halfedges: Halfedges, conditions: TwillConditions) -> Obstru
         if not _weavable_around(halfedges, conditions, halfedges.face == face):
             text = f"face {face} has {sizes[face]} sides"
             if len(faces) > 1:
-                text += f"; in all, {len(faces)} faces have a number that is no multiple of 4"
+                text += (
+                    f"; in all, {len(faces)} faces have a number of sides that is no multiple of 4"
+                )
             return Obstruction(text, faces=(face,))
     return None
 
@@ -145,7 +148,8 @@ def _uneven_thread(threads: Threads, labels: Sequence[str]) -> Obstruction | Non
     more = f" and {len(uneven) - _NAMED} more" if len(uneven) > _NAMED else ""
     return Obstruction(
         f"a ring needs a number of crossings that is a multiple of 4, and {len(uneven)} of "
-        f"{threads.n_threads} threads have another: {named}{more}",
+        f"{agree(threads.n_threads, '{n} thread[|s]')} {'has' if len(uneven) == 1 else 'have'} "
+        f"another: {named}{more}",
         threads=tuple(uneven[:_NAMED].tolist()),
     )
 

@@ -10,6 +10,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.obstruction import Obstruction
 from fabweave.weave.parity import ParityClasses, solve_parity
 from fabweave.weave.threads import Threads
+from fabweave.words import agree
 
 _NAMED = 4
 #: So many irregular gaps are looked at, one by one, for one that obstructs by itself.
@@ -84,7 +85,7 @@ def part_strands(
     >>> halfedges = build_halfedges(solids.cube())
     >>> part_strands(halfedges, trace_threads(halfedges), "ABCD").text
     'around vertex 0 (valence 3) 3 strands cross in a ring (threads A, C, D), so that warp and \
-weft do not exist; in all, 8 vertices and 0 faces have an odd number of sides'
+weft do not exist; in all, 8 vertices have an odd valence'
     """
     bunches = _two_bunches(halfedges, threads, labels)
     if isinstance(bunches, Obstruction):
@@ -154,10 +155,15 @@ def _odd_gap(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> O
     around = np.unique(_corner_walks(halfedges, threads)[0][corners])
     named = ", ".join(labels[t] for t in around[:7].tolist()) + (" …" if len(around) > 7 else "")
     whose = f"thread{'s' * (len(around) > 1)} {named}"
+    kinds = (
+        (len(vertices), "{n} [vertex has|vertices have] an odd valence"),
+        (len(faces), "{n} [face has|faces have] an odd number of sides"),
+    )
+    in_all = " and ".join(agree(number, text) for number, text in kinds if number)
+    more = f"; in all, {in_all}" if len(vertices) + len(faces) > 1 else ""
     return Obstruction(
         f"around {where} {size} strands cross in a ring ({whose}), so that warp and weft do not "
-        f"exist; in all, {len(vertices)} vertices and {len(faces)} faces have an odd number of "
-        "sides",
+        f"exist{more}",
         vertices=tuple(vertices[:_NAMED].tolist()),
         faces=tuple(faces[:_NAMED].tolist()),
     )
@@ -219,22 +225,28 @@ def _turned_about(
         ]
     for kind, gap, size in odd[:_LOOKED_AT]:
         if _turns_around(halfedges, threads, kind, gap):
-            what = "valence" if kind == "vertex" else "sides"
+            what = f"valence {size}" if kind == "vertex" else f"{size} sides"
             text = (
-                f"around {kind} {gap} ({what} {size}) the pattern cannot close: strands that run "
+                f"around {kind} {gap} ({what}) the pattern cannot close: strands that run "
                 "the same way come back from there running against one another"
             )
             if len(odd) > 1:
-                text += f"; in all, {len(odd)} gaps have a number that is no multiple of 4"
+                text += (
+                    f"; in all, {len(odd)} gaps have a valence or a number of sides that is no "
+                    "multiple of 4"
+                )
             named = {"vertices": (gap,)} if kind == "vertex" else {"faces": (gap,)}
             return Obstruction(text, **named)
     ring = solution.odd_ring
-    named_threads = ", ".join(labels[t] for t in ring[:7]) + (" …" if len(ring) > 7 else "")
-    return Obstruction(
-        f"threads {named_threads} lie side by side, and cannot all run the same way: the last "
-        "comes back to the first running against it",
-        threads=ring,
-    )
+    if len(ring) == 1:
+        text = f"thread {labels[ring[0]]} comes to lie beside itself, running the other way"
+    else:
+        named_threads = ", ".join(labels[t] for t in ring[:7]) + (" …" if len(ring) > 7 else "")
+        text = (
+            f"threads {named_threads} lie side by side, and cannot all run the same way: the last "
+            "comes back to the first running against it"
+        )
+    return Obstruction(text, threads=ring)
 
 
 def _turns_around(halfedges: Halfedges, threads: Threads, kind: str, gap: int) -> bool:

@@ -205,9 +205,7 @@ def test_inward_body_is_turned_and_named_even_far_from_the_origin():
     inward = with_flips(solids.cube(), [True] * 6)
     far = inward.with_vertices(inward.vertices + 1e6)
     prepared, _, notes = prepare_mesh(merged(solids.tetrahedron(), far))
-    assert notes == (
-        "1 closed bodies were inside out and were turned as a whole (face 4, 5, 6, 7, 8, …)",
-    )
+    assert notes == ("1 closed body was inside out and turned as a whole (face 4, 5, 6, 7, 8, …)",)
     assert [sorted_cycle(f) for f in prepared.faces()[4:]] == [
         sorted_cycle([v + 4 for v in f]) for f in solids.cube().faces()
     ]
@@ -248,7 +246,7 @@ def test_fin_edge():
     problem = report.fatal[0]
     assert (problem.code, problem.count, problem.where) == ("non-manifold-edge", 1, ((0, 1),))
     assert not report.edge_manifold
-    with pytest.raises(InputError, match=r"1 edges have more than two .*\(edge 0–1\): .*delete"):
+    with pytest.raises(InputError, match=r"1 edge has more than two .*\(edge 0–1\): .*delete"):
         prepare_mesh(mesh)
 
 

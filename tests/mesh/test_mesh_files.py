@@ -503,7 +503,7 @@ def test_collapsed_triangles_are_dropped_and_counted(tmp_path):
     path.write_text("solid a\n" + "".join(facet.format(c) for c in corners) + "endsolid a\n")
     found = read_mesh(path)
     assert found.mesh.n_faces == 1
-    assert found.notes[1] == "1 faces collapsed to a line or a point and were left out"
+    assert found.notes[1] == "1 face collapsed to a line or a point and was left out"
 
 
 @given(st.integers(0, 2**32), st.floats(1e-3, 1e3))
