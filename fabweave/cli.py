@@ -17,6 +17,7 @@ from rich.text import Text
 from fabweave import __version__
 from fabweave.errors import CannotMakeError, FabweaveError
 from fabweave.options import DEFAULTS, Hole, Length, job_settings, weaving_options
+from fabweave.outfiles import check_file, write_files
 from fabweave.report.view import Up
 from fabweave.sections import SectionedCommand
 from fabweave.settings import DXF_VERSIONS
@@ -165,9 +166,22 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
     help="Write the link that the threads form as a planar diagram code (PD), for knot theory; "
     "closed meshes of genus 0 only.",
 )
+@click.option(
+    "--gauss",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the signed Gauss code of the threads, a line each, for knot theory; meshes of any "
+    "genus.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 def inspect(
-    png: Path | None, up: Up, pd: Path | None, as_json: bool, mesh: str | None, **options: Any
+    png: Path | None,
+    up: Up,
+    pd: Path | None,
+    gauss: Path | None,
+    as_json: bool,
+    mesh: str | None,
+    **options: Any,
 ) -> None:
     """Tell what MESH is, whether it can be woven in twill, and what would make it so.
 
@@ -180,26 +194,35 @@ def inspect(
       fabweave inspect scan.stl --size 50cm --remesh quads:800
       fabweave inspect shape:tetrahedron --pd rings.txt
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
-    from fabweave.inspection import (  # noqa: PLC0415
-        inspect_mesh,
+    from fabweave.inspection import inspect_mesh  # noqa: PLC0415
+    from fabweave.inspection_files import (  # noqa: PLC0415
+        inspection_gauss,
         inspection_link,
         inspection_picture,
-        inspection_text,
     )
+    from fabweave.report.inspection_text import inspection_text  # noqa: PLC0415
+    from fabweave.report.pictures import png_bytes  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
+    for path, suffix in ((png, ".png"), (pd, ""), (gauss, "")):
+        if path is not None:
+            check_file(path, suffix)
     with _progress(as_json) as progress:
         found = inspect_mesh(settings, progress)
+        files: dict[Path, bytes] = {}
+        if pd is not None:
+            files[pd] = inspection_link(found).encode()
+        if gauss is not None:
+            files[gauss] = inspection_gauss(found).encode()
         if png is not None:
             progress("picture", 0, 1)
-            inspection_picture(found, settings.colours, up).save(png)
-        if pd is not None:
-            pd.write_text(inspection_link(found) + "\n", encoding="utf-8")
+            files[png] = png_bytes(inspection_picture(found, settings.colours, up))
+        write_files(files)
     if as_json:
         click.echo(json.dumps(found.facts, indent=1))
         return
     table = Table(box=None, show_header=False, padding=(0, 1))
-    for topic, text in inspection_text(found):
+    for topic, text in inspection_text(found.facts):
         table.add_row(f"[bold]{topic}[/]", Text(text))
     Console(highlight=False).print(table)
 
@@ -212,16 +235,18 @@ def shapes(png: Path | None) -> None:
     """List the built-in shapes and their parameters."""
     from fabweave.mesh.shapes import SHAPES  # noqa: PLC0415
 
+    if png is not None:
+        check_file(png, ".png")
     for shape in SHAPES:
         click.echo(f"{shape.example}\n    {shape.text}")
         for item in shape.parameters:
             click.echo(f"      {item.name:10} {item.text}")
     if png is not None:
-        from fabweave.report.pictures import render_shapes  # noqa: PLC0415
+        from fabweave.report.pictures import png_bytes, render_shapes  # noqa: PLC0415
 
         with _progress(False) as progress:
             progress("picture", 0, 1)
-            render_shapes().save(png)
+            write_files({png: png_bytes(render_shapes())})
         click.echo(f"Picture: {png}")
 
 
@@ -246,7 +271,8 @@ def materials() -> None:
 @contextmanager
 def _progress(silent: bool) -> Iterator[Callable[[str, int, int], None]]:
     """Show what is being done on the error stream, or nothing."""
-    if silent:
+    console = Console(stderr=True)
+    if silent or not console.is_terminal:  # in a log, a bar would be but an empty line
         yield lambda _what, _done, _total: None
         return
     columns = (
@@ -256,7 +282,7 @@ def _progress(silent: bool) -> Iterator[Callable[[str, int, int], None]]:
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("start", total=1)
 
         def report(what: str, done: int, total: int) -> None:
@@ -282,3 +308,7 @@ def main(arguments: list[str] | None = None) -> None:
     except FabweaveError as error:
         errors.print(f"fabweave: {error}", markup=False)
         sys.exit(1 if isinstance(error, CannotMakeError) else 2)
+    except OSError as error:  # what no module foresaw: a full disk, a folder that may not be made
+        where = f" {error.filename}" if error.filename else ""
+        errors.print(f"fabweave: cannot read or write{where}: {error.strerror}", markup=False)
+        sys.exit(2)

@@ -34,6 +34,11 @@ def check_destination(directory: Path) -> None:
     It may if there is nothing there yet, or an empty folder, or an older job of fabweave's.
     """
     if not directory.exists():
+        above = next(folder for folder in directory.absolute().parents if folder.exists())
+        if not above.is_dir():
+            raise InputError(f"{above} is a file, so there can be no folder in it; name another")
+        if not os.access(above, os.W_OK):
+            raise InputError(f"nothing may be written in {above}; name another folder with -o")
         return
     if not directory.is_dir():
         raise InputError(f"{directory} is a file; name a folder with -o")

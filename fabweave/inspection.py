@@ -2,36 +2,33 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
-from fabweave.errors import FabweaveError
-from fabweave.job import WovenObject, complete_settings, plan_runs, weave_object
+from fabweave.errors import CannotMakeError, FabweaveError
+from fabweave.job import WovenObject, complete_settings, lay_ribbons, plan_runs, weave_object
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
+from fabweave.mesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.refine import format_refinements, parse_refinements, refine_mesh
-from fabweave.report.contact import contact_sheet
-from fabweave.report.pictures import irregular_marks, mesh_picture, weave_picture
-from fabweave.report.view import Up
-from fabweave.ribbon.check import ribbon_widths, thread_lengths
+from fabweave.mesh.refine import parse_refinements, refine_mesh
+from fabweave.ribbon.check import require_width, ribbon_widths, thread_lengths
+from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import JobSettings
+from fabweave.sheet.material import Material
+from fabweave.sheet.stock import format_stock
 from fabweave.weave.anneal import couple
 from fabweave.weave.bound import irregular_seeds, prove_bound
 from fabweave.weave.bunches import find_bunches, thread_graph
-from fabweave.weave.colours import Strategy, thread_colours
 from fabweave.weave.conditions import twill_conditions
 from fabweave.weave.decide import decide_twill
 from fabweave.weave.fabrics import weave_fabric
-from fabweave.weave.link import pd_text, planar_diagram
 from fabweave.weave.obstruction import explain
 from fabweave.weave.repeat import parse_fabric
-from fabweave.weave.rotation import trace_twisted
 from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.voting import best_vote
 
@@ -81,7 +78,9 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         If the mesh cannot be woven at all.
     """
     settings, material = complete_settings(settings)
-    thing = weave_object(settings, material, progress)
+    thing, pieces = _planned(
+        weave_object(settings, material, progress), settings, material, progress
+    )
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
     threads = thing.weave.threads
     progress("twill", 0, 1)
@@ -92,7 +91,7 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         "twill": _twill_facts(thing, settings, progress),
         "fabrics": _fabric_facts(halfedges, threads, thing.labels),
         "ribbons": _spread(ribbon_widths(thing.ribbons)),
-        "pieces": _piece_facts(thing, settings, progress),
+        "pieces": pieces,
         "notes": [*thing.woven.notes, *thing.chosen.notes],
     }
     return Inspection(thing, facts)
@@ -154,45 +153,76 @@ def _bunch_facts(threads: Threads) -> dict[str, Any]:
 
 
 def _twill_facts(thing: WovenObject, settings: JobSettings, progress: Progress) -> dict[str, Any]:
-    """Decide the 2/2 twill, here and after refinements."""
-    halfedges, threads = thing.woven.halfedges, thing.weave.threads
+    """Decide the 2/2 twill, here and after changes of the mesh."""
+    halfedges, threads, twill = thing.woven.halfedges, thing.weave.threads, thing.chosen.twill
     conditions = twill_conditions(halfedges, threads)
-    decision = decide_twill(conditions)
-    facts: dict[str, Any] = {"exact": decision.twillable, "conditions": conditions.count}
-    reason = explain(halfedges, threads, conditions, decision, thing.labels)
-    if reason is not None:
-        facts["because"] = reason.text
-        if threads.n_crossings <= _MOST_VOTED:
-            progress("voting", 0, 1)
-            couplings = couple(conditions)
-            bound = prove_bound(couplings, irregular_seeds(halfedges, threads), progress=progress)
-            facts["voting_breaks"] = best_vote(conditions, threads, thing.bunches).broken.total
-            facts["at_least_broken"] = max(bound.least, 1)
-    facts["exact_after"] = _exact_after(thing.woven.mesh, settings.boundary == "turn", progress)
+    facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
+    if twill is not None:
+        # The weave was to be a twill, so all this is known already.
+        reason, voted, bound = twill.obstruction, twill.voted, twill.bound
+    else:
+        decision = decide_twill(conditions)
+        reason, voted, bound = None, None, None
+        if not decision.twillable:
+            reason = explain(halfedges, threads, conditions, decision, thing.labels)
+            if threads.n_crossings <= _MOST_VOTED:
+                progress("voting", 0, 1)
+                voted = best_vote(conditions, threads, thing.bunches).broken
+                seeds = irregular_seeds(halfedges, threads)
+                bound = prove_bound(couple(conditions), seeds, progress=progress)
+    if reason is None:
+        return facts
+    facts |= {"exact": False, "because": reason.text}
+    if voted is not None and bound is not None:
+        facts["voting_breaks"] = voted.total
+        # What is not twillable breaks one condition at least.
+        facts["at_least_broken"] = max(bound.least, 1)
+    if twill is not None:
+        facts["broken"] = twill.weave.broken.total
+    facts["exact_after"] = _exact_after(thing.woven.mesh, settings, progress)
     return facts
 
 
-def _exact_after(mesh: PolyMesh, turn: bool, progress: Progress) -> list[dict[str, Any]]:
-    """Return the refinements after which an exact twill exists, and how many crossings then."""
+def _exact_after(mesh: PolyMesh, settings: JobSettings, progress: Progress) -> list[dict[str, Any]]:
+    """Return the options that would give the mesh an exact twill, and how large it is then."""
+    if build_halfedges(mesh).n_edges > _MOST_REFINED:
+        return []
     found = []
-    if build_halfedges(mesh).n_edges <= _MOST_REFINED:
-        for number, text in enumerate(_REFINEMENTS):
-            progress("refinements", number, len(_REFINEMENTS))
-            refinements = parse_refinements(text)
-            try:
-                halfedges = build_halfedges(refine_mesh(mesh, refinements))
-            except FabweaveError:
-                continue  # a scheme that cannot hold this mesh is no advice
-            threads = trace_threads(halfedges, turn=turn)
-            if decide_twill(twill_conditions(halfedges, threads)).twillable:
-                found.append(
-                    {
-                        "refine": format_refinements(refinements),
-                        "crossings": threads.n_crossings,
-                        "threads": threads.n_threads,
-                    }
-                )
+    for number, text in enumerate(("", *_REFINEMENTS)):
+        progress("refinements", number, len(_REFINEMENTS) + 1)
+        if text:
+            option = f"refine {settings.refine},{text}" if settings.refine else f"refine {text}"
+        else:
+            option = "remesh quads"
+        try:
+            changed = (
+                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings)
+            )
+            halfedges = build_halfedges(changed)
+        except FabweaveError:
+            continue  # a scheme that cannot hold this mesh is no advice
+        threads = trace_threads(halfedges, turn=settings.boundary == "turn")
+        if decide_twill(twill_conditions(halfedges, threads)).twillable:
+            found.append(
+                {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
+            )
     return found
+
+
+def _paired(mesh: PolyMesh, settings: JobSettings) -> PolyMesh:
+    """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
+
+    Raises
+    ------
+    CannotMakeError
+        If it would do something else.
+    """
+    first = not settings.remesh and not settings.refine
+    pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
+    paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
+    if paired is mesh or (paired.face_sizes != 4).any():
+        raise CannotMakeError("the mesh is not made of split quads")
+    return paired
 
 
 def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> dict[str, Any]:
@@ -207,15 +237,21 @@ def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str])
     return {"exact": exact, "because": reasons}
 
 
-def _piece_facts(thing: WovenObject, settings: JobSettings, progress: Progress) -> dict[str, Any]:
-    """Split the ribbons and count the pieces, if they can be cut at all."""
+def _planned(
+    thing: WovenObject, settings: JobSettings, material: Material, progress: Progress
+) -> tuple[WovenObject, dict[str, Any]]:
+    """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
     progress("pieces", 0, 1)
+    threads, sheets = thing.weave.threads, [format_stock(sheet) for sheet in settings.sheets]
     try:
+        require_width(thing.ribbons, thing.labels, thing.size_mm)
+        require_no_loop(threads, thing.woven.halfedges)
         runs = plan_runs(thing, settings)
+        laps = runs.laps(threads)
+        ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
     except FabweaveError as error:
-        return {"count": None, "because": str(error)}
-    return {"count": len(runs.thread), "sheet": [f"{s.width_mm:g}x{s.height_mm:g}mm"
-                                                 for s in settings.sheets]}  # fmt: skip
+        return thing, {"count": None, "because": str(error), "sheets": sheets}
+    return replace(thing, ribbons=ribbons), {"count": len(runs.thread), "sheets": sheets}
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:
@@ -227,107 +263,3 @@ def _spread(values: FloatArray | IntArray) -> dict[str, float]:
         "median": round(float(np.median(values)), 3),
         "greatest": round(float(values.max()), 3),
     }
-
-
-def inspection_text(found: Inspection) -> list[tuple[str, str]]:
-    """Return what was found as topics and sentences."""
-    mesh, threads, twill = (found.facts[key] for key in ("mesh", "threads", "twill"))
-    bunches, ribbons, pieces = (found.facts[key] for key in ("bunches", "ribbons", "pieces"))
-    sizes = ", ".join(f"{n} of {size} sides" for size, n in mesh["face_sizes"].items())
-    valences = ", ".join(f"{n} of valence {k}" for k, n in mesh["valences"].items())
-    rows = [_topic(note) for note in found.facts["notes"]]
-    rows += [
-        ("faces", sizes),
-        ("vertices", valences or "none inside the surface"),
-        ("edges", f"{_range(mesh['edge_mm'], 1)} mm long"),
-        (
-            "threads",
-            f"{threads['count']} ({threads['closed']} closed), {threads['crossings']} crossings; "
-            f"{_range(threads['passes'], 0)} crossings each, {_range(threads['length_mm'], 0)} mm; "
-            f"{threads['total_mm'] / 1000:.1f} m in all; "
-            f"{threads['crossing_themselves']} cross themselves",
-        ),
-        (
-            "bunches",
-            "2: warp and weft"
-            if bunches["warp_and_weft"]
-            else f"{bunches['count']}{'' if bunches['fewest'] else ' or fewer'}",
-        ),
-    ]
-    if twill["exact"]:
-        rows.append(("twill", "exact (--pattern twill)"))
-    else:
-        rows.append(("twill", f"no exact 2/2 twill: {twill['because']}"))
-        if "voting_breaks" in twill:
-            rows.append(
-                (
-                    "",
-                    f"of {twill['conditions']} conditions the paper's voting breaks "
-                    f"{twill['voting_breaks']}; every weave breaks {twill['at_least_broken']} or "
-                    "more; --pattern twill searches between the two",
-                )
-            )
-        after = [f"{one['refine']} ({one['crossings']} crossings)" for one in twill["exact_after"]]
-        rows.append(("", "exact with --pattern triaxial" + "".join(
-            f", or after --refine {text}" for text in after)))  # fmt: skip
-        if int(mesh["face_sizes"].get("3", 0)) * 2 > mesh["faces"]:
-            rows.append(("", "triangles become quads for a biaxial twill with --remesh quads"))
-    rows += _fabric_rows(found.facts["fabrics"])
-    rows.append(("ribbons", f"{_range(ribbons, 1)} mm wide"))
-    if pieces["count"] is None:
-        rows.append(("pieces", pieces["because"]))
-    else:
-        rows.append(("pieces", f"about {pieces['count']}, for sheets of {pieces['sheet'][0]}"))
-    return rows
-
-
-def _topic(note: str) -> tuple[str, str]:
-    """Split a note at its topic, if it names one."""
-    topic, colon, text = note.partition(": ")
-    return (topic, text) if colon and topic.isalpha() else ("note", note)
-
-
-def _fabric_rows(fabrics: dict[str, Any]) -> list[tuple[str, str]]:
-    """Say which fabrics close up, and why others do not; one reason once."""
-    rows = [("fabrics", f"exact: {', '.join(fabrics['exact']) or 'none'}")]
-    reasons: dict[str, list[str]] = {}
-    for text, reason in fabrics["because"].items():
-        reasons.setdefault(reason, []).append(text)
-    return rows + [("", f"not {', '.join(texts)}: {reason}") for reason, texts in reasons.items()]
-
-
-def _range(spread: dict[str, float], digits: int) -> str:
-    least, most = f"{spread['least']:.{digits}f}", f"{spread['greatest']:.{digits}f}"
-    return least if least == most else f"{least} to {most} (median {spread['median']:.{digits}f})"
-
-
-def inspection_picture(found: Inspection, colours: Strategy, up: Up) -> Image.Image:
-    """Return the mesh with its irregular vertices marked, beside the woven object."""
-    thing = found.object
-    mesh, threads = thing.woven.mesh, thing.weave.threads
-    marks = irregular_marks(mesh)
-    tiles = [
-        mesh_picture(mesh, up=up, marks=marks),
-        weave_picture(thing.ribbons, thread_colours(thing.bunches, colours), up=up),
-    ]
-    captions = [
-        f"{thing.woven.title}\n{mesh.n_faces} faces, {len(marks.points)} irregular vertices marked",
-        f"{thing.weave.pattern}\n{threads.n_threads} threads, {threads.n_crossings} crossings, "
-        + ("exact" if thing.weave.exact else f"{thing.weave.broken.total} broken conditions"),
-    ]
-    return contact_sheet(tiles, captions, columns=2)
-
-
-def inspection_link(found: Inspection) -> str:
-    """Return the link of the weave as a planar diagram code.
-
-    Raises
-    ------
-    CannotMakeError
-        If the mesh is open or has handles.
-    """
-    halfedges, weave = found.object.woven.halfedges, found.object.weave
-    senses = np.where(weave.twist, 1, -1)
-    half_twists = np.zeros(halfedges.n_edges, dtype=np.int64)
-    half_twists[halfedges.edge[weave.threads.crossing_halfedge]] = senses
-    return pd_text(planar_diagram(halfedges, trace_twisted(halfedges, half_twists)))

@@ -1,5 +1,6 @@
 """Make pictures of meshes and of woven objects."""
 
+import io
 from collections.abc import Sequence
 
 import numpy as np
@@ -181,6 +182,13 @@ def weave_picture(
         floor=floor,
         samples=samples,
     )
+
+
+def png_bytes(picture: Image.Image) -> bytes:
+    """Return a picture as the content of a PNG file."""
+    content = io.BytesIO()
+    picture.save(content, format="PNG")
+    return content.getvalue()
 
 
 def render_shapes(

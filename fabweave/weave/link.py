@@ -115,8 +115,8 @@ def planar_diagram(halfedges: Halfedges, threads: TwistedThreads) -> PlanarDiagr
         which = ", ".join(map(str, genus[genus > 0][:5].tolist()))
         raise CannotMakeError(
             f"a planar diagram wants a weave on a sphere, and this mesh has genus {which}: its "
-            "crossings cannot be drawn in the plane without more of them; write the Gauss code, "
-            "which holds for any genus"
+            "crossings cannot be drawn in the plane without more of them; write the Gauss code "
+            "(inspect --gauss), which holds for any genus"
         )
     following = np.arange(1, len(threads.crossing) + 1)
     filled = threads.lengths > 0
