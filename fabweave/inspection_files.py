@@ -25,7 +25,11 @@ def inspection_picture(found: Inspection, colours: Strategy, up: Up) -> Image.Im
     ]
     captions = [
         f"{thing.woven.title}\n{agree(mesh.n_faces, '{n} [face|faces]')}, "
-        + agree(len(marks.points), "{n} irregular [vertex|vertices] marked"),
+        + (
+            agree(len(marks.points), "{n} irregular [vertex|vertices] marked")
+            if marks.points.size
+            else "no irregular vertices"
+        ),
         f"{thing.weave.pattern}\n{agree(threads.n_threads, '{n} thread[|s]')}, "
         f"{agree(threads.n_crossings, '{n} crossing[|s]')}, "
         + ("exact" if thing.weave.exact else agree(broken, "{n} broken condition[|s]")),

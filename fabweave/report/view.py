@@ -19,6 +19,8 @@ _TURNS_DEG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0)
 _ELEVATIONS_DEG = (30.0, 42.0)
 #: Another view must show this much more; one from higher up, as the horizon reads better.
 _WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.08
+#: What a view is worth in which all that is seen of a body lies in one plane.
+_WORTH_IF_FLAT = 0.8
 
 
 @dataclass(frozen=True)
@@ -157,7 +159,8 @@ def choose_view(points: FloatArray, triangles: IntArray, *, up: Up = "z") -> Vie
 
     Of a few views, that is taken which turns the largest area towards the eye; of nearly equal
     ones the earlier, so that a round object is seen from the usual place. Flat objects are
-    looked at more from above.
+    looked at more from above; and a body is not looked at straight on one of its faces, as the
+    tetrahedron would be, whose other faces then are hidden.
 
     Parameters
     ----------
@@ -178,8 +181,19 @@ def choose_view(points: FloatArray, triangles: IntArray, *, up: Up = "z") -> Vie
     for elevation in _ELEVATIONS_DEG:
         for azimuth in _TURNS_DEG:
             view = View(azimuth, elevation, up)
-            area = float(np.abs(normal @ view.axes()[2]).sum())
+            area = _shown(normal, view.axes()[2])
             first = elevation == _ELEVATIONS_DEG[0] or best.elevation_deg == elevation
             if area > most * (_WORTH_A_TURN if first else _WORTH_A_RISE):
                 best, most = view, area
     return best
+
+
+def _shown(normal: FloatArray, towards: FloatArray) -> float:
+    """Return how much a view shows: twice the area turned to the eye, less if it looks flat."""
+    turned = normal @ towards
+    front = np.maximum(turned, 0.0)
+    # Of what looks at the eye, each facet's direction with the area that is seen of it.
+    size = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    mean = np.linalg.norm((front / size) @ normal)
+    flat = mean > (1.0 - 1e-6) * front.sum()
+    return float(np.abs(turned).sum()) * (_WORTH_IF_FLAT if flat else 1.0)
