@@ -17,6 +17,8 @@ from fabweave.weave.colours import STRATEGIES, Strategy
 EFFORTS = ("quick", "normal", "best")
 BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
+#: TOML holds whole numbers up to this.
+MOST_SEED = 2**63 - 1
 #: Settings that are one of a few words.
 CHOICES = {
     "boundary": BOUNDARIES,
@@ -60,6 +62,11 @@ class JobSettings:
     seed: int = 0
     colours: Strategy = "safe"
     dxf: str = "R2010"
+
+    def __post_init__(self) -> None:
+        """Refuse a seed that no job.toml could hold."""
+        if not 0 <= self.seed <= MOST_SEED:
+            raise InputError(f"the seed is {self.seed}, and must be from 0 to {MOST_SEED}")
 
 
 def settings_table(settings: JobSettings) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.arrays import Progress, no_progress
+from fabweave.errors import InputError
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -15,10 +16,13 @@ from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.remesh import parse_remesh, remesh_quads
 from fabweave.mesh.report import MeshReport
-from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.resize import largest_dimension, resize_mesh
 from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.settings import JobSettings
 from fabweave.words import agree
+
+#: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
+_LEAST_MM, _MOST_MM = 0.01, 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,7 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
         )
     else:
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
+    _require_size(largest_dimension(mesh))
     stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
     if is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
@@ -90,6 +95,15 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
     return WovenMesh(mesh, build_halfedges(mesh), title, tuple(notes), n_old_vertices)
+
+
+def _require_size(size_mm: float) -> None:
+    """Raise InputError for an object that nobody can mean."""
+    if not _LEAST_MM <= size_mm <= _MOST_MM:
+        raise InputError(
+            f"the mesh would be {size_mm:.3g} mm large, and woven objects are from {_LEAST_MM:g} "
+            f"to {_MOST_MM:g} mm: say how large it is to be, such as --size 400mm"
+        )
 
 
 def _changed(
