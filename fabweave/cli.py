@@ -16,9 +16,9 @@ from rich.text import Text
 
 from fabweave import __version__
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.options import DEFAULTS, Hole, Length, job_settings, weaving_options
+from fabweave.options import DEFAULTS, Direction, Hole, Length, job_settings, weaving_options
 from fabweave.outfiles import check_file, write_files
-from fabweave.report.view import Up
+from fabweave.report.view import Up, View
 from fabweave.sections import SectionedCommand
 from fabweave.settings import DXF_VERSIONS
 from fabweave.words import agree
@@ -225,6 +225,90 @@ def inspect(
     for topic, text in inspection_text(found.facts):
         table.add_row(f"[bold]{topic}[/]", Text(text))
     Console(highlight=False).print(table)
+
+
+@cli.command(cls=SectionedCommand)
+@weaving_options
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    required=True,
+    help="What to write: .glb (metres), .obj, .ply, .stl, .3mf, .3dm (Rhino; needs the extra "
+    "rhino) or .png (a picture). All but .glb are in millimetres.",
+)
+@click.option("--yarn", is_flag=True, help="Round yarns, as thick as they have room, not ribbons.")
+@click.option("--yarn-radius", type=Length(), help="One radius for all yarns (implies --yarn).")
+@click.option(
+    "--sides", type=int, default=12, show_default=True, help="Sides of the yarns' cross-section."
+)
+@click.option(
+    "--view",
+    "views",
+    type=Direction(),
+    multiple=True,
+    help="For a picture: from where, in degrees around the upward axis and above the horizon, "
+    "e.g. -60,30; repeat it for several side by side. [default: fabweave chooses]",
+)
+@click.option(
+    "--up",
+    type=click.Choice(("z", "y", "x")),
+    default="z",
+    show_default=True,
+    help="For a picture: which axis points up.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def model(
+    output: Path,
+    yarn: bool,
+    yarn_radius: float | None,
+    sides: int,
+    views: tuple[View, ...],
+    up: Up,
+    as_json: bool,
+    quiet: bool,
+    mesh: str | None,
+    **options: Any,
+) -> None:
+    """Weave MESH and write the woven object as a 3-D model or a picture; nothing is cut.
+
+    Ribbons are sheets, but in .stl and .3mf, which are for printing, they are solids as thick as
+    the material. Yarns are closed tubes that do not touch.
+
+    \b
+    Examples:
+      fabweave model spot.obj --size 400mm --pattern twill -o spot.glb
+      fabweave model "shape:torus?m=24&n=12" --size 120mm --yarn -o torus.3mf
+      fabweave model shape:tetrahedron --size 60mm --yarn-radius 3mm --sides 24 -o rings.stl
+      fabweave model "shape:slit?genus=2" --size 300mm --view -60,30 --view 95,52 -o slit.png
+    """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
+    from fabweave.model import YarnOptions, check_suffix, write_model  # noqa: PLC0415
+
+    check_suffix(output)
+    spun = YarnOptions(yarn_radius, sides) if yarn or yarn_radius is not None else None
+    settings = job_settings(mesh, options)
+    with _progress(quiet or as_json) as progress:
+        facts = write_model(settings, output, yarn=spun, views=views, up=up, progress=progress)
+    if as_json:
+        click.echo(json.dumps(facts, indent=1))
+    elif not quiet:
+        console = Console(highlight=False, soft_wrap=True)
+        for note in facts["notes"]:
+            console.print(f"  {note}", markup=False)
+        console.print(
+            f"{facts['threads']} threads, {facts['crossings']} crossings, {facts['kind']}: "
+            f"{facts['file']}",
+            markup=False,
+        )
+        if spun is not None:
+            radius = facts["radius_mm"]
+            console.print(
+                f"radius {radius['least']:.3g} to {radius['greatest']:.3g} mm; up to "
+                f"{radius['greatest_possible']:.3g} mm has room",
+                markup=False,
+            )
 
 
 @cli.command()

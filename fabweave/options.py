@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import click
 
 from fabweave.errors import InputError
+from fabweave.report.view import View
 from fabweave.ribbon.width import parse_width
 from fabweave.settings import BOUNDARIES, EFFORTS, OPTION_NAMES, JobSettings, read_job_options
 from fabweave.sheet.stock import parse_stock
@@ -75,6 +76,25 @@ class Checked(click.ParamType[str]):
         except InputError as error:
             self.fail(str(error), param, ctx)
         return str(value)
+
+
+class Direction(click.ParamType[Any]):
+    """From where a picture is taken: two angles."""
+
+    name = "AZIMUTH,ELEVATION"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read what was typed."""
+        if not isinstance(value, str):
+            return value
+        try:
+            azimuth, elevation = map(float, value.split(","))
+            view = View(azimuth, elevation)
+            view.axes()
+        except ValueError as error:  # an InputError is a ValueError, too
+            told = str(error) if isinstance(error, InputError) else "write it as -60,30 (degrees)"
+            self.fail(f"{value[:40]!r} is no view: {told}", param, ctx)
+        return view
 
 
 _MAY_BE_ZERO = ("margin", "gap", "clearance")

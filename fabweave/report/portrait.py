@@ -1,11 +1,10 @@
 """Make the picture of a finished job: the woven object from two sides."""
 
-import io
 from dataclasses import replace
 
 from PIL import Image
 
-from fabweave.report.pictures import weave_picture
+from fabweave.report.pictures import png_bytes, weave_picture
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.report.view import View, choose_view
 from fabweave.ribbon.project import Ribbons
@@ -64,6 +63,4 @@ def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> 
 
 def portrait_png(ribbons: Ribbons, colours: Colours) -> bytes:
     """Return the picture of ``object_portrait`` as a PNG file."""
-    file = io.BytesIO()
-    object_portrait(ribbons, colours).save(file, format="PNG")
-    return file.getvalue()
+    return png_bytes(object_portrait(ribbons, colours))
