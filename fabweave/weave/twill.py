@@ -82,6 +82,7 @@ def weave_twill(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from fabweave.mesh import grids
     >>> from fabweave.mesh.halfedge import build_halfedges
     >>> from fabweave.weave.threads import trace_threads

@@ -128,4 +128,4 @@ def test_a_face_by_itself_is_left_out_and_named(tmp_path):
         0,
     ]
     notes = tomllib.loads((tmp_path / "out" / "job.toml").read_text())["outcome"]["notes"]
-    assert any(note.startswith("1 threads run round a face") for note in notes)
+    assert any(note.startswith("1 thread runs round a face") for note in notes)
