@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.arrays import Progress, no_progress
-from fabweave.errors import InputError
+from fabweave.errors import CannotMakeError, InputError
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -23,6 +23,10 @@ from fabweave.words import agree
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
+
+
+#: Larger meshes would fill the memory of a workstation, and nobody weaves so much by hand.
+MOST_EDGES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +81,8 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
             found.unit_mm or 1.0,
         )
         notes += found.notes
+    if not settings.remesh:
+        _require_few(mesh.n_corners // 2)
     mesh, report, repairs = prepare_mesh(mesh)
     notes += [*repairs, *mesh_notes(mesh, report)]
     if settings.size_mm is None:
@@ -92,9 +98,20 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
     mesh, n_old_vertices, changes = _changed(mesh, settings, progress)
     notes += changes
+    halfedges = build_halfedges(mesh)
+    _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
-    return WovenMesh(mesh, build_halfedges(mesh), title, tuple(notes), n_old_vertices)
+    return WovenMesh(mesh, halfedges, title, tuple(notes), n_old_vertices)
+
+
+def _require_few(n_edges: int) -> None:
+    """Raise CannotMakeError for more edges than can be woven."""
+    if n_edges > MOST_EDGES:
+        raise CannotMakeError(
+            f"the mesh to be woven has {n_edges} edges, each a crossing, and {MOST_EDGES} are the "
+            "most; take a coarser mesh or fewer steps of refinement"
+        )
 
 
 def _require_size(size_mm: float) -> None:
