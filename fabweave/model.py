@@ -15,7 +15,7 @@ from fabweave.outfiles import check_file, write_files
 from fabweave.report.bodies import bodies_picture
 from fabweave.report.pictures import png_bytes, weave_picture
 from fabweave.report.view import Up, View
-from fabweave.ribbon.bodies import Body, ribbon_bodies, yarn_bodies
+from fabweave.ribbon.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.ribbon.export import woven_glb
 from fabweave.ribbon.formats import model_bytes, require_rhino
 from fabweave.ribbon.yarns import spin_yarns
@@ -119,6 +119,7 @@ def write_model(
         bodies = ribbon_bodies(
             thing.ribbons, thing.labels, colours, thickness_mm=material.thickness_mm
         )
+        facts["notes"] += _clashes(bodies)
     else:
         bodies = ribbon_bodies(thing.ribbons, thing.labels, colours)
     progress("model", 0, 1)
@@ -130,6 +131,20 @@ def write_model(
         data = model_bytes(suffix, bodies)
     write_files({path: data})
     return facts
+
+
+def _clashes(bodies: tuple[Body, ...]) -> list[str]:
+    """Say where solid ribbons run into one another or themselves; a printer would weld them."""
+    pairs = clashing_facets(bodies)
+    if len(pairs) == 0:
+        return []
+    names = [bodies[index].label for index in np.unique(pairs).tolist()]
+    shown = ", ".join(names[:6]) + (" …" if len(names) > 6 else "")
+    return [
+        f"solid ribbons touch in {len(pairs)} pairs of facets (threads {shown}): a printer welds "
+        "them there; make the object larger, take a smaller --thickness or --width, or print "
+        "--yarn, which never touch"
+    ]
 
 
 def _spun(

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.yarns import Yarns
 from fabweave.weave.colourspace import Colours
@@ -198,6 +200,22 @@ def yarn_bodies(yarns: Yarns, labels: Sequence[str], colours: Colours) -> tuple[
             Body(label, _colour(colours, thread), vertices, quads, triangles, frozen(normals))
         )
     return tuple(bodies)
+
+
+def clashing_facets(bodies: Sequence[Body]) -> IntArray:
+    """Find the pairs of facets that run through one another, in one body or in two.
+
+    Returns
+    -------
+    (N, 2) int array
+        The bodies of each pair.
+    """
+    base = np.cumsum([0, *(len(body.vertices) for body in bodies)])
+    cut = [body.all_triangles + first for body, first in zip(bodies, base.tolist(), strict=False)]
+    owner = np.repeat(np.arange(len(bodies)), [len(part) for part in cut])
+    vertices = np.concatenate([body.vertices for body in bodies])
+    pairs = self_intersections(PolyMesh.from_faces(vertices, np.concatenate(cut)))
+    return np.asarray(owner[pairs], dtype=np.int64).reshape(-1, 2)
 
 
 def _colour(colours: Colours, thread: int) -> tuple[int, int, int]:

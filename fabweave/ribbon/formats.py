@@ -123,14 +123,12 @@ def _ply(bodies: Sequence[Body]) -> bytes:
     for body in bodies:
         own = slice(base, base + len(body.vertices))
         vertices["place"][own], vertices["colour"][own] = body.vertices, body.colour
-        for corners in (body.quads, body.triangles):
-            rows = np.zeros(
-                len(corners), dtype=[("count", "u1"), ("corners", "<i4", corners.shape[1])]
-            )
-            rows["count"], rows["corners"] = corners.shape[1], corners + base
-            faces.append(rows.tobytes())
+        # Several readers take lists of one length only, so there are no quads here.
+        rows = np.zeros(len(body.all_triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+        rows["count"], rows["corners"] = 3, body.all_triangles + base
+        faces.append(rows.tobytes())
         base = own.stop
-    n_faces = sum(len(body.quads) + len(body.triangles) for body in bodies)
+    n_faces = sum(len(body.all_triangles) for body in bodies)
     head = [
         "ply", "format binary_little_endian 1.0", "comment fabweave; units: millimetres",
         f"element vertex {count}", "property float x", "property float y", "property float z",

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from fabweave.arrays import FloatArray, IntArray
@@ -88,42 +87,37 @@ def touching_points(spines: Spines, *, enough: int | None = None) -> IntArray:
 def _near_pairs(middle: FloatArray, reach: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
     """Yield pairs of balls that overlap, each once, in batches.
 
-    Balls go in classes by the power of two of their size, so that small ones are not compared
+    Balls go in classes by half powers of two of their size, so that small ones are not compared
     over the distances of large ones.
     """
-    level = np.floor(np.log2(np.maximum(reach, 1e-300))).astype(np.int64)
+    level = np.floor(2.0 * np.log2(np.maximum(reach, 1e-300))).astype(np.int64)
     for size in np.unique(level).tolist():
         own, lower = np.flatnonzero(level == size), np.flatnonzero(level < size)
         tree = cKDTree(middle[own])
         most = 2.0 * float(reach[own].max())
-        # So many at a time that a crowded object's pairs do not fill the memory.
-        pieces = max(1, -(-60 * len(own) // _BATCH))
-        for part in np.array_split(np.arange(len(own)), pieces):
-            near = cKDTree(middle[own[part]])
-            pairs = near.sparse_distance_matrix(tree, most, output_type="ndarray")
-            yield from _overlapping(own[part], own, pairs, reach, once=True)
-            if len(lower):
-                pairs = near.sparse_distance_matrix(
-                    cKDTree(middle[lower]), most, output_type="ndarray"
+        pairs = tree.query_pairs(most, output_type="ndarray")
+        yield from _overlapping(own[pairs[:, 0]], own[pairs[:, 1]], middle, reach)
+        if len(lower):
+            found = tree.query_ball_point(middle[lower], float(reach[own].max()) + reach[lower])
+            counts = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
+            near = np.flatnonzero(counts)
+            if len(near):
+                other = np.concatenate([found[index] for index in near.tolist()]).astype(np.int64)
+                yield from _overlapping(
+                    own[other], np.repeat(lower[near], counts[near]), middle, reach
                 )
-                yield from _overlapping(own[part], lower, pairs, reach, once=False)
 
 
 def _overlapping(
-    rows: IntArray,
-    columns: IntArray,
-    pairs: npt.NDArray[np.void],
-    reach: FloatArray,
-    *,
-    once: bool,
+    one: IntArray, other: IntArray, middle: FloatArray, reach: FloatArray
 ) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield those of the pairs (records i, j, v) that overlap; with ``once``, each only once."""
-    one, other = rows[pairs["i"]], columns[pairs["j"]]
-    kept = pairs["v"] <= reach[one] + reach[other]
-    if once:
-        kept &= one < other
-    if kept.any():
-        yield one[kept], other[kept]
+    """Yield those of the pairs whose balls overlap, in batches."""
+    for first in range(0, len(one), _BATCH):
+        a, b = one[first : first + _BATCH], other[first : first + _BATCH]
+        away = middle[a] - middle[b]
+        kept = np.einsum("ij,ij->i", away, away) <= (reach[a] + reach[b]) ** 2
+        if kept.any():
+            yield a[kept], b[kept]
 
 
 def segment_distances(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:

@@ -1,0 +1,120 @@
+"""The command model: every format, yarns and pictures, and mistakes that leave nothing."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from fabweave.cli import main
+
+TORUS = "shape:torus?m=8&n=6"
+
+
+def run(*arguments: object) -> int:
+    try:
+        main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def model(path, *options: object) -> int:
+    return run("model", TORUS, "--size", "120mm", *options, "-q", "-o", path)
+
+
+@pytest.mark.parametrize("yarn", [(), ("--yarn", "--sides", 6)], ids=["ribbons", "yarns"])
+@pytest.mark.parametrize("suffix", ["glb", "obj", "ply", "stl", "3mf", "3dm", "png"])
+def test_every_format_is_written(suffix, yarn, tmp_path):
+    if suffix == "3dm":
+        pytest.importorskip("rhino3dm", reason="the extra rhino is not installed")
+    path = tmp_path / f"object.{suffix}"
+    assert model(path, *yarn) == 0
+    assert [found.name for found in tmp_path.iterdir()] == [path.name]
+    if suffix in ("stl", "3mf"):
+        scene = trimesh.load_scene(path)
+        assert all(mesh.is_watertight for mesh in scene.geometry.values())
+        # The torus is 120 mm across; what lies on it stands out or back a little.
+        assert np.abs(np.ptp(scene.bounds, axis=0)[:2] - 120.0).max() < 12.0
+    if suffix == "glb":
+        assert np.abs(np.ptp(trimesh.load_scene(path).bounds, axis=0)[:2] - 0.120).max() < 0.012
+
+
+def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(tmp_path):
+    assert model(tmp_path / "model.glb") == 0
+    assert run("make", TORUS, "--size", "120mm", "--effort", "quick", "-q",
+               "-o", tmp_path / "job") == 0  # fmt: skip
+    ours, jobs = (trimesh.load_scene(tmp_path / name) for name in ("model.glb", "job/model.glb"))
+    assert set(ours.geometry) == set(jobs.geometry)
+    for label, mesh in ours.geometry.items():
+        other = jobs.geometry[label]
+        assert np.array_equal(mesh.faces, other.faces)
+        assert np.array_equal(mesh.visual.material.main_color, other.visual.material.main_color)
+        assert np.abs(mesh.vertices - other.vertices).max() < 0.001  # a millimetre
+
+
+def test_views_stand_side_by_side(tmp_path):
+    assert model(tmp_path / "a.png", "--view", "-60,30", "--view", "20,60") == 0
+    assert model(tmp_path / "b.png", "--view", "-60,30") == 0
+    with Image.open(tmp_path / "a.png") as both, Image.open(tmp_path / "b.png") as one:
+        assert both.size == (2 * one.width, one.height)
+        left = both.crop((0, 0, one.width, one.height))
+        right = both.crop((one.width, 0, both.width, one.height))
+        assert left.tobytes() == one.tobytes() != right.tobytes()
+
+
+def test_json_tells_the_radii(tmp_path, capsys):
+    assert run("model", TORUS, "--size", "120mm", "--yarn-radius", "1mm", "--json",
+               "-o", tmp_path / "y.stl") == 0  # fmt: skip
+    told = json.loads(capsys.readouterr().out)
+    assert told["kind"] == "yarns"
+    assert told["radius_mm"]["least"] == told["radius_mm"]["greatest"] == 1.0
+    assert told["radius_mm"]["greatest_possible"] > 1.0
+    assert run("model", TORUS, "--size", "120mm", "--yarn", "-o", tmp_path / "y.stl") == 0
+    assert "has room" in capsys.readouterr().out
+
+
+def test_thick_ribbons_that_touch_are_told(tmp_path, capsys):
+    thick = ("shape:octahedron", "--size", "60mm", "--thickness", "12mm")
+    assert run("model", *thick, "-o", tmp_path / "a.stl") == 0
+    assert "a printer welds them" in capsys.readouterr().out
+    assert run("model", "shape:octahedron", "--size", "200mm", "-o", tmp_path / "b.stl") == 0
+    assert "welds" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "code", "words"),
+    [
+        ("object.dwg", (), 2, ".glb, .obj, .ply, .stl, .3mf, .3dm, .png"),
+        ("object", (), 2, ".glb"),
+        ("nowhere/object.glb", (), 2, "nowhere"),
+        ("object.stl", ("--yarn-radius", "40mm"), 1, "--yarn-radius"),
+        ("object.stl", ("--yarn", "--sides", "2"), 2, "3 at least"),
+        ("object.png", ("--view", "up"), 2, "-60,30"),
+        ("object.png", ("--view", "0,100"), 2, "-90 to 90"),
+        ("object.glb", ("--pattern", "tartan"), 2, "plain"),
+    ],
+)
+def test_mistakes_get_one_message_and_leave_nothing(name, options, code, words, tmp_path, capsys):
+    assert model(tmp_path / name, *options) == code
+    error = capsys.readouterr().err
+    assert words in error
+    assert "Traceback" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_package_is_told_before_anything_is_woven(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rhino3dm", None)
+    assert run("model", "nowhere.obj", "-q", "-o", tmp_path / "a.3dm") == 2
+    assert "fabweave[rhino]" in capsys.readouterr().err
+
+
+def test_a_failed_run_leaves_the_older_file_alone(tmp_path):
+    path = tmp_path / "object.stl"
+    path.write_bytes(b"older")
+    assert model(path, "--yarn-radius", "40mm") == 1
+    assert path.read_bytes() == b"older"
+    assert model(path) == 0
+    assert path.read_bytes() != b"older"
