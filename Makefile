@@ -7,14 +7,18 @@ INSTALLED := $(VENV)/.installed
 .PHONY: demo test lint unit bench clean
 
 demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to look
-	$(BIN)/fabweave make "shape:torus?m=24&n=12" --size 400mm --sheet 600x400mm -o outputs/torus
+	$(BIN)/fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill \
+	  --sheet 600x400mm -o outputs/torus
 	@echo
 	@echo "Look at:"
+	@echo "  outputs/torus/render.png            the torus in 2/2 twill, woven of 24 ribbons"
 	@echo "  outputs/torus/sheets/sheet_01.png   the first sheet; .dxf and .svg beside it go to the laser"
 	@echo "  outputs/torus/waste.html            what becomes of the material"
 	@echo "  outputs/torus/model.glb             the woven object, for any 3-D viewer"
 	@echo "  outputs/torus/crossing_map.csv      what crosses what"
 	@echo "  outputs/torus/verify.json           what was proved about these files"
+	@echo
+	@echo "Next: $(BIN)/fabweave inspect YOUR_MESH tells what can be woven on a mesh of your own"
 
 test: lint unit  ## install, lint, type-check and test
 
