@@ -54,8 +54,8 @@ def catmull_clark(mesh: PolyMesh) -> PolyMesh:
 
     Notes
     -----
-    A torus of quads gets an exact 2/2 twill from any step, and keeps it. On closed meshes no step
-    mends what prevents one: a face or a vertex whose size is no multiple of four.
+    A grid of quads on a torus gets an exact 2/2 twill from any step, and keeps it. On other closed
+    meshes no step mends a face or a vertex whose size is no multiple of four, which prevents one.
 
     References
     ----------

@@ -35,7 +35,7 @@ def doo_sabin(mesh: PolyMesh) -> PolyMesh:
     -----
     On a closed mesh this is the dual of what Catmull–Clark makes, so it has the same threads and
     an exact 2/2 twill exactly where that has one. Neither mends a face or a vertex whose size
-    is no multiple of four; tori of quads get a twill from any step.
+    is no multiple of four; grids of quads on tori get a twill from any step.
 
     References
     ----------

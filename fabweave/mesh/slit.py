@@ -14,8 +14,9 @@ def slit_sum(genus: int, m: int, n: int, slit: int, size: float) -> PolyMesh:
 
     Each slit of one torus is glued crosswise to a slit of the other, so its ends become vertices
     of valence 8 and all others keep four edges. Two tori glued once have genus 2, and every
-    further slit adds one. The surface has an exact 2/2 twill, as its quads keep the directions
-    and, where m or n is even, the parity of a quad torus.
+    further slit adds one. The surface has an exact 2/2 twill: along every closed way over its
+    quads, directions come back to themselves as on the tori, and so does the pattern, as m or n
+    is even.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class Twill:
     voted : Broken or None
         What the paper's voting breaks, where it was needed.
     bound : Bound or None
-        What every weave of the mesh breaks, where none is exact.
+        What every weave of the mesh breaks at least, where none is exact.
     """
 
     weave: Weave

@@ -66,7 +66,8 @@ def best_vote(conditions: TwillConditions, threads: Threads, bunches: IntArray) 
     Returns
     -------
     Vote
-        Of equal ones the first in the order of the sections.
+        Of equal ones the first in the order of the sections; rules after one that breaks nothing
+        are not tried.
 
     References
     ----------
