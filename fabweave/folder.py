@@ -18,6 +18,7 @@ from fabweave.cut.svg import write_svg
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
+from fabweave.report.ribbons import ribbon_report
 from fabweave.report.waste import piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
 from fabweave.settings import JobSettings, job_toml
@@ -194,6 +195,8 @@ def _write_tables(job: Job, directory: Path) -> None:
         directory / "pieces.csv",
         piece_table(job.made.pieces, job.layout, thing.labels, job.material),
     )
+    ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
+    _write(directory / "ribbons.json", json_text(ribbons))
     _write(directory / "waste.json", json_text(report))
     _write(
         directory / "waste.html",

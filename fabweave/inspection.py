@@ -9,14 +9,24 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.job import WovenObject, complete_settings, lay_ribbons, plan_runs, weave_object
+from fabweave.job import (
+    WovenObject,
+    check_object,
+    complete_settings,
+    lay_ribbons,
+    plan_runs,
+    require_stiffness,
+    weave_object,
+)
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.refine import parse_refinements, refine_mesh
+from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.check import require_width, ribbon_widths, thread_lengths
+from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import JobSettings
 from fabweave.sheet.material import Material
@@ -51,7 +61,8 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
-        ``fabrics``, ``ribbons``, ``pieces`` and ``notes``.
+        ``fabrics``, ``ribbons``, ``pieces``, ``checks`` and
+        ``notes``.
     """
 
     object: WovenObject
@@ -78,9 +89,10 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         If the mesh cannot be woven at all.
     """
     settings, material = complete_settings(settings)
-    thing, pieces = _planned(
-        weave_object(settings, material, progress), settings, material, progress
-    )
+    thing = weave_object(settings, material, progress)
+    progress("checks", 0, 1)
+    check = check_object(thing, settings, material)
+    thing, pieces = _planned(thing, check, settings, material, progress)
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
     threads = thing.weave.threads
     progress("twill", 0, 1)
@@ -92,6 +104,10 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         "fabrics": _fabric_facts(halfedges, threads, thing.labels),
         "ribbons": _spread(ribbon_widths(thing.ribbons)),
         "pieces": pieces,
+        "checks": {
+            **ribbon_report(check, thing.ribbons, thing.labels),
+            "notes": ribbon_notes(check),
+        },
         "notes": [*thing.woven.notes, *thing.chosen.notes],
     }
     return Inspection(thing, facts)
@@ -238,7 +254,11 @@ def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str])
 
 
 def _planned(
-    thing: WovenObject, settings: JobSettings, material: Material, progress: Progress
+    thing: WovenObject,
+    check: RibbonCheck,
+    settings: JobSettings,
+    material: Material,
+    progress: Progress,
 ) -> tuple[WovenObject, dict[str, Any]]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
     progress("pieces", 0, 1)
@@ -246,6 +266,7 @@ def _planned(
     try:
         require_width(thing.ribbons, thing.labels, thing.size_mm)
         require_no_loop(threads, thing.woven.halfedges)
+        require_stiffness(check, material)
         runs = plan_runs(thing, settings)
         laps = runs.laps(threads)
         ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)

@@ -12,15 +12,21 @@ from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
 from fabweave.flat.split import Runs, split_threads
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
 from fabweave.report.notes import all_notes
 from fabweave.report.portrait import portrait_png
+from fabweave.report.ribbons import hole_findings, ribbon_notes
 from fabweave.ribbon.check import require_width, thread_lengths
+from fabweave.ribbon.finding import Finding
+from fabweave.ribbon.findings import RibbonCheck, check_ribbons, require_pliable
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.turns import require_no_loop
+from fabweave.ribbon.width import WidthRule
 from fabweave.settings import CHOICES, JobSettings
 from fabweave.sheet.layout import Layout, SheetSize
+from fabweave.sheet.limits import ribbon_limits, thickness_for_bend
 from fabweave.sheet.material import (
     Material,
     hole_edge_mm,
@@ -90,7 +96,9 @@ class Job:
     settings: JobSettings
     material: Material
     object: WovenObject
+    check: RibbonCheck
     made: Pieces
+    holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
     layout: Layout
     #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
@@ -181,6 +189,39 @@ def lay_ribbons(
     return smooth_ribbons(ribbons, settings.smooth)
 
 
+def check_object(thing: WovenObject, settings: JobSettings, material: Material) -> RibbonCheck:
+    """Check the ribbons of a woven object against its material, and look for remedies.
+
+    The ribbons are those with room for a lap at every crossing: a joint may come to lie at any.
+    """
+
+    def lay(size_mm: float, narrower: float) -> Ribbons:
+        mesh = thing.woven.mesh
+        mesh = PolyMesh(mesh.vertices * (size_mm / thing.size_mm), mesh.offsets, mesh.indices)
+        rule = settings.width
+        rule = WidthRule(
+            rule.relative * narrower, rule.least_mm * narrower, rule.most_mm * narrower
+        )
+        woven, changed = replace(thing.woven, mesh=mesh), replace(settings, width=rule)
+        return lay_ribbons(woven, thing.weave, changed, material)
+
+    return check_ribbons(
+        lay(thing.size_mm, 1.0),
+        thing.weave,
+        thing.labels,
+        ribbon_limits(material),
+        size_mm=thing.size_mm,
+        lay=lay,
+    )
+
+
+def require_stiffness(check: RibbonCheck, material: Material) -> None:
+    """Raise CannotMakeError if a material is too stiff for an object."""
+    for found in check.refused:
+        thin = thickness_for_bend(material, found.value)
+        require_pliable(check, material.title, thin)
+
+
 def make_job(
     settings: JobSettings, progress: Progress = no_progress, *, start: Start = at_once
 ) -> Job:
@@ -211,6 +252,9 @@ def make_job(
     weave, rules = thing.weave, hole_rules(settings, material)
     require_width(thing.ribbons, thing.labels, thing.size_mm)
     require_no_loop(weave.threads, thing.woven.halfedges)
+    progress("checks", 0, 1)
+    check = check_object(thing, settings, material)
+    require_stiffness(check, material)
     progress("pieces", 0, 1)
     runs = plan_runs(thing, settings)
     laps = runs.laps(weave.threads)
@@ -240,7 +284,9 @@ def make_job(
         settings=settings,
         material=material,
         object=thing,
+        check=check,
         made=made,
+        holes=tuple(hole_findings(made, rules, weave, thing.ribbons, thing.labels)),
         marks=marks,
         layout=layout,
         portrait=portrait,
@@ -249,6 +295,7 @@ def make_job(
             *thing.woven.notes,
             *thing.chosen.notes,
             *all_notes(thing.woven.mesh, weave, thing.ribbons, made, marks, rules),
+            *ribbon_notes(check),
         ),
     )
 

@@ -30,6 +30,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_twill_rows(facts["twill"], facts["mesh"]),
         *_fabric_rows(facts["fabrics"]),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
+        *(_topic(note) for note in facts["checks"]["notes"]),
         ("pieces", _pieces(facts["pieces"])),
     ]
 

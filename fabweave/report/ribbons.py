@@ -1,0 +1,184 @@
+"""Report the ribbons: the figures of every thread, and what was found."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray
+from fabweave.flat.pieces import HoleRule, Pieces
+from fabweave.flat.waves import wave_turns
+from fabweave.ribbon.bends import measure_bends, measure_spans
+from fabweave.ribbon.check import thread_lengths
+from fabweave.ribbon.finding import Finding, finding_record, sentence
+from fabweave.ribbon.findings import RibbonCheck
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.remedy import SIZED
+from fabweave.weave.pattern import Weave
+
+SCHEMA = "fabweave.ribbons/1"
+
+
+def hole_findings(
+    made: Pieces, rules: Sequence[HoleRule], weave: Weave, ribbons: Ribbons, labels: Sequence[str]
+) -> list[Finding]:
+    """Find the crossings that have no room for a hole with its distance to every edge.
+
+    Parameters
+    ----------
+    made : Pieces
+        With the hole that was chosen.
+    rules : sequence of HoleRule
+        The holes that there were to choose from; none if no holes are wanted.
+    weave, ribbons, labels
+        As they are cut.
+
+    Returns
+    -------
+    list of Finding
+        One or none. Its size is that at which all crossings have room.
+    """
+    if not rules:
+        return []
+    rule = made.rule if made.rule is not None else rules[-1]
+    narrow = np.flatnonzero(made.room_mm < rule.edge_mm)
+    if not len(narrow):
+        return []
+    crossing = int(narrow[np.argmin(made.room_mm[narrow])])
+    threads = weave.threads
+    upper, lower = np.flatnonzero(threads.crossing == crossing)
+    thread, other = (int(threads.thread_of_pass[one]) for one in (upper, lower))
+    x, y, z = (round(float(value), 3) for value in ribbons.centre[crossing])
+    return [
+        Finding(
+            rule="hole",
+            severity="warn",
+            value=float(made.room_mm[crossing]),
+            limit=rule.edge_mm,
+            unit="mm",
+            thread=labels[thread],
+            station=int(upper - threads.offsets[thread]),
+            crossing=crossing,
+            other=labels[other],
+            position=(x, y, z),
+            count=len(narrow),
+            of=threads.n_crossings,
+        )
+    ]
+
+
+def ribbon_report(
+    check: RibbonCheck,
+    ribbons: Ribbons,
+    labels: Sequence[str],
+    holes: Sequence[Finding] = (),
+) -> dict[str, Any]:
+    """Return the figures of the ribbons as they are made, and the findings.
+
+    Of each thread: its length along the middle; the least and greatest width across; the radius
+    of the softest ribbon that keeps the crossings where they are (``bend_mm``), and of the
+    tightest bend as modelled, where crossing panels are flat (``modelled_bend_mm``); the greatest
+    angle between neighbouring facets (``fold_deg``); the greatest twist over a length that equals
+    the width, spread from crossing to crossing (``twist_deg``); and how much the unfolded middle
+    line turns, on average from crossing to crossing (``wave_deg``). None where there is no figure.
+
+    Findings are made with room for a lap at every crossing: joints may come to lie at any.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    ribbons : Ribbons
+        As they are cut.
+    labels : sequence of str
+        Names of the threads.
+    holes : sequence of Finding
+        What :func:`hole_findings` found.
+
+    Returns
+    -------
+    dict
+        As JSON takes it.
+    """
+    limits = check.limits
+    return {
+        "schema": SCHEMA,
+        "units": "mm",
+        "limits": {
+            "thickness_mm": limits.thickness_mm,
+            "bend_mm": round(limits.bend_mm, 4),
+            "width_mm": limits.width_mm,
+            "twist_deg": round(limits.twist_deg, 4),
+        },
+        "smallest_size_mm": check.smallest_mm,
+        "findings": [finding_record(found) for found in (*check.findings, *holes)],
+        "threads": _thread_records(ribbons, labels),
+    }
+
+
+def _thread_records(ribbons: Ribbons, labels: Sequence[str]) -> list[dict[str, Any]]:
+    """Return one record for each thread that crosses anything."""
+    bends = measure_bends(ribbons)
+    spans = measure_spans(ribbons, bends)
+    counts = np.diff(ribbons.pass_offsets)
+    of_rung = np.repeat(np.arange(len(counts)), np.diff(ribbons.offsets))
+    of_pass = np.repeat(np.arange(len(counts)), counts)
+    turns = np.bincount(of_rung, np.abs(wave_turns(ribbons)), len(counts))
+    fold = np.fmax(bends.fold_deg, bends.diagonal_deg)
+    columns = {
+        "length_mm": thread_lengths(ribbons),
+        "narrowest_mm": _extreme(bends.width_mm, of_rung, len(counts), least=True),
+        "widest_mm": _extreme(bends.width_mm, of_rung, len(counts), least=False),
+        "bend_mm": _extreme(spans.radius_mm, of_pass, len(counts), least=True),
+        "modelled_bend_mm": _extreme(bends.radius_mm, of_rung, len(counts), least=True),
+        "fold_deg": _extreme(fold, of_rung, len(counts), least=False),
+        "twist_deg": _extreme(spans.twist_deg, of_pass, len(counts), least=False),
+        "wave_deg": turns / np.maximum(counts, 1),
+    }
+    return [
+        {
+            "thread": labels[thread],
+            "crossings": int(counts[thread]),
+            **{name: _rounded(values[thread]) for name, values in columns.items()},
+        }
+        for thread in np.flatnonzero(counts).tolist()
+    ]
+
+
+def _extreme(values: FloatArray, owner: IntArray, n_threads: int, *, least: bool) -> FloatArray:
+    """Return the least or greatest value of each thread, (T,); infinite where it has none."""
+    figures = np.full(n_threads, np.inf if least else -np.inf)
+    given = ~np.isnan(values)
+    (np.minimum if least else np.maximum).at(figures, owner[given], values[given])
+    return figures
+
+
+def _rounded(value: float) -> float | None:
+    return round(float(value), 3) if np.isfinite(value) else None
+
+
+def ribbon_notes(check: RibbonCheck) -> list[str]:
+    """Return what a maker should know of the ribbons: the worst place of each rule, and the size.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    """
+    found = {one.rule: sentence(one) for one in check.findings}
+    notes = [found.pop("bend", _bend_note(check)), *found.values()]
+    sized = [one for one in check.findings if one.rule in SIZED]
+    if check.smallest_mm is not None:
+        what = "widths, bends and clearances hold"
+        notes.append(f"checks: {what} from --size {check.smallest_mm}mm on")
+    elif sized:
+        notes.append("checks: no size mends them all; see each, or use a mesh with larger faces")
+    return notes
+
+
+def _bend_note(check: RibbonCheck) -> str:
+    """Say how tight the tightest bend is against what the material takes."""
+    bend = check.measured["bend"]
+    least = float(bend.value.min(initial=np.inf))
+    takes = f"the material takes {bend.limit:.1f} mm"
+    if not np.isfinite(least):
+        return f"bend: none; {takes}"
+    return f"bend: radius {least:.1f} mm or more; {takes}"

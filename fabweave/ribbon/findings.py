@@ -1,0 +1,155 @@
+"""Find where ribbons break the rules of their material, and compute what would mend it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.errors import CannotMakeError
+from fabweave.ribbon.clearance import Nearness
+from fabweave.ribbon.finding import Finding
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.remedy import TOO_STIFF, Lay, Search, is_too_stiff
+from fabweave.ribbon.rules import (
+    Limits,
+    Measured,
+    measure_along,
+    measure_clearance,
+    measure_layers,
+)
+from fabweave.weave.pattern import Weave
+
+
+@dataclass(frozen=True, eq=False)
+class RibbonCheck:
+    """What was measured of ribbons, and what was found.
+
+    Parameters
+    ----------
+    limits : Limits
+    measured : dict of str to Measured
+        By rule; no clearance where a material is refused as too stiff.
+    findings : tuple of Finding
+        Refusals first.
+    smallest_mm : int or None
+        The smallest size at which every rule that a size can mend holds; None if there is none,
+        or none was looked for.
+    """
+
+    limits: Limits
+    measured: dict[str, Measured]
+    findings: tuple[Finding, ...]
+    smallest_mm: int | None
+
+    @property
+    def refused(self) -> tuple[Finding, ...]:
+        """The findings for which the object cannot be made."""
+        return tuple(one for one in self.findings if one.severity == "refuse")
+
+
+def check_ribbons(
+    ribbons: Ribbons,
+    weave: Weave,
+    labels: Sequence[str],
+    limits: Limits,
+    *,
+    size_mm: float,
+    lay: Lay | None = None,
+) -> RibbonCheck:
+    """Check ribbons against every rule.
+
+    The rules: a ribbon is nowhere narrower than ``limits.width_mm``; between two crossings it need
+    not bend more tightly than the material takes; it is not twisted more than its edges can
+    stretch; at a crossing the strands are at least one thickness apart, middle to middle, and so
+    are ribbons that do not cross there.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    weave : Weave
+        What goes over and what under.
+    labels : sequence of str
+        Names of the threads.
+    limits : Limits
+    size_mm : float
+        Largest dimension of the object.
+    lay : callable, optional
+        Lays the ribbons again at another size and width. Without it, no remedy is computed.
+
+    Returns
+    -------
+    RibbonCheck
+    """
+    measured = measure_along(ribbons, limits)
+    measured["layers"] = measure_layers(ribbons, weave, limits)
+    near: Nearness | None = None
+    # What is far too stiff may be thicker than the ribbons are wide, and all is near to all.
+    if not is_too_stiff(measured["bend"]):
+        measured["clearance"], near = measure_clearance(ribbons, weave, limits)
+    search = Search(weave, limits, size_mm, lay, measured, near) if lay is not None else None
+    findings = []
+    for one in measured.values():
+        if len(one.broken):
+            found = _worst(one, weave, labels)
+            if search is not None:
+                found = search.remedy(found)
+            findings.append(found)
+    findings.sort(key=lambda one: one.severity != "refuse")
+    smallest = search.overall(findings) if search is not None else None
+    return RibbonCheck(limits, measured, tuple(findings), smallest)
+
+
+def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
+    """Describe the worst place of a rule that does not hold."""
+    broken = one.broken
+    at = int(broken[0])
+    threads = weave.threads
+    own, other = int(one.passes[at]), int(one.others[at])
+    thread = int(threads.thread_of_pass[own])
+    x, y, z = (round(float(value), 3) for value in one.position[at])
+    refused = one.rule == "bend" and is_too_stiff(one)
+    return Finding(
+        rule=one.rule,
+        severity="refuse" if refused else "warn",
+        value=float(one.value[at]),
+        limit=one.limit,
+        unit=one.unit,
+        thread=labels[thread],
+        station=own - int(threads.offsets[thread]),
+        crossing=int(threads.crossing[own]),
+        other=labels[int(threads.thread_of_pass[other])] if other >= 0 else None,
+        position=(x, y, z),
+        count=len(broken),
+        of=threads.n_crossings if one.rule == "clearance" else len(one.value),
+    )
+
+
+def require_pliable(check: RibbonCheck, material: str, thin_mm: float | None = None) -> None:
+    """Raise CannotMakeError if a material is too stiff, and say at which size it would do.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    material : str
+        What it is called.
+    thin_mm : float, optional
+        A thickness at which it would do.
+    """
+    for found in check.refused:
+        bend = check.measured["bend"].value
+        hard = int(np.count_nonzero(bend * TOO_STIFF < found.limit))
+        sizes = []
+        if found.may_be_mm is not None:
+            sizes.append(
+                f"--size {found.may_be_mm}mm (with care; bends within the limit everywhere"
+            )
+            sizes[0] += f" from {found.size_mm}mm)" if found.size_mm is not None else " at no size)"
+        if thin_mm is not None:
+            sizes.append(f"--thickness {thin_mm:g}mm")
+        sizes.append("another material")
+        raise CannotMakeError(
+            f"{material} is too stiff: it bends to a radius of {found.limit:.0f} mm, and in {hard} "
+            f"of {len(bend)} places between crossings a ribbon must bend to less than half of "
+            f"that (the tightest is {found.value:.1f} mm, on thread {found.thread} after crossing "
+            f"{found.crossing}): use " + ", or ".join(sizes)
+        )

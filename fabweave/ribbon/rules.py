@@ -1,0 +1,218 @@
+"""Measure ribbons against the rules of a material: what there is, what is wanted, and where."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray, offsets_of
+from fabweave.ribbon.bends import Bends, Spans, measure_bends, measure_spans
+from fabweave.ribbon.clearance import Nearness, near_pairs
+from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.weave.pattern import Weave
+
+#: What is computed from rounded coordinates holds to this, relative.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a material takes.
+
+    Parameters
+    ----------
+    thickness_mm : float
+        Two middle surfaces that are nearer collide.
+    bend_mm : float
+        The tightest radius to which it bends without damage.
+    width_mm : float
+        Anything narrower is too weak to handle.
+    twist_deg : float
+        How far it may be twisted over a length that equals its width.
+    """
+
+    thickness_mm: float
+    bend_mm: float
+    width_mm: float
+    twist_deg: float
+
+
+def twist_limit_deg(thickness_mm: float, bend_mm: float) -> float:
+    """Return how far a strip may be twisted over a length that equals its width, in degrees.
+
+    A strip of width w that turns by q in each unit of length stretches its edges by
+    q^2 w^2 / 12 against its mean. The sheet's surface, bent to its tightest radius r, stretches by
+    t / 2r: the edges may do the same. So q w = sqrt(6 t / r).
+
+    Examples
+    --------
+    >>> round(twist_limit_deg(0.4, 8.0), 1)
+    31.4
+    """
+    return float(np.degrees(np.sqrt(6 * thickness_mm / bend_mm)))
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """One quantity along the ribbons, and the limit it is held to.
+
+    Parameters
+    ----------
+    rule, unit : str
+    value : (N,) float array
+        What there is.
+    limit : float
+        What is wanted.
+    at_least : bool
+        Whether the value must be at least the limit; else at most.
+    passes : (N,) int array
+        The pass at or before each place.
+    others : (N,) int array
+        The pass of another ribbon that is concerned; -1 for none.
+    position : (N, 3) float array
+    """
+
+    rule: str
+    unit: str
+    value: FloatArray
+    limit: float
+    at_least: bool
+    passes: IntArray
+    others: IntArray
+    position: FloatArray
+
+    @property
+    def margins(self) -> FloatArray:
+        """What there is over what is wanted, (N,): below 1 the rule does not hold."""
+        if self.at_least:
+            return self.value / self.limit
+        zero = self.value == 0
+        return np.where(zero, np.inf, self.limit / np.where(zero, 1.0, self.value))
+
+    @property
+    def broken(self) -> IntArray:
+        """The places where the rule does not hold, the worst first."""
+        margins = self.margins
+        places = np.flatnonzero(margins < 1 - _ROUNDING)
+        return places[np.argsort(margins[places], kind="stable")]
+
+    @property
+    def margin(self) -> float:
+        """The least margin; infinite if there is no place to measure."""
+        return float(self.margins.min()) + _ROUNDING if len(self.value) else np.inf
+
+
+def pass_of_rungs(ribbons: Ribbons) -> IntArray:
+    """Return for each rung the pass whose panel it begins or follows, (R,).
+
+    Before an open thread's first panel that is its first pass; on a ring, its last.
+    """
+    thread = np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.offsets))
+    owner = np.searchsorted(ribbons.entry, np.arange(ribbons.n_rungs), side="right") - 1
+    first, last = ribbons.pass_offsets[:-1][thread], ribbons.pass_offsets[1:][thread] - 1
+    ahead = np.where(ribbons.closed[thread], last, first)
+    return np.where(owner < first, ahead, owner)
+
+
+def measure_along(
+    ribbons: Ribbons, limits: Limits, bends: Bends | None = None, spans: Spans | None = None
+) -> dict[str, Measured]:
+    """Measure what depends on single ribbons: ``width``, ``bend`` and ``twist``.
+
+    Returns
+    -------
+    dict of str to Measured
+    """
+    bends = measure_bends(ribbons) if bends is None else bends
+    spans = measure_spans(ribbons, bends) if spans is None else spans
+    middle = (ribbons.right + ribbons.left) / 2
+    passes = np.arange(len(ribbons.entry))
+    ends = ribbons.entry + 1
+    found = {}
+    for rule, unit, value, limit, at_least, own, place in (
+        ("width", "mm", bends.width_mm, limits.width_mm, True, pass_of_rungs(ribbons), middle),
+        ("bend", "mm", spans.radius_mm, limits.bend_mm, True, passes, middle[ends]),
+        ("twist", "degrees", spans.twist_deg, limits.twist_deg, False, passes, middle[ends]),
+    ):
+        there = np.flatnonzero(~np.isnan(value))
+        found[rule] = Measured(
+            rule, unit, value[there], limit, at_least, own[there],
+            np.full(len(there), -1, dtype=np.int64), place[there],
+        )  # fmt: skip
+    return found
+
+
+def excerpt(ribbons: Ribbons, passes: IntArray) -> Ribbons:
+    """Return only what lies between some passes and the next ones, as short open ribbons.
+
+    Each begins one rung before the panel of its pass and ends one rung after the next panel, so
+    that all rungs from panel to panel measure as they do in the whole. Passes with no next one are
+    dropped.
+    """
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)[passes]
+    passes, following = passes[following >= 0], following[following >= 0]
+    thread = np.searchsorted(ribbons.pass_offsets, passes, side="right") - 1
+    start, size = ribbons.offsets[thread], np.diff(ribbons.offsets)[thread]
+    first = ribbons.entry[passes] - 1
+    # A ring with a single crossing comes back to the panel that it left.
+    counts = (ribbons.entry[following] - ribbons.entry[passes] - 1) % size + 5
+    offsets = offsets_of(counts)
+    within = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
+    begin = np.repeat(start, counts)
+    rung = begin + (np.repeat(first - start, counts) + within) % np.repeat(size, counts)
+    return Ribbons(
+        offsets=offsets,
+        right=ribbons.right[rung],
+        left=ribbons.left[rung],
+        from_right=ribbons.from_right[rung],
+        pass_offsets=2 * np.arange(len(passes) + 1),
+        entry=np.column_stack((offsets[:-1] + 1, offsets[1:] - 3)).ravel(),
+        closed=np.zeros(len(passes), dtype=bool),
+        normal=np.zeros((0, 3)),
+        centre=np.zeros((0, 3)),
+    )
+
+
+def measure_layers(ribbons: Ribbons, weave: Weave, limits: Limits) -> Measured:
+    """Measure at each crossing how far the strand above stands off the one below.
+
+    The least height of the upper panel's corners, less the greatest of the lower panel's: panels
+    that are not parallel are as near as their nearest corners.
+    """
+    crossing = weave.threads.crossing
+    normal, centre = ribbons.normal[crossing], ribbons.centre[crossing]
+    heights = np.stack(
+        [
+            np.einsum("pd,pd->p", rail[ribbons.entry + shift] - centre, normal)
+            for rail in (ribbons.right, ribbons.left)
+            for shift in (0, 1)
+        ]
+    )
+    low = np.full(weave.threads.n_crossings, np.inf)
+    high = np.full(weave.threads.n_crossings, -np.inf)
+    over = weave.over
+    np.minimum.at(low, crossing[over], heights.min(axis=0)[over])
+    np.maximum.at(high, crossing[~over], heights.max(axis=0)[~over])
+    upper, lower = (np.zeros(len(low), dtype=np.int64) for _ in range(2))
+    upper[crossing[over]] = np.flatnonzero(over)
+    lower[crossing[~over]] = np.flatnonzero(~over)
+    apart = low - high
+    return Measured("layers", "mm", apart, limits.thickness_mm, True, upper, lower, ribbons.centre)
+
+
+def measure_clearance(
+    ribbons: Ribbons, weave: Weave, limits: Limits, among: IntArray | None = None
+) -> tuple[Measured, Nearness]:
+    """Measure how near ribbons come that do not cross there; only what is too near is listed."""
+    near = near_pairs(ribbons, weave.threads.crossing, limits.thickness_mm * (1 - 1e-6), among)
+    own, other = (_pass_of_stretches(ribbons, near.pairs[:, side]) for side in (0, 1))
+    measured = Measured(
+        "clearance", "mm", near.distance_mm, limits.thickness_mm, True, own, other, near.place
+    )
+    return measured, near
+
+
+def _pass_of_stretches(ribbons: Ribbons, stretch: IntArray) -> IntArray:
+    """Return the pass at or before each stretch; its thread's first for what comes before that."""
+    count = len(ribbons.entry)
+    thread = np.clip(stretch - 2 * count, 0, None)
+    return np.where(stretch < 2 * count, stretch % max(count, 1), ribbons.pass_offsets[thread])

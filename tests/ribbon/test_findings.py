@@ -1,0 +1,263 @@
+"""Findings name the right place, and the sizes that they propose are the smallest that do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.errors import CannotMakeError
+from fabweave.job import (
+    WovenObject,
+    check_object,
+    complete_settings,
+    require_stiffness,
+    weave_object,
+)
+from fabweave.report.ribbons import ribbon_notes, ribbon_report
+from fabweave.ribbon.bends import measure_bends, measure_spans
+from fabweave.ribbon.findings import RibbonCheck, check_ribbons
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules import excerpt, twist_limit_deg
+from fabweave.ribbon.sizing import smallest_size
+from fabweave.settings import JobSettings
+from fabweave.sheet.limits import ribbon_limits
+from fabweave.sheet.material import Material, material_library, material_named
+
+
+def woven(mesh: str, **options) -> tuple[WovenObject, JobSettings, Material]:
+    settings, material = complete_settings(JobSettings(mesh=f"shape:{mesh}", **options))
+    return weave_object(settings, material), settings, material
+
+
+def checked(mesh: str, **options) -> RibbonCheck:
+    return check_object(*woven(mesh, **options))
+
+
+def rules(check: RibbonCheck) -> dict:
+    return {found.rule: found for found in check.findings}
+
+
+@given(
+    st.floats(1.0, 1e5), st.sampled_from([0.5, 1.0, 1.7]), st.integers(1, 5000), st.floats(0, 0.5)
+)
+def test_the_smallest_size_is_the_smallest(needed, power, start, bend) -> None:
+    def margin(size: int) -> float:
+        share = size / needed
+        return share**power * (1 + bend * share) / (1 + bend)
+
+    size = smallest_size(margin, start, most=10**6)
+    assert size is not None
+    assert margin(size) >= 1
+    step = max(1, size // 1000)
+    assert size == 1 or margin(size - step) < 1
+
+
+def test_a_rule_that_no_size_mends_has_none() -> None:
+    assert smallest_size(lambda _: 0.0, 10, most=1000) is None
+    assert smallest_size(lambda _: np.inf, 10, most=1000) == 1
+
+
+@pytest.mark.parametrize(
+    ("mesh", "material", "size"),
+    [
+        ("sphere?n=6", "aluminium-5052", 300.0),
+        ("sphere?n=6", "museum-board", 150.0),
+        ("torus?m=24&n=12", "birch-veneer", 250.0),
+        ("knot", "polypropylene", 200.0),
+        ("hypar", "birch-ply-1.5", 300.0),
+    ],
+)
+def test_at_the_size_proposed_every_rule_just_holds(mesh, material, size) -> None:
+    before = checked(mesh, material=material, size_mm=size)
+    assert before.findings
+    assert before.smallest_mm is not None
+    after = checked(mesh, material=material, size_mm=float(before.smallest_mm))
+    assert set(rules(after)) <= {"twist"}
+    smaller = checked(mesh, material=material, size_mm=0.98 * before.smallest_mm)
+    assert set(rules(smaller)) & {"width", "bend", "clearance"}
+    # Asked from the other side, the answer is the same.
+    assert after.smallest_mm == pytest.approx(before.smallest_mm, abs=1)
+    for rule, found in rules(before).items():
+        if found.size_mm is not None:
+            assert rule not in rules(checked(mesh, material=material, size_mm=found.size_mm))
+            assert rule in rules(
+                checked(mesh, material=material, size_mm=min(0.98 * found.size_mm, size))
+            )
+
+
+def test_a_material_too_stiff_is_refused_with_the_size_that_would_do() -> None:
+    thing, settings, material = woven("sphere?n=6", material="stainless-304", size_mm=300.0)
+    check = check_object(thing, settings, material)
+    (found,) = check.refused
+    with pytest.raises(CannotMakeError, match=f"--size {found.may_be_mm}mm") as error:
+        require_stiffness(check, material)
+    assert f"{found.size_mm}mm" in str(error.value)
+    options = {"material": "stainless-304"}
+    do = checked("sphere?n=6", size_mm=float(found.may_be_mm), **options)
+    assert not do.refused
+    assert rules(do)["bend"].severity == "warn"
+    assert checked("sphere?n=6", size_mm=0.98 * found.may_be_mm, **options).refused
+    # So would the thinner sheet.
+    thin = float(str(error.value).split("--thickness ")[1].split("mm")[0])
+    assert thin < material.thickness_mm
+    assert not checked("sphere?n=6", size_mm=300.0, thickness_mm=thin, **options).findings
+
+
+def test_materials_differ_in_what_they_can_do() -> None:
+    smallest = {
+        name: checked("sphere?n=6", material=name, size_mm=300.0).smallest_mm
+        for name in (
+            "spring-shim-0.1", "card", "polypropylene", "birch-veneer", "aluminium-5052",
+            "stainless-304",
+        )
+    }  # fmt: skip
+    assert list(smallest.values()) == sorted(smallest.values())
+    assert len(set(smallest.values())) == len(smallest)
+
+
+def spoil(ribbons: Ribbons, thread: int, by: np.ndarray) -> Ribbons:
+    own = slice(*ribbons.offsets[thread : thread + 2])
+    right, left = ribbons.right.copy(), ribbons.left.copy()
+    right[own] += by
+    left[own] += by
+    return replace(ribbons, right=right, left=left)
+
+
+def test_a_ribbon_that_sags_onto_its_partner_is_found_at_its_crossing() -> None:
+    thing, _, material = woven("torus?m=12&n=8", size_mm=300.0)
+    ribbons, threads = thing.ribbons, thing.weave.threads
+    at = int(np.flatnonzero(thing.weave.over)[7])
+    crossing = int(threads.crossing[at])
+    right, left = ribbons.right.copy(), ribbons.left.copy()
+    rungs = ribbons.entry[at] + np.array([0, 1])
+    # Only just touching: the middles are half a thickness apart.
+    drop = 0.9 * material.thickness_mm * ribbons.normal[crossing]
+    right[rungs] -= drop
+    left[rungs] -= drop
+    limits = ribbon_limits(material)
+    labels = thing.labels
+    good = check_ribbons(ribbons, thing.weave, labels, limits, size_mm=300.0)
+    assert not good.findings
+    bad = check_ribbons(
+        replace(ribbons, right=right, left=left), thing.weave, labels, limits, size_mm=300.0
+    )
+    found = rules(bad)["layers"]
+    owner = int(threads.thread_of_pass[at])
+    assert (found.crossing, found.count, found.thread) == (crossing, 1, labels[owner])
+    assert found.station == at - threads.offsets[owner]
+    assert found.position == pytest.approx(ribbons.centre[crossing], abs=1e-3)
+    gap = good.measured["layers"].value[crossing] - 0.9 * material.thickness_mm
+    assert found.value == pytest.approx(gap, abs=1e-6)
+
+
+def test_a_shifted_ribbon_is_found_by_name() -> None:
+    thing, _, material = woven("sphere?n=4", size_mm=300.0)
+    spoilt = spoil(thing.ribbons, 3, np.array([8.0, 5.0, 2.0]))
+    check = check_ribbons(spoilt, thing.weave, thing.labels, ribbon_limits(material), size_mm=300.0)
+    found = rules(check)["clearance"]
+    assert found.value == 0
+    measured = check.measured["clearance"]
+    threads = thing.weave.threads.thread_of_pass
+    # All that is too near now concerns the ribbon that was moved.
+    pairs = np.column_stack((threads[measured.passes], threads[measured.others]))
+    assert np.all((pairs == 3).any(axis=1))
+    assert thing.labels[3] in (found.thread, found.other)
+    assert "through one another" in ribbon_notes(check)[-1] or any(
+        "through one another" in note for note in ribbon_notes(check)
+    )
+
+
+def test_a_pinched_ribbon_is_found_at_its_place() -> None:
+    thing, _, material = woven("sphere?n=4", size_mm=300.0)
+    ribbons, threads = thing.ribbons, thing.weave.threads
+    at = 29
+    rung = int(ribbons.entry[at])
+    left = ribbons.left.copy()
+    left[rung] = ribbons.right[rung] + 0.04 * (left[rung] - ribbons.right[rung])
+    check = check_ribbons(
+        replace(ribbons, left=left), thing.weave, thing.labels, ribbon_limits(material),
+        size_mm=300.0,
+    )  # fmt: skip
+    found = rules(check)["width"]
+    assert found.count == 1
+    assert found.crossing == threads.crossing[at]
+    assert found.thread == thing.labels[threads.thread_of_pass[at]]
+    assert found.value < 1.0
+
+
+def test_clearance_is_mended_by_the_width_proposed() -> None:
+    before = rules(checked("tetrahedron", size_mm=400.0))["clearance"]
+    assert before.size_mm is None
+    factor = before.width_factor
+    assert factor is not None
+    width = JobSettings(mesh="").width
+    for share, holds in ((factor, True), (factor + 0.05, False)):
+        narrower = replace(width, relative=width.relative * share)
+        found = rules(checked("tetrahedron", size_mm=400.0, width=narrower))
+        assert ("clearance" not in found) == holds
+
+
+def test_twist_is_mended_by_the_width_proposed() -> None:
+    thing, settings, material = woven("torus?m=24&n=12", size_mm=2000.0, material="stainless-304")
+    found = rules(check_object(thing, settings, material)).get("twist")
+    assert found is not None
+    assert found.limit == pytest.approx(twist_limit_deg(0.5, 235.0))
+    assert found.width_factor is not None
+    width = replace(settings.width, relative=settings.width.relative * found.width_factor)
+    again = checked("torus?m=24&n=12", size_mm=2000.0, material="stainless-304", width=width)
+    assert "twist" not in rules(again)
+
+
+@given(st.integers(0, 10**6))
+def test_an_excerpt_measures_as_the_whole_does(seed) -> None:
+    thing = _WHOLE[seed % len(_WHOLE)]
+    ribbons = thing.ribbons
+    count = len(ribbons.entry)
+    passes = np.unique(np.random.default_rng(seed).integers(0, count, 5))
+    whole_bends = measure_bends(ribbons)
+    whole = measure_spans(ribbons, whole_bends)
+    part = excerpt(ribbons, passes)
+    found = measure_spans(part, measure_bends(part))
+    kept = passes[~np.isnan(whole.length_mm[passes])]
+    assert part.n_rungs >= 6 * len(kept)
+    for name in ("radius_mm", "twist_deg", "length_mm"):
+        expected, got = getattr(whole, name)[kept], getattr(found, name)[::2]
+        assert got == pytest.approx(expected, rel=1e-9, nan_ok=True)
+    assert np.isnan(found.length_mm[1::2]).all()
+
+
+_WHOLE = [
+    woven(mesh, size_mm=300.0, **options)[0]
+    for mesh, options in (
+        ("torus?m=8&n=4", {}),
+        ("hypar", {"smooth": 0}),
+        ("tetrahedron", {"smooth": 5}),
+        ("hemisphere", {"boundary": "turn"}),
+    )
+]
+
+
+@pytest.mark.parametrize("material", [m.name for m in material_library()])
+def test_limits_follow_the_material(material: str) -> None:
+    limits = ribbon_limits(material_named(material))
+    assert limits.width_mm >= max(limits.thickness_mm, 1.0)
+    # At the limit the edges stretch as the surface does in the tightest bend.
+    twist = np.radians(limits.twist_deg)
+    assert twist**2 / 12 == pytest.approx(limits.thickness_mm / (2 * limits.bend_mm))
+
+
+def test_the_report_gives_each_thread_its_figures() -> None:
+    thing, settings, material = woven("torus?m=12&n=8", size_mm=300.0)
+    check = check_object(thing, settings, material)
+    report = ribbon_report(check, thing.ribbons, thing.labels)
+    assert [one["thread"] for one in report["threads"]] == list(thing.labels)
+    assert sum(one["crossings"] for one in report["threads"]) == 2 * thing.weave.threads.n_crossings
+    assert min(one["bend_mm"] for one in report["threads"]) == pytest.approx(
+        float(check.measured["bend"].value.min()), abs=1e-3
+    )
+    for one in report["threads"]:
+        assert one["narrowest_mm"] <= one["widest_mm"]
+        # Flat panels leave all bending to what lies between: tighter than the softest ribbon.
+        assert one["modelled_bend_mm"] <= one["bend_mm"]
