@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Hashable, Iterable
 
+from fabweave.verify.check_ribbons import check_ribbon_references
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
@@ -19,6 +20,8 @@ def check_references(job: Job, tally: Tally) -> None:
     _check_pieces(plan, tally)
     if job.model is not None:
         _check_model(plan, job, tally)
+    if job.ribbons is not None:
+        check_ribbon_references(plan, job.ribbons, tally)
 
 
 def _twice(ids: Iterable[Hashable]) -> list[Hashable]:

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from fabweave.verify.check_ribbons import check_ribbon_figures
 from fabweave.verify.crossing_map import Piece
 from fabweave.verify.developing import Developed
 from fabweave.verify.drawing import Floats
@@ -18,7 +19,10 @@ HOLE_MM = 0.01
 
 
 def check_unfolding(job: Job, tally: Tally) -> None:
-    """Check stations, lengths and outlines of every piece against the unfolded model."""
+    """Check stations, lengths and outlines of every piece against the unfolded model.
+
+    The figures that are stated of whole ribbons are checked, too.
+    """
     plan = job.map
     if plan is None or job.model is None:
         return
@@ -32,6 +36,7 @@ def check_unfolding(job: Job, tally: Tally) -> None:
             )
             continue
         _check_piece(piece, own, tally)
+    check_ribbon_figures(job, tally)
 
 
 def _check_piece(piece: Piece, own: Developed, tally: Tally) -> None:

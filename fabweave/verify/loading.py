@@ -46,6 +46,7 @@ class Job:
     crossing_rows: Rows | None
     piece_rows: Rows | None
     waste: dict[str, Any] | None
+    ribbons: dict[str, Any] | None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -142,6 +143,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
         piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
         waste=read("waste.json", _read_waste),
+        ribbons=read("ribbons.json", _read_ribbons),
     )
 
 
@@ -186,14 +188,30 @@ def _read_csv(path: Path, columns: tuple[str, ...]) -> Rows:
 
 def _read_waste(path: Path) -> dict[str, Any]:
     """Read the material report."""
+    document = _read_document(path, "fabweave.waste/1")
+    if not isinstance(document.get("sheets"), list) or not isinstance(document.get("totals"), dict):
+        raise ReadError("it has no list of sheets or no totals")
+    return document
+
+
+def _read_ribbons(path: Path) -> dict[str, Any]:
+    """Read the figures and findings of the ribbons."""
+    document = _read_document(path, "fabweave.ribbons/1")
+    for key in ("threads", "findings"):
+        records = document.get(key)
+        if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
+            raise ReadError(f"it has no list of {key}")
+    return document
+
+
+def _read_document(path: Path, schema: str) -> dict[str, Any]:
+    """Read JSON of a schema, in millimetres."""
     try:
         document = json.loads(path.read_text("utf-8"))
     except (ValueError, RecursionError) as error:
         raise ReadError(f"it is not JSON: {error}") from error
-    if not isinstance(document, dict) or document.get("schema") != "fabweave.waste/1":
-        raise ReadError("its schema is not 'fabweave.waste/1'")
+    if not isinstance(document, dict) or document.get("schema") != schema:
+        raise ReadError(f"its schema is not {schema!r}")
     if document.get("units") != "mm":
         raise ReadError("its units are not 'mm'")
-    if not isinstance(document.get("sheets"), list) or not isinstance(document.get("totals"), dict):
-        raise ReadError("it has no list of sheets or no totals")
     return document

@@ -22,6 +22,7 @@ MISSING = {
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
+    "ribbons.json": "files",
     "waste.json": "files areas",
     "waste.html": "files",
     "render.png": "files",
@@ -542,3 +543,40 @@ def test_nan_is_never_good_enough(job):
     path.write_text(json.dumps(document))
     assert set(told(path.parent)) == {"areas"}
     assert np.isnan(json.loads(path.read_text())["totals"]["waste_mm2"])
+
+
+@pytest.mark.parametrize("key", ["length_mm", "narrowest_mm", "widest_mm"])
+@pytest.mark.parametrize("value", ["more", "gone", "text", "nan"])
+def test_every_figure_of_the_ribbons(job, key, value):
+    path = job() / "ribbons.json"
+    document = json.loads(path.read_text())
+    entry = document["threads"][1]
+    if value == "gone":
+        del entry[key]
+    elif value == "text":
+        entry[key] = str(entry[key])
+    else:
+        entry[key] += 0.1 if value == "more" else float("nan")
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"unfolding"}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("thread", "nobody"), ("station", 99), ("station", "1"), ("crossing", 10**6),
+     ("other", "nobody"), ("severity", "refuse")],
+)  # fmt: skip
+def test_findings_about_ribbons_refer_to_what_there_is(job, key, value):
+    path = job() / "ribbons.json"
+    document = json.loads(path.read_text())
+    document["findings"][0][key] = value
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"files"}
+
+
+def test_ribbons_of_other_threads(job):
+    path = job() / "ribbons.json"
+    document = json.loads(path.read_text())
+    document["threads"].reverse()
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"files"}

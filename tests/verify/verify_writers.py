@@ -280,6 +280,39 @@ def write_waste(specimen, folder):
     (folder / "waste.html").write_text("<html></html>")
 
 
+def write_ribbons(specimen, folder):
+    threads = []
+    for thread in specimen.plan["threads"]:
+        strip = specimen.strips.get(thread["label"])
+        if strip is None or not thread["crossings"]:
+            continue
+        ends = [np.asarray(rung, dtype=float) for rung in strip["rungs"]]
+        middle = [(right + left) / 2 for right, left in ends]
+        ways = [b - a for a, b in itertools.pairwise(middle)]
+        if strip["closed"]:
+            ways.append(middle[0] - middle[-1])
+        widths = []
+        for at, (right, left) in enumerate(ends):
+            near = [at - 1, at] if strip["closed"] else [k for k in (at - 1, at) if k >= 0]
+            near = [ways[k] for k in near if k < len(ways)]
+            way = sum(v / math.dist(v, (0, 0, 0)) for v in near)
+            way /= math.dist(way, (0, 0, 0))
+            rung = left - right
+            widths.append(math.sqrt(max(rung @ rung - (rung @ way) ** 2, 0.0)))
+        threads.append(
+            {"thread": thread["label"], "crossings": len(thread["crossings"]),
+             "length_mm": sum(math.dist(v, (0, 0, 0)) for v in ways),
+             "narrowest_mm": min(widths), "widest_mm": max(widths)}
+        )  # fmt: skip
+    first = threads[0]["thread"]
+    crossings = next(t["crossings"] for t in specimen.plan["threads"] if t["label"] == first)
+    finding = {"rule": "bend", "severity": "warn", "thread": first, "station": 1,
+               "crossing": crossings[1], "other": None}  # fmt: skip
+    ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
+               "threads": rounded(threads)}  # fmt: skip
+    (folder / "ribbons.json").write_text(json.dumps(ribbons))
+
+
 def write_sheets(specimen, folder, *, r12=False, edit=None):
     """Write the drawings; ``edit`` changes the list of shapes of each sheet."""
     (folder / "sheets").mkdir(exist_ok=True)
@@ -316,6 +349,7 @@ def write_job(specimen, folder):
     (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))
     write_tables(specimen, folder)
     write_waste(specimen, folder)
+    write_ribbons(specimen, folder)
     write_sheets(specimen, folder)
     (folder / "render.png").write_bytes(png_bytes())
     return folder
