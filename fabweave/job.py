@@ -17,7 +17,7 @@ from fabweave.mesh.resize import largest_dimension
 from fabweave.report.notes import all_notes
 from fabweave.report.portrait import portrait_png
 from fabweave.report.ribbons import hole_findings, ribbon_notes
-from fabweave.ribbon.check import require_width, thread_lengths
+from fabweave.ribbon.check import require_width, thread_lengths, widest_width
 from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.findings import RibbonCheck, check_ribbons, require_pliable
 from fabweave.ribbon.project import Ribbons, project_ribbons
@@ -295,6 +295,7 @@ def make_job(
             *thing.woven.notes,
             *thing.chosen.notes,
             *all_notes(thing.woven.mesh, weave, thing.ribbons, made, marks, rules),
+            _widest_note(thing, settings),
             *ribbon_notes(check),
         ),
     )
@@ -343,6 +344,15 @@ def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...
     else:
         holes = [hole for hole in HOLES_MM if hole >= least] or [least]
     return tuple(HoleRule(hole, hole_edge_mm(material, hole)) for hole in holes)
+
+
+def _widest_note(thing: WovenObject, settings: JobSettings) -> str:
+    """Say how wide ribbons of one width could be."""
+    widest = widest_width(
+        thing.woven.mesh, thing.woven.halfedges, thing.weave, length=settings.crossing
+    )
+    # Rounded down: what is said has room.
+    return f"width: ribbons of one width have room everywhere up to {int(widest * 100) / 100:g} mm"
 
 
 def plan_runs(thing: WovenObject, settings: JobSettings) -> Runs:

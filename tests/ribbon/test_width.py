@@ -12,7 +12,7 @@ from fabweave.job import complete_settings, lay_ribbons, plan_runs, weave_object
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import parse_shape
-from fabweave.ribbon.check import ribbon_widths
+from fabweave.ribbon.check import ribbon_widths, widest_width
 from fabweave.ribbon.project import project_ribbons
 from fabweave.ribbon.width import WidthRule, parse_width
 from fabweave.settings import JobSettings
@@ -103,3 +103,14 @@ def test_runs_of_open_threads_lap_only_between_pieces() -> None:
     runs = plan_runs(thing, settings)
     crossed = np.count_nonzero(thing.weave.threads.lengths)
     assert len(runs.laps(thing.weave.threads)) == len(runs.thread) - crossed
+
+
+@pytest.mark.parametrize("shape", ["torus?m=12&n=8", "sphere?n=4", "hypar"])
+def test_the_widest_width_for_all_is_reached_and_no_wider_one(shape: str) -> None:
+    mesh = resize_mesh(parse_shape(f"shape:{shape}"), size_mm=400.0)[0]
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    widest = widest_width(mesh, halfedges, weave, length=0.7)
+    assert widths(shape, WidthRule(0.65, widest, widest)) == pytest.approx(widest, rel=1e-9)
+    wider = 1.01 * widest
+    assert widths(shape, WidthRule(0.65, wider, wider)).min() < 0.995 * wider
