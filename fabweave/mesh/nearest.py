@@ -1,0 +1,122 @@
+"""Find the closest points of a surface."""
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.rings import sum_at
+
+
+def face_fans(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArray]:
+    """Cut every face into triangles around its centre: the surface that ribbons are laid on.
+
+    Other than cutting along diagonals, this favours no corner, so symmetry is kept.
+
+    Returns
+    -------
+    points : (V + F, 3) float array
+        The vertices, and the centres of the faces.
+    triangles : (H, 3) int array
+        One triangle for each half-edge: its face's centre, its tail and its head.
+    """
+    points = np.concatenate([mesh.vertices, face_centres(mesh)])
+    return points, np.column_stack(
+        [mesh.n_vertices + halfedges.face, halfedges.tail, halfedges.head]
+    )
+
+
+class Surface:
+    """A surface of triangles, asked for the closest points to places.
+
+    Parameters
+    ----------
+    points : (N, 3) float array
+        Finite.
+    triangles : (T, 3) int array
+        Corners; triangles without area are left out.
+    """
+
+    def __init__(self, points: FloatArray, triangles: IntArray) -> None:
+        """Sort the triangles into a tree."""
+        # igl takes a while to import, and most jobs never need it.
+        from igl import AABB  # noqa: PLC0415 -- see above
+
+        # igl ends the interpreter on input that it does not expect, so nothing odd goes there.
+        if not np.isfinite(points).all():
+            raise ValueError("a surface needs finite points")
+        if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(points):
+            raise ValueError("triangles name points that do not exist")
+        self._origin = points.mean(axis=0) if len(points) else np.zeros(3)
+        reach = float(np.abs(points - self._origin).max(initial=0.0))
+        # A power of two rounds nothing, and keeps squares in range.
+        self._scale = float(np.ldexp(1.0, -int(np.frexp(reach)[1])))
+        self._points = np.ascontiguousarray((points - self._origin) * self._scale)
+        corner = self._points[triangles]
+        area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        wide = np.any(area != 0, axis=1)
+        if not wide.any():
+            raise ValueError("a surface needs triangles with an area")
+        self._triangles = np.ascontiguousarray(triangles[wide])
+        size = np.linalg.norm(area[wide], axis=1, keepdims=True)
+        self._normals = area[wide] / size
+        # Normals at points, by area: a triangle's normal jumps at its edges, these do not.
+        spread = np.repeat(area[wide], 3, axis=0)
+        self._smooth = unit(sum_at(self._triangles.reshape(-1), spread, len(points)))
+        self._tree = AABB()
+        self._tree.init(self._points, self._triangles)
+
+    def closest(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the closest points of the surface, (N, 3), and the normals there.
+
+        Parameters
+        ----------
+        places : (N, 3) float array
+            Finite.
+
+        Returns
+        -------
+        points : (N, 3) float array
+        normals : (N, 3) float array
+            Unit vectors that turn continuously across edges.
+        distances : (N,) float array
+        """
+        if not len(places):
+            return places, places, np.zeros(0)
+        if not np.isfinite(places).all():
+            raise ValueError("places must be finite")
+        asked = np.ascontiguousarray((places - self._origin) * self._scale)
+        square, nearest, found = self._tree.squared_distance(self._points, self._triangles, asked)
+        corners = self._triangles[np.asarray(nearest, dtype=np.int64).reshape(-1)]
+        points = np.asarray(found, dtype=np.float64).reshape(-1, 3)
+        share = _barycentric(points, self._points[corners])
+        normals = unit(np.einsum("nk,nkd->nd", share, self._smooth[corners]))
+        flat = ~np.any(normals, axis=1)
+        normals[flat] = self._normals[np.asarray(nearest).reshape(-1)[flat]]
+        distances = np.sqrt(np.maximum(np.asarray(square).reshape(-1), 0.0)) / self._scale
+        return points / self._scale + self._origin, normals, distances
+
+
+def _barycentric(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return the shares of the three corners at points of their triangles, (N, 3)."""
+    side = corners[:, 1:] - corners[:, :1]
+    here = points - corners[:, 0]
+    a, b, c = (np.einsum("nd,nd->n", side[:, i], side[:, j]) for i, j in ((0, 0), (0, 1), (1, 1)))
+    p, q = (np.einsum("nd,nd->n", side[:, i], here) for i in range(2))
+    det = a * c - b * b
+    det = np.where(det > 0, det, 1.0)
+    second, third = (c * p - b * q) / det, (a * q - b * p) / det
+    shares = np.clip(np.column_stack([1 - second - third, second, third]), 0.0, 1.0)
+    return shares / np.maximum(shares.sum(axis=1, keepdims=True), 1e-300)
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return vectors at length one; zero stays zero.
+
+    Examples
+    --------
+    >>> unit(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]])).tolist()
+    [[0.0, 0.6, 0.8], [0.0, 0.0, 0.0]]
+    """
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)
