@@ -153,6 +153,15 @@ _WEAVING = (
         "mid-edge, quads.",
     ),
     click.option(
+        "--fair",
+        type=click.IntRange(0, 1000),
+        default=DEFAULTS.fair,
+        show_default=True,
+        help="Move the vertices along the surface in so many steps, such as 50, so that threads "
+        "run straighter and narrow ribbons find room. Sharp edges stay; a coarse mesh loses some "
+        "shape, so refine it first.",
+    ),
+    click.option(
         "--pattern",
         type=Checked("PATTERN", "fabweave.weave.choose", "parse_pattern"),
         default=DEFAULTS.pattern,
@@ -284,6 +293,7 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         scale=options["scale"],
         remesh=options["remesh"],
         refine=options["refine"],
+        fair=options["fair"],
         pattern=options["pattern"],
         boundary=options["boundary"],
         material=options["material"],

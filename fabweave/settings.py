@@ -33,8 +33,8 @@ class JobSettings:
     """Everything that decides what a job makes; lengths in millimetres.
 
     ``remesh`` and ``refine`` are as on the command line, such as ``"quads:3000"`` and
-    ``"catmull-clark:2"``; ``boundary`` says what threads do at the boundary of an open mesh: end
-    or turn back. ``width`` is the ribbons' width and ``crossing`` the relative crossing length of
+    ``"catmull-clark:2"``; ``fair`` counts steps of fairing; ``boundary`` says what threads do at
+    the boundary of an open mesh: end or turn back. ``width`` is the ribbons' width and ``crossing`` the relative crossing length of
     the projection method; ``smooth`` counts the cross-lines between two crossings. ``None`` means
     that fabweave chooses: the material's thickness, gap and sheet, pieces of about a dozen
     crossings, and the largest hole that the ribbons have room for (``hole_mm=0``: no holes).
@@ -45,6 +45,7 @@ class JobSettings:
     scale: float | None = None
     remesh: str | None = None
     refine: str | None = None
+    fair: int = 0
     pattern: str = "plain"
     boundary: str = "end"
     material: str = "card"
@@ -86,6 +87,7 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "scale": settings.scale,
         "remesh": settings.remesh,
         "refine": settings.refine,
+        "fair": settings.fair,
         "pattern": settings.pattern,
         "boundary": settings.boundary,
         "material": settings.material,

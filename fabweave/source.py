@@ -1,4 +1,4 @@
-"""Bring the mesh of a job to the loom: read or build it, check, remesh, refine and size it."""
+"""Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
+from fabweave.mesh.fair import fair_mesh
 from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -58,7 +59,8 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first checked, oriented and brought to size; then remeshed to quads, then refined,
-    and brought to size again where that changed it; at last subdivided for triaxial twill.
+    then faired, and brought to size again where that changed it; at last subdivided for triaxial
+    twill.
 
     Raises
     ------
@@ -126,7 +128,7 @@ def _require_size(size_mm: float) -> None:
 def _changed(
     mesh: PolyMesh, settings: JobSettings, progress: Progress
 ) -> tuple[PolyMesh, int, list[str]]:
-    """Remesh, refine and subdivide as the settings ask; say what became of the mesh."""
+    """Remesh, refine, fair and subdivide as the settings ask; say what became of the mesh."""
     notes: list[str] = []
     done = []
     if settings.remesh:
@@ -141,6 +143,13 @@ def _changed(
         done.append(f"refined by {format_refinements(refinements)}")
     if done and settings.size_mm is not None:
         mesh, _ = resize_mesh(mesh, size_mm=settings.size_mm)
+    if settings.fair:
+        faired = fair_mesh(mesh, settings.fair, progress=progress)
+        mesh, scale = faired.mesh, 1.0
+        if settings.size_mm is not None:
+            mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)
+        notes.append(faired.note(scale))
+        done.append("faired")
     n_old_vertices = 0
     if settings.pattern == "triaxial":
         n_old_vertices = mesh.n_vertices
