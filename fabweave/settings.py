@@ -34,10 +34,11 @@ class JobSettings:
 
     ``remesh`` and ``refine`` are as on the command line, such as ``"quads:3000"`` and
     ``"catmull-clark:2"``; ``fair`` counts steps of fairing; ``boundary`` says what threads do at
-    the boundary of an open mesh: end or turn back. ``width`` is the ribbons' width and ``crossing`` the relative crossing length of
-    the projection method; ``smooth`` counts the cross-lines between two crossings. ``None`` means
-    that fabweave chooses: the material's thickness, gap and sheet, pieces of about a dozen
-    crossings, and the largest hole that the ribbons have room for (``hole_mm=0``: no holes).
+    the boundary of an open mesh: end or turn back. ``width`` is the ribbons' width and
+    ``crossing`` the relative crossing length of the projection method; ``smooth`` counts the
+    cross-lines between two crossings. ``None`` means that fabweave chooses: the material's
+    thickness, gap and sheet, pieces of about a dozen crossings, and the largest hole that the
+    ribbons have room for (``hole_mm=0``: no holes).
     """
 
     mesh: str
