@@ -26,7 +26,7 @@ _AT_REST = 1e-9
 _DAMPING = 1e-2
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Waviness:
     """How wavy the threads of a mesh are, and how even the ribbons.
 

@@ -132,10 +132,11 @@ class Ground:
         """Return where a move leads from the start; where not changed, as in the last try."""
         positions, normals = last.positions.copy(), last.normals.copy()
         free = self._free[changed[self._free]]
-        aims = start.positions[free] + move[free]
+        up = start.normals[free]
+        aims = self._surface.dropped(start.positions[free] + move[free], up)
         points, normal, _ = self._surface.closest(aims)
         # The closest point may be on the other side of something thin.
-        stays = np.einsum("nd,nd->n", normal, start.normals[free]) <= 0
+        stays = np.einsum("nd,nd->n", normal, up) <= 0
         stays |= ~np.any(move[free], axis=1)
         positions[free] = np.where(stays[:, None], start.positions[free], points)
         normals[free] = np.where(stays[:, None], start.normals[free], normal)

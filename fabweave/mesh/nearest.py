@@ -26,6 +26,10 @@ def face_fans(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArra
     )
 
 
+# Planes that a direction meets at a smaller sine are not aimed at.
+_LEAST_STEEP = 0.5
+
+
 class Surface:
     """A surface of triangles, asked for the closest points to places.
 
@@ -85,16 +89,49 @@ class Surface:
             return places, places, np.zeros(0)
         if not np.isfinite(places).all():
             raise ValueError("places must be finite")
-        asked = np.ascontiguousarray((places - self._origin) * self._scale)
-        square, nearest, found = self._tree.squared_distance(self._points, self._triangles, asked)
-        corners = self._triangles[np.asarray(nearest, dtype=np.int64).reshape(-1)]
-        points = np.asarray(found, dtype=np.float64).reshape(-1, 3)
+        square, nearest, points = self._nearest((places - self._origin) * self._scale)
+        corners = self._triangles[nearest]
         share = _barycentric(points, self._points[corners])
         normals = unit(np.einsum("nk,nkd->nd", share, self._smooth[corners]))
         flat = ~np.any(normals, axis=1)
-        normals[flat] = self._normals[np.asarray(nearest).reshape(-1)[flat]]
-        distances = np.sqrt(np.maximum(np.asarray(square).reshape(-1), 0.0)) / self._scale
+        normals[flat] = self._normals[nearest[flat]]
+        distances = np.sqrt(np.maximum(square, 0.0)) / self._scale
         return points / self._scale + self._origin, normals, distances
+
+    def dropped(self, places: FloatArray, along: FloatArray) -> FloatArray:
+        """Return places moved along directions to the plane of their closest triangle, (N, 3).
+
+        A place below a ridge is equally near to both of its sides; moved up to the plane of
+        either, it comes to the ridge. Places where the direction runs along the plane stay.
+
+        Parameters
+        ----------
+        places : (N, 3) float array
+            Finite.
+        along : (N, 3) float array
+            Unit vectors.
+        """
+        if not len(places):
+            return places
+        asked = (places - self._origin) * self._scale
+        _, nearest, points = self._nearest(asked)
+        normals = self._normals[nearest]
+        steep = np.einsum("nd,nd->n", along, normals)
+        height = np.einsum("nd,nd->n", points - asked, normals)
+        usable = np.abs(steep) > _LEAST_STEEP
+        way = np.where(usable, height / np.where(usable, steep, 1.0), 0.0)
+        return places + way[:, None] / self._scale * along
+
+    def _nearest(self, asked: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Return squared distances, triangles and closest points, all in the tree's scale."""
+        square, nearest, found = self._tree.squared_distance(
+            self._points, self._triangles, np.ascontiguousarray(asked)
+        )
+        return (
+            np.asarray(square, dtype=np.float64).reshape(-1),
+            np.asarray(nearest, dtype=np.int64).reshape(-1),
+            np.asarray(found, dtype=np.float64).reshape(-1, 3),
+        )
 
 
 def _barycentric(points: FloatArray, corners: FloatArray) -> FloatArray:

@@ -86,9 +86,9 @@ class Lines:
         return unit(self.at(ahead) - self.at(behind))
 
     def wrapped(self, place: FloatArray) -> FloatArray:
-        """Bring places on rings back to between their start and end."""
+        """Bring places back to their lines: around rings, and no further than the end of others."""
         round_it = self.start + np.mod(place - self.start, np.where(self.closed, self.length, 1.0))
-        return np.where(self.closed, round_it, place)
+        return np.where(self.closed, round_it, np.clip(place, self.start, self.start + self.length))
 
 
 def find_lines(mesh: PolyMesh, halfedges: Halfedges, sharp_deg: float = SHARP_DEG) -> Lines:
