@@ -16,7 +16,16 @@ from rich.text import Text
 
 from fabweave import __version__
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.options import DEFAULTS, Direction, Hole, Length, job_settings, weaving_options
+from fabweave.options import (
+    DEFAULTS,
+    TARGET,
+    TARGET_HELP,
+    Direction,
+    Hole,
+    Length,
+    job_settings,
+    weaving_options,
+)
 from fabweave.outfiles import check_file, write_files
 from fabweave.report.view import Up, View
 from fabweave.sections import SectionedCommand
@@ -61,6 +70,16 @@ def cli() -> None:
     show_default=True,
     help="Version of the DXF files; R12 for very old machines (it cannot carry units).",
 )
+@click.option(
+    "--target",
+    type=TARGET,
+    default=DEFAULTS.target,
+    show_default=True,
+    help=TARGET_HELP,
+)
+@click.option(
+    "--strict", is_flag=True, help="Refuse a job that breaks a rule of the material or the target."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: Any) -> None:
@@ -78,7 +97,9 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
       fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
     # Here and below, heavy imports wait until there is work to do, so that --help is quick.
+    from fabweave.cut.preflight import flaw_lines  # noqa: PLC0415
     from fabweave.folder import run_job  # noqa: PLC0415
+    from fabweave.preflight_job import preflight_job  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
     with _progress(quiet or as_json) as progress:
@@ -108,6 +129,10 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
         f"proved by {len(proof.checks)} checks of the written files",
         markup=False,
     )
+    # Widths and bends are among the notes already.
+    told = [flaw for flaw in preflight_job(output).flaws if flaw.rule not in ("width", "bend")]
+    for line in flaw_lines(tuple(told)):
+        console.print(f"preflight: {line}", markup=False)
     console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)
 
 
@@ -141,6 +166,40 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
             for finding in check.findings:
                 console.print(f"{check.name}: {finding}", markup=False, soft_wrap=True)
     if not proof.ok:
+        sys.exit(1)
+
+
+@cli.command()
+@click.argument("directory", type=click.Path(path_type=Path))
+@click.option(
+    "--target", type=TARGET, metavar="NAME", help=f"{TARGET_HELP} [default: the job's own]"
+)
+@click.option("--strict", is_flag=True, help="Exit with 1 if any rule is broken.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing; with --strict, the code tells.")
+def preflight(
+    directory: Path, target: str | None, strict: bool, as_json: bool, quiet: bool
+) -> None:
+    """Check a finished job's pieces against the rules of its material and of who cuts it.
+
+    Least holes, their distance to edges, webs, gaps, sizes, short sides, narrow ribbons and tight
+    bends; each finding says on which piece, where on its sheet, what is asked for, and what
+    would help.
+    """
+    from fabweave.cut.preflight import flaw_lines  # noqa: PLC0415
+    from fabweave.folder import folder_is_readable  # noqa: PLC0415
+    from fabweave.preflight_job import preflight_job  # noqa: PLC0415
+
+    folder_is_readable(directory)
+    found = preflight_job(directory, target)
+    if as_json:
+        click.echo(json.dumps(found.record, indent=1))
+    elif not quiet:
+        for line in flaw_lines(found.flaws):
+            click.echo(line)
+        if not found.flaws:
+            click.echo(f"no rule is broken: {found.target.title}, {found.material.title}")
+    if strict and found.flaws:
         sys.exit(1)
 
 

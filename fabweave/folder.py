@@ -13,8 +13,10 @@ from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.crossing_map import crossing_map, crossing_table
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
+from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
 from fabweave.cut.preview import write_png
 from fabweave.cut.svg import write_svg
+from fabweave.cut.targets import target_named
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
@@ -197,6 +199,12 @@ def _write_tables(job: Job, directory: Path) -> None:
     )
     ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
     _write(directory / "ribbons.json", json_text(ribbons))
+    target = target_named(job.settings.target)
+    flaws = preflight(plan, ribbons, job.material, target)
+    if job.settings.strict and flaws:
+        lines = "\n".join(f"  {line}" for line in flaw_lines(flaws))
+        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
+    _write(directory / "preflight.json", json_text(preflight_record(flaws, job.material, target)))
     _write(directory / "waste.json", json_text(report))
     _write(
         directory / "waste.html",

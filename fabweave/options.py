@@ -115,6 +115,12 @@ def load_config(ctx: click.Context, _param: click.Parameter, value: Path | None)
     return value
 
 
+TARGET = Checked("NAME", "fabweave.cut.targets", "target_named")
+TARGET_HELP = (
+    "Whose rules for holes, webs, gaps and sizes the pieces are checked against: default (rules of "
+    "practice), cutitout, cutlasercut, fictiv, gosnapcut or snijlab."
+)
+
 #: What decides the mesh, the weave and the ribbons, and so belongs to making and to inspecting.
 _WEAVING = (
     click.argument("mesh", required=False),
@@ -311,4 +317,6 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         seed=options["seed"],
         colours=options["colours"],
         dxf=options.get("dxf", DEFAULTS.dxf),
+        target=options.get("target", DEFAULTS.target),
+        strict=options.get("strict", DEFAULTS.strict),
     )

@@ -38,7 +38,8 @@ class JobSettings:
     ``crossing`` the relative crossing length of the projection method; ``smooth`` counts the
     cross-lines between two crossings. ``None`` means that fabweave chooses: the material's
     thickness, gap and sheet, pieces of about a dozen crossings, and the largest hole that the
-    ribbons have room for (``hole_mm=0``: no holes).
+    ribbons have room for (``hole_mm=0``: no holes). ``target`` names whose rules the pieces are
+    checked against, and ``strict`` refuses a job that breaks one.
     """
 
     mesh: str
@@ -64,6 +65,8 @@ class JobSettings:
     seed: int = 0
     colours: Strategy = "safe"
     dxf: str = "R2010"
+    target: str = "default"
+    strict: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a seed that no job.toml could hold."""
@@ -106,6 +109,8 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "seed": settings.seed,
         "colours": settings.colours,
         "dxf": settings.dxf,
+        "target": settings.target,
+        "strict": settings.strict,
     }
 
 

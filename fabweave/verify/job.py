@@ -11,6 +11,7 @@ from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
+from fabweave.verify.check_preflight import check_preflight
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space
 from fabweave.verify.check_tables import check_tables
@@ -38,6 +39,7 @@ _FILES = {
     "crossing_rows": "crossing_map.csv",
     "piece_rows": "pieces.csv",
     "waste": "waste.json",
+    "preflight": "preflight.json",
 }
 
 _TASKS = (
@@ -56,6 +58,7 @@ _TASKS = (
     _Task("sheets", ("map",), check_sheets),
     _Task("simple", ("map",), check_simple),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),
+    _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("tables", ("map", "crossing_rows", "piece_rows"), check_tables),
 )
 

@@ -47,6 +47,7 @@ class Job:
     piece_rows: Rows | None
     waste: dict[str, Any] | None
     ribbons: dict[str, Any] | None
+    preflight: dict[str, Any] | None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -144,6 +145,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
         waste=read("waste.json", _read_waste),
         ribbons=read("ribbons.json", _read_ribbons),
+        preflight=read("preflight.json", _read_preflight),
     )
 
 
@@ -201,6 +203,15 @@ def _read_ribbons(path: Path) -> dict[str, Any]:
         records = document.get(key)
         if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
             raise ReadError(f"it has no list of {key}")
+    return document
+
+
+def _read_preflight(path: Path) -> dict[str, Any]:
+    """Read which rules are broken where."""
+    document = _read_document(path, "fabweave.preflight/1")
+    flaws = document.get("flaws")
+    if not isinstance(flaws, list) or not all(isinstance(one, dict) for one in flaws):
+        raise ReadError("it has no list of flaws")
     return document
 
 

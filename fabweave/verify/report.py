@@ -28,6 +28,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
+        "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",
     }
 )

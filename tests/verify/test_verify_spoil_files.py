@@ -10,10 +10,11 @@ import pytest
 from verify_writers import glb_bytes, write_mesh
 
 from fabweave.verify import verify_job
+from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
-    "outlines-dxf outlines-svg order sheets simple areas tables"
+    "outlines-dxf outlines-svg order sheets simple areas preflight tables"
 )
 MISSING = {
     "job.toml": "files",
@@ -23,6 +24,7 @@ MISSING = {
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
     "ribbons.json": "files",
+    "preflight.json": "files preflight",
     "waste.json": "files areas",
     "waste.html": "files",
     "render.png": "files",
@@ -101,7 +103,7 @@ def test_no_mutation_makes_a_traceback(job, seed):
             del data[at : at + dice.randint(1, 40)]
     path.write_bytes(bytes(data))
     report = verify_job(folder)
-    assert len(report.checks) == 16
+    assert tuple(check.name for check in report.checks) == tuple(MEANINGS)
     json.dumps(report.to_json(), allow_nan=True)
 
 
@@ -580,3 +582,34 @@ def test_ribbons_of_other_threads(job):
     document["threads"].reverse()
     path.write_text(json.dumps(document))
     assert set(told(path.parent)) == {"files"}
+
+
+@pytest.mark.parametrize("flaw", [0, 1])
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("rule", "beauty"), ("piece", "nobody"), ("piece", None), ("sheet", 99), ("value_mm", 0.3),
+     ("value_mm", "1"), ("limit_mm", 0.01), ("place", [1.0, 2.0]), ("place", None)],
+)  # fmt: skip
+def test_flaws_are_where_they_are_said_to_be(job, flaw, key, value):
+    path = job() / "preflight.json"
+    document = json.loads(path.read_text())
+    document["flaws"][flaw][key] = value
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"preflight"}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("piece", "A1"), ("value_mm", 9.0), ("limit_mm", float("nan"))]
+)
+def test_flaws_of_the_whole_object(job, key, value):
+    path = job() / "preflight.json"
+    document = json.loads(path.read_text())
+    document["flaws"][2][key] = value
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"preflight"}
+
+
+def test_preflight_for_another_target(job):
+    path = job() / "preflight.json"
+    path.write_text(path.read_text().replace('"default"', '"somebody"'))
+    assert set(told(path.parent)) == {"preflight"}

@@ -1,5 +1,6 @@
 """Write a specimen's files by hand-written code that shares nothing with fabweave."""
 
+import cmath
 import csv
 import itertools
 import json
@@ -313,6 +314,32 @@ def write_ribbons(specimen, folder):
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
 
 
+def write_preflight(specimen, folder):
+    """State flaws that are true: the limits are what they fall short of."""
+    piece = next(p for p in specimen.plan["pieces"] if any(s["hole_mm"] for s in p["stations"]))
+    station = next(s for s in piece["stations"] if s["hole_mm"])
+    place = piece["placement"]
+    turn = cmath.rect(1.0, math.radians(place["rotation_deg"]))
+    centre = complex(station["x"], station["y"])
+    at = turn * centre + complex(place["x_mm"], place["y_mm"])
+    sides = [complex(*end) for end in piece["outline"]]
+    edge = min(
+        abs(a + min(max(((centre - a) / (b - a)).real, 0.0), 1.0) * (b - a) - centre)
+        for a, b in zip(sides, [*sides[1:], sides[0]], strict=True)
+    )
+    own = {"piece": piece["id"], "sheet": piece["sheet"], "place": [at.real, at.imag], "count": 1}
+    hole = station["hole_mm"]
+    flaws = [
+        {"rule": "hole", **own, "value_mm": hole, "limit_mm": hole + 0.5},
+        {"rule": "hole-edge", **own, "value_mm": edge, "limit_mm": edge + 0.1},
+        {"rule": "bend", "piece": None, "sheet": None, "place": None, "count": 3,
+         "value_mm": 5.0, "limit_mm": 8.0},
+    ]  # fmt: skip
+    preflight = {"schema": "fabweave.preflight/1", "units": "mm", "target": "default",
+                 "flaws": rounded(flaws)}  # fmt: skip
+    (folder / "preflight.json").write_text(json.dumps(preflight))
+
+
 def write_sheets(specimen, folder, *, r12=False, edit=None):
     """Write the drawings; ``edit`` changes the list of shapes of each sheet."""
     (folder / "sheets").mkdir(exist_ok=True)
@@ -350,6 +377,7 @@ def write_job(specimen, folder):
     write_tables(specimen, folder)
     write_waste(specimen, folder)
     write_ribbons(specimen, folder)
+    write_preflight(specimen, folder)
     write_sheets(specimen, folder)
     (folder / "render.png").write_bytes(png_bytes())
     return folder
