@@ -21,6 +21,7 @@ SCHEMA = "fabweave.crossing-map/1"
 
 #: Lengths in the map are rounded to a millionth of a millimetre, angles to as many degrees.
 _DECIMALS = 6
+_BULGE_DECIMALS = 9
 
 
 def crossing_map(
@@ -189,6 +190,7 @@ def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]
                     "y_mm": placement.y_mm,
                 },
                 "joints": [piece.start_joint, piece.end_joint],
+                "path": _path(piece),
                 "outline": _rounded(piece.outline),
                 "stations": [
                     {
@@ -205,6 +207,14 @@ def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]
             }
         )
     return result
+
+
+def _path(piece: Piece) -> list[list[float]]:
+    """Return the corners of what is cut, each with the bulge of the side that leaves it."""
+    bulges = (np.round(piece.path.bulges, _BULGE_DECIMALS) + 0.0).tolist()
+    return [
+        [*point, bulge] for point, bulge in zip(_rounded(piece.path.points), bulges, strict=True)
+    ]
 
 
 def _steps(pieces: Sequence[Piece]) -> list[dict[str, Any]]:

@@ -43,8 +43,8 @@ def check_drawing(drawing: SheetDrawing) -> None:
     The sheet has a size and a name; piece ids are unique, of ASCII and without spaces; every
     piece is engraved, then its holes, then its outline (the order of ``Layer``) and has an
     outline; what is cut is closed; only notes are on NOTES; coordinates are finite and within a
-    hundred metres; no segment, the closing one included, is shorter than 0.1 mm; no line and no
-    circle is there twice.
+    hundred metres; no segment, the closing one included, is shorter than 0.1 mm; no arc sweeps
+    half a turn or more; no line and no circle is there twice.
 
     Parameters
     ----------
@@ -146,11 +146,12 @@ def _check_polylines(lines: Sequence[Polyline], ranks: IntArray, owners: _Owners
         return
     shapes = [line.points.shape for line in lines]
     counts = np.array([shape[0] if shape[1:] == (2,) else 0 for shape in shapes], dtype=np.int64)
+    bent = np.array([line.bulges is not None for line in lines], dtype=np.bool_)
     closed = np.array([line.closed for line in lines], dtype=np.bool_)
     _refuse(
         "polyline(s) have too few points",
-        owners.of(counts < np.where(closed, 3, 2)).listed(),
-        "an open one needs at least two (x, y) points and a closed one three",
+        owners.of(counts < np.where(closed & ~bent, 3, 2)).listed(),
+        "an open one needs at least two (x, y) points and a closed one of straight sides three",
     )
     cut = [rank for rank, layer in enumerate(Layer) if layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
     _refuse(
@@ -174,14 +175,39 @@ def _check_polylines(lines: Sequence[Polyline], ranks: IntArray, owners: _Owners
         at.of(short).listed(),
         "drop points that coincide; a closed line must not repeat its first point",
     )
+    bulges = _bulges(lines, counts, at)[starts]
+    _refuse(
+        "arc(s) sweep half a turn or more, or no number",
+        at.of(starts[~(np.abs(bulges) < 1.0)]).listed(),
+        "divide them: readers of SVG may take the other half of the circle",
+    )
     packed = _packed(points)
     low = np.minimum(packed[starts], packed[ends])
     high = np.maximum(packed[starts], packed[ends])
+    # Two arcs may share their ends, and not their heights; from the other end, left is right.
+    height = np.where(packed[starts] < packed[ends], bulges, -bulges) * length / 2.0
     _refuse(
         "segment(s) are drawn twice",
-        at.of(starts[_repeats(low, high)]).listed(),
+        at.of(starts[_repeats(low, high, np.rint(height / STEP_MM).astype(np.int64))]).listed(),
         "draw each line once: the laser would burn it twice",
     )
+
+
+def _bulges(lines: Sequence[Polyline], counts: IntArray, at: _Owners) -> FloatArray:
+    """Return the bulge after each point of some lines."""
+    bulges = np.zeros(int(counts.sum()))
+    strange = np.zeros(len(bulges), dtype=np.bool_)
+    for line, end, count in zip(lines, np.cumsum(counts).tolist(), counts.tolist(), strict=True):
+        if line.bulges is not None:
+            own = slice(end - count, end)
+            strange[own] = line.bulges.shape != (count,)
+            bulges[own] = 0.0 if strange[own].any() else line.bulges
+    _refuse(
+        "point(s) belong to lines with more or fewer bulges than points",
+        at.of(strange).listed(),
+        "give each point the bulge of the side that leaves it",
+    )
+    return bulges
 
 
 def _check_circles(circles: Sequence[Circle], owners: _Owners) -> None:
@@ -210,8 +236,8 @@ def _packed(points: FloatArray) -> IntArray:
     return (grid[:, 0] << 32) + grid[:, 1]
 
 
-def _repeats(first: IntArray, second: IntArray) -> IntArray:
-    """Return the indices of pairs that an earlier pair equals."""
-    order = np.lexsort((second, first))
-    same = (np.diff(first[order]) == 0) & (np.diff(second[order]) == 0)
+def _repeats(*keys: IntArray) -> IntArray:
+    """Return the indices of things that an earlier one equals in all its keys."""
+    order = np.lexsort(keys)
+    same = np.all([np.diff(key[order]) == 0 for key in keys], axis=0)
     return np.sort(order[1:][same])

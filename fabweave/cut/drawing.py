@@ -5,6 +5,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from fabweave.arrays import FloatArray, frozen
+from fabweave.flat.path import flattened
 
 
 class Layer(Enum):
@@ -19,15 +20,35 @@ class Layer(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """A run of straight segments on a layer, (N, 2) points in millimetres, maybe closed."""
+    """A run of straight segments and arcs on a layer, maybe closed.
+
+    Parameters
+    ----------
+    layer : Layer
+    points : (N, 2) float array
+        Millimetres; the first point of a closed run is not repeated.
+    closed : bool
+    bulges : (N,) float array or None
+        The tangent of a quarter of the sweep of the side that leaves each point, positive to the
+        left (the convention of DXF), 0 for straight; None if all are straight.
+    """
 
     layer: Layer
     points: FloatArray
     closed: bool = False
+    bulges: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        """Freeze the points."""
+        """Freeze the arrays."""
         object.__setattr__(self, "points", frozen(self.points))
+        if self.bulges is not None:
+            object.__setattr__(self, "bulges", frozen(self.bulges))
+
+    def flattened(self, tolerance_mm: float) -> FloatArray:
+        """Return points along the run so near that chords are within the tolerance of arcs."""
+        if self.bulges is None:
+            return self.points
+        return flattened(self.points, self.bulges, tolerance_mm, closed=self.closed)
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 ezdxf makes the frame of the file (header, tables, objects); the entities are written here, in
 the order of the cut, because an old machine cuts in the order of the file, whatever its colours.
-Only closed LWPOLYLINE, CIRCLE, LINE and open LWPOLYLINE occur (R12: POLYLINE), nothing that an
-importer could read in two ways.
+Only closed LWPOLYLINE, CIRCLE, LINE and open LWPOLYLINE occur (R12: POLYLINE), with bulges for
+arcs; nothing that an importer could read in two ways.
 """
 
 import io
@@ -165,7 +165,8 @@ def extents(drawing: SheetDrawing) -> tuple[FloatArray, FloatArray]:
     corners = [np.array([[0.0, 0.0], [drawing.width_mm, drawing.height_mm]])]
     entities = [entity for piece in drawing.pieces for entity in piece.entities]
     entities.extend(drawing.notes)
-    corners.extend(entity.points for entity in entities if isinstance(entity, Polyline))
+    # Arcs reach at most a hundredth of a millimetre farther than the points on them.
+    corners.extend(entity.flattened(0.01) for entity in entities if isinstance(entity, Polyline))
     circles = [(item.x, item.y, item.radius) for item in entities if isinstance(item, Circle)]
     if circles:
         values = np.array(circles)
@@ -199,6 +200,11 @@ def _entities(drawing: SheetDrawing, writer: "_Writer") -> str:
     )
 
 
+def _bent(bulge: float) -> str:
+    """Return the group code of a bulge; a straight side has none."""
+    return f" 42\n{bulge:.9f}\n" if bulge else ""
+
+
 class _Writer:
     """Write entities as R2000 and later want them; ``mark`` is extended data to append."""
 
@@ -211,9 +217,10 @@ class _Writer:
         layer = _NAMES[entity.layer]
         if isinstance(entity, Circle):
             return self.circle(layer, numbers) + mark
-        if len(numbers) == 4:
+        if len(numbers) == 4 and entity.bulges is None:
             return self.line(layer, numbers) + mark
-        return self.polyline(layer, numbers, entity.closed, mark)
+        bulges = None if entity.bulges is None else entity.bulges.tolist()
+        return self.polyline(layer, numbers, bulges, entity.closed, mark)
 
     def head(self, kind: str, layer: str, subclass: str) -> str:
         """Return what every entity begins with."""
@@ -234,11 +241,17 @@ class _Writer:
         form = " 10\n%.4f\n 20\n%.4f\n 30\n0.0\n 11\n%.4f\n 21\n%.4f\n 31\n0.0\n"
         return head + form % tuple(numbers)
 
-    def polyline(self, layer: str, numbers: list[float], closed: bool, mark: str) -> str:
+    def polyline(
+        self, layer: str, numbers: list[float], bulges: list[float] | None, closed: bool, mark: str
+    ) -> str:
         """Return an LWPOLYLINE."""
         head = self.head("LWPOLYLINE", layer, "AcDbPolyline")
         n = len(numbers) // 2
-        vertices = " 10\n%.4f\n 20\n%.4f\n" * n % tuple(numbers)
+        if bulges is None:
+            vertices = " 10\n%.4f\n 20\n%.4f\n" * n % tuple(numbers)
+        else:
+            corners = zip(numbers[::2], numbers[1::2], bulges, strict=True)
+            vertices = "".join(f" 10\n{x:.4f}\n 20\n{y:.4f}\n{_bent(b)}" for x, y, b in corners)
         return f"{head} 90\n{n}\n 70\n{int(closed)}\n 43\n0.0\n{vertices}{mark}"
 
 
@@ -252,13 +265,16 @@ class _R12Writer(_Writer):
         """Return what every entity begins with."""
         return f"  0\n{kind}\n  5\n{next(self.handles):X}\n  8\n{layer}\n"
 
-    def polyline(self, layer: str, numbers: list[float], closed: bool, mark: str) -> str:
+    def polyline(
+        self, layer: str, numbers: list[float], bulges: list[float] | None, closed: bool, mark: str
+    ) -> str:
         """Return a POLYLINE, one VERTEX for each point, and SEQEND."""
+        bulges = [0.0] * (len(numbers) // 2) if bulges is None else bulges
         head = self.head("POLYLINE", layer, "")
         chunks = [f"{head} 66\n1\n 10\n0.0\n 20\n0.0\n 30\n0.0\n 70\n{int(closed)}\n{mark}"]
         chunks.extend(
-            f"{self.head('VERTEX', layer, '')} 10\n{x:.4f}\n 20\n{y:.4f}\n 30\n0.0\n"
-            for x, y in zip(numbers[::2], numbers[1::2], strict=True)
+            f"{self.head('VERTEX', layer, '')} 10\n{x:.4f}\n 20\n{y:.4f}\n 30\n0.0\n{_bent(b)}"
+            for x, y, b in zip(numbers[::2], numbers[1::2], bulges, strict=True)
         )
         chunks.append(self.head("SEQEND", layer, ""))
         return "".join(chunks)

@@ -25,6 +25,8 @@ SHEET: _Colour = (255, 255, 255)
 _EDGE: _Colour = (150, 156, 166)
 _FILLS: tuple[_Colour, ...] = ((253, 240, 221), (227, 240, 250), (232, 245, 228), (246, 233, 247))
 _NOTE: _Colour = (160, 165, 173)
+# Chords of arcs are painted; they stand off by no more than this, millimetres.
+_FLAT_MM = 0.01
 # Pictures are flat areas, so that harder compression gains little.
 _COMPRESSION = 4
 
@@ -86,7 +88,7 @@ class Painter:
     def _places(self, entities: list[Entity]) -> Iterator[_Places]:
         """Yield where the points of each entity stand: all are mapped at once."""
         points = [
-            entity.points
+            entity.flattened(_FLAT_MM)
             if isinstance(entity, Polyline)
             else np.array(
                 [

@@ -66,7 +66,7 @@ def _draw_piece(piece: Piece, marks: Marks, placement: Placement) -> PieceDrawin
     """Return a piece's entities on its sheet: engraving, holes, outline."""
     letters = [stroke for label in marks.labels for stroke in label.strokes]
     drilled = np.flatnonzero(~np.isnan(piece.hole_mm))
-    parts = [*letters, *marks.ticks, piece.points[drilled], piece.outline]
+    parts = [*letters, *marks.ticks, piece.points[drilled], piece.path.points]
     # One motion for all points: a piece has hundreds of strokes.
     placed = np.split(
         placement.apply(np.concatenate(parts)), np.cumsum([len(part) for part in parts[:-1]])
@@ -81,5 +81,6 @@ def _draw_piece(piece: Piece, marks: Marks, placement: Placement) -> PieceDrawin
             placed[-2].tolist(), piece.hole_mm[drilled].tolist(), strict=True
         )
     ]
-    entities.append(Polyline(Layer.CUT_OUTER, placed[-1], closed=True))
+    # Turning a piece leaves its bulges as they are.
+    entities.append(Polyline(Layer.CUT_OUTER, placed[-1], closed=True, bulges=piece.path.bulges))
     return PieceDrawing(piece.id, tuple(entities))

@@ -54,7 +54,8 @@ def write_svg(
     a closed ``path`` with the id ``A3.outline``; holes are ``circle`` elements (``A3.hole.1``,
     ``A3.hole.2`` and so on), or closed paths where they are not round; all labels of a piece are
     one path (``A3.label``), all its marks another (``A3.mark``). Each element of a piece has the
-    piece id as its title. Coordinates have four decimals; the same drawing gives the same bytes.
+    piece id as its title. Arcs are arcs (``A``). Coordinates have four decimals; the same drawing
+    gives the same bytes.
 
     Parameters
     ----------
@@ -195,13 +196,43 @@ def _written(entities: list[Entity], mapped: _Map, scale: float) -> Iterator[str
     pairs = _pairs(mapped(np.concatenate(points)))
     ends: list[int] = offsets_of(np.array([len(run) for run in points])).tolist()
     for entity, (start, end) in zip(entities, pairwise(ends), strict=True):
-        if isinstance(entity, Polyline):
+        if isinstance(entity, Polyline) and entity.bulges is not None:
+            yield _bent_path(entity, entity.bulges, pairs[start:end], scale)
+        elif isinstance(entity, Polyline):
             # Move to the first point, line to the others, close.
             yield f"M{'L'.join(pairs[start:end])}{'Z' if entity.closed else ''}"
         else:
             x, y = pairs[start].split(",")
             radius = on_grid(np.array([entity.radius])).item() * scale
             yield f'cx="{x}" cy="{y}" r="{_number(radius)}"'
+
+
+def _bent_path(line: Polyline, bulges: FloatArray, pairs: list[str], scale: float) -> str:
+    """Return the path data of a run with arcs, given its points as text.
+
+    No arc is the greater part of its circle. What turns left turns left in the picture too, so
+    that in the file, where y points down, its angles fall: the sweep flag is 0.
+    """
+    points = on_grid(line.points)
+    chords = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    bent = np.abs(bulges)
+    radii = np.divide(
+        chords * (1.0 + bent**2), 4.0 * bent, out=np.zeros(len(bent)), where=bent > 0.0
+    )
+    count = len(pairs) if line.closed else len(pairs) - 1
+    goals = [*pairs[1:], pairs[0]]
+    parts = [f"M{pairs[0]}"]
+    for goal, bulge, radius in zip(
+        goals[:count], bulges[:count].tolist(), (radii * scale).tolist(), strict=False
+    ):
+        r = _number(radius, 6)
+        parts.append(f"A{r},{r} 0 0 {int(bulge < 0)} {goal}" if bulge else f"L{goal}")
+    if line.closed:
+        # What closes a path is a straight side; an arc has to be drawn back to the beginning.
+        if not bulges[-1]:
+            parts.pop()
+        parts.append("Z")
+    return "".join(parts)
 
 
 def _pairs(points: FloatArray) -> list[str]:
@@ -211,7 +242,7 @@ def _pairs(points: FloatArray) -> list[str]:
     return ("%.10g,%.10g " * len(values) % tuple(values.ravel().tolist())).split()
 
 
-def _number(value: float) -> str:
-    """Return a number with at most four decimals and no needless zeros."""
-    text = f"{value:.4f}".rstrip("0").rstrip(".")
+def _number(value: float, decimals: int = 4) -> str:
+    """Return a number with at most so many decimals and no needless zeros."""
+    text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

@@ -22,6 +22,8 @@ _STEP_DEG = 5.0
 _LETTER_WIDTH, _AIR, _LETTER_HEIGHT = 0.62, 0.45, 1.05
 # How many points of a piece are looked at, and at how many of them letters are tried.
 _SAMPLES, _CANDIDATES = 120, 8
+# How far outlines may stand off their arcs here, millimetres.
+_FLAT_MM = 0.05
 # How far apart the points stand by which a title keeps clear of lines, millimetres; letters have
 # more air than half of it.
 _STEP_MM = 0.8
@@ -125,7 +127,7 @@ def _sorted(
 def _outline_of(entity: Entity) -> _Region:
     if isinstance(entity, Circle):
         return shapely.Point(entity.x, entity.y).buffer(entity.radius)
-    polygon = shapely.Polygon(entity.points)
+    polygon = shapely.Polygon(entity.flattened(_FLAT_MM))
     return polygon if polygon.is_valid else shapely.make_valid(polygon)
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import shapely
 
 from fabweave.arrays import FloatArray
+from fabweave.flat.fit import fit_paths
+from fabweave.flat.path import Path, straight_path
 from fabweave.flat.unfold import Strips
 
 #: Outlines have no side shorter than this: cutters and their software stumble over shorter ones.
@@ -14,6 +16,12 @@ SHORTEST_SIDE_MM = 0.1
 
 #: Vertices that stand off their neighbours' line by less than this are dropped.
 STRAIGHT_MM = 0.02
+
+#: What is cut stays this near to the exact development, wherever it is.
+FIT_MM = 0.02
+
+#: Polygons inscribed in what is cut stay this near to it.
+INSCRIBED_MM = 0.01
 
 
 @dataclass(frozen=True)
@@ -66,8 +74,7 @@ def _thin(rail: FloatArray) -> FloatArray:
 
 def strip_outlines(strips: Strips) -> list[FloatArray]:
     """Return the outline of every strip in its own frame, in order."""
-    bounds = strips.offsets.tolist()
-    raw = [strip_outline(strips.right[a:b], strips.left[a:b]) for a, b in pairwise(bounds)]
+    raw = _raw_outlines(strips)
     polygons = shapely.polygons([shapely.LinearRing(p) if len(p) >= 3 else None for p in raw])
     simple = shapely.is_valid(polygons)
     thinner = shapely.simplify(polygons, STRAIGHT_MM, preserve_topology=True)
@@ -75,6 +82,33 @@ def strip_outlines(strips: Strips) -> list[FloatArray]:
         shapely.get_coordinates(new)[:-1] if ok else points
         for new, ok, points in zip(thinner, simple, raw, strict=True)
     ]
+
+
+def strip_paths(strips: Strips) -> list[Path]:
+    """Return the outline of every strip as a path of few sides and arcs.
+
+    No point of a path is more than 0.02 mm from the strip's exact outline, and no point of the
+    outline from the path; turns of more than 12 degrees stay as they are.
+    """
+    raw = _raw_outlines(strips)
+    paths = fit_paths(raw, FIT_MM)
+    polygons = shapely.polygons([shapely.LinearRing(path.flattened(FIT_MM / 10)) for path in paths])
+    # A strip narrower than the tolerance might cross itself.
+    return [
+        path if ok else straight_path(points)
+        for path, ok, points in zip(paths, shapely.is_valid(polygons), raw, strict=True)
+    ]
+
+
+def inscribed_polygon(path: Path) -> FloatArray:
+    """Return the polygon for nesting and marks: its corners are on the path, 0.01 mm near."""
+    return path.flattened(INSCRIBED_MM, least_mm=SHORTEST_SIDE_MM)
+
+
+def _raw_outlines(strips: Strips) -> list[FloatArray]:
+    """Return the outlines with all vertices."""
+    bounds = strips.offsets.tolist()
+    return [strip_outline(strips.right[a:b], strips.left[a:b]) for a, b in pairwise(bounds)]
 
 
 def resting_frame(outline: FloatArray, start: FloatArray, end: FloatArray) -> Frame:

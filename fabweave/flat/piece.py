@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.flat.path import Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,8 +16,11 @@ class Piece:
         The label that is engraved, such as ``"A3"``; unique in the job.
     thread : int
         The thread it belongs to.
+    path : Path
+        What is cut: sides and arcs, simple, counter-clockwise, none shorter than 0.1 mm; within
+        0.02 mm of the exact development.
     outline : (K, 2) float array
-        Simple polygon, counter-clockwise, first point not repeated, no side under 0.1 mm.
+        Simple polygon, first point not repeated, its corners on the path and it within 0.01 mm.
     crossings : (S,) int array
         The crossings it passes, in the order of its thread.
     points : (S, 2) float array
@@ -35,6 +39,7 @@ class Piece:
 
     id: str
     thread: int
+    path: Path
     outline: FloatArray
     crossings: IntArray
     points: FloatArray

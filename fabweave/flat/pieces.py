@@ -7,7 +7,8 @@ import numpy as np
 import shapely
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
-from fabweave.flat.outline import resting_frame, strip_outlines
+from fabweave.flat.outline import inscribed_polygon, resting_frame, strip_paths
+from fabweave.flat.path import Path
 from fabweave.flat.piece import Joint, Piece
 from fabweave.flat.split import Runs, first_and_last_rung, unfold_runs
 from fabweave.ribbon.project import Ribbons, local_entry
@@ -83,7 +84,8 @@ def build_pieces(
     Pieces
     """
     strips = unfold_runs(ribbons, runs)
-    outlines = strip_outlines(strips)
+    paths = strip_paths(strips)
+    outlines = [inscribed_polygon(path) for path in paths]
     stations = _list_stations(weave, runs)
     first, _ = first_and_last_rung(ribbons, runs)
     position = runs.first[stations.piece] + _within(stations.offsets)
@@ -105,7 +107,7 @@ def build_pieces(
     before, after = _joint_numbers(runs, weave)
     numbers = _number_in_thread(runs)
     pieces = []
-    for index, outline in enumerate(outlines):
+    for index, (path, outline) in enumerate(zip(paths, outlines, strict=True)):
         own = slice(stations.offsets[index], stations.offsets[index + 1])
         ends = middle[strips.offsets[index]], middle[strips.offsets[index + 1] - 1]
         frame = resting_frame(outline, *ends)
@@ -114,6 +116,7 @@ def build_pieces(
             Piece(
                 id=f"{labels[runs.thread[index]]}{numbers[index]}",
                 thread=int(runs.thread[index]),
+                path=Path(frame.apply(path.points), path.bulges),
                 outline=frame.apply(outline),
                 crossings=stations.crossing[own],
                 points=frame.apply(point[own]),

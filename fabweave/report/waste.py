@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import shapely
 
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.flat.path import stretch
 from fabweave.flat.piece import Piece
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import Material, sheet_mass_kg
@@ -20,7 +20,7 @@ _DECIMALS = 6
 
 def outline_area_mm2(piece: Piece) -> float:
     """Return the nominal area of a piece's outline, holes not taken off."""
-    return float(shapely.Polygon(piece.outline).area)
+    return piece.path.area
 
 
 def hole_area_mm2(piece: Piece) -> float:
@@ -124,8 +124,12 @@ def length_mm(entities: Sequence[Entity]) -> float:
         np.concatenate((one.points, one.points[:1])) if one.closed else one.points for one in lines
     ]
     steps = np.hypot(*np.diff(np.concatenate(runs), axis=0).T)
+    ends = np.cumsum([len(run) for run in runs])
     # The step from each run to the next is no travel along an entity.
-    steps[np.cumsum([len(run) for run in runs])[:-1] - 1] = 0.0
+    steps[ends[:-1] - 1] = 0.0
+    for one, run, end in zip(lines, runs, ends.tolist(), strict=True):
+        if one.bulges is not None:
+            steps[end - len(run) : end - 1] *= stretch(one.bulges[: len(run) - 1])
     return float(circles + steps.sum())
 
 

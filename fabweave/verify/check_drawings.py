@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fabweave.verify.arcs import chords_of
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
@@ -15,9 +16,7 @@ from fabweave.verify.drawing import (
     Floats,
     Ints,
     Shape,
-    bulge_height,
 )
-from fabweave.verify.geometry import farthest
 from fabweave.verify.loading import Job, sheet_drawing
 from fabweave.verify.report import Tally
 
@@ -105,12 +104,16 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
         return
     shape = shapes[0]
     if not tally.expect(
-        shape.closed and shape.radius is None and len(shape.points) == len(piece.outline),
+        shape.closed and shape.radius is None and len(shape.points) == len(piece.path),
         f"{where}: the outline of piece {piece.id} is not closed, or has {len(shape.points)} "
-        f"vertices instead of {len(piece.outline)}",
+        f"vertices instead of {len(piece.path)}",
     ):
         return
-    off = _ring_distance(shape.points, piece.placed(piece.outline)) + bulge_height(shape)
+    drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
+    off = _ring_distance(
+        np.column_stack([shape.points, drawn]),
+        np.column_stack([piece.placed(piece.path[:, :2]), piece.path[:, 2]]),
+    )
     tally.measure(
         "outline_mm",
         off,
@@ -120,12 +123,25 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
 
 
 def _ring_distance(ring: Floats, wanted: Floats) -> float:
-    """Return the largest vertex distance of two rings, whatever their start and direction."""
-    start = int(np.argmin(np.hypot(*(ring - wanted[0]).T)))
-    there = farthest(np.concatenate([ring[start:], ring[:start]]), wanted)
+    """Return the largest distance of two rings, whatever their start and direction.
+
+    Rings are (N, 3): points and bulges. Vertices and the tops of arcs are compared.
+    """
+    start = int(np.argmin(np.hypot(*(ring - wanted[0])[:, :2].T)))
+    there = _side_distance(np.roll(ring, -start, axis=0), wanted)
     if there <= SAME_MM:
         return there
-    return min(there, farthest(np.roll(ring[::-1], start + 1, axis=0), wanted))
+    back = ring[::-1].copy()
+    # Backwards, a side leaves the point that it reached, and left is right.
+    back[:, 2] = -np.roll(back[:, 2], -1)
+    return min(there, _side_distance(np.roll(back, start + 1, axis=0), wanted))
+
+
+def _side_distance(ring: Floats, wanted: Floats) -> float:
+    """Return the largest distance of corresponding vertices, and of the tops of arcs over them."""
+    vertices = np.hypot(*(ring - wanted)[:, :2].T)
+    chords = np.hypot(*chords_of(wanted[:, :2]).T)
+    return float(np.max(vertices + np.abs(ring[:, 2] - wanted[:, 2]) * chords / 2.0, initial=0.0))
 
 
 def _check_holes(
@@ -212,19 +228,24 @@ def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally)
 
 
 def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:
-    """Return the distance of each two shapes; infinite for unlike shapes and for arcs."""
+    """Return the distance of each two shapes, side by side; infinite for unlike shapes."""
     sizes, radii, others = drawing.sizes[mine], drawing.radius[mine], other.radius[theirs]
     alike = (
         (sizes == other.sizes[theirs])
         & (drawing.closed[mine] == other.closed[theirs])
         & (np.isnan(radii) == np.isnan(others))
-        & ~(drawing.bent[mine] | other.bent[theirs])
     )
     result = np.full(len(mine), np.inf)
     if np.any(alike):
-        steps = drawing.points_of(mine[alike]) - other.points_of(theirs[alike])
+        one, two = drawing.slots(mine[alike]), other.slots(theirs[alike])
         ends = np.cumsum(sizes[alike])
-        result[alike] = np.maximum.reduceat(np.hypot(*steps.T), ends - sizes[alike])
+        starts = ends - sizes[alike]
+        points = drawing.points[one]
+        chords = chords_of(points)
+        chords[ends - 1] = points[starts] - points[ends - 1]
+        bend = np.abs(drawing.bulges[one] - other.bulges[two]) * np.hypot(*chords.T) / 2.0
+        apart = np.hypot(*(points - other.points[two]).T) + bend
+        result[alike] = np.maximum.reduceat(apart, starts)
         result[alike] += np.nan_to_num(np.abs(radii - others))[alike]
     return result
 
@@ -241,11 +262,15 @@ def _apart_nearest(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -
 
 
 def _shape_distance(one: Shape, two: Shape) -> float:
-    """Return the largest distance between corresponding points; infinite for other shapes."""
+    """Return the largest distance between corresponding sides; infinite for other shapes."""
     if one.points.shape != two.points.shape or one.closed != two.closed:
         return float("inf")
     if (one.radius is None) != (two.radius is None):
         return float("inf")
-    bulge = abs(bulge_height(one) - bulge_height(two))
     radius = abs((one.radius or 0.0) - (two.radius or 0.0))
-    return farthest(one.points, two.points) + radius + bulge
+    none = np.zeros(len(one.points))
+    rings = [
+        np.column_stack([shape.points, none if shape.bulges is None else shape.bulges])
+        for shape in (one, two)
+    ]
+    return _side_distance(*rings) + radius

@@ -16,7 +16,6 @@ from fabweave.verify.drawing import (
     Drawing,
     Flags,
     Ints,
-    traced,
 )
 from fabweave.verify.loading import Job, sheet_drawing
 from fabweave.verify.report import Tally
@@ -86,8 +85,9 @@ def _check_inside(where: str, drawing: Drawing, tally: Tally) -> None:
         for (layer, name), shapes in drawing.groups.items()
         if layer == OUTLINES and drawing.sizes[shapes[0]] > 2
     ]
-    rings = [traced(drawing.shape(int(drawing.groups[OUTLINES, name][0]))) for name in names]
-    outlines = shapely.make_valid(np.array([shapely.Polygon(ring) for ring in rings], dtype=object))
+    firsts = np.array([drawing.groups[OUTLINES, name][0] for name in names], dtype=np.int64)
+    points, ring = drawing.traced(firsts)
+    outlines = shapely.make_valid(shapely.polygons(shapely.linearrings(points, indices=ring)))
     shapely.prepare(outlines)
     place = {name: at for at, name in enumerate(names)}
     for layers, inside in (((HOLES,), _holes_inside), (ENGRAVE_LAYERS, _lines_inside)):

@@ -3,15 +3,21 @@
 import numpy as np
 import shapely
 
+from fabweave.verify.arcs import along, chords_of, ring_area, ring_length
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Thread
 from fabweave.verify.drawing import Floats
-from fabweave.verify.geometry import perimeter, signed_area
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
 from fabweave.verify.threads import station_run
 
 #: No side of an outline is shorter (less rounding).
 SHORTEST_SIDE_MM = 0.1 - 1e-3
+#: What is cut leaves the outline for people and programs by no more than this.
+PATH_MM = 0.02
+#: Readers of SVG may take the wrong half of the circle of a longer arc.
+MOST_ARC_DEG = 179.0
+#: Lines are compared at points so far apart.
+_LOOK_MM = 0.5
 #: A hole keeps at least this clear of its outline and of other holes.
 LEAST_WEB_MM = 0.01
 #: Two records of one hole agree to this, in its place and its diameter.
@@ -168,30 +174,73 @@ def check_crossing_holes(job: Job, tally: Tally) -> None:
 
 
 def check_simple(job: Job, tally: Tally) -> None:
-    """Check that outlines are simple, counter-clockwise and clear of their holes."""
+    """Check that what is cut is simple, counter-clockwise, near its outline, clear of its holes."""
     plan = job.map
-    if plan is None:
+    if plan is None or not plan.pieces:
         return
-    for piece in plan.pieces:
+    runs = [_ring(piece.path) for piece in plan.pieces]
+    cuts = [along(run[:, :2], run[:, 2])[0] for run in runs]
+    for piece, cut in zip(plan.pieces, cuts, strict=True):
         where = f"piece {piece.id}"
-        outline = piece.outline
-        area = signed_area(outline)
-        tally.expect(area > 0.0, f"{where}: its outline runs clockwise or has no area")
-        polygon = shapely.Polygon(outline)
-        tally.expect(
-            polygon.is_valid,
-            f"{where}: its outline is not simple: {shapely.is_valid_reason(polygon)}",
-        )
-        lengths = np.hypot(*(np.concatenate([outline[1:], outline[:1]]) - outline).T)
-        short = int(np.argmin(lengths))
+        area = ring_area(piece.path[:, :2], piece.path[:, 2])
+        tally.expect(area > 0.0, f"{where}: its path runs clockwise or has no area")
+        polygon = shapely.Polygon(cut)
+        for what, ring, border in (
+            ("path", piece.path[:, :2], polygon),
+            ("outline", piece.outline, shapely.Polygon(piece.outline)),
+        ):
+            tally.expect(
+                border.is_valid,
+                f"{where}: its {what} is not simple: {shapely.is_valid_reason(border)}",
+            )
+            lengths = np.hypot(*chords_of(ring).T)
+            short = int(np.argmin(lengths))
+            tally.measure(
+                "side_mm",
+                lengths[short],
+                SHORTEST_SIDE_MM,
+                f"{where}: side {short} of its {what} is {lengths[short]:.4f} mm long",
+                least=True,
+            )
+        turn = float(np.max(np.degrees(4.0 * np.arctan(np.abs(piece.path[:, 2])))))
         tally.measure(
-            "side_mm",
-            lengths[short],
-            SHORTEST_SIDE_MM,
-            f"{where}: side {short} is {lengths[short]:.4f} mm long",
-            least=True,
+            "arc_deg", turn, MOST_ARC_DEG, f"{where}: an arc of its path turns by {turn:.1f}°"
         )
         _check_webs(piece, polygon, plan.holes[piece.id], tally)
+    outlines = [_ring(piece.outline) for piece in plan.pieces]
+    apart = np.maximum(_off(cuts, outlines), _off(outlines, cuts))
+    for piece, off in zip(plan.pieces, apart.tolist(), strict=True):
+        tally.measure(
+            "path_mm",
+            off,
+            PATH_MM,
+            f"piece {piece.id}: its path leaves its outline by {off:.4f} mm",
+        )
+
+
+def _ring(points: Floats) -> Floats:
+    """Return a closed run with its first point at its end again."""
+    return np.concatenate([points, points[:1]])
+
+
+def _off(runs: list[Floats], others: list[Floats]) -> Floats:
+    """Return how far each run is from another at most, looked at every half millimetre."""
+    count = np.arange(len(runs))
+    lines = shapely.linestrings(
+        np.concatenate(others), indices=np.repeat(count, [len(run) for run in others])
+    )
+    dense, owner = shapely.get_coordinates(
+        shapely.segmentize(
+            shapely.linestrings(
+                np.concatenate(runs), indices=np.repeat(count, [len(run) for run in runs])
+            ),
+            _LOOK_MM,
+        ),
+        return_index=True,
+    )
+    shapely.prepare(lines)
+    distance = shapely.distance(shapely.points(dense), lines[owner])
+    return np.maximum.reduceat(distance, np.searchsorted(owner, count))
 
 
 def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally: Tally) -> None:
@@ -231,8 +280,9 @@ def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally
 def areas_of(piece: Piece, plan: CrossingMap) -> tuple[float, float, float]:
     """Return outline area, hole area, and the length of all its cuts."""
     diameters = np.array([hole.diameter or 0.0 for hole in plan.holes[piece.id]])
+    points, bulges = piece.path[:, :2], piece.path[:, 2]
     return (
-        abs(signed_area(piece.outline)),
+        abs(ring_area(points, bulges)),
         float(np.sum(np.pi * diameters**2 / 4.0)),
-        perimeter(piece.outline) + float(np.sum(np.pi * diameters)),
+        ring_length(points, bulges) + float(np.sum(np.pi * diameters)),
     )

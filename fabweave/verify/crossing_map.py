@@ -73,7 +73,10 @@ class Station:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """What is cut, in its own coordinates, and where it stands."""
+    """What is cut, in its own coordinates, and where it stands.
+
+    ``path`` is (N, 3): corners of what is cut, and the bulge of the side that leaves each.
+    """
 
     id: str
     thread: int
@@ -82,6 +85,7 @@ class Piece:
     shift: Floats
     joints: tuple[int | None, int | None]
     outline: Floats
+    path: Floats
     stations: tuple[Station, ...]
 
     def placed(self, points: Floats) -> Floats:

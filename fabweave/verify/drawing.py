@@ -8,8 +8,11 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-Floats: TypeAlias = npt.NDArray[np.float64]
-Ints: TypeAlias = npt.NDArray[np.int64]
+from fabweave.verify import arcs
+from fabweave.verify.arcs import along, arc_lengths
+
+Floats: TypeAlias = arcs.Floats
+Ints: TypeAlias = arcs.Ints
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 ENGRAVE_LAYERS = ("ENGRAVE_LABEL", "ENGRAVE_MARK")
@@ -84,28 +87,16 @@ class Drawing:
         return np.diff(self.start)
 
     @cached_property
-    def bent(self) -> Flags:
-        """Whether each shape has an arc."""
-        owner = np.repeat(np.arange(len(self.sizes)), self.sizes)
-        return np.bincount(owner[self.bulges != 0.0], minlength=len(self.sizes)) > 0
-
-    @cached_property
-    def curved(self) -> Flags:
-        """Whether each shape is a circle or has an arc."""
-        return ~np.isnan(self.radius) | self.bent
-
-    @cached_property
     def lengths(self) -> Floats:
         """The length of each shape."""
-        every = np.arange(len(self.sizes))
-        straight = every[~self.curved]
-        result = np.zeros(len(every))
-        points, owner = self.traced(straight)
-        chords = np.hypot(*np.diff(points, axis=0).T)
-        within = owner[1:] == owner[:-1]
-        result[straight] = np.bincount(owner[1:][within], chords[within], len(straight))
-        result[self.curved] = [length_of(self.shape(at)) for at in every[self.curved].tolist()]
-        return result
+        owner = np.repeat(np.arange(len(self.sizes)), self.sizes)
+        following = np.arange(1, len(owner) + 1)
+        last = self.start[1:] - 1
+        # The last point of an open run leads nowhere.
+        following[last] = np.where(self.closed, self.start[:-1], last)
+        chords = np.hypot(*(self.points[following] - self.points).T)
+        sums = np.bincount(owner, arc_lengths(chords, self.bulges), len(self.sizes))
+        return np.where(np.isnan(self.radius), sums, 2.0 * np.pi * self.radius)
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
@@ -126,15 +117,15 @@ class Drawing:
             name=self.name[at],
         )
 
-    def points_of(self, shapes: Ints) -> Floats:
-        """Return the points of some shapes one after another."""
+    def slots(self, shapes: Ints) -> Ints:
+        """Return which points some shapes have, one shape after another."""
         sizes = self.sizes[shapes]
         shift = np.repeat(self.start[shapes] - (np.cumsum(sizes) - sizes), sizes)
-        return self.points[shift + np.arange(len(shift))]
+        return shift + np.arange(len(shift))
 
     def traced(self, shapes: Ints) -> tuple[Floats, Ints]:
         """Return points along some shapes as `traced` does, and the place in the list of each."""
-        if np.any(self.curved[shapes]):
+        if not np.all(np.isnan(self.radius[shapes])):
             runs = [traced(self.shape(at)) for at in shapes.tolist()]
             return np.concatenate(runs), np.repeat(np.arange(len(runs)), [len(run) for run in runs])
         sizes = self.sizes[shapes]
@@ -142,22 +133,10 @@ class Drawing:
         owner = np.repeat(np.arange(len(shapes)), steps)
         place = np.arange(len(owner)) - (np.cumsum(steps) - steps)[owner]
         # The point after the last of a closed run is its first.
-        return self.points[self.start[shapes][owner] + place % sizes[owner]], owner
-
-
-def sides(shape: Shape) -> Floats:
-    """Return the vector of each side of a run, (N, 2); a closed run's last side returns."""
-    points = shape.points
-    ends = np.roll(points, -1, axis=0) if shape.closed else points[1:]
-    return ends - points[: len(ends)]
-
-
-def bulge_height(shape: Shape) -> float:
-    """Return how far the arcs of a run leave its chords at most."""
-    if shape.bulges is None or not np.any(shape.bulges):
-        return 0.0
-    chords = np.hypot(*sides(shape).T)
-    return float(np.max(np.abs(shape.bulges[: len(chords)]) * chords / 2.0, initial=0.0))
+        slots = self.start[shapes][owner] + place % sizes[owner]
+        bulges = np.where(place < (steps - 1)[owner], self.bulges[slots], 0.0)
+        points, after = along(self.points[slots], bulges)
+        return points, owner[after]
 
 
 def length_of(shape: Shape) -> float:
@@ -173,13 +152,8 @@ def length_of(shape: Shape) -> float:
     """
     if shape.radius is not None:
         return float(2.0 * np.pi * shape.radius)
-    chords = np.hypot(*sides(shape).T)
-    if shape.bulges is not None:
-        bent = np.abs(shape.bulges[: len(chords)])
-        turned = 4.0 * np.arctan(bent)
-        stretch = np.where(bent > 0.0, turned * (1.0 + bent**2) / np.maximum(4.0 * bent, 1e-30), 1)
-        chords = chords * stretch
-    return float(np.sum(chords))
+    run, bulges = _run(shape)
+    return float(np.sum(arc_lengths(np.hypot(*np.diff(run, axis=0).T), bulges[:-1])))
 
 
 def traced(shape: Shape) -> Floats:
@@ -190,17 +164,12 @@ def traced(shape: Shape) -> Floats:
     if shape.radius is not None:
         angles = np.linspace(0.0, 2.0 * np.pi, 73)
         return shape.points[0] + shape.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    points = np.vstack([shape.points, shape.points[:1]]) if shape.closed else shape.points
-    if shape.bulges is None or not np.any(shape.bulges):
-        return points
-    pieces = [points[:1]]
-    for start, end, bulge in zip(points[:-1], points[1:], shape.bulges, strict=False):
-        steps = np.linspace(0.0, 1.0, 17 if bulge else 2)[1:, None]
-        if bulge:
-            a, b = complex(*start), complex(*end)
-            centre = (a + b) / 2.0 + 1j * (b - a) * (1.0 - bulge**2) / (4.0 * bulge)
-            arc = centre + (a - centre) * np.exp(1j * steps[:, 0] * 4.0 * np.arctan(bulge))
-            pieces.append(np.column_stack([arc.real, arc.imag]))
-        else:
-            pieces.append(start + steps * (end - start))
-    return np.vstack(pieces)
+    return along(*_run(shape))[0]
+
+
+def _run(shape: Shape) -> tuple[Floats, Floats]:
+    """Return the points of a run with its end, and as many bulges."""
+    bulges = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
+    if not shape.closed:
+        return shape.points, bulges
+    return np.concatenate([shape.points, shape.points[:1]]), np.append(bulges, 0.0)

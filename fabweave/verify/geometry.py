@@ -78,18 +78,6 @@ def farthest(points: Floats, others: Floats) -> float:
     return float(np.max(np.hypot(*(points - others).T), initial=0.0))
 
 
-def signed_area(outline: Floats) -> float:
-    """Return the area of a polygon, positive if counter-clockwise."""
-    x, y = (outline - outline[0]).T
-    # The first point is the origin, so the two terms around it are zero.
-    return float(np.sum(x[:-1] * y[1:] - y[:-1] * x[1:]) / 2.0)
-
-
-def perimeter(outline: Floats) -> float:
-    """Return the length of a closed outline."""
-    return float(np.sum(np.hypot(*np.diff(outline, axis=0, append=outline[:1]).T)))
-
-
 @dataclass(frozen=True, eq=False)
 class Steps:
     """Each step of a strip laid in the plane, in the frame of its first rung.

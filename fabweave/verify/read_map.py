@@ -56,9 +56,13 @@ class _Node:
             raise ReadError(f"{self.path} is not a list" + (f" of {count}" if count else ""))
         return [_Node(item, self, at) for at, item in enumerate(self.value)]
 
+    def has(self, key: str) -> bool:
+        """Return whether this is an object with a member of that name."""
+        return isinstance(self.value, dict) and key in self.value
+
     def items_of(self, key: str) -> list["_Node"]:
         """Return the items of a list that may be absent."""
-        return self[key].items() if isinstance(self.value, dict) and key in self.value else []
+        return self[key].items() if self.has(key) else []
 
     def integer(self) -> int:
         """Return an integer."""
@@ -203,6 +207,12 @@ def _piece(node: _Node) -> Piece:
     outline = node["outline"].points(2)
     if len(outline) < 3:
         raise ReadError(f"{node.path}.outline has fewer than three points")
+    # Without a path, the outline is what is cut.
+    path = np.column_stack([outline, np.zeros(len(outline))])
+    if node.has("path"):
+        path = node["path"].points(3)
+        if len(path) < 2:
+            raise ReadError(f"{node.path}.path has fewer than two points")
     return Piece(
         id=node["id"].text(),
         thread=node["thread"].integer(),
@@ -211,6 +221,7 @@ def _piece(node: _Node) -> Piece:
         shift=np.array([placement["x_mm"].number(), placement["y_mm"].number()]),
         joints=(start, end),
         outline=outline,
+        path=path,
         stations=tuple(
             Station(
                 crossing=item["crossing"].integer(),

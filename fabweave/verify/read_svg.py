@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError
+from fabweave.verify.svg_paths import path_runs
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -14,12 +15,6 @@ FORBIDDEN = ("transform", "style", "class", "clip-path", "mask")
 SILENT = ("defs", "metadata", "title", "desc")
 
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
-_PLAIN_NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
-_PLAIN_POINT = f"{_PLAIN_NUMBER},{_PLAIN_NUMBER}"
-#: What nearly every path is: runs of absolute points.
-_PLAIN_PATH = re.compile(f"(?:M{_PLAIN_POINT}(?:L{_PLAIN_POINT})*Z?)+")
-_TO_SPACES = str.maketrans("MLZ,", "    ")
-_TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 def read_svg(path: Path) -> Drawing:
@@ -79,6 +74,7 @@ class _Reader:
         self.size = size
         self.owners: list[tuple[str, str | None, str]] = []
         self.points: list[Floats] = [np.zeros((0, 2))]
+        self.bulges: list[Floats] = [np.zeros(0)]
         self.sizes: list[int] = []
         self.closed: list[bool] = []
         self.radius: list[float] = []
@@ -96,7 +92,7 @@ class _Reader:
             piece=[piece for _, piece, _ in self.owners],
             name=[name for _, _, name in self.owners],
             points=points,
-            bulges=np.zeros(len(points)),
+            bulges=np.concatenate(self.bulges),
             start=np.concatenate([[0], np.cumsum(self.sizes, dtype=np.int64)]),
             closed=np.array(self.closed, dtype=bool),
             radius=np.array(self.radius, dtype=np.float64) * float(self.scale[0]),
@@ -147,12 +143,12 @@ class _Reader:
             ends = np.array([[_number(element, f"x{n}"), _number(element, f"y{n}")] for n in "12"])
             self._add(owner, ends, [2], [False])
         elif kind == "path":
-            points, sizes, closed, strange = _path_runs(element.get("d", ""))
+            points, bulges, sizes, closed, strange = path_runs(element.get("d", ""))
             if strange:
                 self.problems.append(f"{name} uses the path command {strange}")
             if 1 in sizes:
                 self.problems.append(f"{name} has a run of a single point")
-            self._add(owner, points, sizes, closed)
+            self._add(owner, points, sizes, closed, bulges=bulges)
         else:
             self.problems.append(f"{name} is a <{kind}>, which may not be in a cutting file")
 
@@ -163,9 +159,11 @@ class _Reader:
         sizes: list[int],
         closed: list[bool],
         radius: float = float("nan"),
+        bulges: Floats | None = None,
     ) -> None:
         """Keep shapes in file coordinates."""
         self.points.append(points)
+        self.bulges.append(np.zeros(len(points)) if bulges is None else bulges)
         self.owners.extend([owner] * len(sizes))
         self.sizes.extend(sizes)
         self.closed.extend(closed)
@@ -186,83 +184,3 @@ def _number(element: ET.Element, name: str) -> float:
     if not np.isfinite(value):
         raise ReadError(f"{element.get('id')}: {name} is {element.get(name)!r}")
     return value
-
-
-def _path_runs(data: str) -> tuple[Floats, list[int], list[bool], str]:
-    """Read the runs of a path of straight segments.
-
-    Returns
-    -------
-    points : (N, 2) float array
-        The points of all runs.
-    sizes, closed : list
-        For each run its number of points, and whether it is closed.
-    strange : str
-        The first command that is not a straight segment's; empty if there is none.
-
-    Examples
-    --------
-    >>> points, sizes, closed, strange = _path_runs("M0,0 L2,0 l0,1 Z M5 5 H6")
-    >>> points.tolist(), sizes, closed
-    ([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [5.0, 5.0], [6.0, 5.0]], [3, 2], [True, False])
-    >>> _path_runs("M0 0 C1 1 2 2 3 3")[3]
-    'C'
-    """
-    if _PLAIN_PATH.fullmatch(data):
-        parts = data.split("M")[1:]
-        numbers = np.array(list(map(float, data.translate(_TO_SPACES).split())))
-        sizes = [part.count("L") + 1 for part in parts]
-        return numbers.reshape(-1, 2), sizes, [part[-1] == "Z" for part in parts], ""
-    runs, strange = _any_runs(data)
-    points = np.array([point for run, _ in runs for point in run], dtype=np.float64)
-    return points.reshape(-1, 2), [len(run) for run, _ in runs], [end for _, end in runs], strange
-
-
-def _any_runs(data: str) -> tuple[list[tuple[list[list[float]], bool]], str]:
-    """Read a path command by command."""
-    tokens = _TOKEN.findall(data)
-    runs: list[tuple[list[list[float]], bool]] = []
-    here = (0.0, 0.0)
-    command = ""
-    at = 0
-    while at < len(tokens):
-        if tokens[at].isalpha():
-            command = tokens[at]
-            at += 1
-        if command in ("Z", "z"):
-            if runs:
-                runs[-1] = (runs[-1][0], True)
-                here = (runs[-1][0][0][0], runs[-1][0][0][1])
-            command = ""
-            continue
-        size = {"M": 2, "L": 2, "H": 1, "V": 1}.get(command.upper())
-        if size is None:
-            return runs, command or "none"
-        here = _goal(command, tokens[at : at + size], here)
-        at += size
-        if command in "Mm":
-            runs.append(([list(here)], False))
-            command = "l" if command == "m" else "L"
-        elif not runs:
-            raise ReadError("a path does not begin with a move")
-        elif runs[-1][1]:
-            runs.append(([list(runs[-1][0][0]), list(here)], False))
-        else:
-            runs[-1][0].append(list(here))
-    return runs, ""
-
-
-def _goal(command: str, words: list[str], here: tuple[float, float]) -> tuple[float, float]:
-    """Return where a path command leads."""
-    try:
-        values = [float(word) for word in words]
-    except ValueError as error:
-        raise ReadError(f"a path has a broken number: {error}") from error
-    base = here if command.islower() else (0.0, 0.0)
-    if command in "Hh" and values:
-        return base[0] + values[0], here[1]
-    if command in "Vv" and values:
-        return here[0], base[1] + values[0]
-    if len(values) < 2:
-        raise ReadError("a path ends in the middle of a command")
-    return base[0] + values[0], base[1] + values[1]

@@ -7,6 +7,7 @@ import pytest
 import shapely
 
 from fabweave.cut.marks import CLEAR_MM, ID_HEIGHTS_MM, WORD_SPACE_MM, Marks, mark_piece
+from fabweave.flat.path import straight_path
 from fabweave.flat.piece import Piece
 
 
@@ -18,12 +19,12 @@ def strip(
         (pitch / 2 + pitch * np.arange(stations), np.full(stations, width / 2))
     )
     half = np.array([0.0, width / 2])
+    outline = np.array([[0.0, 0], [pitch * stations, 0], [pitch * stations, width], [0, width]])
     return Piece(
         id="A6",
         thread=0,
-        outline=np.array(
-            [[0, 0], [pitch * stations, 0], [pitch * stations, width], [0, width]], dtype=float
-        ),
+        path=straight_path(outline),
+        outline=outline,
         crossings=np.arange(stations),
         points=points,
         directions=np.tile([1.0, 0.0], (stations, 1)),
@@ -43,10 +44,12 @@ def arc(*, radius: float, width: float, hole: float = np.nan) -> Piece:
     at = np.arange(4, 41, 8)
     points = radius * circle[at]
     directions = np.column_stack((circle[at, 1], -circle[at, 0]))
+    outline = np.concatenate((inner, outer[::-1]))
     return Piece(
         id="BC12",
         thread=1,
-        outline=np.concatenate((inner, outer[::-1])),
+        path=straight_path(outline),
+        outline=outline,
         crossings=np.arange(5),
         points=points,
         directions=directions,

@@ -18,6 +18,7 @@ def specimens():
         "torus": make_specimen(torus(6, 4), offcentre=True),
         "octahedron": make_specimen(octahedron(), joints=2),
         "saddle": make_specimen(saddle(), joints=1),
+        "bent": make_specimen(octahedron(), joints=2, bent=True),
         "twill": make_specimen(torus(6, 4), pattern="twill"),
     }
 

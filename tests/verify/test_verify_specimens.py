@@ -20,6 +20,7 @@ CLEAN = {
     "open threads, some without a crossing": (saddle(), {"joints": 1}),
     "open threads of one crossing": (saddle(2), {"joints": 0}),
     "a thread that crosses itself": (torus(5, 4), {"joints": 6}),
+    "sides that are arcs": (torus(6, 4), {"bent": True}),
     "exact twill": (torus(6, 4), {"pattern": "twill"}),
     "threads that turn at the boundary": (saddle(), {"turning": True}),
     "one thread that turns": (saddle(3, across=4), {"turning": True, "joints": 8}),

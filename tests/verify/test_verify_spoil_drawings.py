@@ -6,7 +6,7 @@ import pytest
 from verify_writers import dxf_text, sheet_shapes, svg_text, write_sheets
 
 from fabweave.verify import verify_job
-from fabweave.verify.drawing import ReadError
+from fabweave.verify.drawing import ReadError, length_of, traced
 from fabweave.verify.read_dxf import read_dxf
 from fabweave.verify.read_svg import read_svg
 
@@ -377,11 +377,10 @@ def test_dxf_arcs_and_open_runs(tmp_path):
     path = tmp_path / "a.dxf"
     half = "0\nLWPOLYLINE\n8\nNOTES\n90\n2\n70\n0\n10\n0\n20\n0\n42\n1\n10\n2\n20\n0\n"
     path.write_text(f"0\nSECTION\n2\nENTITIES\n{half}0\nENDSEC\n0\nEOF\n")
-    from fabweave.verify.drawing import bulge_height, length_of, traced  # noqa: PLC0415
-
-    (shape,) = read_dxf(path).shapes
+    drawing = read_dxf(path)
+    (shape,) = drawing.shapes
     assert length_of(shape) == pytest.approx(3.14159265, abs=1e-8)
-    assert bulge_height(shape) == 1.0
+    assert drawing.lengths.tolist() == pytest.approx([3.14159265], abs=1e-8)
     # A bulge of 1 is a half circle to the right of the chord, counter-clockwise.
     assert traced(shape)[:, 1].min() == pytest.approx(-1.0)
     assert traced(shape)[-1] == pytest.approx([2.0, 0.0])

@@ -6,6 +6,7 @@ unfolding triangle by triangle, splitting at given places, placing in rows.
 
 from __future__ import annotations
 
+import cmath
 import itertools
 import math
 from dataclasses import dataclass
@@ -333,6 +334,7 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
     sense=None,
     turning=False,
     rim=0.9,
+    bent=False,
 ):
     points, faces = mesh
     corners = Corners(faces)
@@ -433,6 +435,8 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
             side = "under" if station["over"] else "over"
             station["partner"] = crossings[station["crossing"]][side]["piece"]
             del station["_panel"]
+        if bent:
+            bend_sides(piece)
     sheets = place_in_rows(pieces)
     plan = {
         "schema": "fabweave.crossing-map/1",
@@ -480,6 +484,28 @@ def placed(piece, points):
                    math.sin(math.radians(place["rotation_deg"])))  # fmt: skip
     shift = complex(place["x_mm"], place["y_mm"])
     return [pair(turn * complex(x, y) + shift) for x, y in points]
+
+
+def bend_sides(piece, height=0.1):
+    """Cut the long sides of a piece as arcs, to the left and to the right by turns.
+
+    Its outline gets points on the arcs, so that it is within some micrometres of what is cut.
+    """
+    path, outline = [], []
+    corners = [complex(x, y) for x, y in piece["outline"]]
+    side = 1
+    for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
+        outline.append(pair(a))
+        bulge = 0.0
+        if abs(b - a) > 8.0:
+            bulge, side = side * 2 * height / abs(b - a), -side
+            turn = 4 * math.atan(bulge)
+            centre = a + (b - a) / (1 - cmath.exp(1j * turn))
+            outline += [
+                pair(centre + (a - centre) * cmath.exp(1j * turn * k / 5)) for k in (1, 2, 3, 4)
+            ]
+        path.append([*pair(a), bulge])
+    piece["path"], piece["outline"] = path, outline
 
 
 def place_in_rows(pieces):

@@ -46,6 +46,28 @@ def piece_holes(plan, piece):
     return holes
 
 
+def placed_path(piece):
+    """Return what is cut of a piece on its sheet; points of arcs have their bulge after x and y."""
+    if "path" not in piece:
+        return placed(piece, piece["outline"])
+    points = placed(piece, [(x, y) for x, y, _ in piece["path"]])
+    return [[*p, bulge] for p, (_, _, bulge) in zip(points, piece["path"], strict=True)]
+
+
+def svg_path(data, height, closed):
+    """Return path data; a side of bulge b is part of a circle of radius c (1 + b²) / 4 b."""
+    text = f"M{data[0][0]:.4f},{height - data[0][1]:.4f}"
+    sides = list(zip(data, [*data[1:], data[0]], strict=True))
+    for start, end in sides if closed else sides[:-1]:
+        (x, y, *bulge), (u, v, *_) = start, end
+        if bulge and bulge[0]:
+            r = math.dist((x, y), (u, v)) * (1 + bulge[0] ** 2) / abs(4 * bulge[0])
+            text += f"A{r:.6f},{r:.6f} 0 0 {int(bulge[0] < 0)} {u:.4f},{height - v:.4f}"
+        elif end is not data[0]:
+            text += f"L{u:.4f},{height - v:.4f}"
+    return text + ("Z" if closed else "")
+
+
 def sheet_shapes(specimen, plan, sheet):
     """Return (piece, layer, kind, points or circle, closed) in cutting order."""
     shapes = []
@@ -59,7 +81,7 @@ def sheet_shapes(specimen, plan, sheet):
             shapes.append(
                 (name, "CUT_INNER", "circle", (*placed(piece, [(x, y)])[0], diameter / 2), True)
             )
-        shapes.append((name, "CUT_OUTER", "path", placed(piece, piece["outline"]), True))
+        shapes.append((name, "CUT_OUTER", "path", placed_path(piece), True))
     w, h = sheet["width_mm"], sheet["height_mm"]
     shapes.append((None, "NOTES", "path", [[0, 0], [w, 0], [w, h], [0, h]], True))
     shapes.append((None, "NOTES", "path", [[5, 4], [105, 4]], False))
@@ -95,13 +117,14 @@ def dxf_text(shapes, sheet, *, r12=False):
         elif r12:
             put((0, "POLYLINE"), (8, layer), (66, 1), (10, 0.0), (20, 0.0), (30, 0.0))
             put((70, int(closed)), *tag)
-            for x, y in data:
+            for x, y, *bulge in data:
                 put((0, "VERTEX"), (8, layer), (10, float(x)), (20, float(y)), (30, 0.0))
+                put(*[(42, f"{b:.9f}") for b in bulge])
             put((0, "SEQEND"), (8, layer))
         else:
             put((0, "LWPOLYLINE"), *mark, (8, layer), (90, len(data)), (70, int(closed)))
-            for x, y in data:
-                put((10, float(x)), (20, float(y)))
+            for x, y, *bulge in data:
+                put((10, float(x)), (20, float(y)), *[(42, f"{b:.9f}") for b in bulge])
             put(*tag)
     put((0, "ENDSEC"), (0, "EOF"))
     return "\n".join(lines) + "\n"
@@ -134,9 +157,8 @@ def svg_text(shapes, sheet):
                     f'stroke="#0000FF">{title}</circle>'
                 )
             else:
-                run = "L".join(f"{x:.4f},{h - y:.4f}" for x, y in data)
                 out.append(
-                    f'<path id="{name}" d="M{run}{"Z" if closed else ""}" fill="none" '
+                    f'<path id="{name}" d="{svg_path(data, h, closed)}" fill="none" '
                     f'stroke="#000000">{title}</path>'
                 )
         out.append("</g>")
@@ -194,9 +216,17 @@ def png_bytes():
 
 
 def areas(plan, piece):
-    outline = shapely.Polygon(piece["outline"])
     holes = [d for _, _, d in piece_holes(plan, piece)]
-    return outline.area, sum(math.pi * d * d / 4 for d in holes), holes, outline.length
+    path = piece.get("path") or [(x, y, 0.0) for x, y in piece["outline"]]
+    polygon = shapely.Polygon([(x, y) for x, y, _ in path])
+    area, length = polygon.area, polygon.length
+    for (x, y, bulge), (u, v, _) in zip(path, [*path[1:], path[0]], strict=True):
+        if bulge:
+            turn, chord = 4 * math.atan(abs(bulge)), math.dist((x, y), (u, v))
+            r = chord / 2 / math.sin(turn / 2)
+            area += math.copysign(r * r / 2 * (turn - math.sin(turn)), bulge)
+            length += r * turn - chord
+    return area, sum(math.pi * d * d / 4 for d in holes), holes, length
 
 
 def least_rectangle(points):

@@ -1,0 +1,288 @@
+"""Arcs are read and measured by the verifier's own code; spoiled ones are found."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sheets
+
+from fabweave.verify import verify_job
+from fabweave.verify.arcs import CHORDS_MM, along, arc_lengths, ring_area, ring_length
+from fabweave.verify.drawing import ReadError
+from fabweave.verify.read_dxf import read_dxf
+from fabweave.verify.read_svg import read_svg
+from fabweave.verify.svg_paths import path_runs
+
+
+def told(folder):
+    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
+
+
+# --- spoiled drawings ---------------------------------------------------------------------------
+
+
+def edit_arc(change):
+    """Return an edit of the first arc of the first outline that has one."""
+
+    def edit(shapes):
+        for k, (piece, layer, kind, data, closed) in enumerate(shapes):
+            bent = [i for i, point in enumerate(data) if layer == "CUT_OUTER" and point[2]]
+            if bent:
+                points = [list(point) for point in data]
+                change(points, bent[0])
+                return [*shapes[:k], (piece, layer, kind, points, closed), *shapes[k + 1 :]]
+        raise AssertionError("no arc")
+
+    edit.__name__ = change.__name__
+    return edit
+
+
+def wrong_sign(points, at):
+    points[at][2] *= -1.0
+
+
+def big_bulge(points, at):
+    points[at][2] *= 1.2
+
+
+def chord_instead(points, at):
+    points[at][2] = 0.0
+
+
+def two_chords_instead(points, at):
+    (x, y, b), (u, v, _) = points[at], points[at + 1]
+    points[at][2] = 0.0
+    points.insert(at + 1, [(x + u + b * (v - y)) / 2, (y + v - b * (u - x)) / 2, 0.0])
+
+
+def arc_on_the_next_side(points, at):
+    points[at][2], points[at + 1][2] = points[at + 1][2], points[at][2]
+
+
+def more_than_half_a_turn(points, at):
+    points[at][2] = 1.0 / points[at][2]
+
+
+SPOILED = [wrong_sign, big_bulge, chord_instead, two_chords_instead, more_than_half_a_turn]
+
+
+@pytest.mark.parametrize("change", [*SPOILED, arc_on_the_next_side])
+def test_spoiled_arcs_in_both_formats(specimen, job, change):
+    folder, source = job("bent"), specimen("bent")
+    edit = edit_arc(change)
+    write_sheets(source, folder, edit=lambda s, shapes: edit(shapes) if s["sheet"] == 1 else shapes)
+    assert {"outlines-dxf", "outlines-svg"} <= set(told(folder))
+
+
+# Without a large-arc flag, no SVG has more than half a turn; one with it is tested below.
+ONE_FORMAT = [("dxf", change) for change in SPOILED] + [("svg", change) for change in SPOILED[:-1]]
+
+
+@pytest.mark.parametrize(("kind", "change"), ONE_FORMAT)
+def test_spoiled_arcs_in_one_format(specimen, job, change, kind):
+    folder, source = job("bent"), specimen("bent")
+    sheet = source.plan["sheets"][0]
+    shapes = edit_arc(change)(sheet_shapes(source, source.plan, sheet))
+    text = dxf_text(shapes, sheet) if kind == "dxf" else svg_text(shapes, sheet)
+    (folder / "sheets" / f"sheet_01.{kind}").write_text(text)
+    # Both formats are compared where SVG is looked at.
+    assert {"outlines-svg", f"outlines-{kind}"} <= set(told(folder))
+
+
+def backwards(shapes):
+    """Another start and direction cut the same: left turns become right turns."""
+    result = []
+    for shape in shapes:
+        piece, layer, kind, data, closed = shape
+        if layer != "CUT_OUTER":
+            result.append(shape)
+            continue
+        ring = data[::-1]
+        after = [*ring[1:], ring[0]]
+        back = [[x, y, -b] for (x, y, _), (_, _, b) in zip(ring, after, strict=True)]
+        result.append((piece, layer, kind, back[3:] + back[:3], closed))
+    return result
+
+
+def test_start_and_direction_do_not_matter(specimen, job):
+    folder = job("bent")
+    write_sheets(specimen("bent"), folder, edit=lambda _, shapes: backwards(shapes))
+    assert told(folder) == {}
+
+
+def test_r12_has_arcs_too(specimen, job):
+    folder = job("bent")
+    write_sheets(specimen("bent"), folder, r12=True)
+    assert told(folder) == {}
+    assert "VERTEX" in (folder / "sheets" / "sheet_01.dxf").read_text()
+
+
+ARC = r"A([0-9.]+),([0-9.]+) 0 0 ([01]) "
+
+
+@pytest.mark.parametrize(
+    ("new", "objecting"),
+    [
+        (lambda m: f"A{m[1]},{m[2]} 0 0 {1 - int(m[3])} ", "outlines-svg"),
+        (lambda m: f"A{m[1]},{m[2]} 0 1 {m[3]} ", "outlines-svg order"),
+        (lambda m: f"A{m[1]},{float(m[2]) * 2} 0 0 {m[3]} ", "outlines-svg"),
+        (lambda m: f"A{float(m[1]) / 2},{float(m[2]) / 2} 0 0 {m[3]} ", "outlines-svg"),
+        (lambda m: f"A1,1 0 0 {m[3]} ", "outlines-svg"),
+        (lambda m: f"A0,0 0 0 {m[3]} ", "outlines-svg"),
+        (lambda m: f"A{m[1]},{m[2]} 0 0 7 ", "outlines-svg"),
+        (lambda _: "L", "outlines-svg"),
+        (lambda m: f"A{m[1]},{m[2]} 30 0 {m[3]} ", ""),
+        (lambda m: f"A {m[1]} {m[2]} 0 0 {m[3]}  ", ""),
+    ],
+    ids=[
+        "sweep",
+        "large",
+        "ellipse",
+        "radius",
+        "small",
+        "none",
+        "flag",
+        "chord",
+        "turned",
+        "loose",
+    ],
+)
+def test_edited_svg_arcs(job, new, objecting):
+    folder = job("bent")
+    path = folder / "sheets" / "sheet_01.svg"
+    text, count = re.subn(ARC, new, path.read_text(), count=1)
+    assert count == 1
+    path.write_text(text)
+    # A great arc may leave the sheet's pieces inside or outside: order may object or not.
+    found = set(told(folder))
+    assert found - {"order"} == set(objecting.split()) - {"order"}
+
+
+# --- spoiled maps: all files agree, and all are wrong -------------------------------------------
+
+
+def flip_all(plan):
+    for piece in plan["pieces"]:
+        for corner in piece["path"]:
+            corner[2] *= -1.0
+
+
+def straighten_all(plan):
+    for piece in plan["pieces"]:
+        for corner in piece["path"]:
+            corner[2] = 0.0
+
+
+def coarsen_outline(plan):
+    for piece in plan["pieces"]:
+        piece["outline"] = [corner[:2] for corner in piece["path"]]
+
+
+def turn_path_round(plan):
+    plan["pieces"][0]["path"].reverse()
+    for corner, after in zip(
+        plan["pieces"][0]["path"],
+        [*plan["pieces"][0]["path"][1:], plan["pieces"][0]["path"][0]],
+        strict=True,
+    ):
+        corner[2] = -after[2]
+
+
+@pytest.mark.parametrize("spoil", [flip_all, straighten_all, coarsen_outline, turn_path_round])
+def test_paths_that_are_not_the_outlines(specimen, tmp_path, spoil):
+    source = specimen("bent")
+    spoil(source.plan)
+    assert "simple" in told(write_job(source, tmp_path / "job"))
+
+
+def test_a_path_may_cross_itself_by_its_arcs_alone(specimen, tmp_path):
+    source = specimen("bent")
+    path = source.plan["pieces"][0]["path"]
+    at = next(k for k, corner in enumerate(path) if corner[2])
+    path[at][2] = 0.999
+    path[at - 2][2] = -0.999
+    findings = told(write_job(source, tmp_path / "job"))["simple"]
+    assert any("leaves its outline" in finding for finding in findings)
+
+
+@pytest.mark.parametrize("path", [[], [[0.0, 0.0, 0.0]], [[0.0, 0.0]], "x", [[0, 0, None]]])
+def test_a_broken_path_breaks_the_map(specimen, tmp_path, path):
+    source = specimen("bent")
+    folder = write_job(source, tmp_path / "job")
+    plan = json.loads((folder / "crossing_map.json").read_text())
+    plan["pieces"][0]["path"] = path
+    (folder / "crossing_map.json").write_text(json.dumps(plan))
+    assert any(".path" in finding for finding in told(folder)["files"])
+
+
+# --- measuring ----------------------------------------------------------------------------------
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.floats(-0.98, 0.98), min_size=3, max_size=7), st.floats(1.0, 300.0), st.booleans()
+)
+def test_exact_measures_are_those_of_short_chords(bulges, radius, tiny):
+    turn = 2.0 * np.pi * np.arange(len(bulges)) / len(bulges)
+    points = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1) + 1000.0
+    bulges = np.array(bulges) * (1e-4 if tiny else 1.0)
+    dense, after = along(np.concatenate([points, points[:1]]), np.append(bulges, 0.0))
+    assert np.array_equal(dense[np.searchsorted(after, np.arange(len(points)))], points)
+    x, y = (dense - dense[0]).T
+    area = np.sum(x[:-1] * y[1:] - y[:-1] * x[1:]) / 2.0
+    length = np.hypot(*np.diff(dense, axis=0).T).sum()
+    whole = ring_length(points, bulges)
+    assert ring_area(points, bulges) == pytest.approx(area, abs=whole * CHORDS_MM)
+    assert length <= whole * (1.0 + 1e-12)
+    assert length == pytest.approx(whole, rel=6.0 * CHORDS_MM / radius + 1e-9)
+
+
+def test_known_arcs():
+    assert arc_lengths(np.array([2.0, 2.0, 2.0]), np.array([0.0, 1.0, -1.0])).tolist() == (
+        pytest.approx([2.0, np.pi, np.pi])
+    )
+    # To the left of the way is counter-clockwise, as seen with y up; the file has y down.
+    assert path_runs("M0,0A1,1 0 0 0 2,0").bulges[0] == pytest.approx(1.0)
+    assert path_runs("M0,0A1,1 0 0 1 2,0").bulges[0] == pytest.approx(-1.0)
+    quarter = np.tan(np.pi / 8.0)
+    for text in ("M1,0A1,1 0 0 0 2,1", "M1 0 a1 1 0 0 0 1 1", "m1,0a1,1 0 0 0 1,1"):
+        assert path_runs(text).bulges[0] == pytest.approx(quarter)
+    assert path_runs("M1,0A1,1 0 1 0 2,1").bulges[0] == pytest.approx(np.tan(3.0 * np.pi / 8.0))
+
+
+def test_an_arc_may_close_a_path():
+    for text in ("M0,0L2,0A1,1 0 0 0 0,0ZM5,5L6,6", "M0 0 L2 0 A1 1 0 0 0 0 0 Z M5 5 L6 6"):
+        runs = path_runs(text)
+        assert runs.points.tolist() == [[0, 0], [2, 0], [5, 5], [6, 6]]
+        assert runs.bulges.tolist() == pytest.approx([0, 1, 0, 0])
+        assert (runs.sizes, runs.closed, runs.strange) == ([2, 2], [True, False], "")
+    # One that is left open keeps its last point, and so does one closed by a line.
+    assert path_runs("M0,0L2,0A1,1 0 0 0 0,0").sizes == [3]
+    assert path_runs("M0,0L2,0L0,0Z").sizes == [3]
+
+
+@pytest.mark.parametrize(
+    "text", ["A1,1 0 0 0 2,0", "M0,0A1,1 0 0 0 2", "M0,0A1,1 0 0 0 2,x", "M0,0A1,1 0"]
+)
+def test_broken_arcs_are_read_errors(text):
+    with pytest.raises(ReadError):
+        path_runs(text)
+
+
+def test_both_readers_read_one_arc(tmp_path):
+    arc = [["A1", "CUT_OUTER", "path", [[1, 1, 0.0], [5, 1, 0.3], [5, 4, 0.0], [1, 4, -0.1]], True]]
+    sheet = {"width_mm": 9, "height_mm": 9}
+    (tmp_path / "a.dxf").write_text(dxf_text(arc, sheet))
+    (tmp_path / "a.svg").write_text(svg_text(arc, sheet))
+    one, two = read_dxf(tmp_path / "a.dxf"), read_svg(tmp_path / "a.svg")
+    assert one.bulges.tolist() == pytest.approx([0.0, 0.3, 0.0, -0.1])
+    assert two.bulges.tolist() == pytest.approx(one.bulges.tolist(), abs=1e-6)
+    assert two.points == pytest.approx(one.points)
+    assert one.lengths.tolist() == pytest.approx(two.lengths.tolist())
+    # To the right of the way up from (5, 1), and inside on the way back down from (1, 4).
+    dense, _ = one.traced(np.array([0]))
+    assert dense[:, 0].max() == pytest.approx(5.0 + 0.3 * 1.5, abs=2 * CHORDS_MM)
+    assert dense[:, 0].min() == 1.0
