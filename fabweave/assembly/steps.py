@@ -1,0 +1,176 @@
+"""Write down the steps of the assembly: what goes where, over and under what, in words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from fabweave.assembly.order import Order
+from fabweave.flat.pieces import Pieces
+from fabweave.words import agree
+
+#: Pieces that are only laid down go into one step while it makes at most so many connections ...
+_MOST_TOGETHER = 8
+#: ... and has at most so many pieces.
+_MOST_PIECES = 4
+
+
+@dataclass
+class _Placed:
+    """What happens when a piece is placed; lists are in the order of its stations."""
+
+    piece: int
+    effort: float
+    made: list[int] = field(default_factory=list)
+    over: list[int] = field(default_factory=list)
+    under: list[int] = field(default_factory=list)
+    joints: list[int] = field(default_factory=list)
+    fasten: list[int] = field(default_factory=list)
+    closes: bool = False
+    text: str = ""
+
+    @property
+    def connections(self) -> int:
+        """How many crossings and joints are made."""
+        return len(self.over) + len(self.under) + len(self.joints)
+
+
+def build_steps(made: Pieces, order: Order) -> list[dict[str, Any]]:
+    """Build the steps of an order: one piece each, or a few that are only laid down.
+
+    Parameters
+    ----------
+    made : Pieces
+        All pieces and joints of the job.
+    order : Order
+        The order of its pieces.
+
+    Returns
+    -------
+    list of dict
+        For each step: ``step``, ``pieces`` in the order in which they are placed, ``crossings``
+        that are made (both strands are there for the first time), ``over`` and ``under``: crossings
+        at which a new piece lies over, or slides below, what is in place; ``joints`` that are made;
+        ``fasten``: crossings at which the last layer has come; ``closes``: a piece is joined at
+        both ends; ``effort``; and ``text``.
+    """
+    steps: list[dict[str, Any]] = []
+    for group in _grouped(_place_all(made, order)):
+        steps.append(
+            {
+                "step": len(steps) + 1,
+                "pieces": [made.pieces[one.piece].id for one in group],
+                "crossings": [key for one in group for key in one.made],
+                "over": [key for one in group for key in one.over],
+                "under": [key for one in group for key in one.under],
+                "joints": [key for one in group for key in one.joints],
+                "fasten": [key for one in group for key in one.fasten],
+                "closes": any(one.closes for one in group),
+                "effort": round(sum(one.effort for one in group), 2),
+                "text": " ".join(one.text for one in group),
+            }
+        )
+    return steps
+
+
+def _grouped(placed: Sequence[_Placed]) -> list[list[_Placed]]:
+    """Put pieces that follow one another and are only laid down together."""
+    groups: list[list[_Placed]] = []
+    for one in placed:
+        last = groups[-1] if groups else None
+        if (
+            last is None
+            or one.under
+            or any(other.under for other in last)
+            or len(last) == _MOST_PIECES
+            or sum(other.connections for other in last) + one.connections > _MOST_TOGETHER
+        ):
+            groups.append([one])
+        else:
+            last.append(one)
+    return groups
+
+
+def _place_all(made: Pieces, order: Order) -> list[_Placed]:
+    """Place the pieces one after another."""
+    pieces = made.pieces
+    carriers: dict[tuple[int, bool], set[int]] = {}
+    layers: dict[int, int] = {}
+    for number, piece in enumerate(pieces):
+        for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
+            carriers.setdefault(strand, set()).add(number)
+            layers[strand[0]] = layers.get(strand[0], 0) + 1
+    mates = {joint.id: joint.pieces for joint in made.joints}
+    there: set[int] = set()
+    crossed: set[int] = set()
+    result = []
+    for number, effort in zip(order.order.tolist(), order.effort.tolist(), strict=True):
+        piece = pieces[number]
+        there.add(number)
+        one = _Placed(number, effort)
+        names: dict[str, list[str]] = {"over": [], "start": [], "end": []}
+        half = len(piece.crossings) / 2
+        for station, (crossing, over) in enumerate(
+            zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
+        ):
+            layers[crossing] -= 1
+            if layers[crossing] == 0:
+                one.fasten.append(crossing)
+            others = sorted(carriers.get((crossing, not over), set()) & there)
+            if not others:
+                continue
+            if crossing not in crossed:
+                crossed.add(crossing)
+                one.made.append(crossing)
+            listed = one.over if over else one.under
+            if crossing not in listed:
+                listed.append(crossing)
+            way = "over" if over else "start" if station < half else "end"
+            names[way] += [pieces[other].id for other in others]
+        laps = []
+        for joint, end, mate in (
+            (piece.start_joint, "start", 0),
+            (piece.end_joint, "end", 1),
+        ):
+            if joint is None or mates[joint][mate] not in there:
+                continue
+            if joint not in one.joints:
+                one.joints.append(joint)
+            laps.append((end, pieces[mates[joint][mate]].id, joint))
+        one.closes = len(laps) == 2
+        names["end"].reverse()  # the strand next to the middle is met last from either end
+        one.text = _say(piece.id, names, laps)
+        result.append(one)
+    return result
+
+
+def _say(piece: str, names: dict[str, list[str]], laps: Sequence[tuple[str, str, int]]) -> str:
+    """Say in plain words how a piece is placed."""
+    if not laps and not any(names.values()):
+        return f"Begin with {piece}, its engraved side outward."
+    over = list(dict.fromkeys(names["over"]))
+    said = [f"Lay {piece} over {_list(over)}" if over else f"Take {piece}"]
+    for end in ("start", "end"):
+        if names[end]:
+            said.append(f"slide its {end} under {_list(list(dict.fromkeys(names[end])))}")
+    if len(laps) == 2 and laps[0][1] == laps[1][1] == piece:
+        said.append(f"lap its end on its own start at joint #{laps[0][2]}")
+    else:
+        said += [f"lap its {end} on {mate} at joint #{joint}" for end, mate, joint in laps]
+    if len(laps) == 2:
+        said.append("this closes the gap")
+    return "; ".join(said) + "."
+
+
+def _list(names: Sequence[str]) -> str:
+    """Join names with commas and a last 'and'."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def order_note(order: Order, n_steps: int) -> str:
+    """Say what the order costs, and what naive orders would."""
+    steps = agree(n_steps, "{n} [step|steps]")
+    return (
+        f"assembly: {steps}, effort {order.total:.0f} (1 is a strand laid over another), "
+        f"{order.saved:.0%} below the better of two naive orders: {order.by_thread:.0f} thread by "
+        f"thread, {order.by_number:.0f} by piece number"
+    )
