@@ -11,6 +11,7 @@ from typing import Any
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.crossing_map import crossing_map, crossing_table
+from fabweave.assembly.stations import station_table
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
@@ -177,6 +178,7 @@ def _write_tables(job: Job, directory: Path) -> None:
         job.made,
         job.layout,
         names,
+        job.order,
     )
     outcome = {
         "threads": job.weave.threads.n_threads,
@@ -193,6 +195,7 @@ def _write_tables(job: Job, directory: Path) -> None:
     (directory / "model.glb").write_bytes(woven_glb(thing.ribbons, thing.labels, job.colours))
     _write(directory / "crossing_map.json", json_text(plan))
     _write(directory / "crossing_map.csv", crossing_table(plan))
+    _write(directory / "stations.csv", station_table(plan))
     _write(
         directory / "pieces.csv",
         piece_table(job.made.pieces, job.layout, thing.labels, job.material),

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.assembly.order import Order, plan_order
+from fabweave.assembly.steps import order_note
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.sheets import draw_sheets
@@ -101,6 +103,7 @@ class Job:
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
     layout: Layout
+    order: Order
     #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
     portrait: Callable[[], bytes]
     drawings: tuple[SheetDrawing, ...]
@@ -266,6 +269,7 @@ def make_job(
     # picture is made meanwhile, too.
     marked = start(mark_pieces, made.pieces, weave.threads.n_crossings)
     portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
+    ordered = start(_plan_order, made, thing, settings)
     progress("nesting", 0, len(made.pieces))
     layout = nest(
         [piece.outline for piece in made.pieces],
@@ -279,6 +283,7 @@ def make_job(
     )
     progress("marks", 0, 1)
     marks = marked()
+    order = ordered()
     progress("drawings", 0, 1)
     return Job(
         settings=settings,
@@ -289,6 +294,7 @@ def make_job(
         holes=tuple(hole_findings(made, rules, weave, thing.ribbons, thing.labels)),
         marks=marks,
         layout=layout,
+        order=order,
         portrait=portrait,
         drawings=draw_sheets(made.pieces, marks, layout, title=thing.woven.title),
         notes=(
@@ -297,7 +303,19 @@ def make_job(
             *all_notes(thing.woven.mesh, weave, thing.ribbons, made, marks, rules),
             _widest_note(thing, settings),
             *ribbon_notes(check),
+            order_note(order),
         ),
+    )
+
+
+def _plan_order(made: Pieces, thing: WovenObject, settings: JobSettings) -> Order:
+    """Plan the order of assembly."""
+    return plan_order(
+        made.pieces,
+        thing.ribbons.centre,
+        enclosed=bool(np.all(thing.woven.halfedges.twin >= 0)),
+        effort=settings.effort,
+        seed=settings.seed,
     )
 
 

@@ -90,7 +90,7 @@ def find_contacts(pieces: Sequence[Piece]) -> Contacts:
 
 
 def _components(meets: Sequence[Sequence[tuple[int, int, int]]]) -> IntArray:
-    """Number the sets of pieces that hang together."""
+    """Give pieces that hang together the same number."""
     rows = np.repeat(np.arange(len(meets)), [len(met) for met in meets])
     columns = np.array([other for met in meets for other, _, _ in met], dtype=np.int64)
     graph = sparse.coo_array(

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray
+from fabweave.assembly.order import Order
+from fabweave.assembly.steps import build_steps
 from fabweave.flat.owners import Owners, find_owners
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import Pieces
@@ -33,6 +35,7 @@ def crossing_map(
     made: Pieces,
     layout: Layout,
     sheet_names: Sequence[str],
+    order: Order,
 ) -> dict[str, Any]:
     """Build the whole plan of a job: threads, crossings, pieces, joints, sheets and steps.
 
@@ -71,7 +74,8 @@ def crossing_map(
             }
             for joint in made.joints
         ],
-        "steps": _steps(made.pieces),
+        "assembly": order.record(),
+        "steps": build_steps(made, order),
     }
 
 
@@ -215,17 +219,3 @@ def _path(piece: Piece) -> list[list[float]]:
     return [
         [*point, bulge] for point, bulge in zip(_rounded(piece.path.points), bulges, strict=True)
     ]
-
-
-def _steps(pieces: Sequence[Piece]) -> list[dict[str, Any]]:
-    """Return one step for each piece, thread after thread."""
-    laid: set[int] = set()
-    steps = []
-    for number, piece in enumerate(pieces, start=1):
-        met = [int(c) for c in dict.fromkeys(piece.crossings.tolist()) if c in laid]
-        laid.update(piece.crossings.tolist())
-        text = f"Lay piece {piece.id}"
-        if piece.start_joint is not None and met:
-            text += f"; its start laps at joint #{piece.start_joint}"
-        steps.append({"step": number, "pieces": [piece.id], "crossings": met, "text": text + "."})
-    return steps

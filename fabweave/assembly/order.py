@@ -116,9 +116,9 @@ def plan_order(
         If there is no such effort.
     """
     efforts = {
-        "quick": _Effort(1, 4_000, 6, 20),
-        "normal": _Effort(3, 40_000, 6, 60),
-        "best": _Effort(6, 400_000, 20, 200),
+        "quick": _Effort(1, 3_000, 6, 20),
+        "normal": _Effort(3, 15_000, 6, 40),
+        "best": _Effort(6, 100_000, 12, 100),
     }
     if effort not in efforts:
         raise InputError(f"no effort is called {effort!r}: choose one of {', '.join(efforts)}")

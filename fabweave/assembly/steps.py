@@ -6,7 +6,6 @@ from typing import Any
 
 from fabweave.assembly.order import Order
 from fabweave.flat.pieces import Pieces
-from fabweave.words import agree
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8
@@ -166,11 +165,10 @@ def _list(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def order_note(order: Order, n_steps: int) -> str:
+def order_note(order: Order) -> str:
     """Say what the order costs, and what naive orders would."""
-    steps = agree(n_steps, "{n} [step|steps]")
     return (
-        f"assembly: {steps}, effort {order.total:.0f} (1 is a strand laid over another), "
-        f"{order.saved:.0%} below the better of two naive orders: {order.by_thread:.0f} thread by "
-        f"thread, {order.by_number:.0f} by piece number"
+        f"assembly: effort {order.total:.0f}, where 1 is a strand laid over another, "
+        f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
+        f"thread by thread, {order.by_number:.0f} by piece number)"
     )

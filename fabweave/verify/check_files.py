@@ -104,8 +104,12 @@ def _check_pieces(plan: CrossingMap, tally: Tally) -> None:
     for step in plan.steps:
         tally.expect(
             all(key in plan.piece for key in step.pieces)
-            and all(key in plan.crossing for key in step.crossings),
-            f"step {step.step} refers to pieces or crossings that do not exist",
+            and all(
+                key in plan.crossing
+                for key in (*step.crossings, *step.over, *step.under, *step.fasten)
+            )
+            and all(key in plan.joint for key in step.joints),
+            f"step {step.step} refers to pieces, crossings or joints that do not exist",
         )
 
 

@@ -1,5 +1,6 @@
 """Check that the tables for people say what the crossing map says."""
 
+from fabweave.verify.check_stations import check_station_rows
 from fabweave.verify.crossing_map import Crossing, CrossingMap
 from fabweave.verify.loading import Job, Rows
 from fabweave.verify.report import Tally
@@ -9,12 +10,18 @@ SAME_MM = 6e-4
 
 
 def check_tables(job: Job, tally: Tally) -> None:
-    """Check crossing_map.csv and pieces.csv against crossing_map.json."""
+    """Check crossing_map.csv, pieces.csv and stations.csv against crossing_map.json."""
     plan = job.map
-    if plan is None or job.crossing_rows is None or job.piece_rows is None:
+    if (
+        plan is None
+        or job.crossing_rows is None
+        or job.piece_rows is None
+        or job.station_rows is None
+    ):
         return
     _check_crossings(plan, job.crossing_rows, tally)
     _check_pieces(plan, job.piece_rows, tally)
+    check_station_rows(plan, job.station_rows, tally)
 
 
 def _check_rows(name: str, key: str, rows: Rows, wanted: list[str], tally: Tally) -> None:

@@ -117,11 +117,18 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the assembly."""
+    """A step of the assembly; crossings and joints are ids."""
 
     step: int
     pieces: tuple[str, ...]
     crossings: tuple[int, ...]
+    over: tuple[int, ...]
+    under: tuple[int, ...]
+    joints: tuple[int, ...]
+    fasten: tuple[int, ...]
+    closes: bool
+    effort: float
+    text: str
 
 
 @dataclass(frozen=True)
@@ -139,6 +146,8 @@ class CrossingMap:
     pieces: tuple[Piece, ...]
     joints: tuple[Joint, ...]
     steps: tuple[Step, ...]
+    #: Effort of this order, thread by thread, and by piece number.
+    efforts: tuple[float, float, float]
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()

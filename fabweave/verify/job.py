@@ -14,6 +14,7 @@ from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order
 from fabweave.verify.check_preflight import check_preflight
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space
+from fabweave.verify.check_steps import check_steps
 from fabweave.verify.check_tables import check_tables
 from fabweave.verify.check_unfolding import check_joints, check_unfolding
 from fabweave.verify.check_weave import check_over_under, check_pattern, check_walks
@@ -38,6 +39,7 @@ _FILES = {
     "model": "model.glb",
     "crossing_rows": "crossing_map.csv",
     "piece_rows": "pieces.csv",
+    "station_rows": "stations.csv",
     "waste": "waste.json",
     "preflight": "preflight.json",
 }
@@ -59,7 +61,8 @@ _TASKS = (
     _Task("simple", ("map",), check_simple),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),
     _Task("preflight", ("map", "preflight"), check_preflight),
-    _Task("tables", ("map", "crossing_rows", "piece_rows"), check_tables),
+    _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
+    _Task("steps", ("map",), check_steps),
 )
 
 

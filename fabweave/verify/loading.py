@@ -30,6 +30,10 @@ CROSSING_COLUMNS = (
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes",
 )  # fmt: skip
+STATION_COLUMNS = (
+    "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
+    "mate", "hole_mm", "step",
+)  # fmt: skip
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -45,6 +49,7 @@ class Job:
     settings: dict[str, Any] | None
     crossing_rows: Rows | None
     piece_rows: Rows | None
+    station_rows: Rows | None
     waste: dict[str, Any] | None
     ribbons: dict[str, Any] | None
     preflight: dict[str, Any] | None
@@ -143,6 +148,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         settings=read("job.toml", _read_toml),
         crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
         piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
+        station_rows=read("stations.csv", lambda path: _read_csv(path, STATION_COLUMNS)),
         waste=read("waste.json", _read_waste),
         ribbons=read("ribbons.json", _read_ribbons),
         preflight=read("preflight.json", _read_preflight),

@@ -159,14 +159,32 @@ def read_crossing_map(path: Path) -> CrossingMap:
             )
             for node in root["joints"].items()
         ),
-        steps=tuple(
-            Step(
-                node["step"].integer(),
-                tuple(item.text() for item in node["pieces"].items()),
-                tuple(item.integer() for item in node["crossings"].items()),
-            )
-            for node in root["steps"].items()
+        steps=tuple(_step(node) for node in root["steps"].items()),
+        efforts=(
+            root["assembly"]["effort"].number(),
+            root["assembly"]["by_thread"].number(),
+            root["assembly"]["by_number"].number(),
         ),
+    )
+
+
+def _step(node: _Node) -> Step:
+    """Read a step."""
+    crossings, over, under, joints, fasten = (
+        tuple(item.integer() for item in node[key].items())
+        for key in ("crossings", "over", "under", "joints", "fasten")
+    )
+    return Step(
+        step=node["step"].integer(),
+        pieces=tuple(item.text() for item in node["pieces"].items()),
+        crossings=crossings,
+        over=over,
+        under=under,
+        joints=joints,
+        fasten=fasten,
+        closes=node["closes"].flag(),
+        effort=node["effort"].number(),
+        text=node["text"].text(),
     )
 
 

@@ -30,6 +30,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",
+        "steps": "done in order, the steps make every crossing and joint once, and the whole weave",
     }
 )
 

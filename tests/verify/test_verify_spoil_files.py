@@ -14,7 +14,7 @@ from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
-    "outlines-dxf outlines-svg order sheets simple areas preflight tables"
+    "outlines-dxf outlines-svg order sheets simple areas preflight tables steps"
 )
 MISSING = {
     "job.toml": "files",
@@ -23,6 +23,7 @@ MISSING = {
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
+    "stations.csv": "files tables",
     "ribbons.json": "files",
     "preflight.json": "files preflight",
     "waste.json": "files areas",
@@ -185,6 +186,10 @@ SCHEMA = [
     drop("threads", 0, "bunch"),
     drop("pieces", 0, "stations", 0, "hole_mm"),
     drop("steps"),
+    drop("assembly"),
+    drop("steps", 0, "fasten"),
+    put("steps", 0, "closes", 0),
+    put("steps", 0, "effort", float("nan")),
 ]
 
 
@@ -218,6 +223,10 @@ REFERENCES = [
     put("joints", 0, "pieces", 1, "Z9"),
     put("steps", 0, "pieces", ["Z9"]),
     put("steps", 0, "crossings", [17]),
+    put("steps", 0, "over", [17]),
+    put("steps", 0, "under", [17]),
+    put("steps", 0, "fasten", [17]),
+    put("steps", 0, "joints", [999]),
     put("steps", 1, "step", 1),
     put("sheets", 0, "sheet", 2),
     put("sheets", 0, "name", "sheet_07"),
@@ -230,7 +239,7 @@ def test_references(job, edit):
 
 
 def test_steps_alone(job):
-    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files"}
+    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files", "steps"}
 
 
 # --- model and mesh -----------------------------------------------------------------------------
@@ -460,6 +469,20 @@ TABLES = [
     ("crossing_map.csv", "x", more(0.01), {"tables"}),
     ("crossing_map.csv", "y", more(0.01), {"tables"}),
     ("crossing_map.csv", "z", lambda _: "", {"tables"}),
+    ("stations.csv", "piece", lambda _: "Z9", {"tables"}),
+    ("stations.csv", "station", lambda text: f"{text}7", {"tables"}),
+    ("stations.csv", "crossing", lambda _: "999", {"tables"}),
+    ("stations.csv", "distance_mm", more(0.2), {"tables"}),
+    ("stations.csv", "distance_mm", lambda _: "", {"tables"}),
+    ("stations.csv", "lies", lambda text: "over" if text == "under" else "under", {"tables"}),
+    ("stations.csv", "partner", lambda _: "Z9", {"tables"}),
+    ("stations.csv", "partner_station", lambda text: f"{text}7", {"tables"}),
+    ("stations.csv", "joint", lambda text: "" if text else "1", {"tables"}),
+    ("stations.csv", "mate", lambda text: "" if text else "A1", {"tables"}),
+    ("stations.csv", "hole_mm", lambda _: "2.1", {"tables"}),
+    ("stations.csv", "hole_mm", lambda _: "", {"tables"}),
+    ("stations.csv", "step", lambda text: str(int(text) + 1), {"tables"}),
+    ("stations.csv", "step", lambda _: "", {"tables"}),
 ]
 
 
@@ -472,7 +495,7 @@ def test_edited_tables(job, name, column, change, objecting):
     assert edit_table(job(), name, column, change) == objecting
 
 
-@pytest.mark.parametrize("name", ["pieces.csv", "crossing_map.csv"])
+@pytest.mark.parametrize("name", ["pieces.csv", "crossing_map.csv", "stations.csv"])
 @pytest.mark.parametrize("row", ["missing", "twice"])
 def test_rows(job, name, row):
     path = job() / name

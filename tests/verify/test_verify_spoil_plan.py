@@ -328,12 +328,12 @@ def move_beyond_the_top(specimen):
 
 SPOILS = [
     # weave
-    ("torus", turn_crossing_over, "pattern space"),
+    ("torus", turn_crossing_over, "pattern space steps"),
     ("torus", turn_flags_of_one_thread, "over-under pattern space piece-order"),
-    ("torus", swap_strands_of_crossing, "over-under"),
+    ("torus", swap_strands_of_crossing, "over-under steps"),
     ("torus", name_another_thread, "over-under"),
     ("torus", name_another_station, "over-under"),
-    ("torus", turn_one_station, "over-under piece-order"),
+    ("torus", turn_one_station, "over-under piece-order steps"),
     ("torus", name_another_partner, "over-under"),
     ("torus", name_the_piece_that_begins, "over-under"),
     ("torus", claim_broken_edges, "pattern"),
@@ -343,7 +343,7 @@ SPOILS = [
     ("twill", claim_plain, "pattern"),
     ("twill", claim_broken_edges, "pattern"),
     ("twill", claim_inexact, "pattern"),
-    ("twill", turn_crossing_over, "pattern space"),
+    ("twill", turn_crossing_over, "pattern space steps"),
     (
         "torus",
         exchange_crossings_of_thread,
@@ -373,7 +373,7 @@ SPOILS = [
     ("torus", run_outline_clockwise, "simple"),
     ("torus", knot_outline, "simple unfolding order"),
     ("torus", exchange_vertices, "unfolding"),
-    ("torus", drop_station, "over-under piece-order unfolding joints"),
+    ("torus", drop_station, "over-under piece-order unfolding joints steps"),
     (
         "torus",
         repeat_station,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import cmath
 import itertools
 import math
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -448,13 +449,53 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
         "crossings": list(crossings.values()),
         "pieces": pieces,
         "joints": laps,
-        "steps": [
-            {"step": k + 1, "pieces": [p["id"]], "text": f"Lay piece {p['id']}.",
-             "crossings": [s["crossing"] for s in p["stations"]]}
-            for k, p in enumerate(pieces)
-        ],
-    }  # fmt: skip
+        "assembly": {"effort": 2.5 * len(pieces), "by_thread": 900.0, "by_number": 1000.0},
+        "steps": assemble(pieces, laps),
+    }
     return Specimen(points, faces, plan, strips, engraving, "turn" if turning else None)
+
+
+def assemble(pieces, laps, *, hold=True):
+    """Return one step a piece; with ``hold``, from piece to piece that touches what is there."""
+    mates = {}
+    for lap in laps:
+        mates.setdefault(lap["pieces"][0], []).append((lap["id"], lap["pieces"][1]))
+        mates.setdefault(lap["pieces"][1], []).append((lap["id"], lap["pieces"][0]))
+    waiting, there, steps = list(pieces), {}, []
+    layers = Counter(s["crossing"] for p in pieces for s in p["stations"])
+    while waiting:
+        touching = [p for p in waiting if {s["crossing"] for s in p["stations"]} & set(there)]
+        piece = (touching or waiting if hold else waiting)[0]
+        waiting.remove(piece)
+        name = piece["id"]
+        made, over, under, fasten = [], {}, {}, []
+        both = {key for key, on in there.items() if len({flag for _, flag in on}) == 2}
+        for s in piece["stations"]:
+            there.setdefault(s["crossing"], []).append((name, s["over"]))
+        for s in piece["stations"]:
+            key = s["crossing"]
+            others = {other for other, flag in there[key] if flag != s["over"]}
+            if others:
+                (over if s["over"] else under).setdefault(key, others)
+                if key not in (*both, *made):
+                    made.append(key)
+            layers[key] -= 1
+            if layers[key] == 0:
+                fasten.append(key)
+        done = {p["id"] for p in pieces} - {p["id"] for p in waiting}
+        joints = [(joint, mate) for joint, mate in mates.get(name, []) if mate in done]
+        text = f"Put {name} down"
+        for word, names in (("over", over), ("under", under)):
+            if names:
+                text += f"; {word} {', '.join(sorted(set().union(*names.values())))}"
+        for joint, mate in joints:
+            text += f"; on {'itself' if mate == name else mate} at #{joint}"
+        steps.append(
+            {"step": len(steps) + 1, "pieces": [name], "crossings": made, "over": list(over),
+             "under": list(under), "joints": sorted({joint for joint, _ in joints}),
+             "fasten": fasten, "closes": len(joints) == 2, "effort": 2.5, "text": text + "."}
+        )  # fmt: skip
+    return steps
 
 
 def engrave(piece):

@@ -16,6 +16,10 @@ from verify_specimen import DENSITY, THICKNESS, placed
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes",
 )  # fmt: skip
+STATION_COLUMNS = (
+    "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
+    "mate", "hole_mm", "step",
+)  # fmt: skip
 CROSSING_COLUMNS = (
     "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
     "x", "y", "z",
@@ -273,6 +277,28 @@ def write_tables(specimen, folder):
                            *(round(x, 6) for x in crossing["position"])])  # fmt: skip
 
 
+def write_stations(specimen, folder):
+    plan = specimen.plan
+    crossings = {crossing["id"]: crossing for crossing in plan["crossings"]}
+    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
+    with (folder / "stations.csv").open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(STATION_COLUMNS)
+        for piece in plan["pieces"]:
+            along, last = 0.0, piece["stations"][0] if piece["stations"] else None
+            for k, s in enumerate(piece["stations"]):
+                along += math.dist((last["x"], last["y"]), (s["x"], s["y"]))
+                last = s
+                other = crossings[s["crossing"]]["under" if s["over"] else "over"]
+                mate = joints[s["joint"]][0 if k == 0 else 1] if s["joint"] in joints else ""
+                steps = [t["step"] for t in plan["steps"] if s["crossing"] in t["crossings"]]
+                rows.writerow([piece["id"], k, s["crossing"], f"{along:.2f}",
+                               "over" if s["over"] else "under", s["partner"], other["station"],
+                               "" if s["joint"] is None else s["joint"], mate,
+                               "" if s["hole_mm"] is None else s["hole_mm"],
+                               steps[-1] if steps else ""])  # fmt: skip
+
+
 def engraved_length(specimen):
     total = 0.0
     for shapes in specimen.engraving.values():
@@ -405,6 +431,7 @@ def write_job(specimen, folder):
     write_plan(specimen, folder)
     (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))
     write_tables(specimen, folder)
+    write_stations(specimen, folder)
     write_waste(specimen, folder)
     write_ribbons(specimen, folder)
     write_preflight(specimen, folder)
