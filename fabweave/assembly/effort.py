@@ -1,17 +1,20 @@
 """Say how hard it is to put a piece into its place: the model behind the assembly order.
 
-The unit is laying a strand over one that is in place and putting the hole on its mate's. The
-other figures are judgements, in the proportions of the craft that knows the task best: the six-way
-caning of chairs lays its first three layers one upon the other, and weaves only the fourth, over
-the one and under the other strands that lie there, because weaving is what takes the time: one
-hand above the seat and one below, the strand drawn through at full length, and where it is tight
-or in a corner one strand at a time.
+The unit is laying a strand over one that is in place, hole on hole. The other figures are
+judgements, in the proportions of the craft that knows the task best, the six-way caning of chairs.
+There the first three layers are laid one upon the other, and only the fourth is woven, over one
+and under the other strands that lie there; per hole that takes six to ten times as long, with one
+hand above the seat and one below, the strand drawn through at its full length, and where it is
+tight one strand at a time.
+
+What is left out: a strand whose end is still free may be lifted instead, so an order may be easier
+than its figure says, never harder.
 
 References
 ----------
-Wayne Sharp, "Chair Caning", steps 1 to 4, Minnesota State University, Mankato. For strips that
-drag at every turn: the capstan equation, by which the friction of a strip that is bent over and
-under grows with each bend.
+Wayne Sharp, "Chair Caning", steps 1 to 4, Minnesota State University, Mankato; Dean B., "Caning
+progress", rollingonone.com (six or ten times as long). For strips that drag at every bend: the
+capstan equation, by which friction grows with each.
 """
 
 from dataclasses import dataclass
@@ -87,7 +90,7 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
     >>> tips = piece_effort(5, sum(bits.strand(k, over=False, second=False) for k in (0, 4)))
     >>> middle = piece_effort(5, bits.strand(2, over=False, second=False))
     >>> alone, laid, tips, middle
-    ((4.0, 0.0), (5.0, 0.0), (1.0, 3.0), (2.0, 3.4))
+    ((4.0, 0.0), (5.0, 0.0), (1.0, 4.0), (2.0, 6.5))
     """
     all_stations = (1 << n_stations) - 1
     under = (state | state >> n_stations) & all_stations
