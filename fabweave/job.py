@@ -13,7 +13,8 @@ from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
-from fabweave.flat.split import Runs, split_threads
+from fabweave.flat.runs import Runs
+from fabweave.flat.split import split_threads
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
 from fabweave.report.notes import all_notes
@@ -386,6 +387,8 @@ def plan_runs(thing: WovenObject, settings: JobSettings) -> Runs:
         max_length_mm=settings.max_length_mm or np.inf,
         fits=fits,
         labels=thing.labels,
+        usable=[usable_size(sheet, settings.margin_mm) for sheet in settings.sheets],
+        gap_mm=_given(settings.gap_mm),
     )
 
 

@@ -10,7 +10,7 @@ from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.flat.outline import inscribed_polygon, resting_frame, strip_paths
 from fabweave.flat.path import Path
 from fabweave.flat.piece import Joint, Piece
-from fabweave.flat.split import Runs, first_and_last_rung, unfold_runs
+from fabweave.flat.runs import Runs, first_and_last_rung, unfold_runs
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
 

@@ -1,94 +1,145 @@
-"""Choose where to cut long strips into pieces."""
+"""Choose where to cut long strips into pieces: at the least cost, exactly for each thread.
 
-from collections.abc import Callable
+Every thread is unfolded once, and everything that it could be cut into is measured (``windows``),
+priced (``cost``) and chosen from (``choose``). Joints of different threads should not lie side by
+side, which couples the threads: they are cut one after another, each knowing where those before
+it have their joints, and then each once more, knowing all others. So each thread is cut at the
+least cost for the joints of the others, which is the optimum of that thread and not of all.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import CannotMakeError
+from fabweave.flat.choose import cheapest_ring, cheapest_row
+from fabweave.flat.clear import last_clear
+from fabweave.flat.cost import window_costs
 from fabweave.flat.outline import strip_outlines
-from fabweave.flat.unfold import Strips, run_rungs, unfold
-from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.flat.runs import Runs
+from fabweave.flat.sites import Sites, list_sites
+from fabweave.flat.stagger import Joints
+from fabweave.flat.windows import (
+    Course,
+    Windows,
+    lay_course,
+    measure_windows,
+    station_of_site,
+)
+from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
-from fabweave.weave.threads import Threads
 from fabweave.words import agree
 
-#: Two stretches of one outline must not come nearer than this.
-SELF_CLEARANCE_MM = 0.5
+#: Pieces pass no more crossings than this unless there is no other way: they would be hard to
+#: thread, and there would be no end of pieces to choose from on fine meshes.
+MOST_PASSES = 64
 
-#: Share of the piece length by which each thread's joints are set off against the one before:
-#: the golden section, whose multiples are spread most evenly.
-_STAGGER = 0.6180339887498949
+#: Rooms are measured at whole degrees only; between them a piece may have this share of its
+#: length more.
+_ROOM_SHARE = 0.01
+
+#: A joint is worth as much sheet as so many crossings of its ribbon take.
+JOINT_WORTH = 1.0
+#: An uneven division may cost as much more as this share of a joint.
+_EVEN_SHARE = 0.1
+#: A joint beside another strand's joint costs as much more as this share of a joint.
+_NEAR_SHARE = 0.25
 
 
-@dataclass(frozen=True, eq=False)
-class Runs:
-    """Which passes of its thread each piece carries, in order of threads.
+@dataclass(frozen=True)
+class Bed:
+    """What a piece must fit on.
 
     Parameters
     ----------
-    thread : (N,) int array
-    first, last : (N,) int arrays
-        Positions in the thread, both included. On a ring ``last`` may go past the end; the pass
-        at ``last`` is then the one at ``last - n``.
+    fits : callable
+        Whether an outline (K, 2) fits the usable stock at some angle.
+    usable : tuple of (float, float)
+        What the margin leaves of each sheet, so that most answers are known without asking; may
+        be empty.
+    gap_mm : float
+        Least distance between two pieces on a sheet.
     """
 
-    thread: IntArray
-    first: IntArray
-    last: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("thread", "first", "last"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
-    def laps(self, threads: Threads) -> IntArray:
-        """Return the crossings at which one run ends and the next one begins."""
-        count = threads.lengths[self.thread]
-        goes_on = threads.closed[self.thread] | (self.last < count - 1)
-        at = threads.offsets[self.thread] + self.last % np.maximum(count, 1)
-        return np.asarray(threads.crossing[at[goes_on]])
+    fits: Callable[[FloatArray], bool]
+    usable: tuple[tuple[float, float], ...] = ()
+    gap_mm: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class _Line:
-    """A thread as the splitter sees it: stations along a line, some of which may carry a joint."""
+class Candidates:
+    """All pieces that threads could be cut into.
 
-    at: FloatArray  # (n,) distance of each station along the unfolded middle line
-    total: float  # length of the whole thread
-    allowed: IntArray  # stations that may carry a joint
-    closed: bool
+    Parameters
+    ----------
+    ribbons : Ribbons
+    sites : Sites
+        Where threads may be cut.
+    course : Course
+        The unfolded threads.
+    windows : Windows
+        The pieces from site to site.
+    clear : (N, D) bool array
+        Which of them keep clear of themselves.
+    """
+
+    ribbons: Ribbons
+    sites: Sites
+    course: Course
+    windows: Windows
+    clear: BoolArray
+
+    @property
+    def slack(self) -> FloatArray:
+        """How exactly the room of each is known, (N, D)."""
+        length = self.windows.length_mm
+        return np.where(np.isfinite(length), length, 0.0) * _ROOM_SHARE
+
+    def fresh(self) -> BoolArray:
+        """Return which pieces may be cut as far as is known, (N, D)."""
+        return np.asarray(self.clear & (self.windows.room_mm >= -self.slack))
 
 
 def split_threads(
     ribbons: Ribbons,
     weave: Weave,
     *,
-    length_mm: float,
+    length_mm: float = np.inf,
     max_length_mm: float = np.inf,
     fits: Callable[[FloatArray], bool],
     labels: tuple[str, ...],
+    usable: Sequence[tuple[float, float]] = (),
+    gap_mm: float = 0.0,
+    room: BoolArray | None = None,
 ) -> Runs:
-    """Cut every thread at crossings where it goes under, into pieces of even length.
+    """Cut every thread at crossings where it goes under, at the least cost.
 
-    A closed thread is always opened, into two pieces at least where it goes under twice. Joints
-    of successive threads are staggered. Where a piece does not fit the stock, comes too near to
-    itself or is too long, it is halved until it does.
+    The cost is the predicted area of sheet, a price for every joint, and a little for unevenness
+    and for joints beside one another. A closed thread is always opened, into two pieces at least
+    where it goes under twice. Pieces of fewer than three crossings, joints without room and two
+    joints at one crossing are avoided where that is possible at all.
 
     Parameters
     ----------
     ribbons, weave
         The ribbons and who goes under where.
     length_mm : float
-        Pieces are about as long as this, or as short as the crossings allow.
+        Pieces are no longer than this, measured along their unfolded middle, laps included, but
+        for threads that cannot be cut so short.
     max_length_mm : float
-        No piece is longer, measured along its unfolded middle line, laps included.
+        No piece is longer than this in any case.
     fits : callable
         Whether an outline (K, 2) fits the usable stock.
     labels : tuple of str
         Names of the threads, for messages.
+    usable : sequence of (float, float)
+        Width and height of the usable stock, if known: most pieces then need no call of ``fits``.
+    gap_mm : float
+        Distance between pieces on a sheet.
+    room : (X,) bool array, optional
+        Which crossings have room for a joint's fasteners; by default all.
 
     Returns
     -------
@@ -100,169 +151,199 @@ def split_threads(
     CannotMakeError
         If a stretch without any crossing to join at is still too long, too large or too curled.
     """
-    threads = weave.threads
-    lines = _thread_lines(ribbons, weave)
-    cuts = [
-        _even_cuts(line, min(length_mm, max_length_mm), thread) for thread, line in enumerate(lines)
-    ]
-    while True:
-        runs = _runs_of_cuts(cuts, threads.closed, threads.lengths)
-        wrong = ~_acceptable(ribbons, runs, max_length_mm, fits)
-        if not np.any(wrong):
-            return runs
-        cuts = _halve(cuts, lines, runs, np.flatnonzero(wrong), labels, max_length_mm)
+    bed = Bed(fits, tuple(usable), gap_mm)
+    every = np.arange(weave.threads.n_threads)
+    found = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
+    return choose_runs(found, weave, bed, labels, length_mm, max_length_mm, room)
 
 
-def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
-    """Unfold every piece: from where it enters its first panel to where it leaves its last."""
-    first, last = first_and_last_rung(ribbons, runs)
-    offsets, rung = run_rungs(ribbons, runs.thread, first, last)
-    return unfold(ribbons, offsets, rung)
+def list_candidates(
+    ribbons: Ribbons,
+    weave: Weave,
+    bed: Bed,
+    longest_mm: float,
+    threads: IntArray,
+    most_passes: int = MOST_PASSES,
+) -> Candidates:
+    """Measure all pieces that some threads could be cut into."""
+    sites = list_sites(weave).of(threads)
+    course = lay_course(ribbons, most_passes)
+    windows = measure_windows(
+        course, sites, most_passes=most_passes, longest_mm=longest_mm, usable=bed.usable
+    )
+    behind = last_clear(course, int(windows.passes.max(initial=1)))
+    at = station_of_site(course, sites)[:, None]
+    there = windows.passes > 0
+    last = np.where(there, at + windows.passes - 1, at)
+    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]))
 
 
-def first_and_last_rung(ribbons: Ribbons, runs: Runs) -> tuple[IntArray, IntArray]:
-    """Return first and last local rung of each run; ends of open threads keep their tails."""
-    first = local_entry(ribbons, runs.thread, runs.first)
-    last = local_entry(ribbons, runs.thread, runs.last) + 1
-    open_run = ~ribbons.closed[runs.thread]
-    final = np.diff(ribbons.pass_offsets)[runs.thread] - 1
-    size = np.diff(ribbons.offsets)[runs.thread]
-    return (
-        np.where(open_run & (runs.first == 0), 0, first),
-        np.where(open_run & (runs.last == final), size - 1, last),
+def joint_price(found: Candidates) -> float:
+    """Return what a joint is worth in square millimetres: the mean ribbon of some crossings."""
+    windows = found.windows
+    there = windows.passes > 1
+    if not there.any():
+        return 0.0
+    area = windows.area_mm2[there].sum() / (windows.passes[there] - 0.5).sum()
+    return float(JOINT_WORTH * area)
+
+
+def choose_runs(
+    found: Candidates,
+    weave: Weave,
+    bed: Bed,
+    labels: tuple[str, ...],
+    length_mm: float,
+    max_length_mm: float,
+    room: BoolArray | None,
+) -> Runs:
+    """Choose from candidates as ``split_threads`` does.
+
+    Raises
+    ------
+    CannotMakeError
+        If a thread cannot be cut.
+    """
+    joints = Joints(weave.threads, _NEAR_SHARE * joint_price(found), room)
+    cuts = _cut(found, joints, bed, min(length_mm, max_length_mm))
+    lost = [thread for thread, cut in cuts.items() if cut is None]
+    if lost:
+        most = int(weave.threads.lengths.max()) + 1
+        wider = list_candidates(found.ribbons, weave, bed, max_length_mm, np.array(lost), most)
+        cuts |= _cut(wider, joints, bed, max_length_mm)
+        stuck = [
+            f"{labels[thread]} between its crossings {first} and {last}"
+            for thread in lost
+            if cuts[thread] is None
+            for first, last in _stuck(wider, bed, thread)
+        ]
+        if stuck:
+            raise CannotMakeError(_refusal(stuck, max_length_mm))
+    return _runs_of_cuts(
+        {thread: cut for thread, cut in cuts.items() if cut is not None}, found.sites
     )
 
 
-def _thread_lines(ribbons: Ribbons, weave: Weave) -> list[_Line]:
-    """Measure every thread along the middle of its ribbon."""
-    middle = (ribbons.right + ribbons.left) / 2
-    threads = weave.threads
-    lines = []
-    for thread in range(threads.n_threads):
-        a, b = ribbons.offsets[thread : thread + 2]
-        passes = slice(threads.offsets[thread], threads.offsets[thread + 1])
-        closed = bool(threads.closed[thread])
-        under = np.flatnonzero(~weave.over[passes])
-        count = int(threads.lengths[thread])
-        if closed and len(under) == 0:
-            under = np.arange(count)
-        elif not closed:
-            under = under[(under > 0) & (under < count - 1)]
-        if count == 0:
-            lines.append(_Line(np.zeros(0), 0.0, under, closed))
-            continue
-        steps = np.linalg.norm(np.diff(middle[a:b], axis=0, append=middle[a : a + 1]), axis=1)
-        run = np.concatenate(([0.0], np.cumsum(steps)))
-        entry = ribbons.entry[passes] - a
-        total = float(run[-1] if closed else run[-2])
-        at = (run[entry] + run[entry + 1]) / 2
-        lines.append(_Line(at, total, under, closed))
-    return lines
+def _cut(
+    found: Candidates, joints: Joints, bed: Bed, longest_mm: float
+) -> dict[int, IntArray | None]:
+    """Cut every thread that has sites; None for those that cannot be cut so short.
+
+    Returns
+    -------
+    dict
+        For each thread the sites, counted in it, at which its pieces begin.
+    """
+    sites, price = found.sites, joint_price(found)
+    cost = window_costs(
+        found.windows, gap_mm=bed.gap_mm, even_mm2=_EVEN_SHARE * price, longest_mm=longest_mm
+    )
+    cost[~found.fresh()] = np.inf
+    fitting = (found.windows.room_mm > found.slack) & bool(bed.usable)
+    cuts: dict[int, IntArray | None] = {}
+    for _sweep in range(2):
+        for thread in np.flatnonzero(np.diff(sites.offsets)).tolist():
+            own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+            crossing, outer = sites.crossing[own], sites.outer[own]
+            earlier = cuts.get(thread)
+            if earlier is not None:
+                joints.add(crossing[earlier[~outer[earlier]]], -1)
+            joint = np.where(outer, 0.0, price + joints.costs(crossing))
+            cuts[thread] = cut = _cut_thread(found, thread, cost, joint, fitting, bed)
+            if cut is not None:
+                joints.add(crossing[cut[~outer[cut]]])
+    return cuts
 
 
-def _even_cuts(line: _Line, length: float, thread: int) -> IntArray:
-    """Choose joints near evenly spaced places, few enough that pieces stay under the length."""
-    if len(line.allowed) == 0:
-        return line.allowed
-    places = line.at[line.allowed]
-    ring = line.total if line.closed else 0.0
-    # Every lap is cut twice, so a piece advances by less than its length.
-    lap = line.total / len(line.at)
-    pieces = int(np.ceil(line.total / max(length - lap, length / 2)))
-    if line.closed:
-        pieces = min(max(pieces, 2), len(places))
-        targets = line.total * ((np.arange(pieces) + (thread * _STAGGER) % 1.0) / pieces)
-        # Distances around the ring: the nearest station may lie across the start.
-        around = np.concatenate((places - ring, places, places + ring))
-        numbers = np.tile(line.allowed, 3)
-    else:
-        if line.total <= length:
-            return line.allowed[:0]
-        targets = line.total * np.arange(1, pieces) / pieces
-        around, numbers = places, line.allowed
-    right = np.clip(np.searchsorted(around, targets), 1, len(around) - 1)
-    if len(around) == 1:
-        return numbers
-    nearest = np.where(targets - around[right - 1] <= around[right] - targets, right - 1, right)
-    return np.unique(numbers[nearest])
+def _cut_thread(
+    found: Candidates,
+    thread: int,
+    cost: FloatArray,
+    joint: FloatArray,
+    fitting: BoolArray,
+    bed: Bed,
+) -> IntArray | None:
+    """Cut one thread; pieces that turn out not to fit are struck off in ``cost``."""
+    sites = found.sites
+    own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    ring = bool(sites.closed[thread])
+    count, width = cost[own].shape
+    if count == 1 and not ring:
+        station = np.array([found.course.offsets[thread]])
+        outline = strip_outlines(found.course.stretches(station, station))[0]
+        return np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
+    target = np.arange(count)[:, None] + np.arange(1, width + 1)
+    target = target % count if ring else np.minimum(target, count - 1)
+    solve = cheapest_ring if ring else cheapest_row
+    while True:
+        total, cut = solve(cost[own] + joint[target])
+        if not np.isfinite(total):
+            return None
+        after = np.append(cut[1:], cut[0] + count if ring else count - 1)
+        row, ahead = sites.offsets[thread] + cut, after - cut - 1
+        asked = ~fitting[row, ahead]
+        row, ahead = row[asked], ahead[asked]
+        if not len(row):
+            return cut
+        fits = _fits(found, row, ahead, bed)
+        fitting[row[fits], ahead[fits]] = True
+        cost[row[~fits], ahead[~fits]] = np.inf
+        if fits.all():
+            return cut
 
 
-def _runs_of_cuts(cuts: list[IntArray], closed: BoolArray, lengths: IntArray) -> Runs:
-    """Turn the joints of each thread into runs of passes."""
+def _fits(found: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
+    """Ask whether candidates fit the stock."""
+    first = station_of_site(found.course, found.sites)[row]
+    last = first + found.windows.passes[row, ahead] - 1
+    outlines = strip_outlines(found.course.stretches(first, last))
+    return np.array([bed.fits(outline) for outline in outlines], dtype=bool)
+
+
+def _stuck(found: Candidates, bed: Bed, thread: int) -> list[tuple[int, int]]:
+    """Return from which pass to which a thread has no piece; all of them if none is to blame."""
+    sites = found.sites
+    own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    begin = sites.position[own]
+    end = np.roll(begin, -1)
+    if not sites.closed[thread]:
+        begin, end = begin[: max(len(begin) - 1, 1)], end[: max(len(end) - 1, 1)]
+    row = sites.offsets[thread] + np.arange(len(begin))
+    wrong = np.ones(len(row), dtype=bool)
+    if found.windows.passes.shape[1]:
+        asked = found.fresh()[row, 0]
+        none_between = np.zeros(np.count_nonzero(asked), dtype=np.int64)
+        wrong[asked] = ~_fits(found, row[asked], none_between, bed)
+    if not wrong.any():
+        wrong[:] = True
+    return list(zip(begin[wrong].tolist(), end[wrong].tolist(), strict=True))
+
+
+def _refusal(stuck: list[str], max_length_mm: float) -> str:
+    """Say which stretches of threads no piece can be made of."""
+    some = "; ".join(stuck[:4]) + (" …" if len(stuck) > 4 else "")
+    limit = f"longer than {max_length_mm:g} mm, " if np.isfinite(max_length_mm) else ""
+    return (
+        agree(len(stuck), "{n} stretch[|es] of thread [is|are] ")
+        + f"{limit}too large for the sheet, or "
+        + agree(len(stuck), "[curls onto itself, and has|curl onto themselves, and have] ")
+        + f"no crossing to be joined at: {some}. A larger --sheet"
+        + (", a longer --max-length" if limit else "")
+        + ", a smaller --size or a finer mesh would help."
+    )
+
+
+def _runs_of_cuts(cuts: dict[int, IntArray], sites: Sites) -> Runs:
+    """Turn the sites where pieces begin into runs of passes."""
     thread, first, last = [], [], []
-    for number, joints in enumerate(cuts):
-        count = int(lengths[number])
-        if count == 0:
-            continue
-        if closed[number]:
-            starts = joints
-            ends = np.append(joints[1:], joints[0] + count)
-        else:
-            starts = np.concatenate(([0], joints))
-            ends = np.concatenate((joints, [count - 1]))
-        thread.append(np.full(len(starts), number))
-        first.append(starts)
-        last.append(ends)
+    for number in sorted(cuts):
+        count = int(sites.lengths[number])
+        begins = sites.position[sites.offsets[number] + cuts[number]]
+        end = begins[0] + count if sites.closed[number] else count - 1
+        thread.append(np.full(len(begins), number))
+        first.append(begins)
+        last.append(np.append(begins[1:], end))
     if not thread:
         none = np.zeros(0, dtype=np.int64)
         return Runs(none, none.copy(), none.copy())
     return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))
-
-
-def _acceptable(
-    ribbons: Ribbons, runs: Runs, max_length: float, fits: Callable[[FloatArray], bool]
-) -> BoolArray:
-    """Say which pieces are short enough, keep clear of themselves, and fit the stock."""
-    strips = unfold_runs(ribbons, runs)
-    middle = (strips.right + strips.left) / 2
-    steps = np.append(np.hypot(*np.diff(middle, axis=0).T), 0.0)
-    steps[strips.offsets[1:] - 1] = 0.0
-    length = np.add.reduceat(steps, strips.offsets[:-1])
-    outlines = strip_outlines(strips)
-    polygons = np.array([shapely.Polygon(outline) for outline in outlines], dtype=object)
-    good = (length <= max_length + 1e-9) & shapely.is_valid(polygons)
-    swollen = shapely.buffer(polygons[good], SELF_CLEARANCE_MM / 2, quad_segs=2)
-    good[good] = shapely.get_num_interior_rings(swollen) == 0
-    for index in np.flatnonzero(good):
-        good[index] = fits(outlines[index])
-    return np.asarray(good)
-
-
-def _halve(
-    cuts: list[IntArray],
-    lines: list[_Line],
-    runs: Runs,
-    wrong: IntArray,
-    labels: tuple[str, ...],
-    max_length: float,
-) -> list[IntArray]:
-    """Add a joint near the middle of each piece that cannot be cut as it is."""
-    result = list(cuts)
-    stuck = []
-    for index in wrong:
-        thread, first, last = (int(x[index]) for x in (runs.thread, runs.first, runs.last))
-        line = lines[thread]
-        count = len(line.at)
-        ring = np.concatenate((line.allowed, line.allowed + count)) if line.closed else line.allowed
-        inside = ring[(ring > first) & (ring < last)]
-        if len(inside) == 0:
-            stuck.append(f"{labels[thread]} between its crossings {first} and {last % count}")
-            continue
-        places = line.at[inside % count] + line.total * (inside // count)
-        ends = line.at[[first % count, last % count]] + line.total * np.array(
-            [first // count, last // count]
-        )
-        middle = inside[np.argmin(np.abs(places - ends.mean()))] % count
-        result[thread] = np.union1d(result[thread], [middle])
-    if stuck:
-        some = "; ".join(stuck[:4]) + (" …" if len(stuck) > 4 else "")
-        limit = f"longer than {max_length:g} mm, " if np.isfinite(max_length) else ""
-        raise CannotMakeError(
-            agree(len(stuck), "{n} stretch[|es] of thread [is|are] ")
-            + f"{limit}too large for the sheet, or "
-            + agree(len(stuck), "[curls onto itself, and has|curl onto themselves, and have] ")
-            + f"no crossing to be joined at: {some}. A larger --sheet"
-            + (", a longer --max-length" if limit else "")
-            + ", a smaller --size or a finer mesh would help."
-        )
-    return result

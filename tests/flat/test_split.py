@@ -8,16 +8,19 @@ from hypothesis import strategies as st
 from weaving_meshes import meshes
 
 from fabweave.errors import CannotMakeError
-from fabweave.flat.outline import Frame, resting_frame, strip_outline
+from fabweave.flat.outline import Frame, resting_frame, strip_outline, strip_outlines
 from fabweave.flat.owners import find_owners
 from fabweave.flat.piece import Joint
 from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
-from fabweave.flat.split import Runs, split_threads, unfold_runs
+from fabweave.flat.runs import Runs, unfold_runs
+from fabweave.flat.split import split_threads
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import parse_shape
 from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.nest import fits_some_sheet
 from fabweave.weave.labels import thread_labels
 from fabweave.weave.pattern import Weave, plain_weave
 from fabweave.weave.threads import trace_threads
@@ -162,14 +165,22 @@ def test_owners_name_the_piece_that_ends_at_a_joint():
             assert partner.over[partner.crossings == crossing][0] != over
 
 
-def test_pieces_that_do_not_fit_are_halved():
-    def small(outline):
-        return np.ptp(outline[:, 0]) < 150 and np.ptp(outline[:, 1]) < 150
+@pytest.mark.parametrize("usable", [(), ((150.0, 150.0),)])
+def test_every_piece_fits_whether_the_bed_is_known_or_asked(usable):
+    asked = []
 
-    _, ribbons, runs, _ = split(shape_at("torus?m=24&n=12"), 400.0, small)
+    def small(outline):
+        asked.append(outline)
+        return fits_some_sheet(outline, [SheetSize(150.0, 150.0)], 0.0)
+
+    weave, ribbons = woven(shape_at("torus?m=24&n=12"))
+    labels = thread_labels(weave.threads.n_threads)
+    runs = split_threads(ribbons, weave, fits=small, labels=labels, usable=usable)
+    check_runs(weave, runs)
     strips = unfold_runs(ribbons, runs)
-    for a, b in zip(strips.offsets, strips.offsets[1:], strict=False):
-        assert small(strip_outline(strips.right[a:b], strips.left[a:b]))
+    assert all(small(outline) for outline in strip_outlines(strips))
+    # Where the bed is known, few pieces need a question.
+    assert len(asked) - len(runs.thread) < (len(runs.thread) if usable else np.inf)
 
 
 def test_a_thread_that_fits_nowhere_is_refused_by_name():

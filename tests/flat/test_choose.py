@@ -1,0 +1,74 @@
+"""Rows and rings are cut at the least cost that there is."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.flat.choose import cheapest_ring, cheapest_row
+
+
+@st.composite
+def costs(draw: st.DrawFn) -> np.ndarray:
+    """Give costs with gaps, many ties among them."""
+    count, width = draw(st.integers(1, 8)), draw(st.integers(1, 8))
+    one = st.one_of(st.integers(0, 3).map(float), st.floats(0, 9), st.just(np.inf))
+    return np.array(draw(st.lists(one, min_size=count * width, max_size=count * width))).reshape(
+        count, width
+    )
+
+
+def total_of(cost: np.ndarray, cuts: list[int], end: int) -> float:
+    """Sum the cost of the pieces that begin at the cuts, the last one reaching to the end."""
+    total = 0.0
+    for a, b in zip(cuts, [*cuts[1:], end], strict=True):
+        total += cost[a, b - a - 1] if b - a <= cost.shape[1] else np.inf
+    return total
+
+
+def every_cut(sites: range) -> list[list[int]]:
+    return [list(some) for k in range(len(sites) + 1) for some in combinations(sites, k)]
+
+
+@given(costs())
+def test_no_way_to_cut_a_row_is_cheaper(cost):
+    count = len(cost)
+    total, cuts = cheapest_row(cost)
+    if count == 1:
+        assert len(cuts) == 0
+        return
+    ways = [total_of(cost, [0, *some], count - 1) for some in every_cut(range(1, count - 1))]
+    assert total == pytest.approx(min(ways))
+    if np.isfinite(total):
+        assert total_of(cost, cuts.tolist(), count - 1) == pytest.approx(total)
+    else:
+        assert len(cuts) == 0
+
+
+@given(costs())
+def test_no_way_to_cut_a_ring_is_cheaper(cost):
+    count = len(cost)
+    total, cuts = cheapest_ring(cost)
+    ways = [total_of(cost, some, some[0] + count) for some in every_cut(range(count)) if some]
+    assert total == pytest.approx(min(ways))
+    if np.isfinite(total):
+        assert total_of(cost, cuts.tolist(), int(cuts[0]) + count) == pytest.approx(total)
+    else:
+        assert len(cuts) == 0
+
+
+@given(costs(), st.integers(0, 7))
+def test_a_ring_costs_the_same_wherever_it_is_numbered_from(cost, shift):
+    total, cuts = cheapest_ring(cost)
+    turned, _ = cheapest_ring(np.roll(cost, shift, axis=0))
+    assert turned == pytest.approx(total)
+    assert len(np.unique(cuts)) == len(cuts)
+
+
+def test_a_long_ring_of_equal_pieces_is_cut_into_the_longest():
+    cost = np.ones((1000, 10))
+    total, cuts = cheapest_ring(cost)
+    assert total == 100.0
+    assert set(np.diff(cuts)) == {10}
