@@ -61,6 +61,12 @@ def cli() -> None:
     "holes. [default: the largest common size that nine crossings of ten have room for]",
 )
 @click.option(
+    "--slots",
+    is_flag=True,
+    help="Slots in place of holes in the strand that lies under, where it has no joint: they take "
+    "up small errors.",
+)
+@click.option(
     "--gap", type=Length(), help="Least distance between pieces. [default: the material's]"
 )
 @click.option(

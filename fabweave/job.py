@@ -12,7 +12,10 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import CannotMakeError, InputError
-from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
+from fabweave.flat.holes import HoleRule
+from fabweave.flat.joint import parse_joint
+from fabweave.flat.joints import plan_joints
+from fabweave.flat.pieces import Pieces, build_pieces
 from fabweave.flat.runs import Runs
 from fabweave.flat.split import split_threads
 from fabweave.mesh.polymesh import PolyMesh
@@ -261,10 +264,13 @@ def make_job(
     require_stiffness(check, material)
     progress("pieces", 0, 1)
     runs = plan_runs(thing, settings)
-    laps = runs.laps(weave.threads)
+    rule = parse_joint(settings.joint, lap_mm=settings.lap_mm, thickness_mm=material.thickness_mm)
+    # Panels keep their shape when the strands move apart, so that joints can be planned before.
+    laps = plan_joints(thing.ribbons, weave, runs, rule).laps
     ribbons = lay_ribbons(thing.woven, weave, settings, material, laps)
     thing = replace(thing, ribbons=ribbons)
-    made = build_pieces(thing.ribbons, weave, runs, thing.labels, rules)
+    joints = plan_joints(ribbons, weave, runs, rule)
+    made = build_pieces(ribbons, weave, runs, thing.labels, rules, joints, slots=settings.slots)
     progress("marks", 0, 1)
     # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
     # picture is made meanwhile, too.

@@ -49,6 +49,16 @@ class Hole(Length):
         return 0.0 if value == "none" else super().convert(value, param, ctx)
 
 
+class Lap(click.ParamType[Any]):
+    """A length, or the word auto."""
+
+    name = "length"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read what was typed; auto is None."""
+        return None if value == "auto" else Length().convert(value, param, ctx)
+
+
 class Stock(click.ParamType[Any]):
     """A sheet size with a quantity."""
 
@@ -236,6 +246,22 @@ _WEAVING = (
         "[default: half of the sheet's longer usable side]",
     ),
     click.option(
+        "--joint",
+        type=Checked("KIND", "fabweave.flat.joint", "parse_joint"),
+        default=DEFAULTS.joint,
+        show_default=True,
+        help="How pieces of one thread are joined: rivet (a lap with a fastener under the strand "
+        "above), rivet:2 to rivet:4 (so many), glue (a lap with marks to lay it by), dovetail (a "
+        "tongue in a socket, flush), slot (a tab through a slot), or none (end to end, taped).",
+    ),
+    click.option(
+        "--lap",
+        type=Lap(),
+        metavar="LENGTH|auto",
+        help="How far joined pieces lap; no farther than to the crossings beside. "
+        "[default: auto, the crossing's own panel]",
+    ),
+    click.option(
         "--sheet",
         type=Stock(),
         metavar="WxH[:N]",
@@ -310,6 +336,9 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         clearance_mm=options["clearance"],
         max_length_mm=options["max_length"],
         hole_mm=options.get("hole"),
+        joint=options["joint"],
+        lap_mm=options["lap"],
+        slots=options.get("slots", False),
         sheets=tuple(options["sheet"]),
         margin_mm=options["margin"],
         gap_mm=options.get("gap"),

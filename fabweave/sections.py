@@ -7,7 +7,7 @@ SECTIONS = {
     "Mesh": ("config", "size", "scale", "remesh", "refine", "fair"),
     "Weave": ("pattern", "boundary", "colours"),
     "Ribbons": ("material", "thickness", "width", "smooth", "crossing", "clearance"),
-    "Pieces and sheets": ("max_length", "hole", "sheet", "margin", "gap"),
+    "Pieces and sheets": ("max_length", "joint", "lap", "hole", "slots", "sheet", "margin", "gap"),
     "Search": ("effort", "seed"),
 }
 REST = "Output"

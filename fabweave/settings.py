@@ -38,8 +38,10 @@ class JobSettings:
     ``crossing`` the relative crossing length of the projection method; ``smooth`` counts the
     cross-lines between two crossings. ``None`` means that fabweave chooses: the material's
     thickness, gap and sheet, pieces of about a dozen crossings, and the largest hole that the
-    ribbons have room for (``hole_mm=0``: no holes). ``target`` names whose rules the pieces are
-    checked against, and ``strict`` refuses a job that breaks one.
+    ribbons have room for (``hole_mm=0``: no holes). ``joint`` is as on the command line, such as
+    ``"rivet:2"``; ``lap_mm=None`` is as long as it needs to be; ``slots`` asks for slots in place
+    of every second hole. ``target`` names whose rules the pieces are checked against, and
+    ``strict`` refuses a job that breaks one.
     """
 
     mesh: str
@@ -58,6 +60,9 @@ class JobSettings:
     clearance_mm: float = 0.1
     max_length_mm: float | None = None
     hole_mm: float | None = None
+    joint: str = "rivet"
+    lap_mm: float | None = None
+    slots: bool = False
     sheets: tuple[SheetSize, ...] = ()
     margin_mm: float = 10.0
     gap_mm: float | None = None
@@ -102,6 +107,9 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "clearance": length(settings.clearance_mm),
         "max_length": length(settings.max_length_mm),
         "hole": "none" if settings.hole_mm == 0 else length(settings.hole_mm),
+        "joint": settings.joint,
+        "lap": length(settings.lap_mm),
+        "slots": settings.slots,
         "sheet": [format_stock(sheet) for sheet in settings.sheets],
         "margin": length(settings.margin_mm),
         "gap": length(settings.gap_mm),

@@ -11,6 +11,7 @@ from fabweave.arrays import FloatArray, IntArray
 from fabweave.assembly.order import Order
 from fabweave.assembly.steps import build_steps
 from fabweave.flat.owners import Owners, find_owners
+from fabweave.flat.path import Path
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import Pieces
 from fabweave.mesh.halfedge import Halfedges
@@ -70,7 +71,14 @@ def crossing_map(
                 "id": joint.id,
                 "pieces": [made.pieces[index].id for index in joint.pieces],
                 "crossing": joint.crossing,
+                "kind": joint.kind,
                 "holes": _rounded(joint.holes),
+                "hole_mm": None if np.isnan(joint.hole_mm) else joint.hole_mm,
+                "lap_mm": round(joint.lap_mm, _DECIMALS),
+                # Both laps and the strand above.
+                "grip_mm": round(3 * made.plan.rule.thickness_mm, _DECIMALS)
+                if len(joint.holes)
+                else None,
             }
             for joint in made.joints
         ],
@@ -194,7 +202,7 @@ def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]
                     "y_mm": placement.y_mm,
                 },
                 "joints": [piece.start_joint, piece.end_joint],
-                "path": _path(piece),
+                "path": _path(piece.path),
                 "outline": _rounded(piece.outline),
                 "stations": [
                     {
@@ -208,14 +216,25 @@ def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]
                     }
                     for k, crossing in enumerate(piece.crossings)
                 ],
+                "cutouts": _cutouts(piece),
             }
         )
     return result
 
 
-def _path(piece: Piece) -> list[list[float]]:
+def _path(path: Path) -> list[list[float]]:
     """Return the corners of what is cut, each with the bulge of the side that leaves it."""
-    bulges = (np.round(piece.path.bulges, _BULGE_DECIMALS) + 0.0).tolist()
-    return [
-        [*point, bulge] for point, bulge in zip(_rounded(piece.path.points), bulges, strict=True)
+    bulges = (np.round(path.bulges, _BULGE_DECIMALS) + 0.0).tolist()
+    return [[*point, bulge] for point, bulge in zip(_rounded(path.points), bulges, strict=True)]
+
+
+def _cutouts(piece: Piece) -> list[dict[str, Any]]:
+    """Return everything that is cut out of a piece, in the order in which it is drawn."""
+    holes = [
+        {"station": int(station), "kind": "hole", "x": x, "y": y, "diameter_mm": diameter}
+        for station, x, y, diameter in _rounded(piece.holes)
     ]
+    slots = [
+        {"station": slot.station, "kind": "slot", "path": _path(slot.path)} for slot in piece.slots
+    ]
+    return [*holes, *slots]

@@ -110,7 +110,7 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
     """Engrave a piece: its id, joint numbers at its tabs, its partners, and ticks at crossings.
 
     At each crossing a short tick stands inside each edge: single where the piece lies over,
-    double where it goes under. A joint without a hole has a cross. Letters read along the
+    double where it goes under. Glued joints have their guides. Letters read along the
     thread. A label that finds no clear place is made smaller, and dropped at last; the id is
     placed first, then joints, then partners. The id is the largest of all, or else in brackets.
 
@@ -125,7 +125,7 @@ def mark_piece(piece: Piece, partners: Sequence[str]) -> Marks:
     Marks
         In the piece's own coordinates.
     """
-    ticks = _inside(piece, [*_ticks(piece), *_crosses(piece)])
+    ticks = _inside(piece, [*_ticks(piece), *piece.guides])
     obstacles = _obstacles(piece, ticks)
     places = _places(piece, obstacles)
     requests = list(_requests(piece, partners))
@@ -175,21 +175,6 @@ def _ticks(piece: Piece) -> Iterator[FloatArray]:
                 yield np.array([start, start + length * way])
 
 
-def _crosses(piece: Piece) -> Iterator[FloatArray]:
-    """Yield a cross at each joint that has no hole, to align the two pieces by."""
-    joined = ((0, piece.start_joint), (len(piece.crossings) - 1, piece.end_joint))
-    for station, joint in joined:
-        if joint is None or not np.isnan(piece.hole_mm[station]):
-            continue
-        across = piece.rails[station, 1] - piece.rails[station, 0]
-        arm = min(1.0, float(np.hypot(*across)) / 2 - 2 * CLEAR_MM)
-        if 2 * arm < _SHORTEST_TICK_MM:
-            continue
-        along = piece.directions[station]
-        for way in (along, np.array([-along[1], along[0]])):
-            yield np.array([piece.points[station] - arm * way, piece.points[station] + arm * way])
-
-
 def _inside(piece: Piece, strokes: list[FloatArray]) -> tuple[FloatArray, ...]:
     """Keep the strokes that lie inside a piece; at a slanting or tapering panel some may not."""
     if not strokes:
@@ -201,13 +186,27 @@ def _inside(piece: Piece, strokes: list[FloatArray]) -> tuple[FloatArray, ...]:
 
 def _obstacles(piece: Piece, ticks: tuple[FloatArray, ...]) -> _Obstacles:
     """Return holes and ticks as discs; the ends and middle of a tick stand for all of it."""
-    drilled = ~np.isnan(piece.hole_mm)
     strokes = np.array(ticks).reshape(-1, 2, 2)
     samples = np.concatenate((strokes, strokes.mean(axis=1, keepdims=True)), axis=1).reshape(-1, 2)
+    holes, slots = piece.holes[:, 1:], [_discs(slot.path.points) for slot in piece.slots]
+    discs = np.concatenate([holes * (1.0, 1.0, 0.5), *slots])
     return _Obstacles(
-        np.concatenate((piece.points[drilled], samples)),
-        np.concatenate((piece.hole_mm[drilled] / 2, np.zeros(len(samples)))),
+        np.concatenate((discs[:, :2], samples)),
+        np.concatenate((discs[:, 2], np.zeros(len(samples)))),
     )
+
+
+def _discs(ring: FloatArray) -> FloatArray:
+    """Return discs, (N, 3), that cover a slot: as wide as it is, along its middle."""
+    middle = ring.mean(axis=0)
+    corners = ring - middle
+    _, _, axes = np.linalg.svd(corners)
+    span = np.abs(corners @ axes.T).max(axis=0)
+    radius = float(np.hypot(span[1], span[1])) if span[0] > span[1] else float(np.hypot(*span))
+    reach = max(span[0] - span[1], 0.0)
+    shares = np.linspace(-1.0, 1.0, 2 * int(np.ceil(reach / max(radius, 0.1))) + 1)[:, None]
+    places = middle + shares * reach * axes[0]
+    return np.column_stack((places, np.full(len(places), radius)))
 
 
 def _places(piece: Piece, obstacles: _Obstacles) -> _Places:

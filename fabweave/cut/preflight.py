@@ -199,8 +199,12 @@ def _holes_of(
 ) -> list[tuple[tuple[float, float], float]]:
     """Return the holes of a piece, as centres and diameters.
 
-    Those of a joint are as wide as the one at its station, which may be one of them.
+    Where a piece does not list its cut-outs, those of a joint are as wide as the one at its
+    station, which may be one of them.
     """
+    if "cutouts" in piece:
+        holes = [cutout for cutout in piece["cutouts"] if cutout["kind"] == "hole"]
+        return [((hole["x"], hole["y"]), hole["diameter_mm"]) for hole in holes]
     stations = piece["stations"]
     found = {
         (station["x"], station["y"]): station["hole_mm"]

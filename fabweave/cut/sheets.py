@@ -65,8 +65,14 @@ def _lettered(title: str) -> str:
 def _draw_piece(piece: Piece, marks: Marks, placement: Placement) -> PieceDrawing:
     """Return a piece's entities on its sheet: engraving, holes, outline."""
     letters = [stroke for label in marks.labels for stroke in label.strokes]
-    drilled = np.flatnonzero(~np.isnan(piece.hole_mm))
-    parts = [*letters, *marks.ticks, piece.points[drilled], piece.path.points]
+    holes, slots = piece.holes, [slot.path for slot in piece.slots]
+    parts = [
+        *letters,
+        *marks.ticks,
+        holes[:, 1:3],
+        *(slot.points for slot in slots),
+        piece.path.points,
+    ]
     # One motion for all points: a piece has hundreds of strokes.
     placed = np.split(
         placement.apply(np.concatenate(parts)), np.cumsum([len(part) for part in parts[:-1]])
@@ -77,9 +83,11 @@ def _draw_piece(piece: Piece, marks: Marks, placement: Placement) -> PieceDrawin
     ]
     entities += [
         Circle(Layer.CUT_INNER, x, y, diameter / 2)
-        for (x, y), diameter in zip(
-            placed[-2].tolist(), piece.hole_mm[drilled].tolist(), strict=True
-        )
+        for (x, y), diameter in zip(placed[len(layers)].tolist(), holes[:, 3].tolist(), strict=True)
+    ]
+    entities += [
+        Polyline(Layer.CUT_INNER, points, closed=True, bulges=slot.bulges)
+        for points, slot in zip(placed[len(layers) + 1 : -1], slots, strict=True)
     ]
     # Turning a piece leaves its bulges as they are.
     entities.append(Polyline(Layer.CUT_OUTER, placed[-1], closed=True, bulges=piece.path.bulges))

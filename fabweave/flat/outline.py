@@ -1,5 +1,6 @@
 """Turn unfolded strips into the outlines of pieces, in each piece's own frame."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -74,7 +75,7 @@ def _thin(rail: FloatArray) -> FloatArray:
 
 def strip_outlines(strips: Strips) -> list[FloatArray]:
     """Return the outline of every strip in its own frame, in order."""
-    raw = _raw_outlines(strips)
+    raw = raw_outlines(strips)
     polygons = shapely.polygons([shapely.LinearRing(p) if len(p) >= 3 else None for p in raw])
     simple = shapely.is_valid(polygons)
     thinner = shapely.simplify(polygons, STRAIGHT_MM, preserve_topology=True)
@@ -84,13 +85,12 @@ def strip_outlines(strips: Strips) -> list[FloatArray]:
     ]
 
 
-def strip_paths(strips: Strips) -> list[Path]:
-    """Return the outline of every strip as a path of few sides and arcs.
+def ring_paths(raw: Sequence[FloatArray]) -> list[Path]:
+    """Return each of some closed polygons as a path of few sides and arcs.
 
-    No point of a path is more than 0.02 mm from the strip's exact outline, and no point of the
-    outline from the path; turns of more than 12 degrees stay as they are.
+    No point of a path is more than 0.02 mm from its polygon, and no point of the polygon from
+    the path; turns of more than 12 degrees stay as they are.
     """
-    raw = _raw_outlines(strips)
     paths = fit_paths(raw, FIT_MM)
     polygons = shapely.polygons([shapely.LinearRing(path.flattened(FIT_MM / 10)) for path in paths])
     # A strip narrower than the tolerance might cross itself.
@@ -105,7 +105,7 @@ def inscribed_polygon(path: Path) -> FloatArray:
     return path.flattened(INSCRIBED_MM, least_mm=SHORTEST_SIDE_MM)
 
 
-def _raw_outlines(strips: Strips) -> list[FloatArray]:
+def raw_outlines(strips: Strips) -> list[FloatArray]:
     """Return the outlines with all vertices."""
     bounds = strips.offsets.tolist()
     return [strip_outline(strips.right[a:b], strips.left[a:b]) for a, b in pairwise(bounds)]

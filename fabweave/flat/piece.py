@@ -1,9 +1,23 @@
-"""Hold a piece: what is cut, with its stations, holes and joints."""
+"""Hold a piece: what is cut, with its stations, cut-outs and joints."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
 from fabweave.flat.path import Path
+
+
+@dataclass(frozen=True, eq=False)
+class Slot:
+    """A cut-out that is no circle, and the station that it belongs to."""
+
+    station: int
+    path: Path
+
+
+def _no_holes() -> FloatArray:
+    return np.zeros((0, 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +46,15 @@ class Piece:
     over : (S,) bool array
         Whether the piece lies on top there.
     hole_mm : (S,) float array
-        Diameter of the fastener hole at each crossing, NaN where there is none.
+        Diameter of the fastener in the middle of each crossing, NaN where there is none.
     start_joint, end_joint : int or None
         The joints at its first and last station.
+    more_holes : (H, 4) float array
+        Holes that are not in the middle of a crossing: station, x, y, diameter.
+    slots : tuple of Slot
+        A slot at a station with a ``hole_mm`` is there in place of the round hole.
+    guides : tuple of (2, 2) float arrays
+        Short lines to lay a joined piece by; they are engraved.
     """
 
     id: str
@@ -49,28 +69,46 @@ class Piece:
     hole_mm: FloatArray
     start_joint: int | None
     end_joint: int | None
+    more_holes: FloatArray = field(default_factory=_no_holes)
+    slots: tuple[Slot, ...] = ()
+    guides: tuple[FloatArray, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
         for name in (
             "outline", "crossings", "points", "directions", "rails", "over", "hole_mm",
+            "more_holes",
         ):  # fmt: skip
             object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def holes(self) -> FloatArray:
+        """All round holes, (H, 4): station, x, y, diameter; by stations, middle holes first."""
+        round_here = ~np.isnan(self.hole_mm)
+        round_here[[slot.station for slot in self.slots]] = False
+        at = np.flatnonzero(round_here)
+        middle = np.column_stack((at, self.points[at], self.hole_mm[at]))
+        return np.concatenate((middle, self.more_holes))
 
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """Where two pieces of one thread lap at a crossing.
+    """Where two pieces of one thread meet at a crossing.
 
     ``pieces`` holds the number of the piece that ends here and of the piece that begins here;
-    for a ring cut from one piece both are the same. ``holes`` is an (n, 2, 2) array: for each
-    fastener the point on the first and on the second piece.
+    for a ring cut from one piece both are the same. ``kind`` is one of
+    :data:`fabweave.flat.joint.KINDS`. ``holes`` is an (n, 2, 2) array: for each fastener the
+    point on the first and on the second piece; ``hole_mm`` is their diameter, NaN if there are
+    none. ``lap_mm`` is how far the pieces lap along their middle line.
     """
 
     id: int
     crossing: int
     pieces: tuple[int, int]
+    kind: str
     holes: FloatArray
+    hole_mm: float
+    lap_mm: float
 
     def __post_init__(self) -> None:
         """Freeze the array."""

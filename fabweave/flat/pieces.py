@@ -1,29 +1,22 @@
-"""Build pieces from runs: outlines, stations, fastener holes and joints."""
+"""Build pieces from runs: outlines, stations, cut-outs and joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
-from fabweave.flat.outline import inscribed_polygon, resting_frame, strip_paths
-from fabweave.flat.path import Path
-from fabweave.flat.piece import Joint, Piece
-from fabweave.flat.runs import Runs, first_and_last_rung, unfold_runs
-from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.arrays import FloatArray, IntArray
+from fabweave.flat.drill import Drilled, drill, slot_path
+from fabweave.flat.ends import CutStrips, cut_strips, glue_guides
+from fabweave.flat.holes import HoleRule
+from fabweave.flat.joint import JointRule
+from fabweave.flat.joints import JointPlan, plan_joints
+from fabweave.flat.outline import Frame, resting_frame
+from fabweave.flat.path import Path, straight_path
+from fabweave.flat.piece import Joint, Piece, Slot
+from fabweave.flat.runs import Runs
+from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
-
-#: A hole size is taken for a job if at least this share of the crossings has room for it.
-WANTED_SHARE = 0.9
-
-
-@dataclass(frozen=True)
-class HoleRule:
-    """A hole diameter and how far its centre must keep from every edge, in millimetres."""
-
-    hole_mm: float
-    edge_mm: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,23 +32,16 @@ class Pieces:
         The hole that was chosen, None if no crossing has room for any.
     room_mm : (X,) float array
         For each crossing the largest distance from a hole's centre to an edge that every layer
-        there has room for.
+        there has room for; infinite where no hole is wanted.
+    plan : JointPlan
+        What was asked of the joints, and what they have room for.
     """
 
     pieces: tuple[Piece, ...]
     joints: tuple[Joint, ...]
     rule: HoleRule | None
     room_mm: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class _Stations:
-    """Stations of all pieces one after another."""
-
-    offsets: IntArray
-    piece: IntArray
-    passes: IntArray
-    crossing: IntArray
+    plan: JointPlan
 
 
 def build_pieces(
@@ -64,6 +50,9 @@ def build_pieces(
     runs: Runs,
     labels: Sequence[str],
     rules: Sequence[HoleRule],
+    plan: JointPlan | None = None,
+    *,
+    slots: bool = False,
 ) -> Pieces:
     """Build every piece with its stations, holes and joints.
 
@@ -78,106 +67,95 @@ def build_pieces(
         Names of the threads; pieces are numbered along each thread: ``A1``, ``A2``, ...
     rules : sequence of HoleRule
         Holes to choose from, the preferred first; empty for no holes.
+    plan : JointPlan, optional
+        The joints; without it, riveted laps with one fastener.
+    slots : bool
+        Whether strands that lie under have slots in place of holes where they have no joint.
 
     Returns
     -------
     Pieces
     """
-    strips = unfold_runs(ribbons, runs)
-    paths = strip_paths(strips)
-    outlines = [inscribed_polygon(path) for path in paths]
-    stations = _list_stations(weave, runs)
-    first, _ = first_and_last_rung(ribbons, runs)
-    position = runs.first[stations.piece] + _within(stations.offsets)
-    entry = local_entry(ribbons, runs.thread[stations.piece], position)
-    rung = strips.offsets[:-1][stations.piece] + entry - first[stations.piece]
-    middle = (strips.right + strips.left) / 2
-    point = (middle[rung] + middle[rung + 1]) / 2
-    abreast = np.stack((strips.right, strips.left), axis=1)
-    abreast = (abreast[rung] + abreast[rung + 1]) / 2
-    way = middle[rung + 1] - middle[rung]
-    way /= np.hypot(way[:, 0], way[:, 1])[:, None]
-
-    room = _room(outlines, stations, point, weave.threads.n_crossings)
-    rule = _choose_rule(room, rules)
-    drilled = room >= rule.edge_mm if rule else np.zeros(len(room), dtype=bool)
-    hole = np.where(drilled[stations.crossing], rule.hole_mm if rule else np.nan, np.nan)
-
-    over = weave.over[stations.passes]
+    plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     before, after = _joint_numbers(runs, weave)
+    cut = cut_strips(ribbons, weave, runs, plan, before, after)
+    drilled = drill(ribbons, weave, plan, cut, rules, slots=slots)
+    glued = plan.are(["glue"]) | (plan.are(["rivet"]) & ~drilled.held)
+    guides = glue_guides(cut, plan, before, after, glued)
     numbers = _number_in_thread(runs)
-    pieces = []
-    for index, (path, outline) in enumerate(zip(paths, outlines, strict=True)):
-        own = slice(stations.offsets[index], stations.offsets[index + 1])
-        ends = middle[strips.offsets[index]], middle[strips.offsets[index + 1] - 1]
-        frame = resting_frame(outline, *ends)
-        turned = frame.apply(way[own]) - frame.shift
-        pieces.append(
-            Piece(
-                id=f"{labels[runs.thread[index]]}{numbers[index]}",
-                thread=int(runs.thread[index]),
-                path=Path(frame.apply(path.points), path.bulges),
-                outline=frame.apply(outline),
-                crossings=stations.crossing[own],
-                points=frame.apply(point[own]),
-                directions=turned,
-                rails=frame.apply(abreast[own].reshape(-1, 2)).reshape(-1, 2, 2),
-                over=over[own],
-                hole_mm=hole[own],
-                start_joint=int(before[index]) if before[index] > 0 else None,
-                end_joint=int(after[index]) if after[index] > 0 else None,
-            )
+    pieces = tuple(
+        _piece(
+            f"{labels[runs.thread[index]]}{numbers[index]}",
+            int(runs.thread[index]),
+            (int(before[index]) or None, int(after[index]) or None),
+            index,
+            cut,
+            weave,
+            drilled,
+            guides[index],
         )
-    return Pieces(tuple(pieces), _join(pieces), rule, room)
+        for index in range(len(numbers))
+    )
+    kinds = np.where(glued, "glue", np.array(plan.kind, dtype=object))
+    return Pieces(pieces, _join(pieces, plan, kinds.tolist()), drilled.rule, drilled.room_mm, plan)
 
 
-def _within(offsets: IntArray) -> IntArray:
-    """Return each item's place in its own group."""
-    return np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
+def _piece(
+    name: str,
+    thread: int,
+    joints: tuple[int | None, int | None],
+    index: int,
+    cut: CutStrips,
+    weave: Weave,
+    drilled: Drilled,
+    guides: Sequence[FloatArray],
+) -> Piece:
+    """Lay one piece to rest and gather what belongs to it."""
+    stations, path, outline = cut.stations, cut.paths[index], cut.outlines[index]
+    own = slice(stations.offsets[index], stations.offsets[index + 1])
+    frame = resting_frame(outline, *cut.ends[index])
+    return Piece(
+        id=name,
+        thread=thread,
+        path=Path(frame.apply(path.points), path.bulges),
+        outline=frame.apply(outline),
+        crossings=stations.crossing[own],
+        points=frame.apply(stations.point[own]),
+        directions=frame.apply(stations.way[own]) - frame.shift,
+        rails=frame.apply(stations.rails[own].reshape(-1, 2)).reshape(-1, 2, 2),
+        over=weave.over[stations.passes[own]],
+        hole_mm=drilled.hole_mm[own],
+        start_joint=joints[0],
+        end_joint=joints[1],
+        more_holes=_more_holes(drilled, own, frame),
+        slots=_slots(index, cut, drilled, own, frame),
+        guides=tuple(frame.apply(guide) for guide in guides),
+    )
 
 
-def _list_stations(weave: Weave, runs: Runs) -> _Stations:
-    """List the passes that each piece carries."""
-    threads = weave.threads
-    counts = runs.last - runs.first + 1
-    offsets = offsets_of(counts)
-    piece = np.repeat(np.arange(len(counts)), counts)
-    thread = runs.thread[piece]
-    position = (runs.first[piece] + _within(offsets)) % threads.lengths[thread]
-    passes = threads.offsets[thread] + position
-    return _Stations(offsets, piece, passes, threads.crossing[passes])
+def _more_holes(drilled: Drilled, own: slice, frame: Frame) -> FloatArray:
+    """Return the holes of a piece that are not in the middle of a crossing, (H, 4)."""
+    low, high = np.searchsorted(drilled.more_station, (own.start, own.stop))
+    points = drilled.more_point[low:high]
+    if points.size == 0 or drilled.rule is None:
+        return np.zeros((0, 4))
+    station = np.repeat(drilled.more_station[low:high] - own.start, points.shape[1])
+    placed = frame.apply(points.reshape(-1, 2))
+    return np.column_stack((station, placed, np.full(len(placed), drilled.rule.hole_mm)))
 
 
-def _room(
-    outlines: list[FloatArray], stations: _Stations, point: FloatArray, n_crossings: int
-) -> FloatArray:
-    """Return for each crossing the edge distance that all its layers have, (X,).
-
-    Holes three diameters apart want two thirds of the way to the next station, as an edge wants
-    two diameters.
-    """
-    rings = np.array([shapely.LinearRing(outline) for outline in outlines], dtype=object)
-    distance = shapely.distance(shapely.points(point), rings[stations.piece])
-    step = np.hypot(*np.diff(point, axis=0).T) * (2 / 3)
-    same = stations.piece[1:] == stations.piece[:-1]
-    distance[1:][same] = np.minimum(distance[1:][same], step[same])
-    distance[:-1][same] = np.minimum(distance[:-1][same], step[same])
-    room = np.full(n_crossings, np.inf)
-    np.minimum.at(room, stations.crossing, distance)
-    return room
-
-
-def _choose_rule(room: FloatArray, rules: Sequence[HoleRule]) -> HoleRule | None:
-    """Choose the hole for the job."""
-    fitting: BoolArray
-    last = None
-    for rule in rules:
-        fitting = room >= rule.edge_mm
-        if np.count_nonzero(fitting) >= WANTED_SHARE * len(room):
-            return rule
-        if np.any(fitting):
-            last = rule
-    return last
+def _slots(
+    index: int, cut: CutStrips, drilled: Drilled, own: slice, frame: Frame
+) -> tuple[Slot, ...]:
+    """Return the slots of a piece."""
+    stations, slots = cut.stations, []
+    tab = cut.slots[index]
+    if tab is not None:
+        slots.append(Slot(0, straight_path(frame.apply(tab))))
+    for at in (own.start + np.flatnonzero(drilled.slotted[own])).tolist():
+        path = slot_path(float(drilled.hole_mm[at]), stations.point[at], stations.way[at])
+        slots.append(Slot(int(at - own.start), Path(frame.apply(path.points), path.bulges)))
+    return tuple(slots)
 
 
 def _joint_numbers(runs: Runs, weave: Weave) -> tuple[IntArray, IntArray]:
@@ -204,16 +182,31 @@ def _number_in_thread(runs: Runs) -> IntArray:
     return np.arange(len(fresh)) - np.repeat(starts, np.diff(np.append(starts, len(fresh)))) + 1
 
 
-def _join(pieces: list[Piece]) -> tuple[Joint, ...]:
+def _join(pieces: Sequence[Piece], plan: JointPlan, kinds: Sequence[str]) -> tuple[Joint, ...]:
     """Pair the pieces at their joints and their holes on one another."""
     begins = {piece.start_joint: index for index, piece in enumerate(pieces) if piece.start_joint}
     joints = []
     for index, piece in enumerate(pieces):
-        if piece.end_joint is None:
+        number = piece.end_joint
+        if number is None:
             continue
-        mate = begins[piece.end_joint]
-        holes = np.zeros((0, 2, 2))
-        if not np.isnan(piece.hole_mm[-1]):
-            holes = np.array([[piece.points[-1], pieces[mate].points[0]]])
-        joints.append(Joint(piece.end_joint, int(piece.crossings[-1]), (index, mate), holes))
+        mate = begins[number]
+        first, second = _holes_at(piece, len(piece.crossings) - 1), _holes_at(pieces[mate], 0)
+        joints.append(
+            Joint(
+                id=number,
+                crossing=int(piece.crossings[-1]),
+                pieces=(index, mate),
+                kind=kinds[number - 1],
+                holes=np.stack((first[:, :2], second[:, :2]), axis=1),
+                hole_mm=float(first[0, 2]) if len(first) else np.nan,
+                lap_mm=float(plan.lap_mm[number - 1]),
+            )
+        )
     return tuple(joints)
+
+
+def _holes_at(piece: Piece, station: int) -> FloatArray:
+    """Return the round holes at a station, (n, 3): x, y, diameter."""
+    holes = piece.holes
+    return np.asarray(holes[holes[:, 0] == station, 1:])

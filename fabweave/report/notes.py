@@ -7,8 +7,10 @@ import numpy as np
 
 from fabweave.arrays import FloatArray
 from fabweave.cut.marks import WANTED_HEIGHT_MM, Marks
-from fabweave.flat.pieces import WANTED_SHARE, HoleRule, Pieces
+from fabweave.flat.holes import WANTED_SHARE, HoleRule
+from fabweave.flat.pieces import Pieces
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.report.joints import joint_notes
 from fabweave.ribbon.check import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -29,6 +31,7 @@ def all_notes(
     width = ribbon_widths(ribbons)
     notes.append(_width_note(width))
     notes += _hole_notes(made, rules, size)
+    notes += joint_notes(made, size)
     notes += _label_notes(marks)
     return notes
 
@@ -71,15 +74,17 @@ def _width_note(width: FloatArray) -> str:
 def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[str]:
     """Say which hole was chosen, where there is none, and at what size there would be."""
     if not rules:
-        return ["holes: none, as asked; joints carry a cross to align them by"]
-    room = made.room_mm
+        return ["holes: none, as asked"]
+    room = made.room_mm[np.isfinite(made.room_mm)]
+    if not len(room):
+        return ["holes: none, since every crossing carries a joint without fasteners"]
     tenth = float(np.quantile(room, 1 - WANTED_SHARE, method="lower"))
     least = float(room.min())
     if made.rule is None:
         rule = rules[-1]
         return [
             f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which wants "
-            f"{rule.edge_mm:.1f} mm to every edge; joints carry a cross to align and glue them by. "
+            f"{rule.edge_mm:.1f} mm to every edge. "
             f"With --size {size_for(tenth, rule.edge_mm, size)}mm nine of ten crossings would "
             f"have room, with {size_for(least, rule.edge_mm, size)}mm all"
         ]
@@ -92,7 +97,7 @@ def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[st
     note += (
         f"; {agree(narrow, '{n} [is|are]')} too narrow (the narrowest has {least:.1f} mm from "
         f"centre to edge, {rule.edge_mm:.1f} mm are wanted) and get{'s' * (narrow == 1)} none; "
-        "joints there carry a cross to align by. "
+        "joints there are glued. "
         f"With --size {size_for(least, rule.edge_mm, size)}mm all would have room"
     )
     if narrow > (1 - WANTED_SHARE) * len(room):

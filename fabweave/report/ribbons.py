@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray
-from fabweave.flat.pieces import HoleRule, Pieces
+from fabweave.flat.holes import HoleRule
+from fabweave.flat.pieces import Pieces
 from fabweave.flat.waves import wave_turns
 from fabweave.ribbon.bends import measure_bends, measure_spans
 from fabweave.ribbon.check import thread_lengths

@@ -24,8 +24,9 @@ def outline_area_mm2(piece: Piece) -> float:
 
 
 def hole_area_mm2(piece: Piece) -> float:
-    """Return the area of a piece's holes."""
-    return float(np.pi / 4 * np.nansum(piece.hole_mm**2))
+    """Return the area of a piece's holes and slots."""
+    slots = sum(slot.path.area for slot in piece.slots)
+    return float(np.pi / 4 * np.sum(piece.holes[:, 3] ** 2) + slots)
 
 
 def piece_table(
@@ -50,7 +51,7 @@ def piece_table(
                 f"{width:.3f}",
                 f"{area:.3f}",
                 f"{1000 * sheet_mass_kg(material, area):.3f}",
-                int(np.count_nonzero(~np.isnan(piece.hole_mm))),
+                len(piece.holes) + len(piece.slots),
             )
         )
     return text.getvalue()

@@ -78,7 +78,9 @@ def _check_cuts(
         outlines = [drawing.shape(at) for at in groups.get((OUTLINES, piece.id), none).tolist()]
         _check_outline(where, piece, outlines, tally)
         holes = groups.get((HOLES, piece.id), none)
-        _check_holes(where, piece, plan, drawing, holes, tally)
+        circle = ~np.isnan(drawing.radius[holes])
+        _check_holes(where, piece, plan, drawing, holes[circle], tally)
+        _check_slots(where, piece, [drawing.shape(at) for at in holes[~circle].tolist()], tally)
         for layer in ENGRAVE_LAYERS:
             lines = groups.get((layer, piece.id), none).tolist()
             tally.expect(
@@ -120,6 +122,30 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
         SAME_MM,
         f"{where}: the outline of piece {piece.id} is {off:.4f} mm from where it should be",
     )
+
+
+def _check_slots(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally) -> None:
+    """Check the cut-outs of a piece that are no circles, in the order of the map."""
+    slots = piece.slots
+    if not tally.expect(
+        [len(shape.points) for shape in shapes] == [len(slot) for slot in slots]
+        and all(shape.closed for shape in shapes),
+        f"{where}: piece {piece.id} has {len(shapes)} cut-outs on {HOLES} that are no circles, "
+        f"instead of {len(slots)}, or they are not closed runs of as many vertices",
+    ):
+        return
+    for shape, slot in zip(shapes, slots, strict=True):
+        drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
+        off = _side_distance(
+            np.column_stack([shape.points, drawn]),
+            np.column_stack([piece.placed(slot[:, :2]), slot[:, 2]]),
+        )
+        tally.measure(
+            "slot_mm",
+            off,
+            SAME_MM,
+            f"{where}: a slot of piece {piece.id} is {off:.4f} mm from where it should be",
+        )
 
 
 def _ring_distance(ring: Floats, wanted: Floats) -> float:

@@ -134,9 +134,15 @@ def _lines_inside(
 def _holes_inside(
     drawing: Drawing, shapes: Ints, outlines: npt.NDArray[np.object_], owner: Ints
 ) -> Flags:
-    """Return whether holes lie strictly inside an outline; a hole that is no circle does not."""
-    centres = shapely.points(drawing.points[drawing.start[shapes]])
+    """Return whether holes and slots lie strictly inside an outline."""
+    starts = drawing.start[shapes]
+    radius = drawing.radius[shapes]
+    things = np.asarray(shapely.points(drawing.points[starts]))
+    slots = np.flatnonzero(np.isnan(radius))
+    if len(slots):
+        points, ring = drawing.traced(shapes[slots])
+        things[slots] = shapely.polygons(shapely.linearrings(points, indices=ring))
     borders = shapely.boundary(outlines)[owner]
-    # Written so that NaN, what is no circle, objects.
-    clear = shapely.distance(borders, centres) > drawing.radius[shapes]
-    return np.asarray(clear & shapely.contains(outlines[owner], centres))
+    # Written so that NaN objects; a slot that crosses the border is not clear of it.
+    clear = shapely.distance(borders, things) > np.where(np.isnan(radius), 0.0, radius)
+    return np.asarray(clear & shapely.contains(outlines[owner], things))

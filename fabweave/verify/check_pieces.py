@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.arcs import along, chords_of, ring_area, ring_length
+from fabweave.verify.check_cutouts import check_cutouts
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Thread
 from fabweave.verify.drawing import Floats
 from fabweave.verify.loading import Job
@@ -171,6 +172,7 @@ def check_crossing_holes(job: Job, tally: Tally) -> None:
             all(size > 0.0 for size in drilled),
             f"crossing {crossing} has a hole of no size",
         )
+    check_cutouts(plan, tally)
 
 
 def check_simple(job: Job, tally: Tally) -> None:
@@ -278,11 +280,14 @@ def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally
 
 
 def areas_of(piece: Piece, plan: CrossingMap) -> tuple[float, float, float]:
-    """Return outline area, hole area, and the length of all its cuts."""
+    """Return outline area, area of holes and slots, and the length of all its cuts."""
     diameters = np.array([hole.diameter or 0.0 for hole in plan.holes[piece.id]])
     points, bulges = piece.path[:, :2], piece.path[:, 2]
+    slots = [(slot[:, :2], slot[:, 2]) for slot in piece.slots]
     return (
         abs(ring_area(points, bulges)),
-        float(np.sum(np.pi * diameters**2 / 4.0)),
-        ring_length(points, bulges) + float(np.sum(np.pi * diameters)),
+        float(np.sum(np.pi * diameters**2 / 4.0)) + sum(abs(ring_area(*slot)) for slot in slots),
+        ring_length(points, bulges)
+        + float(np.sum(np.pi * diameters))
+        + sum(ring_length(*slot) for slot in slots),
     )

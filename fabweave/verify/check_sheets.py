@@ -102,7 +102,7 @@ def check_areas(job: Job, tally: Tally) -> None:
     where = "waste.json, totals"
     _check_budget(where, totals, sums, tally)
     _check_figure(where, totals, "sheets", len(plan.sheets), 0.0, tally)
-    n_holes = sum(len(plan.holes[piece.id]) for piece in plan.pieces)
+    n_holes = sum(len(plan.holes[piece.id]) + len(piece.slots) for piece in plan.pieces)
     _check_figure(where, totals, "holes", n_holes, 0.0, tally)
     cut = sum(figure[2] for figure in figures.values())
     _check_figure(where, totals, "cut_length_mm", cut, 0.05 + 1e-6 * cut, tally)

@@ -58,6 +58,27 @@ class Hole:
     diameter: float | None
 
 
+@dataclass(frozen=True, eq=False)
+class Cutout:
+    """What is stated to be cut out of a piece: a circle, or a path; and its station.
+
+    ``ring`` is (N, 3): corners, and the bulge of the side that leaves each.
+    """
+
+    station: int
+    circle: tuple[float, float, float] | None  # x, y, diameter
+    ring: Floats | None
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Its middle."""
+        if self.circle is not None:
+            return self.circle[0], self.circle[1]
+        ring = np.zeros((1, 2)) if self.ring is None else self.ring[:, :2]
+        x, y = ((ring.min(axis=0) + ring.max(axis=0)) / 2.0).tolist()
+        return x, y
+
+
 @dataclass(frozen=True)
 class Station:
     """A crossing as seen from one piece."""
@@ -87,6 +108,13 @@ class Piece:
     outline: Floats
     path: Floats
     stations: tuple[Station, ...]
+    #: Everything that is cut out; None where the map leaves it to stations and joints.
+    cutouts: tuple[Cutout, ...] | None = None
+
+    @property
+    def slots(self) -> list[Floats]:
+        """The cut-outs that are no circles."""
+        return [one.ring for one in self.cutouts or () if one.ring is not None]
 
     def placed(self, points: Floats) -> Floats:
         """Return points of the piece where they stand on its sheet."""
@@ -97,12 +125,19 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """Where two pieces lap; ``holes`` is (n, 2, 2), for each hole its place in both pieces."""
+    """Where two pieces meet; ``holes`` is (n, 2, 2), for each hole its place in both pieces.
+
+    What the map does not state is None; a lap is then as long as its crossing panel.
+    """
 
     id: int
     pieces: tuple[str, str]
     crossing: int
     holes: Floats
+    kind: str = "rivet"
+    hole_mm: float | None = None
+    lap_mm: float | None = None
+    grip_mm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -165,14 +200,18 @@ class CrossingMap:
 
     @cached_property
     def holes(self) -> dict[str, list[Hole]]:
-        """The holes of each piece: one at each station that states a diameter, and its joints'.
+        """The round holes of each piece.
 
-        A joint's hole on a station's own is the same hole; others have that station's diameter.
+        Where a piece does not list its cut-outs: one at each station that states a diameter, and
+        its joints'. A joint's hole on a station's own is the same hole; others have that
+        station's diameter.
         """
         return {piece.id: self._holes(piece) for piece in self.pieces}
 
     def _holes(self, piece: Piece) -> list[Hole]:
         """Return the holes of one piece."""
+        if piece.cutouts is not None:
+            return [Hole(*one.circle) for one in piece.cutouts if one.circle is not None]
         holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
         for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
             joint = self.joint.get(joint_id) if joint_id is not None else None

@@ -9,6 +9,7 @@ import numpy as np
 
 from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
+from fabweave.verify.check_joints import check_joints
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.check_preflight import check_preflight
@@ -16,7 +17,7 @@ from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space
 from fabweave.verify.check_steps import check_steps
 from fabweave.verify.check_tables import check_tables
-from fabweave.verify.check_unfolding import check_joints, check_unfolding
+from fabweave.verify.check_unfolding import check_unfolding
 from fabweave.verify.check_weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.loading import Job, load_job
 from fabweave.verify.report import Tally, VerifyReport

@@ -12,6 +12,7 @@ import numpy as np
 from fabweave.verify.crossing_map import (
     Crossing,
     CrossingMap,
+    Cutout,
     Joint,
     Piece,
     Sheet,
@@ -150,15 +151,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
         threads=tuple(_thread(node) for node in root["threads"].items()),
         crossings=tuple(_crossing(node) for node in root["crossings"].items()),
         pieces=tuple(_piece(node) for node in root["pieces"].items()),
-        joints=tuple(
-            Joint(
-                node["id"].integer(),
-                _pair(node["pieces"]),
-                node["crossing"].integer(),
-                node["holes"].points(2, 2),
-            )
-            for node in root["joints"].items()
-        ),
+        joints=tuple(_joint(node) for node in root["joints"].items()),
         steps=tuple(_step(node) for node in root["steps"].items()),
         efforts=(
             root["assembly"]["effort"].number(),
@@ -186,6 +179,38 @@ def _step(node: _Node) -> Step:
         effort=node["effort"].number(),
         text=node["text"].text(),
     )
+
+
+def _joint(node: _Node) -> Joint:
+    """Read a joint; of what it need not state, what it states."""
+
+    def stated(key: str) -> Any:
+        return node[key].maybe(_Node.number) if node.has(key) else None
+
+    return Joint(
+        node["id"].integer(),
+        _pair(node["pieces"]),
+        node["crossing"].integer(),
+        node["holes"].points(2, 2),
+        kind=node["kind"].text() if node.has("kind") else "rivet",
+        hole_mm=stated("hole_mm"),
+        lap_mm=stated("lap_mm"),
+        grip_mm=stated("grip_mm"),
+    )
+
+
+def _cutout(node: _Node) -> Cutout:
+    """Read what is cut out of a piece."""
+    station, kind = node["station"].integer(), node["kind"].text()
+    if kind == "hole":
+        x, y, diameter = (node[key].number() for key in ("x", "y", "diameter_mm"))
+        return Cutout(station, (x, y, diameter), None)
+    if kind != "slot":
+        raise ReadError(f"{node.path}.kind is {kind!r}, neither 'hole' nor 'slot'")
+    ring = node["path"].points(3)
+    if len(ring) < 3:
+        raise ReadError(f"{node.path}.path has fewer than three points")
+    return Cutout(station, None, ring)
 
 
 def _pair(node: _Node) -> tuple[str, str]:
@@ -252,4 +277,7 @@ def _piece(node: _Node) -> Piece:
             )
             for item in node["stations"].items()
         ),
+        cutouts=tuple(_cutout(item) for item in node["cutouts"].items())
+        if node.has("cutouts")
+        else None,
     )

@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 from weaving_meshes import meshes
 
 from fabweave.errors import CannotMakeError
+from fabweave.flat.holes import HoleRule
 from fabweave.flat.outline import Frame, resting_frame, strip_outline, strip_outlines
 from fabweave.flat.owners import find_owners
 from fabweave.flat.piece import Joint
-from fabweave.flat.pieces import HoleRule, Pieces, build_pieces
+from fabweave.flat.pieces import Pieces, build_pieces
 from fabweave.flat.runs import Runs, unfold_runs
 from fabweave.flat.split import split_threads
 from fabweave.mesh.halfedge import build_halfedges

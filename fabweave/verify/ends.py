@@ -1,0 +1,68 @@
+"""Tell where pieces end, from the kind and lap of their joints."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap, Joint, Piece
+from fabweave.verify.drawing import Floats
+
+#: Kinds whose pieces lie on one another over the lap's whole length.
+LAPPED = ("rivet", "glue")
+KINDS = (*LAPPED, "dovetail", "slot", "none")
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far a piece goes beyond the middle of its last crossing, along its middle line.
+
+    ``mm`` is None where it goes to the end of the crossing panel, or, on a thread that is open
+    there, to the thread's end. ``shaped`` says that the outline about the middle of the crossing
+    is the joint's own.
+    """
+
+    mm: float | None = None
+    shaped: bool = False
+
+
+def reaches(plan: CrossingMap, piece: Piece) -> tuple[Reach, Reach]:
+    """Return how far a piece reaches beyond its first and its last crossing."""
+    start, end = (plan.joint.get(key) if key is not None else None for key in piece.joints)
+    return _reach(start, second=True), _reach(end, second=False)
+
+
+def _reach(joint: Joint | None, *, second: bool) -> Reach:
+    """Return the reach of the first or of the second piece of a joint."""
+    if joint is None:
+        return Reach()
+    if joint.kind in ("none", "dovetail") or (joint.kind == "slot" and not second):
+        return Reach(0.0, shaped=True)
+    half = None if joint.lap_mm is None else joint.lap_mm / 2.0
+    return Reach(half)
+
+
+def cut_rungs(rungs: Floats, first: int, last: int, ends: tuple[Reach, Reach]) -> Floats:
+    """Return the rungs of a piece, cut off straight where its reaches say.
+
+    Parameters
+    ----------
+    rungs : (N, 2, 2) float array
+        Laid rungs, at least as far as the piece goes.
+    first, last : int
+        The rungs where the ribbon enters the first panel, and where it enters the last one.
+    ends : pair of Reach
+        Both with a length in millimetres.
+    """
+    middle = rungs.mean(axis=1)
+    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(middle, axis=0).T))])
+    begin = (run[first] + run[first + 1]) / 2.0 - (ends[0].mm or 0.0)
+    end = (run[last] + run[last + 1]) / 2.0 + (ends[1].mm or 0.0)
+    inside = rungs[(run > begin + 1e-9) & (run < end - 1e-9)]
+    corners = [_at(run, rungs, place)[None] for place in (begin, end)]
+    return np.concatenate([corners[0], inside, corners[1]])
+
+
+def _at(run: Floats, rungs: Floats, place: float) -> Floats:
+    """Return the cross-line at a distance along the middle, (2, 2)."""
+    flat = rungs.reshape(len(rungs), 4)
+    return np.array([np.interp(place, run, column) for column in flat.T]).reshape(2, 2)
