@@ -33,8 +33,8 @@ DRAG = 1.0
 JOIN = 1.0
 #: Both ends have their mates in place: the piece must be bowed in, and fit.
 CLOSE = 3.0
-#: Hold a piece that touches nothing, one thing or two things in place; three hold it by themselves.
-LOOSE = (4.0, 2.0, 1.0)
+#: Hold a piece in place that touches nothing, or one, two or three things; four hold it well.
+LOOSE = (8.0, 6.0, 3.0, 1.0)
 #: At the last piece of a closed surface no hand comes to the inside: sliding below costs this much
 #: more, from nothing when half of the pieces are in place.
 REACH = 1.0

@@ -116,9 +116,9 @@ def plan_order(
         If there is no such effort.
     """
     efforts = {
-        "quick": _Effort(1, 3_000, 6, 20),
-        "normal": _Effort(3, 15_000, 6, 40),
-        "best": _Effort(6, 100_000, 12, 100),
+        "quick": _Effort(3, 3_000, 6, 20),
+        "normal": _Effort(6, 20_000, 6, 30),
+        "best": _Effort(12, 120_000, 12, 60),
     }
     if effort not in efforts:
         raise InputError(f"no effort is called {effort!r}: choose one of {', '.join(efforts)}")

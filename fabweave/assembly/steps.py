@@ -136,7 +136,7 @@ def _place_all(made: Pieces, order: Order) -> list[_Placed]:
                 one.joints.append(joint)
             laps.append((end, pieces[mates[joint][mate]].id, joint))
         one.closes = len(laps) == 2
-        names["end"].reverse()  # the strand next to the middle is met last from either end
+        names["start"].reverse()  # a tip that is pushed outward meets the inner strands first
         one.text = _say(piece.id, names, laps)
         result.append(one)
     return result

@@ -1,0 +1,31 @@
+"""Make the pieces of a model without nesting or drawing anything."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from fabweave.flat.pieces import Pieces, build_pieces
+from fabweave.job import complete_settings, hole_rules, lay_ribbons, plan_runs, weave_object
+from fabweave.settings import JobSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    made: Pieces
+    centres: np.ndarray
+    enclosed: bool
+
+
+@cache
+def model_of(mesh, size_mm=300.0, **changed):
+    """Return the pieces of a model, once."""
+    settings, material = complete_settings(JobSettings(mesh, size_mm=size_mm, **changed))
+    thing = weave_object(settings, material)
+    runs = plan_runs(thing, settings)
+    laps = runs.laps(thing.weave.threads)
+    ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
+    rules = hole_rules(settings, material)
+    made = build_pieces(ribbons, thing.weave, runs, thing.labels, rules)
+    closed = bool(np.all(thing.woven.halfedges.twin >= 0))
+    return Model(made, ribbons.centre, closed)
