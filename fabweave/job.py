@@ -311,6 +311,7 @@ def make_job(
             _widest_note(thing, settings),
             *ribbon_notes(check),
             order_note(order),
+            *layout.notes,
         ),
     )
 

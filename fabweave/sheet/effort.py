@@ -23,6 +23,8 @@ class Effort:
         A piece at least this share as long and as wide as one that failed is not tried.
     tiles : int
         How many tiles of a sheet that have room for a piece are compared.
+    rounds : int
+        How many rounds are spent on emptying a sheet.
     """
 
     pixel_mm: float
@@ -31,6 +33,7 @@ class Effort:
     failures: int
     same_size: float
     tiles: int
+    rounds: int
 
 
 def effort_named(name: str) -> Effort:
@@ -44,12 +47,12 @@ def effort_named(name: str) -> Effort:
     Examples
     --------
     >>> effort_named("quick").pixel_mm
-    2.0
+    3.0
     """
     efforts = {
-        "quick": Effort(2.0, 24, 1, 40, 0.9, 1),
-        "normal": Effort(1.5, 24, 1, 60, 0.93, 1),
-        "best": Effort(1.0, 48, 2, 80, 0.95, 2),
+        "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 10),
+        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 60),
+        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 400),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

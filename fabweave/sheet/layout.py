@@ -43,9 +43,13 @@ class Placement:
 
 @dataclass(frozen=True)
 class Layout:
-    """The sheets in use and one placement for each piece, in the order of the pieces."""
+    """The sheets in use and one placement for each piece, in the order of the pieces.
+
+    ``notes`` say what is worth knowing about how it was found.
+    """
 
     sheets: tuple[SheetSize, ...]
     placements: tuple[Placement, ...]
     margin_mm: float
     gap_mm: float
+    notes: tuple[str, ...] = ()

@@ -16,6 +16,7 @@ from fabweave.errors import CannotMakeError, InputError
 from fabweave.sheet.effort import effort_named
 from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.sheet.reduce import Plan, reduced
 from fabweave.sheet.shape import (
     Shape,
     check_outlines,
@@ -148,6 +149,33 @@ def nest(
         workers=workers,
         fits=_fits(shapes, sheets, margin_mm),
     )
+    plan = _greedy(job, seed, progress)
+    notes: list[str] = []
+
+    def told(count: int, share: float) -> None:
+        progress(_stage(job, plan, count), round(share * len(outlines)), len(outlines))
+
+    try:
+        for better in reduced(job, plan, seed, told):
+            plan = better
+            told(len(plan.used), 0.0)
+    except KeyboardInterrupt:
+        # What has been found so far is complete: it is kept.
+        notes.append(
+            f"nesting was cut short: the pieces are on {agree(len(plan.used), '{n} sheet[|s]')}; "
+            "with more time there might be fewer, and the same settings may give another layout"
+        )
+    return Layout(
+        sheets=tuple(SheetSize(sheets[k].width_mm, sheets[k].height_mm, 1) for k in plan.used),
+        placements=tuple(plan.placements[piece] for piece in range(len(outlines))),
+        margin_mm=margin_mm,
+        gap_mm=gap_mm,
+        notes=tuple(notes),
+    )
+
+
+def _greedy(job: NestingJob, seed: int, progress: Progress) -> Plan:
+    """Place every piece, sheet after sheet, and never move it again."""
     queue = _ordered(job, seed)
     placements: dict[int, Placement] = {}
     used: list[int] = []
@@ -157,13 +185,16 @@ def nest(
         placements.update(placed)
         queue = [piece for piece in queue if piece not in placed]
         used.append(choice)
-        progress("nesting", len(placements), len(outlines))
-    return Layout(
-        sheets=tuple(SheetSize(sheets[k].width_mm, sheets[k].height_mm, 1) for k in used),
-        placements=tuple(placements[piece] for piece in range(len(outlines))),
-        margin_mm=margin_mm,
-        gap_mm=gap_mm,
-    )
+        plan = Plan(tuple(used), placements)
+        progress(_stage(job, plan, len(used)), len(placements), len(job.poses))
+    return Plan(tuple(used), placements)
+
+
+def _stage(job: NestingJob, plan: Plan, count: int) -> str:
+    """Say how many sheets there are, and how much of them is used."""
+    whole = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in plan.used)
+    share = sum(plan.areas(job)) / whole if whole else 0.0
+    return f"nesting: {agree(count, '{n} sheet[|s]')}, {share:.0%} used"
 
 
 def _ordered(job: NestingJob, seed: int) -> list[int]:

@@ -168,7 +168,12 @@ def test_progress_ends_with_everything_placed():
         effort="quick",
         progress=lambda *args: said.append(args),
     )
-    assert said == [("nesting", 1, 3), ("nesting", 2, 3), ("nesting", 3, 3)]
+    # Of 80 × 80 mm, a piece uses 4200 mm².
+    assert said == [
+        ("nesting: 1 sheet, 66% used", 1, 3),
+        ("nesting: 2 sheets, 66% used", 2, 3),
+        ("nesting: 3 sheets, 66% used", 3, 3),
+    ]
 
 
 def test_nothing_to_nest_needs_no_sheet():

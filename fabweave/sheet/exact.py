@@ -1,0 +1,48 @@
+"""Prove with exact geometry that the pieces of one sheet keep the gap and stay inside."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import FloatArray
+from fabweave.sheet.body import Body
+from fabweave.sheet.shape import rotated
+
+
+def missing_mm(
+    bodies: Sequence[Body], poses: FloatArray, usable_mm: tuple[float, float], gap_mm: float
+) -> float:
+    """Return by how much the worst pair misses the gap, or a body leaves the usable area.
+
+    Negative where everything has more room than it needs; bodies that overlap miss the gap by
+    all of it and as much again as their overlap is wide.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fabweave.sheet.body import body_of
+    >>> from fabweave.sheet.shape import shape_of
+    >>> bar = shape_of(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [0.0, 10.0]]))[0]
+    >>> poses = np.array([[15.0, 5.0, 0.0], [15.0, 16.5, 0.0]])
+    >>> missing_mm([body_of(bar, 2.0)] * 2, poses, (30.0, 30.0), 2.0)
+    0.5
+    """
+    placed = [
+        rotated(body.outline, np.array([np.rad2deg(pose[2])]))[0] + pose[:2]
+        for body, pose in zip(bodies, poses, strict=True)
+    ]
+    points = np.concatenate(placed)
+    worst = float(max((-points).max(), (points - np.array(usable_mm)).max()))
+    polygons = np.array([shapely.polygons(outline) for outline in placed])
+    near = shapely.STRtree(polygons).query(polygons, predicate="dwithin", distance=gap_mm + 1e-9)
+    first, second = near[:, near[0] < near[1]]
+    if len(first) == 0:
+        return worst
+    apart = shapely.distance(polygons[first], polygons[second])
+    missing = gap_mm - apart
+    touching = apart <= 0.0
+    if touching.any():
+        shared = shapely.intersection(polygons[first[touching]], polygons[second[touching]])
+        missing[touching] += np.sqrt(shapely.area(shared))
+    return max(worst, float(missing.max()))

@@ -1,0 +1,250 @@
+"""Empty a sheet: put its pieces on the others, where what stands there makes room.
+
+The pieces of one sheet go into a pool. A piece of the pool is put where it overlaps least with
+what stands on a sheet, and all pieces there are pushed apart; if they find room, it stays. A
+piece that finds none takes the place of a smaller one, which goes into the pool instead: so the
+pool's area becomes less with every success, until it is empty. Sheets that refuse are shaken,
+which brings their free places together.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fabweave.arrays import FloatArray
+from fabweave.sheet.arrangement import NOWHERE, Arrangement
+from fabweave.sheet.body import Body
+from fabweave.sheet.crowd import crowd_of, stand_at
+from fabweave.sheet.exact import missing_mm
+from fabweave.sheet.finder import Finder, Found, Terrain, pixels_of, terrain_of
+from fabweave.sheet.settle import settle
+
+_STEPS = 40  # of one try to push pieces apart
+_PULLS, _PULL_MM = 15, 3.0  # steps that shake a sheet, and how far free pieces move in each
+_DEAR = 8000.0  # overlap beyond which a try is hopeless
+_LOOKED = 24  # sheets that are searched for a place
+_TRIED = 3  # of these, how many are tried
+_TRADED = 4  # sheets that are searched for a trade in one round
+_PARTNERS = 12  # pieces on each of these that might make way
+_TRADES = 5  # trades that are tried in one round
+_LEAST_PARTNER = 0.25  # of a piece's area: a smaller one does not make room
+_MOST_PARTNER = 0.98  # of a piece's area: so that there is progress
+_MOST_BODIES = 250  # a sheet with more pieces than this is left alone
+_PROOF_MM = 1e-9
+
+#: Told after each round what is left in the pool: its area in square millimetres.
+Told = Callable[[float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What stays as it is while pieces move.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        One for each piece.
+    usable_mm : sequence of (float, float)
+        Usable width and height of each sheet in use.
+    gap_mm : float
+        Least distance between pieces.
+    finder : Finder
+        Finds places.
+    """
+
+    bodies: Sequence[Body]
+    usable_mm: Sequence[tuple[float, float]]
+    gap_mm: float
+    finder: Finder
+
+    def settled(
+        self, pieces: Sequence[int], poses: FloatArray, sheet: int, pull: tuple[float, float] | None
+    ) -> FloatArray | None:
+        """Return poses near these at which the pieces keep the gap, proved; None if not found."""
+        bodies = [self.bodies[piece] for piece in pieces]
+        crowd, usable, gap = crowd_of(bodies), self.usable_mm[sheet], self.gap_mm
+        for _ in range(3):
+            pulls = 0 if pull is None else _PULLS
+            found = settle(
+                crowd, poses, usable, gap, steps=_STEPS, pull=pull or (0.0, 0.0), pulls=pulls
+            )
+            if not found.ok:
+                return None
+            missing = missing_mm(bodies, found.poses, usable, self.gap_mm)
+            if missing <= _PROOF_MM:
+                return found.poses
+            # The fields are a little coarse: ask for that much more.
+            poses, gap, pull = found.poses, gap + missing + 0.005, None
+        return None
+
+
+@dataclass(eq=False)
+class _Search:
+    """The state of emptying a sheet: it changes with every piece that finds a place."""
+
+    ground: Ground
+    state: Arrangement
+    sheets: list[int]
+    random: np.random.Generator
+    terrains: dict[int, Terrain] = field(default_factory=dict)
+    changes: dict[int, int] = field(default_factory=dict)
+    #: What failed: piece, sheet, how often that had changed, and the piece that made way.
+    failed: set[tuple[int, int, int, int]] = field(default_factory=set)
+
+    def area(self, piece: int) -> float:
+        return self.ground.bodies[piece].area_mm2
+
+    def pool(self) -> list[int]:
+        """Return the pieces that stand nowhere, the largest first."""
+        return sorted(
+            self.state.on(NOWHERE), key=lambda piece: (-round(self.area(piece), 3), piece)
+        )
+
+    def terrain(self, sheet: int) -> Terrain:
+        if sheet not in self.terrains:
+            pieces, pixels = self.state.on(sheet), pixels_of(self.ground.usable_mm[sheet])
+            crowd = crowd_of([self.ground.bodies[piece] for piece in pieces]) if pieces else None
+            stand = stand_at(crowd, self.state.poses[pieces]) if crowd else None
+            self.terrains[sheet] = terrain_of(crowd, stand, pixels, self.ground.gap_mm)
+        return self.terrains[sheet]
+
+    def key(self, piece: int, sheet: int, leaving: int = NOWHERE) -> tuple[int, int, int, int]:
+        return piece, sheet, self.changes.get(sheet, 0), leaving
+
+    def changed(self, sheet: int) -> None:
+        self.terrains.pop(sheet, None)
+        self.changes[sheet] = self.changes.get(sheet, 0) + 1
+
+    def find(
+        self, piece: int, sheet: int, leaving: Sequence[tuple[int, int]]
+    ) -> list[Found | None]:
+        """Return the best place for each (number on the sheet, piece) that leaves it."""
+        terrain = self.terrain(sheet)
+        costs = [terrain.cost(None if other == NOWHERE else number) for number, other in leaving]
+        pixels = pixels_of(self.ground.usable_mm[sheet])
+        return self.ground.finder.find(piece, self.ground.bodies[piece], pixels, costs)
+
+    def put(self, piece: int, sheet: int, found: Found, leaving: int = NOWHERE) -> bool:
+        """Try to put a piece on a sheet; return whether all that stands there found room."""
+        pieces = [other for other in self.state.on(sheet) if other != leaving] + [piece]
+        poses = self.state.poses[pieces]
+        poses[-1] = found.x_mm, found.y_mm, found.angle
+        settled = self.ground.settled(pieces, poses, sheet, None)
+        if settled is None:
+            self.failed.add(self.key(piece, sheet, leaving))
+            return False
+        self.state.poses[pieces] = settled
+        self.state.where[piece] = sheet
+        if leaving != NOWHERE:
+            self.state.where[leaving] = NOWHERE
+        self.changed(sheet)
+        return True
+
+    def place(self, piece: int) -> bool:
+        """Try to place a piece on the sheets where it overlaps least."""
+        open_to = [sheet for sheet in self.sheets if self.key(piece, sheet) not in self.failed]
+        ranked = []
+        for sheet in open_to[:_LOOKED]:
+            found = self.find(piece, sheet, [(0, NOWHERE)])[0]
+            if found is None or found.cost > _DEAR:
+                self.failed.add(self.key(piece, sheet))
+            else:
+                ranked.append((found.cost, sheet, found))
+        ranked.sort(key=lambda one: one[:2])
+        return any(self.put(piece, sheet, found) for _, sheet, found in ranked[:_TRIED])
+
+    def trade(self, piece: int) -> bool:
+        """Try to put a piece in the place of a smaller one."""
+        ranked = []
+        area = self.area(piece)
+        chosen = self.random.permutation(len(self.sheets))[:_TRADED]
+        for sheet in [self.sheets[number] for number in chosen]:
+            leaving = [
+                (number, other)
+                for number, other in enumerate(self.state.on(sheet))
+                if _LEAST_PARTNER * area < self.area(other) < _MOST_PARTNER * area
+                and self.key(piece, sheet, other) not in self.failed
+            ]
+            if len(leaving) > _PARTNERS:
+                some = np.sort(self.random.permutation(len(leaving))[:_PARTNERS])
+                leaving = [leaving[number] for number in some]
+            for found, (_, other) in zip(self.find(piece, sheet, leaving), leaving, strict=True):
+                if found is not None and found.cost <= _DEAR:
+                    ranked.append((found.cost, sheet, other, found))
+        ranked.sort(key=lambda one: one[:3])
+        return any(
+            self.put(piece, sheet, found, other) for _, sheet, other, found in ranked[:_TRADES]
+        )
+
+    def shake(self, sheet: int) -> None:
+        """Move everything on a sheet to one side, as far as there is room."""
+        pieces = self.state.on(sheet)
+        if not pieces:
+            return
+        angle = 2.0 * math.pi * float(self.random.random())
+        pull = (_PULL_MM * math.cos(angle), _PULL_MM * math.sin(angle))
+        settled = self.ground.settled(pieces, self.state.poses[pieces], sheet, pull)
+        if settled is not None:
+            self.state.poses[pieces] = settled
+            self.changed(sheet)
+
+
+def emptied(
+    ground: Ground,
+    start: Arrangement,
+    sheet: int,
+    *,
+    rounds: int,
+    seed: int,
+    told: Told = lambda _area: None,
+) -> Arrangement:
+    """Move the pieces of one sheet to the others, as many as find room.
+
+    Parameters
+    ----------
+    ground : Ground
+        Bodies, sheets and the gap.
+    start : Arrangement
+        Every piece on a sheet.
+    sheet : int
+        The sheet to empty.
+    rounds : int
+        How often to go through the pool.
+    seed : int
+        For the choice of what is tried.
+    told : callable
+        Told the area that is left after each round.
+
+    Returns
+    -------
+    Arrangement
+        Pieces that found no room stand nowhere; all others keep the gap, proved. Pieces may have
+        changed places: those left are not those that were on the sheet, but have less area.
+    """
+    state = start.copy()
+    counts = np.bincount(state.where, minlength=sheet + 1)
+    areas = np.bincount(
+        state.where, [body.area_mm2 for body in ground.bodies], minlength=len(counts)
+    )
+    share = areas / np.array([width * height for width, height in ground.usable_mm])
+    others = [
+        int(other)
+        for other in np.argsort(share.round(9), kind="stable")
+        if other != sheet and 0 < counts[other] <= _MOST_BODIES
+    ]
+    state.where[state.where == sheet] = NOWHERE
+    search = _Search(ground, state, others, np.random.default_rng(seed))
+    if not others:
+        return state
+    for number in range(rounds):
+        for piece in search.pool():
+            search.place(piece)
+        pool = search.pool()
+        told(sum(map(search.area, pool)))
+        if not pool:
+            break
+        if not search.trade(pool[number % len(pool)]):
+            search.shake(others[int(search.random.integers(len(others)))])
+    return state

@@ -1,0 +1,161 @@
+"""Nest a finished plan on fewer sheets, one sheet less at a time."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from fabweave.sheet.arrangement import NOWHERE, Arrangement, arrangement_of, placement_of
+from fabweave.sheet.body import Body, body_of
+from fabweave.sheet.fill import NestingJob, filled_sheet
+from fabweave.sheet.finder import Finder
+from fabweave.sheet.improve import Ground, emptied
+from fabweave.sheet.layout import Placement
+from fabweave.sheet.stock import usable_size
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Sheets in use, by their number in the stock, and where every piece stands on them."""
+
+    used: tuple[int, ...]
+    placements: dict[int, Placement]
+
+    def areas(self, job: NestingJob) -> list[float]:
+        """Return the area of the pieces on each sheet, square millimetres."""
+        total = [0.0] * len(self.used)
+        for piece, placement in self.placements.items():
+            total[placement.sheet] += job.shapes[job.poses[piece].shape].area_mm2
+        return total
+
+
+#: Told how many sheets there are, and what share of the pieces of one has found room elsewhere.
+Told = Callable[[int, float], None]
+
+
+def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan]:
+    """Yield ever better plans: with one sheet less, and at last with an emptier last sheet.
+
+    Parameters
+    ----------
+    job : NestingJob
+        Shapes, stock and settings.
+    plan : Plan
+        All pieces, as the greedy search placed them.
+    seed : int
+        For what is tried.
+    told : callable
+        Told how it goes.
+
+    Yields
+    ------
+    Plan
+        Complete, whenever something is better than before.
+    """
+    if job.effort.rounds == 0 or len(plan.used) < 2:
+        return
+    bodies = _Bodies(job)
+    finder = Finder()
+    while len(plan.used) > 1:
+        sheet = int(np.argmin(np.round(plan.areas(job), 6)))
+        others = [number for number in range(len(plan.used)) if number != sheet]
+        if _area_needed(job) > sum(_area_offered(job, plan.used[other]) for other in others):
+            return
+        usable = [usable_size(job.sheets[stock], job.margin_mm) for stock in plan.used]
+        ground = Ground(bodies, usable, job.gap_mm, finder)
+        start = arrangement_of(plan.placements.values(), job.poses, bodies, job.margin_mm)
+        count, whole = len(plan.used), plan.areas(job)[sheet]
+        found = emptied(
+            ground,
+            start,
+            sheet,
+            rounds=job.effort.rounds,
+            seed=seed + count,
+            told=partial(_tell, told, count, whole),
+        )
+        left = found.on(NOWHERE)
+        plan_found = _plan(job, plan, found, bodies, [*others, sheet], left)
+        if plan_found is None:
+            return
+        plan = plan_found
+        yield plan
+        if left:
+            return
+
+
+def _tell(told: Told, count: int, whole: float, left: float) -> None:
+    """Tell what share of an area is not left."""
+    told(count, 1.0 - left / whole)
+
+
+def _plan(
+    job: NestingJob,
+    plan: Plan,
+    found: Arrangement,
+    bodies: Sequence[Body],
+    order: list[int],
+    left: list[int],
+) -> Plan | None:
+    """Return the plan of an arrangement, with what is left on the last sheet of the order."""
+    if not left:
+        order = order[:-1]
+    number = {sheet: new for new, sheet in enumerate(order)}
+    placements = {
+        piece: placement_of(
+            piece, number[int(sheet)], found.poses[piece], job.poses[piece], bodies[piece],
+            job.margin_mm,
+        )
+        for piece, sheet in enumerate(found.where)
+        if sheet != NOWHERE
+    }  # fmt: skip
+    used = tuple(plan.used[sheet] for sheet in order)
+    if left:
+        shapes = [job.shapes[job.poses[piece].shape] for piece in left]
+        queue = [
+            piece for _, piece in sorted(zip([-s.length_mm for s in shapes], left, strict=True))
+        ]
+        last = filled_sheet(job, queue, used[-1], len(used) - 1)
+        if len(last) < len(left):
+            return None
+        placements.update(last)
+    return Plan(used, dict(sorted(placements.items())))
+
+
+class _Bodies(Sequence[Body]):
+    """The bodies of all pieces, made when they are asked for."""
+
+    def __init__(self, job: NestingJob) -> None:
+        """Make none yet."""
+        self._job = job
+        self._made: dict[int, Body] = {}
+
+    def __len__(self) -> int:
+        """Return the number of pieces."""
+        return len(self._job.poses)
+
+    def __getitem__(self, piece: int) -> Body:  # type: ignore[override] # slices are not asked for
+        """Return the body of a piece."""
+        shape = self._job.poses[piece].shape
+        if shape not in self._made:
+            self._made[shape] = body_of(self._job.shapes[shape], self._job.gap_mm)
+        return self._made[shape]
+
+
+def _area_needed(job: NestingJob) -> float:
+    """Return the area of all pieces, each grown by half the gap (corners left out)."""
+    shapes = [job.shapes[pose.shape] for pose in job.poses]
+    rims = [
+        np.hypot(*(np.roll(shape.outline, -1, axis=0) - shape.outline).T).sum() for shape in shapes
+    ]
+    # Inside a bend the grown rim overlaps itself: half of it is certain enough.
+    return sum(
+        shape.area_mm2 + 0.25 * job.gap_mm * float(rim)
+        for shape, rim in zip(shapes, rims, strict=True)
+    )
+
+
+def _area_offered(job: NestingJob, stock: int) -> float:
+    """Return the usable area of a sheet, grown by half the gap."""
+    width, height = usable_size(job.sheets[stock], job.margin_mm)
+    return (width + job.gap_mm) * (height + job.gap_mm)
