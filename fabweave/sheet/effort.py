@@ -24,7 +24,9 @@ class Effort:
     tiles : int
         How many tiles of a sheet that have room for a piece are compared.
     rounds : int
-        How many rounds are spent on emptying a sheet.
+        How many rounds are spent on emptying a sheet, at most.
+    patience : int
+        How many of them may pass without any success.
     """
 
     pixel_mm: float
@@ -34,6 +36,7 @@ class Effort:
     same_size: float
     tiles: int
     rounds: int
+    patience: int
 
 
 def effort_named(name: str) -> Effort:
@@ -50,9 +53,9 @@ def effort_named(name: str) -> Effort:
     3.0
     """
     efforts = {
-        "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 10),
-        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 60),
-        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 400),
+        "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 12, 4),
+        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 100, 20),
+        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 600, 80),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -197,6 +197,7 @@ def emptied(
     sheet: int,
     *,
     rounds: int,
+    patience: int,
     seed: int,
     told: Told = lambda _area: None,
 ) -> Arrangement:
@@ -212,6 +213,8 @@ def emptied(
         The sheet to empty.
     rounds : int
         How often to go through the pool.
+    patience : int
+        How often without any success.
     seed : int
         For the choice of what is tried.
     told : callable
@@ -238,12 +241,15 @@ def emptied(
     search = _Search(ground, state, others, np.random.default_rng(seed))
     if not others:
         return state
+    least, since = math.inf, 0
     for number in range(rounds):
         for piece in search.pool():
             search.place(piece)
         pool = search.pool()
-        told(sum(map(search.area, pool)))
-        if not pool:
+        left = sum(map(search.area, pool))
+        told(left)
+        least, since = (left, 0) if left < least else (least, since + 1)
+        if not pool or since > patience:
             break
         if not search.trade(pool[number % len(pool)]):
             search.shake(others[int(search.random.integers(len(others)))])

@@ -71,6 +71,7 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
             start,
             sheet,
             rounds=job.effort.rounds,
+            patience=job.effort.patience,
             seed=seed + count,
             told=partial(_tell, told, count, whole),
         )
