@@ -2,22 +2,14 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.job import (
-    WovenObject,
-    check_object,
-    complete_settings,
-    lay_ribbons,
-    plan_runs,
-    require_stiffness,
-    weave_object,
-)
+from fabweave.job import complete_settings, plan_runs
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -26,7 +18,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.check import require_width, ribbon_widths, thread_lengths
-from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import JobSettings
 from fabweave.sheet.material import Material
@@ -41,6 +32,14 @@ from fabweave.weave.obstruction import explain
 from fabweave.weave.repeat import parse_fabric
 from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.voting import best_vote
+from fabweave.woven import (
+    WovenObject,
+    check_object,
+    keep_clear,
+    require_stiffness,
+    weave_object,
+    width_notes,
+)
 
 #: Refinements that may turn a mesh into one with an exact twill.
 _REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "sqrt3:1", "loop:1")
@@ -90,9 +89,9 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
     """
     settings, material = complete_settings(settings)
     thing = weave_object(settings, material, progress)
+    thing, pieces = _planned(thing, settings, material, progress)
     progress("checks", 0, 1)
     check = check_object(thing, settings, material)
-    thing, pieces = _planned(thing, check, settings, material, progress)
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
     threads = thing.weave.threads
     progress("twill", 0, 1)
@@ -106,7 +105,7 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         "pieces": pieces,
         "checks": {
             **ribbon_report(check, thing.ribbons, thing.labels),
-            "notes": ribbon_notes(check),
+            "notes": [*width_notes(thing, settings, material), *ribbon_notes(check)],
         },
         "notes": [*thing.woven.notes, *thing.chosen.notes],
     }
@@ -254,11 +253,7 @@ def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str])
 
 
 def _planned(
-    thing: WovenObject,
-    check: RibbonCheck,
-    settings: JobSettings,
-    material: Material,
-    progress: Progress,
+    thing: WovenObject, settings: JobSettings, material: Material, progress: Progress
 ) -> tuple[WovenObject, dict[str, Any]]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
     progress("pieces", 0, 1)
@@ -266,13 +261,12 @@ def _planned(
     try:
         require_width(thing.ribbons, thing.labels, thing.size_mm)
         require_no_loop(threads, thing.woven.halfedges)
-        require_stiffness(check, material)
+        require_stiffness(thing, settings, material)
         runs = plan_runs(thing, settings)
-        laps = runs.laps(threads)
-        ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
+        thing = keep_clear(thing, settings, material, runs.laps(threads))
     except FabweaveError as error:
         return thing, {"count": None, "because": str(error), "sheets": sheets}
-    return replace(thing, ribbons=ribbons), {"count": len(runs.thread), "sheets": sheets}
+    return thing, {"count": len(runs.thread), "sheets": sheets}
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:

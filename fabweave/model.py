@@ -10,7 +10,7 @@ from PIL import Image
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.errors import InputError
-from fabweave.job import WovenObject, complete_settings, weave_object
+from fabweave.job import complete_settings
 from fabweave.outfiles import check_file, write_files
 from fabweave.report.bodies import bodies_picture
 from fabweave.report.pictures import png_bytes, weave_picture
@@ -22,6 +22,7 @@ from fabweave.ribbon.yarns import spin_yarns
 from fabweave.settings import JobSettings
 from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours
+from fabweave.woven import WovenObject, keep_clear, weave_object
 
 #: Suffixes of the files that can be written; those for printing hold solids.
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
@@ -103,6 +104,8 @@ def write_model(
     suffix = check_suffix(path)
     completed, material = complete_settings(settings)
     thing = weave_object(completed, material, progress)
+    if yarn is None:
+        thing = keep_clear(thing, completed, material)
     colours = thread_colours(thing.bunches, settings.colours)
     facts: dict[str, Any] = {
         "file": str(path),

@@ -214,7 +214,8 @@ _WEAVING = (
         show_default=True,
         help="Width of the ribbons: a share of the room they have, such as 0.65 (smaller leaves "
         "larger gaps, larger leaves more room for holes); one width, such as 12mm; or bounds, such "
-        "as 6mm..14mm or 0.5,6mm..14mm.",
+        "as 6mm..14mm or 0.5,6mm..14mm. auto, alone (then it is 0.65) or before any of them as in "
+        "auto,12mm, makes ribbons narrower where they would come too near to one another.",
     ),
     click.option(
         "--smooth",

@@ -54,7 +54,7 @@ class JobSettings:
     boundary: str = "end"
     material: str = "card"
     thickness_mm: float | None = None
-    width: WidthRule = WidthRule()  # noqa: RUF009 - a frozen value
+    width: WidthRule = WidthRule(auto=True)  # noqa: RUF009 - a frozen value
     smooth: int = 3
     crossing: float = 0.7
     clearance_mm: float = 0.1

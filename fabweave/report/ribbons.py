@@ -83,8 +83,6 @@ def ribbon_report(
     the width, spread from crossing to crossing (``twist_deg``); and how much the unfolded middle
     line turns, on average from crossing to crossing (``wave_deg``). None where there is no figure.
 
-    Findings are made with room for a lap at every crossing: joints may come to lie at any.
-
     Parameters
     ----------
     check : RibbonCheck
@@ -109,6 +107,7 @@ def ribbon_report(
             "bend_mm": round(limits.bend_mm, 4),
             "width_mm": limits.width_mm,
             "twist_deg": round(limits.twist_deg, 4),
+            "clearance_mm": limits.clearance_mm,
         },
         "smallest_size_mm": check.smallest_mm,
         "findings": [finding_record(found) for found in (*check.findings, *holes)],
@@ -179,7 +178,7 @@ def _bend_note(check: RibbonCheck) -> str:
     """Say how tight the tightest bend is against what the material takes."""
     bend = check.measured["bend"]
     least = float(bend.value.min(initial=np.inf))
-    takes = f"the material takes {bend.limit:.1f} mm"
+    takes = f"the material takes {check.limits.bend_mm:.1f} mm"
     if not np.isfinite(least):
         return f"bend: none; {takes}"
     return f"bend: radius {least:.1f} mm or more; {takes}"

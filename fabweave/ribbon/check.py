@@ -6,11 +6,7 @@ import numpy as np
 
 from fabweave.arrays import FloatArray
 from fabweave.errors import CannotMakeError
-from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.polymesh import PolyMesh
-from fabweave.ribbon.project import Ribbons, following_rung, project_ribbons
-from fabweave.ribbon.width import WidthRule
-from fabweave.weave.pattern import Weave
+from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.words import agree
 
 #: Narrower than this, a ribbon is burnt away by the cut beside it.
@@ -31,25 +27,6 @@ def thread_lengths(ribbons: Ribbons) -> FloatArray:
     step[goes_on] = np.linalg.norm(middle[following[goes_on]] - middle[goes_on], axis=1)
     total = np.concatenate(([0.0], np.cumsum(step)))
     return np.diff(total[ribbons.offsets])
-
-
-def widest_width(mesh: PolyMesh, halfedges: Halfedges, weave: Weave, *, length: float) -> float:
-    """Return the greatest width, in millimetres, that ribbons can have everywhere.
-
-    No ribbon may be wider than the crossing panel of its partner is long, relative to the room
-    that each has, or its connectors run into the partner's panel.
-
-    Parameters
-    ----------
-    mesh, halfedges, weave
-        A mesh and the weave on it.
-    length : float
-        Relative length of crossing panels.
-    """
-    widest = project_ribbons(
-        mesh, halfedges, weave, height_mm=0.0, length=length, width=WidthRule(length)
-    )
-    return float(ribbon_widths(widest).min(initial=np.inf))
 
 
 def size_for(room_mm: float, needed_mm: float, size_mm: float) -> int:

@@ -101,6 +101,21 @@ def cut_stretches(ribbons: Ribbons) -> Stretches:
     )
 
 
+def ends_of_stretches(ribbons: Ribbons, pairs: IntArray) -> IntArray:
+    """Return the passes at both ends of the stretches of some pairs, (N, 2, 2).
+
+    A panel has its own pass at both ends, and so has what comes before an open thread's first
+    panel, or after its last one.
+    """
+    count = len(ribbons.entry)
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)
+    panel = np.arange(count)
+    first = np.minimum(ribbons.pass_offsets[:-1], max(count - 1, 0))
+    start = np.concatenate((panel, panel, first))
+    end = np.concatenate((panel, np.where(following >= 0, following, panel), first))
+    return np.stack((start[pairs], end[pairs]), axis=2)
+
+
 def facet_corners(ribbons: Ribbons, rungs: IntArray) -> FloatArray:
     """Return the corners of the two facets of the quads that follow some rungs, (2 N, 3, 3)."""
     after = following_rung(ribbons.offsets, ribbons.closed)[rungs]

@@ -78,7 +78,7 @@ places. --size 412mm mends it
         "twist": f"{value}{unit} over one width {where}, where the material takes {limit}{unit}",
         "layers": f"{value}{unit} {where}, and the layers are {limit}{unit} thick",
         "hole": f"{value}{unit} from centre to edge {where}, where {limit}{unit} are wanted",
-        "clearance": f"{value}{unit} {where}, and the material is {limit}{unit} thick",
+        "clearance": f"{value}{unit} {where}, middle to middle, where {limit}{unit} are wanted",
     }[found.rule]
     if found.rule == "clearance" and found.value == 0:
         what = f"ribbons run through one another {where}"

@@ -9,7 +9,7 @@ from fabweave.errors import CannotMakeError
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.remedy import TOO_STIFF, Lay, Search, is_too_stiff
+from fabweave.ribbon.remedy import TOO_STIFF, Lay, Search, Settle, is_too_stiff
 from fabweave.ribbon.rules import (
     Limits,
     Measured,
@@ -55,13 +55,15 @@ def check_ribbons(
     *,
     size_mm: float,
     lay: Lay | None = None,
+    clearance: tuple[Measured, Nearness] | None = None,
+    settle: Settle | None = None,
 ) -> RibbonCheck:
     """Check ribbons against every rule.
 
     The rules: a ribbon is nowhere narrower than ``limits.width_mm``; between two crossings it need
     not bend more tightly than the material takes; it is not twisted more than its edges can
-    stretch; at a crossing the strands are at least one thickness apart, middle to middle, and so
-    are ribbons that do not cross there.
+    stretch; at a crossing the strands are at least one thickness apart, middle to middle, and
+    ribbons that do not cross there one thickness and the clearance.
 
     Parameters
     ----------
@@ -75,6 +77,11 @@ def check_ribbons(
         Largest dimension of the object.
     lay : callable, optional
         Lays the ribbons again at another size and width. Without it, no remedy is computed.
+    clearance : (Measured, Nearness), optional
+        What is too near, if that is known already.
+    settle : callable, optional
+        Lays the ribbons at another size if their width is left to fabweave: then no width is
+        proposed.
 
     Returns
     -------
@@ -85,8 +92,11 @@ def check_ribbons(
     near: Nearness | None = None
     # What is far too stiff may be thicker than the ribbons are wide, and all is near to all.
     if not is_too_stiff(measured["bend"]):
-        measured["clearance"], near = measure_clearance(ribbons, weave, limits)
-    search = Search(weave, limits, size_mm, lay, measured, near) if lay is not None else None
+        known = clearance if clearance is not None else measure_clearance(ribbons, weave, limits)
+        measured["clearance"], near = known
+    search = None
+    if lay is not None:
+        search = Search(weave, limits, size_mm, lay, measured, near, settle)
     findings = []
     for one in measured.values():
         if len(one.broken):
@@ -112,7 +122,7 @@ def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
         rule=one.rule,
         severity="refuse" if refused else "warn",
         value=float(one.value[at]),
-        limit=one.limit,
+        limit=one.limit_at(at),
         unit=one.unit,
         thread=labels[thread],
         station=own - int(threads.offsets[thread]),

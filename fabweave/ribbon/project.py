@@ -84,6 +84,7 @@ def project_ribbons(
     height_mm: float | FloatArray,
     length: float = 0.7,
     width: float | WidthRule = 0.65,
+    narrowing: FloatArray | None = None,
 ) -> Ribbons:
     """Project every thread to a ribbon of planar facets that lies over or under the surface.
 
@@ -106,6 +107,8 @@ def project_ribbons(
         Relative width of the ribbon across its strand (w of the paper), in (0, 1), or a rule that
         bounds it in millimetres. No more than ``length`` is taken anywhere, so connectors keep
         clear of the other strand's panel.
+    narrowing : (P,) float array, optional
+        Factor on the width at each pass, in (0, 1]; a turn has that of the pass before it.
 
     Returns
     -------
@@ -137,22 +140,25 @@ def project_ribbons(
     placed = np.take_along_axis(quads.corners[threads.crossing], corner[:, :, None], axis=1)
     placed = placed + lift[:, None, :]
 
+    factor = np.ones(len(threads.crossing)) if narrowing is None else narrowing
     offsets, entry = _number_rungs(threads)
     right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
     for shift, u in ((0, 0.5 - length / 2), (1, 0.5 + length / 2)):
-        right[entry + shift], left[entry + shift] = _rung(placed, u, rule, length)
+        right[entry + shift], left[entry + shift] = _rung(placed, u, rule, length, factor)
     open_threads = np.flatnonzero(~threads.closed & (threads.lengths > 0))
     for passes, rungs, u in (
         (threads.offsets[open_threads], offsets[open_threads], 0.0),
         (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
     ):
-        right[rungs], left[rungs] = _rung(placed[passes], u, rule, length)
+        right[rungs], left[rungs] = _rung(placed[passes], u, rule, length, factor[passes])
     if len(threads.turn_pass):
         first_turn = np.searchsorted(threads.turn_pass, threads.turn_pass)
         earlier = np.arange(len(first_turn)) - first_turn
         rungs = entry[threads.turn_pass] + 2 + RUNGS_A_TURN * earlier
         rungs = rungs[:, None] + np.arange(RUNGS_A_TURN)
-        right[rungs], left[rungs] = turn_rungs(mesh, halfedges, threads, length=length, rule=rule)
+        right[rungs], left[rungs] = turn_rungs(
+            mesh, halfedges, threads, length=length, rule=rule, narrowing=factor
+        )
 
     return Ribbons(
         offsets=offsets,
@@ -247,12 +253,13 @@ def _travel_corners(weave: Weave) -> IntArray:
 
 
 def _rung(
-    placed: FloatArray, u: float, rule: WidthRule, most: float
+    placed: FloatArray, u: float, rule: WidthRule, most: float, factor: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the right and left end of the rung at fraction u along each pass's quad."""
     right = (1 - u) * placed[:, 0] + u * placed[:, 1]
     left = (1 - u) * placed[:, 3] + u * placed[:, 2]
-    side = 0.5 - rule.shares(np.linalg.norm(left - right, axis=1), most=most)[:, None] / 2
+    share = factor * rule.shares(np.linalg.norm(left - right, axis=1), most=most)
+    side = 0.5 - share[:, None] / 2
     return right + side * (left - right), left + side * (right - left)
 
 

@@ -16,8 +16,11 @@ from fabweave.ribbon.rules import Limits, Measured, excerpt, measure_along, meas
 from fabweave.ribbon.sizing import FARTHEST, smallest_size
 from fabweave.weave.pattern import Weave
 
-#: Lays the same ribbons at another size (mm), with all widths multiplied by a factor.
-Lay: TypeAlias = Callable[[float, float], Ribbons]
+#: Lays the same ribbons at another size (mm), with all widths multiplied by a factor; and, if the
+#: width is left to fabweave, as narrow as may be where they were too near.
+Lay: TypeAlias = Callable[[float, float, bool], Ribbons]
+#: Lays ribbons at another size (mm) whose width is left to fabweave, and tells what is too near.
+Settle: TypeAlias = Callable[[float], tuple[Ribbons, Nearness | None]]
 
 #: A material is too stiff if it takes less than half the bend ...
 TOO_STIFF = 2.0
@@ -29,6 +32,9 @@ _NARROWER = tuple(step / 20 for step in range(19, 5, -1))
 _WATCHED = 2000
 #: So often may new places be too near at the size at which the old ones are clear.
 _ROUNDS = 20
+#: Where widths left to fabweave turn out too near after all, a size larger by this share is tried,
+#: and then by twice as much each time, up to the last.
+_STRIDE, _FARTHEST_STRIDE = 0.01, 0.64
 #: Rules that a larger size mends: lengths grow, and thickness stays.
 SIZED = ("width", "bend", "clearance")
 
@@ -69,12 +75,15 @@ class Search:
         lay: Lay,
         measured: dict[str, Measured],
         near: Nearness | None,
+        settle: Settle | None = None,
     ) -> None:
         self._weave, self._limits, self._lay = weave, limits, lay
         self._size = size_mm
         self._near = near
+        self._narrowing = ("twist", "clearance") if settle is None else ("twist",)
+        self._settle = settle
         self._watched = _tightest(measured, len(weave.threads.crossing))
-        self._laid: tuple[float, float, Ribbons] | None = None
+        self._laid: tuple[float, float, bool, Ribbons] | None = None
         self._known: dict[tuple[int, bool], dict[str, float]] = {}
 
     def remedy(self, found: Finding) -> Finding:
@@ -83,7 +92,7 @@ class Search:
             found = replace(found, size_mm=self.smallest((found.rule,)))
         if found.severity == "refuse":
             found = replace(found, may_be_mm=self._smallest(self._stiffness))
-        if found.rule in ("twist", "clearance"):
+        if found.rule in self._narrowing:
             found = replace(found, width_factor=self._narrower(found.rule))
         return found
 
@@ -94,7 +103,7 @@ class Search:
             return self.smallest(SIZED)
         # A rule that holds at one size holds at larger ones.
         known = [size for size in sizes if size is not None]
-        return self._cleared(max(known)) if len(known) == len(sizes) else None
+        return self._cleared(max(known), SIZED) if len(known) == len(sizes) else None
 
     def smallest(self, rules: Sequence[str]) -> int | None:
         """Return the smallest size at which some rules hold."""
@@ -105,28 +114,43 @@ class Search:
             # The tightest places decide; then all are measured.
             while size is not None and self._margin(size, along, watched=False) < 1:
                 size = self._smallest(lambda at: self._margin(at, along, watched=False), size)
-        return self._cleared(size) if "clearance" in rules else size
+        return self._cleared(size, rules) if "clearance" in rules else size
 
-    def _cleared(self, size: int | None) -> int | None:
+    def _cleared(self, size: int | None, rules: Sequence[str]) -> int | None:
         """Return the smallest size, from one up, at which ribbons keep clear of one another."""
+        stride = _STRIDE
         for _ in range(_ROUNDS):
-            if size is None:
+            if size is None or stride > _FARTHEST_STRIDE:
                 return None
             near = self._near
             if near is None or size != self._size:
-                near = measure_clearance(self._ribbons(size), self._weave, self._limits)[1]
-            if not len(near.pairs):
+                near = self._clearance(size, None)[1]
+            if len(near.pairs):
+                # A pair that is clear at one size is so at larger ones, or the next round finds it.
+                size = self._clear(near.pairs, size)
+            elif self._settled(size, rules):
                 return size
-            # A pair that is clear at one size is so at larger ones, or the next round finds it.
-            size = self._clear(near.pairs, size)
+            else:
+                size = math.ceil(size * (1 + stride))
+                stride *= 2
         return None
+
+    def _settled(self, size: int, rules: Sequence[str]) -> bool:
+        """Tell whether rules hold at a size when the width is left to fabweave there."""
+        if self._settle is None or size == self._size:
+            return True
+        ribbons, near = self._settle(size)
+        along = measure_along(ribbons, self._limits)
+        return (near is None or not len(near.pairs)) and all(
+            along[rule].margin >= 1 for rule in rules if rule in along
+        )
 
     def _clear(self, pairs: IntArray, size: int) -> int | None:
         """Return the smallest size above one at which these pairs of stretches are clear."""
 
         def margin(at: int) -> float:
             nonlocal pairs
-            measured, near = measure_clearance(self._ribbons(at), self._weave, self._limits, pairs)
+            measured, near = self._clearance(at, pairs)
             pairs = near.pairs if len(near.pairs) else pairs
             return measured.margin
 
@@ -137,10 +161,14 @@ class Search:
         size = math.ceil(self._size)
         return smallest_size(margin, size if start is None else start, most=size * FARTHEST)
 
-    def _ribbons(self, size: float, width: float = 1.0) -> Ribbons:
-        if self._laid is None or self._laid[:2] != (size, width):
-            self._laid = (size, width, self._lay(size, width))
-        return self._laid[2]
+    def _ribbons(self, size: float, width: float = 1.0, *, narrowest: bool = False) -> Ribbons:
+        if self._laid is None or self._laid[:3] != (size, width, narrowest):
+            self._laid = (size, width, narrowest, self._lay(size, width, narrowest))
+        return self._laid[3]
+
+    def _clearance(self, size: float, among: IntArray | None) -> tuple[Measured, Nearness]:
+        ribbons = self._ribbons(size, narrowest=True)
+        return measure_clearance(ribbons, self._weave, self._limits, among)
 
     def _margin(self, size: int, rules: Sequence[str], *, watched: bool) -> float:
         """Return the least margin of some rules at a size: of all places, or the watched ones."""

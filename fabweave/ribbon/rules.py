@@ -6,12 +6,14 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, offsets_of
 from fabweave.ribbon.bends import Bends, Spans, measure_bends, measure_spans
-from fabweave.ribbon.clearance import Nearness, near_pairs
+from fabweave.ribbon.clearance import Nearness, ends_of_stretches, near_pairs
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.weave.pattern import Weave
 
 #: What is computed from rounded coordinates holds to this, relative.
 _ROUNDING = 1e-9
+#: Two ribbons may be nearer than is wanted by this share: facets meet at many odd angles.
+_TOUCHING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,15 @@ class Limits:
         Anything narrower is too weak to handle.
     twist_deg : float
         How far it may be twisted over a length that equals its width.
+    clearance_mm : float
+        Air between ribbons that do not cross; that is wanted, not what the material takes.
     """
 
     thickness_mm: float
     bend_mm: float
     width_mm: float
     twist_deg: float
+    clearance_mm: float = 0.0
 
 
 def twist_limit_deg(thickness_mm: float, bend_mm: float) -> float:
@@ -60,8 +65,8 @@ class Measured:
     rule, unit : str
     value : (N,) float array
         What there is.
-    limit : float
-        What is wanted.
+    limit : float or (N,) float array
+        What is wanted, everywhere or at each place.
     at_least : bool
         Whether the value must be at least the limit; else at most.
     passes : (N,) int array
@@ -74,11 +79,15 @@ class Measured:
     rule: str
     unit: str
     value: FloatArray
-    limit: float
+    limit: float | FloatArray
     at_least: bool
     passes: IntArray
     others: IntArray
     position: FloatArray
+
+    def limit_at(self, place: int) -> float:
+        """Return what is wanted at a place."""
+        return float(np.broadcast_to(self.limit, len(self.value))[place])
 
     @property
     def margins(self) -> FloatArray:
@@ -202,17 +211,22 @@ def measure_layers(ribbons: Ribbons, weave: Weave, limits: Limits) -> Measured:
 def measure_clearance(
     ribbons: Ribbons, weave: Weave, limits: Limits, among: IntArray | None = None
 ) -> tuple[Measured, Nearness]:
-    """Measure how near ribbons come that do not cross there; only what is too near is listed."""
-    near = near_pairs(ribbons, weave.threads.crossing, limits.thickness_mm * (1 - 1e-6), among)
-    own, other = (_pass_of_stretches(ribbons, near.pairs[:, side]) for side in (0, 1))
+    """Measure how near ribbons come that do not cross there; only what is too near is listed.
+
+    Their middle surfaces are to be one thickness and the clearance apart. Two stretches that part
+    from the same crossing begin just so far apart, and need not be farther apart than one
+    thickness.
+    """
+    crossing = weave.threads.crossing
+    near = near_pairs(ribbons, crossing, limits.thickness_mm + limits.clearance_mm, among)
+    passes = ends_of_stretches(ribbons, near.pairs)
+    met = crossing[passes]
+    parting = np.any(met[:, 0, :, None] == met[:, 1, None, :], axis=(1, 2))
+    wanted = limits.thickness_mm + np.where(parting, 0.0, limits.clearance_mm)
+    kept = near.distance_mm < wanted * (1 - _TOUCHING)
+    near = Nearness(near.pairs[kept], near.distance_mm[kept], near.place[kept])
+    own, other = passes[kept, :, 0].T
     measured = Measured(
-        "clearance", "mm", near.distance_mm, limits.thickness_mm, True, own, other, near.place
+        "clearance", "mm", near.distance_mm, wanted[kept], True, own, other, near.place
     )
     return measured, near
-
-
-def _pass_of_stretches(ribbons: Ribbons, stretch: IntArray) -> IntArray:
-    """Return the pass at or before each stretch; its thread's first for what comes before that."""
-    count = len(ribbons.entry)
-    thread = np.clip(stretch - 2 * count, 0, None)
-    return np.where(stretch < 2 * count, stretch % max(count, 1), ribbons.pass_offsets[thread])

@@ -18,7 +18,13 @@ _RIM_SHARE = 0.25
 
 
 def turn_rungs(
-    mesh: PolyMesh, halfedges: Halfedges, threads: Threads, *, length: float, rule: WidthRule
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    threads: Threads,
+    *,
+    length: float,
+    rule: WidthRule,
+    narrowing: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the rungs of every turn: a planar panel in the half-quad of its boundary edge.
 
@@ -37,6 +43,8 @@ def turn_rungs(
         :func:`~fabweave.ribbon.project.project_ribbons`.
     rule : WidthRule
         How wide ribbons are.
+    narrowing : (P,) float array
+        Factor on the width at each pass; a turn has that of the pass before it.
 
     Returns
     -------
@@ -59,7 +67,7 @@ def turn_rungs(
     _require_area(halfedges, edge, area, base + arms)
 
     # The room across a turn is that of the portals by which the strand comes and goes.
-    width = rule.shares(arms / 2, most=length)
+    width = narrowing[threads.turn_pass] * rule.shares(arms / 2, most=length)
     inner = 0.5 - width / 2
     # As wide across the edge as the arriving ribbon is along its portals.
     outer = np.minimum(inner + width * arms * base / (2 * area), 1 - _RIM_SHARE * inner)

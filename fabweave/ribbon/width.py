@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,8 @@ class WidthRule:
     least_mm, most_mm : float
         Bounds in millimetres; equal ones make the width constant. Where there is no room for the
         least width, the ribbon is as wide as the room allows.
+    auto : bool
+        Whether ribbons may be narrowed where they would be too near to others.
 
     Examples
     --------
@@ -35,6 +37,7 @@ class WidthRule:
     relative: float = 0.65
     least_mm: float = 0.0
     most_mm: float = math.inf
+    auto: bool = False
 
     def __post_init__(self) -> None:
         """Refuse widths that make no sense."""
@@ -53,6 +56,15 @@ class WidthRule:
         """Whether the ribbon has one width everywhere (where it has room)."""
         return self.least_mm == self.most_mm
 
+    def times(self, factor: float) -> "WidthRule":
+        """Return the rule for ribbons that are so much wider."""
+        return replace(
+            self,
+            relative=self.relative * factor,
+            least_mm=self.least_mm * factor,
+            most_mm=self.most_mm * factor,
+        )
+
     def shares(self, room_mm: FloatArray, *, most: float) -> FloatArray:
         """Return the share of its room that a ribbon takes at each cross-line.
 
@@ -69,6 +81,9 @@ class WidthRule:
 
     def __str__(self) -> str:
         """Write the rule as `parse_width` reads it."""
+        if self.auto:
+            rest = replace(self, auto=False)
+            return "auto" if rest == WidthRule() else f"auto,{rest}"
         if self.constant:
             return _exact(self.least_mm)
         text = f"{self.relative:g}"
@@ -82,7 +97,8 @@ class WidthRule:
 def parse_width(text: str) -> WidthRule:
     """Read a width: ``0.65`` (relative), ``12mm`` (constant) or ``0.65,6mm..14mm`` (between).
 
-    Either bound may be left out, and so may the relative width.
+    Either bound may be left out, and so may the relative width. ``auto`` before any of them, or
+    alone, lets ribbons be narrower where they would be too near to others.
 
     Raises
     ------
@@ -92,11 +108,17 @@ def parse_width(text: str) -> WidthRule:
     Examples
     --------
     >>> parse_width("12mm")
-    WidthRule(relative=0.65, least_mm=12.0, most_mm=12.0)
-    >>> str(parse_width("6mm..1.4cm")), str(parse_width("0.5,..9mm"))
-    ('0.65,6mm..14mm', '0.5,..9mm')
+    WidthRule(relative=0.65, least_mm=12.0, most_mm=12.0, auto=False)
+    >>> str(parse_width("6mm..1.4cm")), str(parse_width("auto,0.5,..9mm"))
+    ('0.65,6mm..14mm', 'auto,0.5,..9mm')
     """
     text = text.strip()
+    first, _, rest = text.partition(",")
+    if first.strip() == "auto":
+        rule = WidthRule() if first == text else parse_width(rest)
+        if rule.auto:
+            raise InputError(_usage(text))
+        return replace(rule, auto=True)
     if _RELATIVE.fullmatch(text):
         return WidthRule(float(text))
     head, comma, bounds = text.partition(",")
@@ -127,6 +149,6 @@ def _exact(value_mm: float) -> str:
 
 def _usage(text: str) -> str:
     return (
-        f"{text[:40]!r} is no width; write a share of the room such as 0.65, a length such as "
-        "12mm, or bounds such as 6mm..14mm or 0.65,6mm..14mm"
+        f"{text[:40]!r} is no width; write auto, a share of the room such as 0.65, a length such "
+        "as 12mm, bounds such as 6mm..14mm or 0.65,6mm..14mm, or auto before any of them"
     )

@@ -9,8 +9,8 @@ from fabweave.sheet.material import Material, min_bend_radius_mm, with_thickness
 _FRAGILE_MM = 1.0
 
 
-def ribbon_limits(material: Material) -> Limits:
-    """Return the limits that a material sets to ribbons.
+def ribbon_limits(material: Material, clearance_mm: float = 0.0) -> Limits:
+    """Return the limits that a material sets to ribbons, with the clearance that is wanted.
 
     A ribbon is at least as wide as the material is thick, and one millimetre.
 
@@ -26,6 +26,7 @@ def ribbon_limits(material: Material) -> Limits:
         bend_mm=bend,
         width_mm=max(thickness, _FRAGILE_MM),
         twist_deg=twist_limit_deg(thickness, bend),
+        clearance_mm=clearance_mm,
     )
 
 

@@ -16,10 +16,10 @@ from meshes_shared import mesh_params, shared_mesh
 
 from fabweave.cli import main
 from fabweave.folder import run_job
-from fabweave.job import load_mesh
 from fabweave.mesh.files import write_mesh
 from fabweave.mesh.shapes import parse_shape
 from fabweave.settings import JobSettings
+from fabweave.source import load_mesh
 
 
 def run(*arguments: object) -> int:

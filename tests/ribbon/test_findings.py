@@ -21,6 +21,7 @@ from fabweave.ribbon.findings import RibbonCheck, check_ribbons
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules import excerpt, twist_limit_deg
 from fabweave.ribbon.sizing import smallest_size
+from fabweave.ribbon.width import WidthRule
 from fabweave.settings import JobSettings
 from fabweave.sheet.limits import ribbon_limits
 from fabweave.sheet.material import Material, material_library, material_named
@@ -92,7 +93,7 @@ def test_a_material_too_stiff_is_refused_with_the_size_that_would_do() -> None:
     check = check_object(thing, settings, material)
     (found,) = check.refused
     with pytest.raises(CannotMakeError, match=f"--size {found.may_be_mm}mm") as error:
-        require_stiffness(check, material)
+        require_stiffness(thing, settings, material)
     assert f"{found.size_mm}mm" in str(error.value)
     options = {"material": "stainless-304"}
     do = checked("sphere?n=6", size_mm=float(found.may_be_mm), **options)
@@ -188,13 +189,13 @@ def test_a_pinched_ribbon_is_found_at_its_place() -> None:
 
 
 def test_clearance_is_mended_by_the_width_proposed() -> None:
-    before = rules(checked("tetrahedron", size_mm=400.0))["clearance"]
+    width = WidthRule(0.65)
+    before = rules(checked("tetrahedron", size_mm=400.0, width=width))["clearance"]
     assert before.size_mm is None
     factor = before.width_factor
     assert factor is not None
-    width = JobSettings(mesh="").width
     for share, holds in ((factor, True), (factor + 0.05, False)):
-        narrower = replace(width, relative=width.relative * share)
+        narrower = width.times(share)
         found = rules(checked("tetrahedron", size_mm=400.0, width=narrower))
         assert ("clearance" not in found) == holds
 

@@ -163,7 +163,9 @@ def test_a_face_whose_centre_lies_on_its_boundary_edge_is_refused():
     halfedges = build_halfedges(mesh)
     threads = trace_threads(halfedges, turn=True)
     with pytest.raises(InputError, match=r"1 turns have no room .*between vertices 0-1"):
-        turn_rungs(mesh, halfedges, threads, length=0.7, rule=WidthRule(0.65))
+        turn_rungs(
+            mesh, halfedges, threads, length=0.7, rule=WidthRule(0.65), narrowing=np.ones(99)
+        )
 
 
 def test_a_face_that_hangs_by_one_edge_is_refused_by_name():

@@ -8,16 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.errors import InputError
-from fabweave.job import complete_settings, lay_ribbons, plan_runs, weave_object
+from fabweave.job import complete_settings, plan_runs
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import parse_shape
-from fabweave.ribbon.check import ribbon_widths, widest_width
+from fabweave.ribbon.check import ribbon_widths
 from fabweave.ribbon.project import project_ribbons
+from fabweave.ribbon.widest import widest_width
 from fabweave.ribbon.width import WidthRule, parse_width
 from fabweave.settings import JobSettings
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
+from fabweave.woven import lay_ribbons, weave_object
 
 
 def widths(shape: str, rule: WidthRule | float) -> np.ndarray:
@@ -40,8 +42,14 @@ def test_widths_in_millimetres_are_kept_where_there_is_room(shape: str) -> None:
     assert between == pytest.approx(expected, rel=1e-9)
 
 
-@given(st.floats(0.01, 0.99), st.floats(0.1, 50), st.floats(0.1, 50), st.sampled_from("rcb><"))
-def test_widths_are_written_as_they_are_read(relative, a, b, kind) -> None:
+@given(
+    st.floats(0.01, 0.99),
+    st.floats(0.1, 50),
+    st.floats(0.1, 50),
+    st.sampled_from("rcb><"),
+    st.booleans(),
+)
+def test_widths_are_written_as_they_are_read(relative, a, b, kind, auto) -> None:
     rule = {
         "r": WidthRule(relative),
         "c": WidthRule(0.65, a, a),
@@ -49,8 +57,10 @@ def test_widths_are_written_as_they_are_read(relative, a, b, kind) -> None:
         ">": WidthRule(relative, least_mm=a),
         "<": WidthRule(relative, most_mm=a),
     }[kind]
+    rule = replace(rule, auto=auto)
     again = parse_width(str(rule))
     assert str(again) == str(rule)
+    assert again.auto == auto
     assert again.least_mm == pytest.approx(rule.least_mm, rel=1e-9)
 
 
@@ -63,6 +73,8 @@ def test_widths_are_written_as_they_are_read(relative, a, b, kind) -> None:
         ("9mm..6mm", "at least 9 and at most 6"),
         ("0.5,6mm", "is no width"),
         ("half,6mm..9mm", "is no width"),
+        ("auto,auto", "is no width"),
+        ("auto,", "is not a number with a unit"),
         ("-3mm", "must be positive"),
     ],
 )

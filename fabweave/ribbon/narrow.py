@@ -1,0 +1,148 @@
+"""Narrow ribbons where they would come too near to one another, and only there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray, frozen
+from fabweave.ribbon.bends import measure_bends
+from fabweave.ribbon.clearance import Nearness, ends_of_stretches
+from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.remedy import is_too_stiff
+from fabweave.ribbon.rules import Limits, Measured, measure_along, measure_clearance, pass_of_rungs
+from fabweave.weave.pattern import Weave
+
+#: Lays ribbons with a factor on the width at each pass, (P,).
+LayNarrowed: TypeAlias = Callable[[FloatArray], Ribbons]
+
+#: So much narrower is the next width tried where ribbons are too near.
+_STEP = 0.9
+#: From one crossing to the next a ribbon gets narrower by this factor at most.
+_TAPER = 0.75
+#: Ribbons stay this many times as wide as the least to handle: facets between panels are slanted.
+_HANDLED = 1.05
+
+
+@dataclass(frozen=True, eq=False)
+class Narrowed:
+    """Ribbons that are narrower where they would be too near to others.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    factor : (P,) float array
+        Factor on the width at each pass, in (0, 1].
+    least : (P,) float array
+        The factors that would leave ribbons just wide enough to be handled; more than 1 where
+        they are too narrow as they are.
+    clearance : (Measured, Nearness) or None
+        What is too near though it may be no narrower; None where that was not measured, as the
+        material is far too stiff.
+    """
+
+    ribbons: Ribbons
+    factor: FloatArray
+    least: FloatArray
+    clearance: tuple[Measured, Nearness] | None
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("factor", "least"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def stuck(self) -> IntArray:
+        """The passes beside which ribbons are too near, and may be no narrower."""
+        if self.clearance is None:
+            return np.zeros(0, dtype=np.int64)
+        return np.unique(ends_of_stretches(self.ribbons, self.clearance[1].pairs))
+
+
+def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
+    """Narrow ribbons, step by step, about the places where they are too near to one another.
+
+    Where two stretches are too near, the ribbon gets narrower at the crossings at their ends, and
+    tapers to them from its neighbours. None gets narrower than the least to handle. What a
+    material is far too stiff for is left as wide as it is.
+
+    Parameters
+    ----------
+    lay : callable
+        Lays ribbons with a factor on the width at each pass.
+    weave : Weave
+    limits : Limits
+
+    Returns
+    -------
+    Narrowed
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.solids import tetrahedron
+    >>> from fabweave.ribbon.project import project_ribbons
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> mesh = tetrahedron()
+    >>> halfedges = build_halfedges(mesh)
+    >>> weave = plain_weave(trace_threads(halfedges))
+    >>> def lay(factor):
+    ...     return project_ribbons(mesh, halfedges, weave, height_mm=0.005, narrowing=factor)
+    >>> limits = Limits(thickness_mm=0.01, bend_mm=0.1, width_mm=0.01, twist_deg=30.0)
+    >>> found = narrow_ribbons(lay, weave, limits)
+    >>> sorted(set(found.factor.round(2).tolist())), len(found.stuck)
+    ([0.9], 0)
+    """
+    factor = np.ones(len(weave.threads.crossing))
+    ribbons = lay(factor)
+    least = _least_factors(ribbons, limits)
+    if is_too_stiff(measure_along(ribbons, limits)["bend"]):
+        return Narrowed(ribbons, factor, least, None)
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)
+    floor = np.minimum(least, 1.0)
+    among: IntArray | None = None
+    while True:
+        clearance, near = measure_clearance(ribbons, weave, limits, among)
+        passes = ends_of_stretches(ribbons, near.pairs)
+        free = (factor[passes] > floor[passes]).any(axis=(1, 2))
+        if not free.any():
+            if among is None:
+                return Narrowed(ribbons, factor, least, (clearance, near))
+            # The pairs that were watched are apart: now all are looked at again.
+            among = None
+            continue
+        among = near.pairs[free]
+        narrower = factor.copy()
+        narrower[np.unique(passes[free])] *= _STEP
+        factor = np.maximum(_tapered(narrower, following), floor)
+        ribbons = lay(factor)
+
+
+def _least_factors(ribbons: Ribbons, limits: Limits) -> FloatArray:
+    """Return the factors, (P,), that leave ribbons as wide as can be handled.
+
+    What lies between two panels depends on both, so either has what leaves all of it wide enough.
+    """
+    width = measure_bends(ribbons).width_mm
+    given = ~np.isnan(width)
+    own = pass_of_rungs(ribbons)[given]
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)[own]
+    least = np.full(len(ribbons.entry), np.inf)
+    np.minimum.at(least, own, width[given])
+    np.minimum.at(least, following[following >= 0], width[given][following >= 0])
+    return _HANDLED * limits.width_mm / np.maximum(least, 1e-9)
+
+
+def _tapered(factor: FloatArray, following: IntArray) -> FloatArray:
+    """Lower factors so that none is much larger than its neighbours along the thread."""
+    here = np.flatnonzero(following >= 0)
+    after = following[here]
+    while True:
+        lower = factor.copy()
+        np.minimum.at(lower, here, factor[after] / _TAPER)
+        np.minimum.at(lower, after, factor[here] / _TAPER)
+        if np.array_equal(lower, factor):
+            return factor
+        factor = lower

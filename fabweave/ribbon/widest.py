@@ -1,0 +1,77 @@
+"""Find the widest ribbons of one width that keep clear of one another."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fabweave.arrays import IntArray
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.check import ribbon_widths
+from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.rules import Limits, measure_clearance
+from fabweave.ribbon.width import WidthRule
+from fabweave.weave.pattern import Weave
+
+#: The widest width is found to this share of itself.
+_CLOSE = 0.02
+
+
+def widest_width(mesh: PolyMesh, halfedges: Halfedges, weave: Weave, *, length: float) -> float:
+    """Return the greatest width, in millimetres, that ribbons have room for everywhere.
+
+    No ribbon may be wider than the crossing panel of its partner is long, relative to the room
+    that each has, or its connectors run into the partner's panel.
+
+    Parameters
+    ----------
+    mesh, halfedges, weave
+        A mesh and the weave on it.
+    length : float
+        Relative length of crossing panels.
+    """
+    widest = project_ribbons(
+        mesh, halfedges, weave, height_mm=0.0, length=length, width=WidthRule(length)
+    )
+    return float(ribbon_widths(widest).min(initial=np.inf))
+
+
+def widest_clear(
+    lay: Callable[[float], Ribbons], weave: Weave, limits: Limits, room_mm: float
+) -> float | None:
+    """Return the greatest width of all ribbons at which they keep clear of one another.
+
+    Parameters
+    ----------
+    lay : callable
+        Lays ribbons of one width, in millimetres.
+    weave : Weave
+    limits : Limits
+    room_mm : float
+        No greater width is tried, as from :func:`widest_width`.
+
+    Returns
+    -------
+    float or None
+        At this width all have been measured; at one that is 2 % greater some are too near, or
+        have no room. None if some are too near even at the least width to handle.
+    """
+    if not limits.width_mm <= room_mm < np.inf:
+        return None
+
+    def near(width_mm: float, among: IntArray | None = None) -> IntArray:
+        return measure_clearance(lay(width_mm), weave, limits, among)[1].pairs
+
+    high, found = room_mm, near(room_mm)
+    among = found
+    while len(found):
+        # The pairs that are too near decide on a width; then all are measured there.
+        low = limits.width_mm
+        if len(near(low, among)):
+            return None
+        while high > low * (1 + _CLOSE):
+            middle = float(np.sqrt(low * high))
+            low, high = (low, middle) if len(near(middle, among)) else (middle, high)
+        high, found = low, near(low)
+        among = np.concatenate((among, found))
+    return high

@@ -1,0 +1,252 @@
+"""Weave a mesh and lay its ribbons: the woven object, before anything is unfolded or cut."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.errors import CannotMakeError
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import largest_dimension
+from fabweave.ribbon.clearance import Nearness
+from fabweave.ribbon.findings import RibbonCheck, check_ribbons, require_pliable
+from fabweave.ribbon.narrow import Narrowed, narrow_ribbons
+from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.remedy import is_too_stiff
+from fabweave.ribbon.rules import measure_along
+from fabweave.ribbon.smooth import smooth_ribbons
+from fabweave.ribbon.widest import widest_clear, widest_width
+from fabweave.ribbon.width import WidthRule
+from fabweave.settings import JobSettings
+from fabweave.sheet.limits import ribbon_limits, thickness_for_bend
+from fabweave.sheet.material import Material
+from fabweave.source import WovenMesh, load_mesh
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.choose import Chosen, weave_pattern
+from fabweave.weave.labels import thread_labels
+from fabweave.weave.pattern import Weave
+from fabweave.weave.threads import trace_threads
+
+
+@dataclass(frozen=True, eq=False)
+class WovenObject:
+    """A woven mesh with its ribbons, before anything is unfolded or cut.
+
+    Parameters
+    ----------
+    woven : WovenMesh
+        The mesh.
+    chosen : Chosen
+        The weave, in the pattern that was asked for.
+    labels : tuple of str
+        Names of the threads.
+    bunches : (T,) int array
+        The bunch of each thread.
+    ribbons : Ribbons
+        The ribbons.
+    laps : (N,) int array or None
+        The crossings at which there is room for a lap; None for all.
+    narrowed : Narrowed or None
+        Where ribbons are narrower than asked, so as to keep clear of one another; None if they
+        are as wide as asked.
+    """
+
+    woven: WovenMesh
+    chosen: Chosen
+    labels: tuple[str, ...]
+    bunches: IntArray
+    ribbons: Ribbons
+    laps: IntArray | None = None
+    narrowed: Narrowed | None = None
+
+    @property
+    def weave(self) -> Weave:
+        """The weave."""
+        return self.chosen.weave
+
+    @property
+    def size_mm(self) -> float:
+        """Largest dimension."""
+        return largest_dimension(self.woven.mesh)
+
+
+def weave_object(
+    settings: JobSettings, material: Material, progress: Progress = no_progress
+) -> WovenObject:
+    """Bring the mesh of a job to the loom, weave it, and lay its ribbons as wide as asked.
+
+    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
+    at any.
+
+    Raises
+    ------
+    InputError
+        For bad input or settings.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+    """
+    progress("mesh", 0, 1)
+    woven = load_mesh(settings, progress)
+    progress("weave", 0, 1)
+    threads = trace_threads(woven.halfedges, turn=settings.boundary == "turn")
+    labels = thread_labels(threads.n_threads)
+    bunches = part_bunches(threads)
+    chosen = weave_pattern(
+        settings.pattern,
+        woven.halfedges,
+        threads,
+        bunches,
+        labels,
+        n_old_vertices=woven.n_old_vertices,
+        effort=settings.effort,
+        seed=settings.seed,
+        progress=progress,
+    )
+    progress("ribbons", 0, 1)
+    ribbons = lay_ribbons(woven, chosen.weave, settings, material)
+    if ribbons.n_rungs == 0:
+        raise CannotMakeError(
+            "nothing crosses anything on this mesh: no edge lies between two faces; "
+            "weaving needs faces that share edges"
+        )
+    return WovenObject(woven, chosen, labels, bunches, ribbons)
+
+
+def lay_ribbons(
+    woven: WovenMesh,
+    weave: Weave,
+    settings: JobSettings,
+    material: Material,
+    laps: IntArray | None = None,
+    narrowing: FloatArray | None = None,
+) -> Ribbons:
+    """Lay the ribbons of a weave, with room for two layers, and for three where a joint laps.
+
+    Parameters
+    ----------
+    woven, weave
+        The mesh and its weave.
+    settings, material
+        Width, clearance and thickness.
+    laps : (N,) int array, optional
+        The crossings at which a joint laps; before pieces are planned it may be any.
+    narrowing : (P,) float array, optional
+        Factor on the width at each pass.
+    """
+    thickness = material.thickness_mm
+    height = np.full(weave.threads.n_crossings, (thickness + settings.clearance_mm) / 2)
+    # A lap is two layers thick, around the same middle: half a layer more between the strands.
+    height[slice(None) if laps is None else laps] += thickness / 4
+    ribbons = project_ribbons(
+        woven.mesh,
+        woven.halfedges,
+        weave,
+        height_mm=height,
+        length=settings.crossing,
+        width=settings.width,
+        narrowing=narrowing,
+    )
+    return smooth_ribbons(ribbons, settings.smooth)
+
+
+def keep_clear(
+    thing: WovenObject, settings: JobSettings, material: Material, laps: IntArray | None = None
+) -> WovenObject:
+    """Lay the ribbons of a woven object again, with room for laps where joints are.
+
+    If the width is left to fabweave, they get narrower where they would be too near to others.
+    """
+
+    def lay(factor: FloatArray | None = None) -> Ribbons:
+        return lay_ribbons(thing.woven, thing.weave, settings, material, laps, factor)
+
+    if not settings.width.auto:
+        return replace(thing, ribbons=lay(), laps=laps)
+    limits = ribbon_limits(material, settings.clearance_mm)
+    narrowed = narrow_ribbons(lay, thing.weave, limits)
+    return replace(thing, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
+
+
+def check_object(thing: WovenObject, settings: JobSettings, material: Material) -> RibbonCheck:
+    """Check the ribbons of a woven object against its material, and look for remedies."""
+    limits = ribbon_limits(material, settings.clearance_mm)
+    narrowed = thing.narrowed
+
+    def lay(size_mm: float, narrower: float, narrowest: bool) -> Ribbons:
+        growth = size_mm / thing.size_mm
+        woven = replace(thing.woven, mesh=_scaled(thing.woven.mesh, growth))
+        changed = replace(settings, width=settings.width.times(narrower))
+        factor = None
+        if narrowed is not None and growth == 1.0:
+            factor = narrowed.factor
+        elif narrowed is not None and narrowest:
+            # At another size, what is too near will be narrowed as far as may be. Widths grow with
+            # the size, unless they are bounded.
+            if np.isfinite(settings.width.most_mm):
+                growth = 1.0
+            factor, stuck = narrowed.factor.copy(), narrowed.stuck
+            factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
+        return lay_ribbons(woven, thing.weave, changed, material, thing.laps, factor)
+
+    def settle(size_mm: float) -> tuple[Ribbons, Nearness | None]:
+        woven = replace(thing.woven, mesh=_scaled(thing.woven.mesh, size_mm / thing.size_mm))
+        found = keep_clear(replace(thing, woven=woven), settings, material, thing.laps).narrowed
+        if found is None:
+            raise ValueError("ribbons are narrowed only where their width is left to fabweave")
+        return found.ribbons, found.clearance[1] if found.clearance is not None else None
+
+    return check_ribbons(
+        thing.ribbons,
+        thing.weave,
+        thing.labels,
+        limits,
+        size_mm=thing.size_mm,
+        lay=lay,
+        clearance=narrowed.clearance if narrowed is not None else None,
+        settle=settle if narrowed is not None else None,
+    )
+
+
+def _scaled(mesh: PolyMesh, factor: float) -> PolyMesh:
+    return PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices)
+
+
+def require_stiffness(thing: WovenObject, settings: JobSettings, material: Material) -> None:
+    """Raise CannotMakeError if a material is too stiff for an object."""
+    along = measure_along(thing.ribbons, ribbon_limits(material, settings.clearance_mm))
+    if is_too_stiff(along["bend"]):
+        check = check_object(thing, settings, material)
+        for found in check.refused:
+            require_pliable(check, material.title, thickness_for_bend(material, found.value))
+
+
+def width_notes(thing: WovenObject, settings: JobSettings, material: Material) -> list[str]:
+    """Say where ribbons were narrowed, and how wide ribbons of one width could be."""
+    notes = []
+    factor = thing.narrowed.factor if thing.narrowed is not None else np.ones(1)
+    if factor.min() < 1:
+        notes.append(
+            f"width: at {np.count_nonzero(factor < 1)} of {len(factor)} places ribbons were made "
+            f"narrower, down to {factor.min():.0%}, to keep clear of one another"
+        )
+    mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
+    room = widest_width(mesh, halfedges, thing.weave, length=settings.crossing)
+
+    def lay(width_mm: float) -> Ribbons:
+        changed = replace(settings, width=WidthRule(least_mm=width_mm, most_mm=width_mm))
+        return lay_ribbons(thing.woven, thing.weave, changed, material, thing.laps)
+
+    limits = ribbon_limits(material, settings.clearance_mm)
+    widest = widest_clear(lay, thing.weave, limits, room)
+    if widest is None:
+        notes.append(
+            f"width: ribbons of one width have no room, or do not keep clear of one another, at "
+            f"any width from {limits.width_mm:g} mm, the least to handle"
+        )
+    else:
+        # Rounded down: what is said has room.
+        notes.append(
+            f"width: ribbons of one width have room and keep clear of one another up to "
+            f"{int(widest * 100) / 100:g} mm"
+        )
+    return notes

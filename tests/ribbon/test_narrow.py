@@ -1,0 +1,162 @@
+"""With the width left to fabweave, no two ribbons come too near; and no others are narrowed."""
+
+import numpy as np
+import pytest
+from meshes_shared import shared_mesh
+
+from fabweave.job import complete_settings
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes import SHAPES
+from fabweave.report.surfaces import ribbon_triangles
+from fabweave.ribbon.bends import measure_bends
+from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.rules import measure_clearance
+from fabweave.ribbon.widest import widest_clear, widest_width
+from fabweave.ribbon.width import WidthRule
+from fabweave.settings import JobSettings
+from fabweave.sheet.limits import ribbon_limits
+from fabweave.woven import WovenObject, check_object, keep_clear, lay_ribbons, weave_object
+
+#: Shared meshes that have room for ribbons of card at 400 mm.
+ROOMY = (
+    "ngon/dodecahedron_poly.obj",
+    "ngon/platonic_shelf.obj",
+    "open/hypar.obj",
+    "open/tubemesh.off",
+    "quad/catmark_torus.obj",
+    "quad/catmark_toroidal_tet.obj",
+    "tri/csaszar.obj",
+    "open/hemisphere.obj",
+)
+
+
+def object_and_limits(mesh: str, **options):
+    options = {"size_mm": 400.0, **options}
+    settings, material = complete_settings(JobSettings(mesh=mesh, **options))
+    thing = weave_object(settings, material)
+    return thing, settings, material, ribbon_limits(material, settings.clearance_mm)
+
+
+def intersecting(ribbons: Ribbons) -> int:
+    """Count facets of different ribbons that run through one another, by exact predicates."""
+    vertices, triangles, thread = ribbon_triangles(ribbons)
+    mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
+    one, other = thread[self_intersections(mesh)].T
+    return int(np.count_nonzero(one != other))
+
+
+def assert_clear(mesh: str, **options) -> WovenObject:
+    thing, settings, material, limits = object_and_limits(mesh, **options)
+    # With laps everywhere, and with laps at some crossings only, as a job has them.
+    some = np.arange(0, thing.weave.threads.n_crossings, 5)
+    for laps in (None, some):
+        clear = keep_clear(thing, settings, material, laps)
+        assert len(measure_clearance(clear.ribbons, thing.weave, limits)[0].value) == 0
+        assert intersecting(clear.ribbons) == 0
+    return clear
+
+
+@pytest.mark.parametrize("shape", [shape.name for shape in SHAPES])
+def test_no_two_ribbons_intersect_on_any_shape(shape: str) -> None:
+    assert_clear(f"shape:{shape}")
+
+
+@pytest.mark.parametrize("name", ROOMY)
+def test_no_two_ribbons_intersect_on_shared_meshes(name: str) -> None:
+    assert_clear(str(shared_mesh(name)))
+
+
+@pytest.mark.parametrize("smooth", [0, 1, 8])
+def test_neither_do_they_with_other_cross_lines(smooth: int) -> None:
+    assert_clear("shape:tetrahedron", smooth=smooth)
+    assert_clear("shape:tetrahedron", smooth=smooth, material="birch-ply-3")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["quad/bob_controlmesh.obj", "quad/spot_quadrangulated.obj"])
+def test_what_has_no_room_is_told_and_has_room_at_the_size_proposed(name: str) -> None:
+    thing, settings, material, _ = object_and_limits(str(shared_mesh(name)))
+    narrowed = keep_clear(thing, settings, material)
+    check = check_object(narrowed, settings, material)
+    (found,) = (one for one in check.findings if one.rule == "clearance")
+    # Ribbons are as narrow as may be: no width is proposed, but a size at which all rules hold.
+    assert found.width_factor is None
+    assert check.smallest_mm is not None
+    assert check.smallest_mm >= found.size_mm
+    again = object_and_limits(str(shared_mesh(name)), size_mm=float(check.smallest_mm))
+    thing, settings, material, _ = again
+    clear = keep_clear(thing, settings, material)
+    assert not check_object(clear, settings, material).findings
+
+
+def test_a_width_that_is_asked_for_is_kept_and_the_collision_told() -> None:
+    thing, settings, material, _ = object_and_limits("shape:tetrahedron", width=WidthRule(0.65))
+    kept = keep_clear(thing, settings, material)
+    assert kept.narrowed is None
+    assert np.array_equal(kept.ribbons.right, thing.ribbons.right)
+    assert intersecting(kept.ribbons) > 0
+    findings = check_object(kept, settings, material).findings
+    assert "clearance" in {found.rule for found in findings}
+
+
+@pytest.mark.parametrize("shape", ["torus?m=12&n=6", "hypar", "cube"])
+def test_where_all_have_room_nothing_changes(shape: str) -> None:
+    thing, settings, material, _ = object_and_limits(f"shape:{shape}")
+    clear = keep_clear(thing, settings, material)
+    assert clear.narrowed.factor.min() == 1.0
+    for name in ("right", "left", "from_right"):
+        assert np.array_equal(getattr(clear.ribbons, name), getattr(thing.ribbons, name))
+
+
+def test_only_what_is_too_near_gets_narrower() -> None:
+    # Of the five solids only the tetrahedron has too little room.
+    thing, settings, material, limits = object_and_limits(
+        str(shared_mesh("ngon/platonic_shelf.obj"))
+    )
+    clear = keep_clear(thing, settings, material)
+    threads = thing.weave.threads
+    changed = np.unique(threads.thread_of_pass[clear.narrowed.factor < 1])
+    assert len(changed) == 3
+    assert (threads.lengths[changed] == 4).all()
+    assert len(measure_clearance(thing.ribbons, thing.weave, limits)[0].value) > 0
+
+
+@pytest.mark.parametrize("name", ["tri/csaszar.obj", "ngon/spot_control_mesh.obj"])
+def test_ribbons_taper_and_stay_fit_to_be_handled(name: str) -> None:
+    thing, settings, material, limits = object_and_limits(str(shared_mesh(name)))
+    clear = keep_clear(thing, settings, material)
+    factor, least = clear.narrowed.factor, np.minimum(clear.narrowed.least, 1.0)
+    assert (factor >= least).all()
+    following = following_rung(clear.ribbons.pass_offsets, clear.ribbons.closed)
+    here = np.flatnonzero(following >= 0)
+    # No ribbon narrows faster than to three quarters, unless it may be no narrower.
+    for one, other in ((here, following[here]), (following[here], here)):
+        free = factor[one] > least[one]
+        assert (factor[one] <= factor[other] / 0.75 + 1e-12)[free].all()
+    before = measure_bends(thing.ribbons).width_mm
+    after = measure_bends(clear.ribbons).width_mm
+    assert np.nanmin(after) >= min(np.nanmin(before), limits.width_mm) * 0.99
+
+
+@pytest.mark.parametrize("shape", ["tetrahedron", "torus?m=12&n=6", "icosahedron"])
+def test_the_widest_width_is_clear_and_a_wider_one_is_not(shape: str) -> None:
+    thing, settings, material, limits = object_and_limits(f"shape:{shape}")
+
+    def lay(width_mm: float) -> Ribbons:
+        rule = WidthRule(least_mm=width_mm, most_mm=width_mm)
+        changed = JobSettings(**{**vars(settings), "width": rule})
+        return lay_ribbons(thing.woven, thing.weave, changed, material)
+
+    def near(width_mm: float) -> int:
+        return len(measure_clearance(lay(width_mm), thing.weave, limits)[0].value)
+
+    room = widest_width(
+        thing.woven.mesh, thing.woven.halfedges, thing.weave, length=settings.crossing
+    )
+    widest = widest_clear(lay, thing.weave, limits, room)
+    assert near(widest) == 0
+    assert widest == room or near(1.021 * widest) > 0
+    assert (widest < room) == (shape == "tetrahedron")
+    # Where there is room for nothing that can be handled, there is no such width.
+    assert widest_clear(lay, thing.weave, limits, 0.99 * limits.width_mm) is None
