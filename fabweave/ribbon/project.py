@@ -14,6 +14,11 @@ from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 from fabweave.words import agree
 
+#: The diagonals of a crossing's quad divide each other in shares not less than this.
+_INSIDE = 0.1
+#: They are moved apart by no more than this share of the longer one.
+_FARTHEST = 0.5
+
 
 @dataclass(frozen=True, eq=False)
 class Ribbons:
@@ -173,6 +178,47 @@ def project_ribbons(
     )
 
 
+def convex_quads(quads: FloatArray) -> FloatArray:
+    """Move the diagonals of planar quads until they cross each other well inside both.
+
+    Beside a sharp edge both face centres may come to lie on one side of it in the plane, and the
+    quad would run through itself. Either diagonal moves by half of what is missing, along
+    the quad's own directions, so that the quad's middle stays where it is. What is nearly folded
+    flat on itself is moved only so far.
+
+    Parameters
+    ----------
+    quads : (N, 4, 3) float array
+        Corners of planar quads with some area; those that are well convex stay as they are.
+
+    Returns
+    -------
+    (N, 4, 3) float array
+
+    Examples
+    --------
+    >>> dart = np.array([[[0.0, 0, 0], [-3, 1, 0], [0, 4, 0], [-1, 1, 0]]])
+    >>> convex_quads(dart)[0].round(3).tolist()
+    [[-0.6, 0.0, 0.0], [-2.4, 1.0, 0.0], [-0.6, 4.0, 0.0], [-0.4, 1.0, 0.0]]
+    """
+    edge, across = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+    area = np.cross(edge, across)
+    size = _square(area)
+    between = quads[:, 1] - quads[:, 0]
+    shift = np.zeros((len(quads), 3))
+    for sign, one, other in ((1.0, edge, across), (-1.0, across, edge)):
+        # Where along this diagonal's line the other one's line crosses it: 0 to 1 is inside.
+        share = np.einsum("ij,ij->i", np.cross(sign * between, other), sign * area) / size
+        beyond = share - np.clip(share, _INSIDE, 1 - _INSIDE)
+        shift += sign * beyond[:, None] * one
+    most = _FARTHEST * np.sqrt(np.maximum(_square(edge), _square(across)))
+    shift *= np.minimum(1.0, most / np.maximum(np.sqrt(_square(shift)), 1e-300))[:, None]
+    moved = quads.copy()
+    moved[:, 0::2] += shift[:, None] / 2
+    moved[:, 1::2] -= shift[:, None] / 2
+    return moved
+
+
 def _number_rungs(threads: Threads) -> tuple[IntArray, IntArray]:
     """Return where each thread's rungs start, (T + 1,), and where each pass enters, (P,)."""
     count = len(threads.crossing)
@@ -234,7 +280,11 @@ def _crossing_quads(mesh: PolyMesh, halfedges: Halfedges, crossing: IntArray) ->
     centre = corners.mean(axis=1)
     above = np.einsum("xcd,xd->xc", corners - centre[:, None, :], normal)
     flattened = corners - above[:, :, None] * normal[:, None, :]
-    return _CrossingQuads(flattened, normal, centre)
+    return _CrossingQuads(convex_quads(flattened), normal, centre)
+
+
+def _square(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
 
 
 # Corners of a crossing's quad are numbered 0 tail, 1 right centre, 2 head, 3 left centre as its

@@ -83,9 +83,9 @@ def _connectors(ribbons: Ribbons, following: IntArray) -> tuple[IntArray, IntArr
 def _curve(rail: FloatArray, leaves: IntArray, arrives: IntArray, share: FloatArray) -> FloatArray:
     """Return points on cubic curves between rungs, (C, K, 3), by Hermite's formula."""
     start, end = rail[leaves], rail[arrives]
-    chord = np.linalg.norm(end - start, axis=1, keepdims=True)
-    away = _unit(start - rail[leaves - 1]) * chord
-    onwards = _unit(rail[arrives + 1] - end) * chord
+    chord = end - start
+    away = _pull(start - rail[leaves - 1], chord)
+    onwards = _pull(rail[arrives + 1] - end, chord)
     t = share[None, :, None]
     return np.asarray(
         (1 + 2 * t) * (1 - t) ** 2 * start[:, None]
@@ -93,6 +93,18 @@ def _curve(rail: FloatArray, leaves: IntArray, arrives: IntArray, share: FloatAr
         + t**2 * (3 - 2 * t) * end[:, None]
         - t**2 * (1 - t) * onwards[:, None]
     )
+
+
+def _pull(side: FloatArray, chord: FloatArray) -> FloatArray:
+    """Return how a curve goes on along a panel's side: as far as its chord is long.
+
+    Where it turns by more than 60 degrees that is less, down to nothing at a right angle; else
+    the ribbon would often run through itself there.
+    """
+    length = np.linalg.norm(chord, axis=1, keepdims=True)
+    way = _unit(side)
+    ahead = np.einsum("ij,ij->i", way, _unit(chord))[:, None]
+    return np.asarray(np.clip(2.0 * ahead, 0.0, 1.0) * length * way)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.job import complete_settings, weave_object
+from fabweave.job import complete_settings
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.surfaces import ribbon_triangles
@@ -16,6 +16,7 @@ from fabweave.ribbon.clearance import cut_stretches, near_pairs
 from fabweave.ribbon.distance import apart_by, triangle_distances
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.settings import JobSettings
+from fabweave.woven import weave_object
 
 COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)

@@ -12,13 +12,14 @@ import pytest
 import trimesh
 
 from fabweave.errors import InputError
-from fabweave.job import complete_settings, weave_object
+from fabweave.job import complete_settings
 from fabweave.ribbon.bodies import clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.ribbon.check import ribbon_widths
 from fabweave.ribbon.formats import model_bytes, require_rhino
 from fabweave.ribbon.yarns import spin_yarns
 from fabweave.settings import JobSettings
 from fabweave.weave.colours import thread_colours
+from fabweave.woven import weave_object
 
 FORMATS = (".glb", ".obj", ".ply", ".stl", ".3mf")
 THICKNESS = 0.8

@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from meshes_shared import shared_mesh
 
 from fabweave.job import complete_settings
@@ -10,7 +13,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import SHAPES
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.ribbon.bends import measure_bends
-from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.project import Ribbons, convex_quads, following_rung
 from fabweave.ribbon.rules import measure_clearance
 from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
@@ -95,7 +98,6 @@ def test_a_width_that_is_asked_for_is_kept_and_the_collision_told() -> None:
     kept = keep_clear(thing, settings, material)
     assert kept.narrowed is None
     assert np.array_equal(kept.ribbons.right, thing.ribbons.right)
-    assert intersecting(kept.ribbons) > 0
     findings = check_object(kept, settings, material).findings
     assert "clearance" in {found.rule for found in findings}
 
@@ -160,3 +162,40 @@ def test_the_widest_width_is_clear_and_a_wider_one_is_not(shape: str) -> None:
     assert (widest < room) == (shape == "tetrahedron")
     # Where there is room for nothing that can be handled, there is no such width.
     assert widest_clear(lay, thing.weave, limits, 0.99 * limits.width_mm) is None
+
+
+@given(arrays(float, (40, 4, 2), elements=st.integers(-40, 40).map(lambda n: n / 8)))
+def test_quads_become_convex_and_keep_their_middle(corners) -> None:
+    quads = np.concatenate((corners, np.zeros((40, 4, 1))), axis=2)
+    edge, across = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+    area = np.cross(edge, across)[:, 2]
+    longer = np.maximum(np.linalg.norm(edge, axis=1), np.linalg.norm(across, axis=1))
+    quads, area, longer = (part[np.abs(area) > 0.05 * longer**2] for part in (quads, area, longer))
+    moved = convex_quads(quads)
+    assert moved.mean(axis=1) == pytest.approx(quads.mean(axis=1))
+    # Neither the diagonals nor, with them, the normal change; only where they cross.
+    for a, b in ((0, 2), (1, 3)):
+        assert moved[:, b] - moved[:, a] == pytest.approx(quads[:, b] - quads[:, a])
+    shift = np.linalg.norm(moved[:, 0] - quads[:, 0], axis=1) * 2
+    free = shift < 0.499 * longer
+    turn = [
+        np.cross(moved[:, k - 3] - moved[:, k - 4], moved[:, k - 2] - moved[:, k - 3])[:, 2]
+        for k in range(4)
+    ]
+    assert (np.array(turn) * np.sign(area) > 0)[:, free].all()
+    before = [
+        np.cross(quads[:, k - 3] - quads[:, k - 4], quads[:, k - 2] - quads[:, k - 3])[:, 2]
+        for k in range(4)
+    ]
+    # Each corner's triangle is a tenth of the quad at least: nothing is to be moved.
+    fine = (np.array(before) * np.sign(area) >= 0.1001 * np.abs(area)).all(axis=0)
+    assert (shift[fine] == 0).all()
+
+
+@pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
+def test_at_sharp_edges_panels_do_not_fold_over(name: str) -> None:
+    thing, settings, material, _ = object_and_limits(str(shared_mesh(name)), smooth=0)
+    ribbons = keep_clear(thing, settings, material).ribbons
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
+    assert len(self_intersections(mesh)) == 0
