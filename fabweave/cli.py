@@ -29,7 +29,7 @@ from fabweave.options import (
 from fabweave.outfiles import check_file, write_files
 from fabweave.report.view import Up, View
 from fabweave.sections import SectionedCommand
-from fabweave.settings import DXF_VERSIONS
+from fabweave.settings import CHOICES, DXF_VERSIONS
 from fabweave.words import agree
 
 
@@ -85,6 +85,21 @@ def cli() -> None:
 )
 @click.option(
     "--strict", is_flag=True, help="Refuse a job that breaks a rule of the material or the target."
+)
+@click.option(
+    "--labels",
+    type=click.Choice(CHOICES["labels"]),
+    default=DEFAULTS.labels,
+    show_default=True,
+    help="What is engraved: full (id, arrow, joints, who crosses over or under), numbers (the "
+    "pieces' ids alone), or none.",
+)
+@click.option(
+    "--label-side",
+    type=click.Choice(CHOICES["label_side"]),
+    default=DEFAULTS.label_side,
+    show_default=True,
+    help="Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")

@@ -176,9 +176,11 @@ def _write_tables(job: Job, directory: Path) -> None:
         thing.labels,
         thing.ribbons,
         job.made,
+        job.marks,
         job.layout,
         names,
         job.order,
+        mirrored=job.settings.label_side == "inside",
     )
     outcome = {
         "threads": job.weave.threads.n_threads,

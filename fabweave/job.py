@@ -130,7 +130,13 @@ def make_job(
     progress("marks", 0, 1)
     # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
     # picture is made meanwhile, too.
-    marked = start(mark_pieces, made.pieces, weave.threads.n_crossings)
+    marked = start(
+        mark_pieces,
+        made.pieces,
+        weave.threads.n_crossings,
+        settings.labels,
+        settings.label_side,
+    )
     portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
     ordered = start(_plan_order, made, thing, settings)
     progress("nesting", 0, len(made.pieces))
@@ -159,7 +165,13 @@ def make_job(
         layout=layout,
         order=order,
         portrait=portrait,
-        drawings=draw_sheets(made.pieces, marks, layout, title=thing.woven.title),
+        drawings=draw_sheets(
+            made.pieces,
+            marks,
+            layout,
+            title=thing.woven.title,
+            mirrored=settings.label_side == "inside",
+        ),
         notes=(
             *thing.woven.notes,
             *thing.chosen.notes,

@@ -349,4 +349,6 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         dxf=options.get("dxf", DEFAULTS.dxf),
         target=options.get("target", DEFAULTS.target),
         strict=options.get("strict", DEFAULTS.strict),
+        labels=options.get("labels", DEFAULTS.labels),
+        label_side=options.get("label_side", DEFAULTS.label_side),
     )

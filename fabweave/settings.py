@@ -8,6 +8,7 @@ from typing import Any
 import tomli_w
 
 from fabweave import __version__
+from fabweave.cut.labels import LABELS, SIDES
 from fabweave.errors import InputError
 from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.layout import SheetSize
@@ -25,6 +26,8 @@ CHOICES = {
     "effort": EFFORTS,
     "colours": STRATEGIES,
     "dxf": DXF_VERSIONS,
+    "labels": LABELS,
+    "label_side": SIDES,
 }
 
 
@@ -41,7 +44,8 @@ class JobSettings:
     ribbons have room for (``hole_mm=0``: no holes). ``joint`` is as on the command line, such as
     ``"rivet:2"``; ``lap_mm=None`` is as long as it needs to be; ``slots`` asks for slots in place
     of every second hole. ``target`` names whose rules the pieces are checked against, and
-    ``strict`` refuses a job that breaks one.
+    ``strict`` refuses a job that breaks one. ``labels`` says how much is engraved,
+    and ``label_side`` on which face.
     """
 
     mesh: str
@@ -72,6 +76,8 @@ class JobSettings:
     dxf: str = "R2010"
     target: str = "default"
     strict: bool = False
+    labels: str = "full"
+    label_side: str = "outside"
 
     def __post_init__(self) -> None:
         """Refuse a seed that no job.toml could hold."""
@@ -119,6 +125,8 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "dxf": settings.dxf,
         "target": settings.target,
         "strict": settings.strict,
+        "labels": settings.labels,
+        "label_side": settings.label_side,
     }
 
 

@@ -10,6 +10,8 @@ import numpy as np
 from fabweave.arrays import FloatArray, IntArray
 from fabweave.assembly.order import Order
 from fabweave.assembly.steps import build_steps
+from fabweave.cut.labels import Label
+from fabweave.cut.marks import Marks
 from fabweave.flat.owners import Owners, find_owners
 from fabweave.flat.path import Path
 from fabweave.flat.piece import Piece
@@ -34,11 +36,16 @@ def crossing_map(
     labels: Sequence[str],
     ribbons: Ribbons,
     made: Pieces,
+    marks: Sequence[Marks],
     layout: Layout,
     sheet_names: Sequence[str],
     order: Order,
+    *,
+    mirrored: bool = False,
 ) -> dict[str, Any]:
     """Build the whole plan of a job: threads, crossings, pieces, joints, sheets and steps.
+
+    ``mirrored`` says whether sheets are drawn mirrored, so that their insides are engraved.
 
     Returns
     -------
@@ -58,6 +65,7 @@ def crossing_map(
                 "name": name,
                 "width_mm": sheet.width_mm,
                 "height_mm": sheet.height_mm,
+                "mirrored": mirrored,
             }
             for number, (name, sheet) in enumerate(
                 zip(sheet_names, layout.sheets, strict=True), start=1
@@ -65,7 +73,7 @@ def crossing_map(
         ],
         "threads": _threads(weave, bunches, labels, made),
         "crossings": _crossings(halfedges, weave, ribbons, made, owners),
-        "pieces": _pieces(made, layout, owners),
+        "pieces": _pieces(made, marks, layout, owners),
         "joints": [
             {
                 "id": joint.id,
@@ -183,8 +191,10 @@ def _crossings(
     ]
 
 
-def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]]:
-    """Return the pieces with their outline, stations and placement."""
+def _pieces(
+    made: Pieces, marks: Sequence[Marks], layout: Layout, owners: Owners
+) -> list[dict[str, Any]]:
+    """Return the pieces with their outline, stations, labels and placement."""
     result = []
     for index, (piece, placement) in enumerate(zip(made.pieces, layout.placements, strict=True)):
         if placement.piece != index:
@@ -217,6 +227,11 @@ def _pieces(made: Pieces, layout: Layout, owners: Owners) -> list[dict[str, Any]
                     for k, crossing in enumerate(piece.crossings)
                 ],
                 "cutouts": _cutouts(piece),
+                "labels": [_label(label) for label in marks[index].labels],
+                "dropped": [
+                    {"kind": kind, "text": text, "station": station}
+                    for kind, text, station in marks[index].dropped
+                ],
             }
         )
     return result
@@ -238,3 +253,19 @@ def _cutouts(piece: Piece) -> list[dict[str, Any]]:
         {"station": slot.station, "kind": "slot", "path": _path(slot.path)} for slot in piece.slots
     ]
     return [*holes, *slots]
+
+
+def _label(label: Label) -> dict[str, Any]:
+    """Return where a label stands on its piece, and what it says."""
+    x, y = _rounded(label.centre)
+    wide, high = (round(size, _DECIMALS) for size in label.box_mm)
+    return {
+        "kind": label.kinds[0],
+        "text": label.text,
+        "station": label.station,
+        "height_mm": label.height_mm,
+        "x": x,
+        "y": y,
+        "rotation_deg": round(label.rotation_deg, _DECIMALS),
+        "box_mm": [wide, high],
+    }

@@ -3,7 +3,9 @@
 The font is fabweave's own. It stands on an integer grid with capitals of twelve units, so that
 no stroke segment is shorter than an eighth of the height, and no line is drawn twice. What may be
 confused on a loose piece is told apart: zero is slashed and O is not; one carries a flag and I has
-bars; 6 and 9 are underlined, so they read upside-down; M stands on uprights and W leans.
+bars; 6 and 9 are underlined, so they read upside-down; M stands on uprights and W leans. The
+signs ╪ and ╫ are pictures of a crossing: the strand along the text lies over the other one, which
+is interrupted, or under it.
 """
 
 import math
@@ -81,6 +83,8 @@ Z 8  0,12 8,12 0,0 8,0
 ↓ 6  3,12 3,0 | 0,4 3,0 6,4
 → 10 0,6 10,6 | 6,9 10,6 6,3
 ← 10 10,6 0,6 | 4,9 0,6 4,3
+╪ 12 0,7 12,7 | 0,5 12,5 | 6,12 6,9 | 6,3 6,0
+╫ 12 5,12 5,0 | 7,12 7,0 | 0,6 3,6 | 9,6 12,6
 _ 8  0,-3 8,-3
 ! 2  1,12 1,4 | 1,2 1,0
 ? 8  0,9 1,11 3,12 5,12 7,11 8,9 7,7 4,6 4,4 | 4,2 4,0
@@ -244,7 +248,12 @@ def strokes(text: str, height_mm: float) -> list[FloatArray]:
 
 
 def place_text(
-    text: str, height_mm: float, centre: FloatArray | tuple[float, float], angle_deg: float
+    text: str,
+    height_mm: float,
+    centre: FloatArray | tuple[float, float],
+    angle_deg: float,
+    *,
+    mirrored: bool = False,
 ) -> list[FloatArray]:
     """Return the strokes of a text whose box is centred on a point and turned.
 
@@ -258,6 +267,9 @@ def place_text(
         Where the middle of ``text_box(text, height_mm)`` comes to stand, millimetres.
     angle_deg : float
         Reading direction, counter-clockwise from the x axis.
+    mirrored : bool
+        Whether the text is to be read from the back: what was above the line of its middle comes
+        to stand below it.
 
     Returns
     -------
@@ -276,8 +288,9 @@ def place_text(
     angle = math.radians(angle_deg)
     cosine, sine = math.cos(angle), math.sin(angle)
     middle = np.array([box.width / 2.0, (box.bottom + box.top) / 2.0])
+    up = -1.0 if mirrored else 1.0
     turned = (points * (height_mm / CAP_UNITS) - middle) @ np.array(
-        [[cosine, sine], [-sine, cosine]]
+        [[cosine, sine], [-up * sine, up * cosine]]
     )
     return _split(turned + np.asarray(centre, dtype=np.float64), ends)
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.arrays import FloatArray
-from fabweave.cut.marks import WANTED_HEIGHT_MM, Marks
+from fabweave.cut.labels import KINDS, WANTED_HEIGHT_MM
+from fabweave.cut.marks import Marks
 from fabweave.flat.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.pieces import Pieces
 from fabweave.mesh.polymesh import PolyMesh
@@ -15,6 +16,16 @@ from fabweave.ribbon.check import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 from fabweave.words import agree
+
+#: What labels tell, in the order of ``KINDS``.
+_TOLD = (
+    "piece ids",
+    "arrows",
+    "joint numbers",
+    "names of mates at joints",
+    "partners at crossings",
+    "signs for over and under",
+)
 
 
 def all_notes(
@@ -107,11 +118,15 @@ def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[st
 
 def _label_notes(marks: Sequence[Marks]) -> list[str]:
     """Count the letters that are small or found no room."""
-    names = {"id": "piece ids", "joint": "joint numbers", "partner": "partners at crossings"}
-    dropped = Counter(kind for one in marks for kind, _ in one.dropped)
-    placed = Counter(label.kind for one in marks for label in one.labels)
+    names = dict(zip(KINDS, _TOLD, strict=True))
+    dropped = Counter(missing.kind for one in marks for missing in one.dropped)
+    placed = Counter(kind for one in marks for label in one.labels for kind in label.kinds)
     small = Counter(
-        label.kind for one in marks for label in one.labels if label.height_mm < WANTED_HEIGHT_MM
+        kind
+        for one in marks
+        for label in one.labels
+        for kind in label.kinds
+        if label.height_mm < WANTED_HEIGHT_MM
     )
     notes = []
     for kind, name in names.items():
@@ -122,8 +137,7 @@ def _label_notes(marks: Sequence[Marks]) -> list[str]:
         if dropped[kind]:
             said.append(f"{dropped[kind]} found no room")
         if said:
-            notes.append(
-                f"letters: of {total} {name}, {', and '.join(said)}; "
-                "the sheet pictures and crossing_map.csv name them all"
-            )
-    return notes
+            notes.append(f"{name}: of {total} {', and '.join(said)}")
+    if not notes:
+        return []
+    return [f"letters: {'; '.join(notes)}. crossing_map.json lists them"]

@@ -114,7 +114,7 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
     drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
     off = _ring_distance(
         np.column_stack([shape.points, drawn]),
-        np.column_stack([piece.placed(piece.path[:, :2]), piece.path[:, 2]]),
+        piece.placed_path,
     )
     tally.measure(
         "outline_mm",

@@ -92,6 +92,30 @@ class Station:
     joint: int | None
 
 
+@dataclass(frozen=True)
+class Label:
+    """A text engraved on a piece, and the box around (x, y) that it fills."""
+
+    kind: str
+    text: str
+    station: int | None
+    height_mm: float
+    x: float
+    y: float
+    rotation_deg: float
+    length_mm: float
+    box_height_mm: float
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """Something that is engraved nowhere for want of room."""
+
+    kind: str
+    text: str
+    station: int | None
+
+
 @dataclass(frozen=True, eq=False)
 class Piece:
     """What is cut, in its own coordinates, and where it stands.
@@ -108,8 +132,12 @@ class Piece:
     outline: Floats
     path: Floats
     stations: tuple[Station, ...]
+    labels: tuple[Label, ...]
+    dropped: tuple[Dropped, ...]
     #: Everything that is cut out; None where the map leaves it to stations and joints.
     cutouts: tuple[Cutout, ...] | None = None
+    #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
+    mirror_mm: float | None = None
 
     @property
     def slots(self) -> list[Floats]:
@@ -120,7 +148,16 @@ class Piece:
         """Return points of the piece where they stand on its sheet."""
         angle = math.radians(self.rotation_deg)
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        return np.asarray(points) @ turn.T + self.shift
+        result = np.asarray(points) @ turn.T + self.shift
+        if self.mirror_mm is not None:
+            result[..., 0] = self.mirror_mm - result[..., 0]
+        return result
+
+    @property
+    def placed_path(self) -> Floats:
+        """The path where it stands on its sheet; seen from the back its arcs turn the other way."""
+        sense = 1.0 if self.mirror_mm is None else -1.0
+        return np.column_stack([self.placed(self.path[:, :2]), sense * self.path[:, 2]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +185,7 @@ class Sheet:
     name: str
     width_mm: float
     height_mm: float
+    mirrored: bool
 
 
 @dataclass(frozen=True)

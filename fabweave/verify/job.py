@@ -10,6 +10,7 @@ import numpy as np
 from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
+from fabweave.verify.check_labels import check_labels
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.check_preflight import check_preflight
@@ -58,6 +59,7 @@ _TASKS = (
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),
     _Task("order", ("map",), check_order),
+    _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
     _Task("simple", ("map",), check_simple),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),

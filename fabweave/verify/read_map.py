@@ -3,7 +3,7 @@
 import contextlib
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ from fabweave.verify.crossing_map import (
     Crossing,
     CrossingMap,
     Cutout,
+    Dropped,
     Joint,
+    Label,
     Piece,
     Sheet,
     Station,
@@ -127,6 +129,17 @@ def read_crossing_map(path: Path) -> CrossingMap:
     if root["units"].text() != "mm":
         raise ReadError(f"its units are {root['units'].text()!r}, not 'mm'")
     weave, broken = root["weave"], root["weave"]["broken"]
+    sheets = tuple(
+        Sheet(
+            node["sheet"].integer(),
+            node["name"].text(),
+            node["width_mm"].number(),
+            node["height_mm"].number(),
+            node["mirrored"].flag(),
+        )
+        for node in root["sheets"].items()
+    )
+    mirrors = {sheet.number: sheet.width_mm for sheet in sheets if sheet.mirrored}
     return CrossingMap(
         pattern=weave["pattern"].text(),
         exact=weave["exact"].flag(),
@@ -139,18 +152,10 @@ def read_crossing_map(path: Path) -> CrossingMap:
         labels=tuple(node.integer() for node in weave.items_of("labels")),
         margin_mm=root["layout"]["margin_mm"].number(),
         gap_mm=root["layout"]["gap_mm"].number(),
-        sheets=tuple(
-            Sheet(
-                node["sheet"].integer(),
-                node["name"].text(),
-                node["width_mm"].number(),
-                node["height_mm"].number(),
-            )
-            for node in root["sheets"].items()
-        ),
+        sheets=sheets,
         threads=tuple(_thread(node) for node in root["threads"].items()),
         crossings=tuple(_crossing(node) for node in root["crossings"].items()),
-        pieces=tuple(_piece(node) for node in root["pieces"].items()),
+        pieces=tuple(_piece(node, mirrors) for node in root["pieces"].items()),
         joints=tuple(_joint(node) for node in root["joints"].items()),
         steps=tuple(_step(node) for node in root["steps"].items()),
         efforts=(
@@ -243,8 +248,8 @@ def _crossing(node: _Node) -> Crossing:
     return Crossing(node["id"].integer(), (start.integer(), end.integer()), (x, y, z), over, under)
 
 
-def _piece(node: _Node) -> Piece:
-    """Read a piece."""
+def _piece(node: _Node, mirrors: Mapping[int, float]) -> Piece:
+    """Read a piece, given the widths of the sheets that are mirrored."""
     placement = node["placement"]
     start, end = (item.maybe(_Node.integer) for item in node["joints"].items(2))
     outline = node["outline"].points(2)
@@ -277,7 +282,29 @@ def _piece(node: _Node) -> Piece:
             )
             for item in node["stations"].items()
         ),
+        labels=tuple(_label(item) for item in node["labels"].items()),
+        dropped=tuple(
+            Dropped(item["kind"].text(), item["text"].text(), item["station"].maybe(_Node.integer))
+            for item in node["dropped"].items()
+        ),
         cutouts=tuple(_cutout(item) for item in node["cutouts"].items())
         if node.has("cutouts")
         else None,
+        mirror_mm=mirrors.get(node["sheet"].integer()),
+    )
+
+
+def _label(node: _Node) -> Label:
+    """Read a label."""
+    wide, high = (item.number() for item in node["box_mm"].items(2))
+    return Label(
+        kind=node["kind"].text(),
+        text=node["text"].text(),
+        station=node["station"].maybe(_Node.integer),
+        height_mm=node["height_mm"].number(),
+        x=node["x"].number(),
+        y=node["y"].number(),
+        rotation_deg=node["rotation_deg"].number(),
+        length_mm=wide,
+        box_height_mm=high,
     )

@@ -25,6 +25,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "outlines-dxf": "the DXF sheets cut exactly the pieces' outlines and holes, in millimetres",
         "outlines-svg": "the SVG sheets cut exactly the same, and engrave what the DXF engraves",
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
+        "labels": "labels are legible, off edges and holes, in their places, and say what is true",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",

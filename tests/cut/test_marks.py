@@ -1,12 +1,15 @@
 """Everything engraved lies inside its piece, off its edge, its holes and other letters."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import shapely
 
-from fabweave.cut.marks import CLEAR_MM, ID_HEIGHTS_MM, WORD_SPACE_MM, Marks, mark_piece
+from fabweave.cut.labels import ARROW, ID_HEIGHTS_MM, OVER_SIGN, TEXT_HEIGHTS_MM, UNDER_SIGN
+from fabweave.cut.marks import Marks, mark_pieces
+from fabweave.cut.room import CLEAR_MM, WORD_SPACE_MM
 from fabweave.flat.path import straight_path
 from fabweave.flat.piece import Piece
 
@@ -71,8 +74,26 @@ PIECES = [
 ]
 
 
-def marked(piece: Piece) -> Marks:
-    return mark_piece(piece, [f"C{k}" for k in range(len(piece.crossings))])
+def crossed(piece: Piece) -> list[Piece]:
+    """The piece with its mates A7 and A5, and the piece C1 that crosses it everywhere."""
+    count = len(piece.crossings)
+    mates = [
+        replace(strip(), id=name, crossings=piece.crossings[[at]], points=np.array([[10.0, 6.0]]),
+                directions=np.array([[1.0, 0.0]]), rails=np.array([[[10.0, 0.0], [10.0, 12.0]]]),
+                over=piece.over[[at]], hole_mm=piece.hole_mm[[at]], start_joint=joints[0],
+                end_joint=joints[1], outline=np.array([[0.0, 0], [20, 0], [20, 12], [0, 12]]))
+        for name, at, joints in (
+            ("A5", 0, (None, piece.start_joint)), ("A7", -1, (piece.end_joint, None))
+        )
+        if any(joint is not None for joint in joints)
+    ]  # fmt: skip
+    other = replace(strip(stations=count), id="C1", crossings=piece.crossings, over=~piece.over)
+    other = replace(other, start_joint=None, end_joint=None)
+    return [piece, *mates, other]
+
+
+def marked(piece: Piece, **options: str) -> Marks:
+    return mark_pieces(crossed(piece), len(piece.crossings), **options)[0]
 
 
 def label_lines(marks: Marks) -> list[shapely.MultiLineString]:
@@ -96,25 +117,99 @@ def test_letters_keep_clear_of_edge_holes_ticks_and_each_other(piece):
 
 
 @pytest.mark.parametrize("piece", PIECES)
-def test_every_label_is_placed_or_reported(piece):
+def test_everything_is_told_once_or_reported(piece):
     marks = marked(piece)
-    told = sorted([(label.kind, label.text) for label in marks.labels] + list(marks.dropped))
-    joints = [f"#{joint}" for joint in (piece.start_joint, piece.end_joint) if joint is not None]
-    partners = [f"C{k}" for k in range(len(piece.crossings))]
-    assert told == sorted(
-        [("id", piece.id)]
-        + [("joint", text) for text in joints]
-        + [("partner", text) for text in partners]
-    )
+    told = [(kind, label.station) for label in marks.labels for kind in label.kinds]
+    told += [(missing.kind, missing.station) for missing in marks.dropped]
+    last = len(piece.crossings) - 1
+    ends = [at for at, joint in ((0, piece.start_joint), (last, piece.end_joint)) if joint]
+    wanted = [("id", None), ("arrow", None)]
+    wanted += [(kind, at) for kind in ("joint", "mate") for at in ends]
+    wanted += [(kind, at) for kind in ("partner", "sign") for at in range(last + 1)]
+    assert sorted(told, key=str) == sorted(wanted, key=str)
+
+
+def test_what_labels_say():
+    piece = strip()
+    texts = {(label.kinds[0], label.station): label.text for label in marked(piece).labels}
+    assert texts.pop(("id", None)) == f"A6{ARROW}"
+    assert texts.pop(("joint", 0)) == "#6>A5"
+    assert texts.pop(("joint", 4)) == "#9>A7"
+    assert texts == {("partner", k): f"{OVER_SIGN if k % 2 else UNDER_SIGN}C1" for k in range(5)}
+
+
+def test_a_crowded_piece_shortens_labels_then_drops_the_least_important():
+    tight = strip(pitch=7.5, width=5.0, hole=1.0)
+    marks = marked(tight)
+    dropped = {missing.kind for missing in marks.dropped}
+    assert {"sign", "partner"} & dropped
+    assert not {"id", "arrow", "joint"} & dropped
+    assert {label.text for label in marks.labels} >= {"#6", "#9"}
+
+
+@pytest.mark.parametrize("piece", PIECES)
+def test_nothing_is_too_low_to_read(piece):
+    least = min(TEXT_HEIGHTS_MM)
+    assert least == 2.0
+    assert all(label.height_mm >= least for label in marked(piece).labels)
+
+
+@pytest.mark.parametrize("piece", PIECES)
+def test_strokes_fill_the_box_that_is_told(piece):
+    for label in marked(piece).labels:
+        angle = np.deg2rad(label.rotation_deg)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        ink = (np.concatenate(label.strokes) - label.centre) @ turn
+        np.testing.assert_allclose(ink.max(axis=0), np.array(label.box_mm) / 2, atol=1e-9)
+        np.testing.assert_allclose(ink.min(axis=0), -np.array(label.box_mm) / 2, atol=1e-9)
 
 
 @pytest.mark.parametrize("piece", PIECES[:2] + PIECES[4:5])
 def test_a_wide_ribbon_carries_everything(piece):
     marks = marked(piece)
     assert not marks.dropped
-    heights = {label.text: label.height_mm for label in marks.labels}
-    assert heights.pop(piece.id) == ID_HEIGHTS_MM[0]
-    assert min(heights.values()) >= 2.0
+    heights = {label.kinds: label.height_mm for label in marks.labels}
+    assert heights.pop(("id", "arrow")) in ID_HEIGHTS_MM[:2]
+    assert set(heights.values()) == {TEXT_HEIGHTS_MM[0]}
+
+
+def test_numbers_are_ids_alone_and_none_is_nothing():
+    bare = marked(strip(hole=2.5), labels="numbers")
+    assert [label.text for label in bare.labels] == ["A6"]
+    assert bare.ticks == ()
+    assert bare.dropped == ()
+    # Without holes there is nothing else to align the joints by.
+    assert len(marked(strip(), labels="numbers").ticks) == 4
+    none = marked(strip(), labels="none")
+    assert (none.labels, none.ticks, none.dropped) == ((), (), ())
+
+
+def test_on_the_inside_letters_are_mirrored_about_their_line():
+    outer, inner = (marked(PIECES[4], side=side).labels for side in ("outside", "inside"))
+    for one, other in zip(outer, inner, strict=True):
+        assert (one.text, one.rotation_deg) == (other.text, other.rotation_deg)
+        np.testing.assert_array_equal(one.centre, other.centre)
+        along = np.exp(1j * np.deg2rad(one.rotation_deg))
+        for line, mirrored in zip(one.strokes, other.strokes, strict=True):
+            flat, back = ((run - one.centre) @ [1, 1j] / along for run in (line, mirrored))
+            np.testing.assert_allclose(back, flat.conj(), atol=1e-9)
+
+
+def test_many_pieces_are_marked_as_each_alone():
+    for piece in PIECES:
+        together = mark_pieces(
+            [
+                *crossed(piece),
+                replace(
+                    strip(), id="D1", crossings=np.arange(20, 25), start_joint=None, end_joint=None
+                ),
+            ],
+            25,
+        )[0]
+        alone = marked(piece)
+        assert [label.text for label in together.labels] == [label.text for label in alone.labels]
+        for one, other in zip(together.labels, alone.labels, strict=True):
+            np.testing.assert_array_equal(one.centre, other.centre)
 
 
 @pytest.mark.parametrize("piece", PIECES[:4])
@@ -129,17 +224,14 @@ def test_labels_in_one_line_are_a_space_apart(piece):
 def test_labels_stand_beside_their_station():
     piece = strip(hole=2.5)
     for label in marked(piece).labels:
-        if label.kind != "partner":
-            continue
-        station = int(label.text[1:])
-        x, _ = np.concatenate(label.strokes).mean(axis=0)
-        assert np.argmin(np.abs(piece.points[:, 0] - x)) == station
+        if label.station is not None:
+            assert np.argmin(np.abs(piece.points[:, 0] - label.centre[0])) == label.station
 
 
 def test_letters_read_along_the_thread():
     # In "A6" the A comes first: its strokes lie before those of the 6 along the direction.
     piece = strip()
-    label = next(label for label in marked(piece).labels if label.kind == "id")
+    label = next(label for label in marked(piece).labels if "id" in label.kinds)
     assert label.strokes[0][:, 0].max() < label.strokes[-1][:, 0].max()
     # Upright: the A's apex is its highest point, away from the right edge at y = 0.
     assert np.concatenate(label.strokes)[:, 1].max() > piece.points[0, 1]
@@ -161,4 +253,4 @@ def test_nothing_fits_a_hair():
     marks = marked(strip(width=1.2, pitch=8.0))
     assert marks.labels == ()
     assert marks.ticks == ()
-    assert len(marks.dropped) == 8
+    assert len(marks.dropped) == 16

@@ -154,7 +154,7 @@ BOTH = [
     (leave_outline_open, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (draw_outline_twice, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (leave_out_outline, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
-    (exchange_names_of_outlines, "outlines-dxf outlines-svg order", None),
+    (exchange_names_of_outlines, "outlines-dxf outlines-svg order labels", None),
     (engrave_twice, "outlines-dxf outlines-svg areas", None),
     (engrave_beyond_the_outline, "order", "order outlines-svg"),
     (engrave_for_another_sheet, "outlines-dxf outlines-svg", None),

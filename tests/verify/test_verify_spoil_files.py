@@ -14,7 +14,7 @@ from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
-    "outlines-dxf outlines-svg order sheets simple areas preflight tables steps"
+    "outlines-dxf outlines-svg order labels sheets simple areas preflight tables steps"
 )
 MISSING = {
     "job.toml": "files",
@@ -32,7 +32,7 @@ MISSING = {
     "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order areas",
     "sheets/sheet_01.svg": "files outlines-svg order",
     "sheets/sheet_01.png": "files",
-    "sheets": "files outlines-dxf outlines-svg order areas",
+    "sheets": "files outlines-dxf outlines-svg order labels areas",
 }
 
 

@@ -430,11 +430,15 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
                 holes.append([pair(z) for z in spot])
             laps.append({"id": base + k + 1, "pieces": [a["id"], b["id"]],
                          "crossing": a["stations"][-1]["crossing"], "holes": holes})  # fmt: skip
+    lap_of = {lap["id"]: lap for lap in laps}
     for piece in pieces:
-        engraving[piece["id"]] = engrave(piece)
         for station in piece["stations"]:
             side = "under" if station["over"] else "over"
             station["partner"] = crossings[station["crossing"]][side]["piece"]
+        piece["labels"], piece["dropped"] = label_piece(piece, lap_of)
+        engraving[piece["id"]] = engrave(piece)
+    for piece in pieces:
+        for station in piece["stations"]:
             del station["_panel"]
         if bent:
             bend_sides(piece)
@@ -499,7 +503,7 @@ def assemble(pieces, laps, *, hold=True):
 
 
 def engrave(piece):
-    """Return a V, a closed diamond and a tick, in the piece's own coordinates."""
+    """Return a V, a closed diamond, a tick and the labels, in the piece's own coordinates."""
     right_entry, left_entry, right_exit, left_exit = piece["stations"][0]["_panel"]
     way = (right_exit + left_exit - right_entry - left_entry) / 2
     along = way / abs(way)
@@ -512,10 +516,85 @@ def engrave(piece):
     edge = (right_entry + right_exit) / 2
     tick = [edge, edge + 1.2 * across]
     return [
-        ("ENGRAVE_LABEL", [pair(z) for z in v], False),
-        ("ENGRAVE_LABEL", [pair(z) for z in o], True),
+        ("ENGRAVE_MARK", [pair(z) for z in v], False),
+        ("ENGRAVE_MARK", [pair(z) for z in o], True),
         ("ENGRAVE_MARK", [pair(z) for z in tick], False),
+        *(("ENGRAVE_LABEL", run, False) for one in piece["labels"] for run in lettered(one)),
     ]
+
+
+# --- labels: letters 1 mm wide and half a millimetre apart --------------------------------------
+
+TEXT = 2.0
+SIGNS = "ABCDEFGHJKLMNPRSTUVWXYZ0123456789#>[]→╪╫"
+
+
+def lettered(label):
+    """Letter a label with an alphabet that no person reads: zigzags, low ones for A and L."""
+    turn = complex(math.cos(math.radians(label["rotation_deg"])),
+                   math.sin(math.radians(label["rotation_deg"])))  # fmt: skip
+    centre, high = complex(label["x"], label["y"]), label["height_mm"]
+    left, base = -label["box_mm"][0] / 2, label["box_mm"][1] / 2 - high
+    runs = []
+    for k, sign in enumerate(label["text"]):
+        number = SIGNS.index(sign)
+        levels = [(number // 4**digit % 4) * 0.15 + (0 if sign in "AL" else 0.55)
+                  for digit in range(3)]  # fmt: skip
+        zigzag = [0j, 1j, *(complex((d + 1) / 3, y) for d, y in enumerate(levels))]
+        drawn = [[complex(z.real, high * z.imag) for z in zigzag]]
+        if sign in "69":
+            drawn.append([complex(0, -high / 4), complex(1, -high / 4)])
+        runs += [[pair(centre + turn * (z + complex(left + 1.5 * k, base))) for z in run]
+                 for run in drawn]  # fmt: skip
+    return runs
+
+
+def label_piece(piece, laps):
+    """Letter much of what a piece should tell, two lines at each station, and drop the rest."""
+    labels, dropped = [], []
+    last = len(piece["stations"]) - 1
+
+    def put(kind, text, station, line, about=None):
+        right_entry, left_entry, right_exit, left_exit = piece["stations"][station]["_panel"]
+        way = right_exit + left_exit - right_entry - left_entry
+        along = way / abs(way)
+        here = complex(piece["stations"][station]["x"], piece["stations"][station]["y"])
+        here += 1j * along * (3.6, -3.4)[line]
+        high = TEXT * (1.25 if set(text) & set("69") else 1)
+        labels.append(
+            {"kind": kind, "text": text, "station": about, "height_mm": TEXT, "x": here.real,
+             "y": here.imag, "rotation_deg": math.degrees(math.atan2(along.imag, along.real)),
+             "box_mm": [1.5 * len(text) - 0.5, high]}
+        )  # fmt: skip
+
+    def drop(kind, text, station):
+        dropped.append({"kind": kind, "text": text, "station": station})
+
+    for at, station in enumerate(piece["stations"]):
+        sign = "╪" if station["over"] else "╫"
+        if at % 3 == 2:
+            drop("partner", station["partner"], at)
+        else:
+            sign_too = at % 3 == 0
+            put("partner", (sign if sign_too else "") + station["partner"], at, 0, at)
+        if at % 3:
+            drop("sign", sign, at)
+    start, end = piece["joints"]
+    if start is not None:
+        put("joint", f"#{start}>{laps[start]['pieces'][0]}", 0, 1, 0)
+    if end is not None:
+        put("joint", f"#{end}", last, 1, last)
+        drop("mate", f">{laps[end]['pieces'][1]}", last)
+    free = next((k for k in range(last + 1) if piece["stations"][k]["joint"] is None), None)
+    if free is None:
+        drop("id", piece["id"], None)
+        drop("arrow", "→", None)
+    elif piece["id"].endswith("2"):
+        put("id", f"[{piece['id']}]", free, 1)
+        drop("arrow", "→", None)
+    else:
+        put("id", f"{piece['id']}→", free, 1)
+    return labels, dropped
 
 
 def placed(piece, points):
@@ -567,6 +646,12 @@ def place_in_rows(pieces):
         piece["placement"]["y_mm"] = y - low[1]
         x, row = x + size[0] + GAP, max(row, size[1])
     return [
-        {"sheet": k, "name": f"sheet_{k:02d}", "width_mm": SHEET[0], "height_mm": SHEET[1]}
+        {
+            "sheet": k,
+            "name": f"sheet_{k:02d}",
+            "width_mm": SHEET[0],
+            "height_mm": SHEET[1],
+            "mirrored": False,
+        }
         for k in range(1, sheet + 1)
     ]
