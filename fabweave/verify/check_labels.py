@@ -246,9 +246,9 @@ def _lines(
     groups = [drawing.groups.get((layer, name), np.zeros(0, dtype=np.int64)) for name in names]
     shapes = np.concatenate(groups)
     shapes_of = np.repeat(np.arange(len(names)), [len(own) for own in groups])
-    real = drawing.sizes[shapes] + drawing.curved[shapes] > 1  # a point is no line
-    points, line = drawing.traced(shapes[real])
-    lines = shapely.linestrings(points, indices=line)
+    points, line = drawing.traced(shapes)
+    real = np.bincount(line, minlength=len(shapes)) > 1  # a point is no line
+    lines = shapely.linestrings(points[real[line]], indices=(np.cumsum(real) - 1)[line[real[line]]])
     owners, number = np.unique(shapes_of[real], return_inverse=True)
     return np.asarray(shapely.multilinestrings(lines, indices=number)), owners
 
