@@ -176,8 +176,11 @@ def _read_cuts(plan: Mapping[str, Any]) -> _Cuts:
     names = [piece["id"] for piece in pieces]
     outlines, owner, at, size = [], [], [], []
     joints = {joint["id"]: joint for joint in plan["joints"]}
+    mirrors = {
+        sheet["sheet"]: sheet["width_mm"] for sheet in plan["sheets"] if sheet.get("mirrored")
+    }
     for index, piece in enumerate(pieces):
-        place = piece["placement"]
+        place = {**piece["placement"], "mirror_mm": mirrors.get(piece["sheet"])}
         outlines.append(_placed(np.array(piece["outline"]), place))
         drilled = _holes_of(piece, joints)
         owner += [index] * len(drilled)
@@ -219,10 +222,14 @@ def _holes_of(
     return list(found.items())
 
 
-def _placed(points: FloatArray, place: Mapping[str, float]) -> FloatArray:
+def _placed(points: FloatArray, place: Mapping[str, Any]) -> FloatArray:
+    """Return points of a piece where they are drawn on its sheet, which may be mirrored."""
     angle = np.deg2rad(place["rotation_deg"])
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return np.asarray(points @ turn.T + [place["x_mm"], place["y_mm"]])
+    placed = np.asarray(points @ turn.T + [place["x_mm"], place["y_mm"]])
+    if place["mirror_mm"] is not None:
+        placed[:, 0] = place["mirror_mm"] - placed[:, 0]
+    return placed
 
 
 def _worst(
