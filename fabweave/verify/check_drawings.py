@@ -114,7 +114,7 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
     drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
     off = _ring_distance(
         np.column_stack([shape.points, drawn]),
-        piece.placed_path,
+        piece.placed_ring(piece.path),
     )
     tally.measure(
         "outline_mm",
@@ -138,7 +138,7 @@ def _check_slots(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally
         drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
         off = _side_distance(
             np.column_stack([shape.points, drawn]),
-            np.column_stack([piece.placed(slot[:, :2]), slot[:, 2]]),
+            piece.placed_ring(slot),
         )
         tally.measure(
             "slot_mm",

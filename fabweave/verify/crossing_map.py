@@ -153,11 +153,10 @@ class Piece:
             result[..., 0] = self.mirror_mm - result[..., 0]
         return result
 
-    @property
-    def placed_path(self) -> Floats:
-        """The path where it stands on its sheet; seen from the back its arcs turn the other way."""
+    def placed_ring(self, ring: Floats) -> Floats:
+        """Return (N, 3) corners and bulges on its sheet; seen from the back, arcs turn round."""
         sense = 1.0 if self.mirror_mm is None else -1.0
-        return np.column_stack([self.placed(self.path[:, :2]), sense * self.path[:, 2]])
+        return np.column_stack([self.placed(ring[:, :2]), sense * ring[:, 2]])
 
 
 @dataclass(frozen=True, eq=False)
