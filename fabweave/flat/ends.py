@@ -197,7 +197,9 @@ def _cut_square(
 
 
 def _ring(polygon: shapely.Polygon) -> FloatArray:
-    """Return a polygon's ring, counter-clockwise, without points that nearly coincide."""
+    """Return the ring of the largest polygon, counter-clockwise, without points that coincide."""
+    parts = shapely.get_parts(polygon)
+    polygon = parts[np.argmax(shapely.area(parts))]
     ring = shapely.get_coordinates(shapely.normalize(polygon).exterior)[:-1][::-1]
     steps = np.hypot(*(ring - np.roll(ring, 1, axis=0)).T)
     return np.asarray(ring[steps >= SHORTEST_SIDE_MM])

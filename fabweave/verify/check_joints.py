@@ -1,5 +1,6 @@
 """Check joints by superposing their pieces: laps, holes, and ends that hold one another."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -132,15 +133,28 @@ class _Laid:
         self.slots = [motion.apply(slot_ring(slot)) for slot in two.slots[:1]]
 
 
-# Overlays of figures with almost common edges are sound on a grid only.
-_intersection = partial(shapely.intersection, grid_size=_GRID_MM)
-_difference = partial(shapely.difference, grid_size=_GRID_MM)
-_symmetric_difference = partial(shapely.symmetric_difference, grid_size=_GRID_MM)
-_union = partial(shapely.union, grid_size=_GRID_MM)
+def _areas_only(figure: shapely.Geometry) -> shapely.Geometry:
+    """Return the polygons of a figure, without points and lines where others only touch."""
+    parts = shapely.get_parts(figure)
+    flat = parts[shapely.get_dimensions(parts) == 2]
+    return shapely.multipolygons(shapely.get_parts(flat))
+
+
+def _overlay(
+    overlay: Callable[..., shapely.Geometry], one: shapely.Geometry, two: shapely.Geometry
+) -> shapely.Geometry:
+    """Lay one area over another; with almost common edges, that is sound on a grid only."""
+    return _areas_only(overlay(_areas_only(one), _areas_only(two), grid_size=_GRID_MM))
+
+
+_intersection = partial(_overlay, shapely.intersection)
+_difference = partial(_overlay, shapely.difference)
+_symmetric_difference = partial(_overlay, shapely.symmetric_difference)
+_union = partial(_overlay, shapely.union)
 
 
 def _area(ring: Floats) -> shapely.Geometry:
-    return shapely.make_valid(shapely.Polygon(ring))
+    return _areas_only(shapely.make_valid(shapely.Polygon(ring)))
 
 
 def _ring(rungs: Floats) -> Floats:
@@ -191,7 +205,7 @@ def _check_flush(where: str, laid: _Laid, most: float, tally: Tally) -> None:
     bare = _difference(panel, _union(laid.first, laid.second))
     # The seam: where either piece's edge runs inside the panel.
     inner = shapely.buffer(panel, -EDGE_MM)
-    seam = shapely.length(_intersection(shapely.boundary(laid.first), inner))
+    seam = shapely.length(shapely.intersection(shapely.boundary(laid.first), inner))
     air = shapely.area(bare) / max(seam, laid.width / 2.0)
     tally.measure(
         "air_mm",
@@ -241,7 +255,7 @@ def _check_slot(where: str, laid: _Laid, thickness: float | None, tally: Tally) 
     def breadth(at: Floats) -> float:
         """Return how wide the first piece is along a line across."""
         line = shapely.linestrings([at - laid.width * across, at + laid.width * across])
-        return float(shapely.length(_intersection(laid.first, line)))
+        return float(shapely.length(_part_near(shapely.intersection(laid.first, line), at)))
 
     tab = breadth(middle + 1.5 * ahead)
     tally.expect(
@@ -249,15 +263,20 @@ def _check_slot(where: str, laid: _Laid, thickness: float | None, tally: Tally) 
     )
     shoulder = breadth(middle - 3.0 * ahead)
     tally.expect(shoulder > length, f"{where}: it has no shoulders, the tab slips through its slot")
-    beyond = _difference(
-        laid.first,
-        _half_plane(middle, laid.way, 4.0 * laid.width + length),
-    )
+    behind = _half_plane(middle, laid.way, 4.0 * laid.width + length)
+    beyond = _part_near(_difference(laid.first, behind), middle)
     out = shapely.area(_difference(beyond, laid.second.buffer(EDGE_MM)))
     tally.expect(
         shapely.area(beyond) > 0.0 and out <= EDGE_MM * laid.width,
         f"{where}: its tab does not lie on the second piece behind the slot",
     )
+
+
+def _part_near(figure: shapely.Geometry, point: Floats) -> shapely.Geometry:
+    """Return the part of a figure that lies at a point: a piece may wind back beside its end."""
+    parts = shapely.get_parts(figure)
+    near = shapely.distance(parts, shapely.Point(point)) < EDGE_MM
+    return shapely.union_all(parts[near])
 
 
 def _half_plane(at: Floats, way: Floats, size: float) -> shapely.Polygon:
