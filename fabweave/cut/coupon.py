@@ -1,0 +1,275 @@
+"""Draw the test coupon: a small sheet that tells how a material, a laser and a fastener behave."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fabweave.arrays import FloatArray
+from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, Polyline, SheetDrawing
+from fabweave.cut.labels import ID_HEIGHTS_MM, TEXT_HEIGHTS_MM
+from fabweave.cut.lettering import characters, place_text, text_box
+from fabweave.cut.notes import sheet_notes
+from fabweave.errors import InputError
+from fabweave.sheet.material import Material, hole_edge_mm, min_bend_radius_mm, min_hole_mm
+
+#: Holes of the ladder are so much smaller and larger than the one that is wanted.
+LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)
+#: Blocks of the comb, and their size: their widths add up to a hundred millimetres.
+BLOCKS, BLOCK_MM = 10, (10.0, 16.0)
+#: A common fastener, for which a hole is drawn where none is asked for.
+_HOLE_MM = 3.3
+_MARGIN_MM, _GRIP_MM, _LONGEST_BEND_MM = 10.0, 20.0, 200.0
+#: Narrower, the notes of the sheet would have no room.
+_LEAST_WIDTH_MM = 180.0
+_LETTER_MM = TEXT_HEIGHTS_MM[0]
+#: Between letters, edges and holes.
+_AIR_MM = 1.5
+
+
+class Coupon(NamedTuple):
+    """What a coupon tests, in millimetres: ``bend_mm`` is the radius of the bend sample."""
+
+    material: Material
+    hole_mm: float
+    lap_mm: float
+    width_mm: float
+    bend_mm: float
+
+
+class _Part(NamedTuple):
+    """A rectangle from the origin with holes (x, y, d), texts (text, height, x, y), and ticks."""
+
+    name: str
+    size: tuple[float, float]
+    holes: Sequence[tuple[float, float, float]] = ()
+    texts: Sequence[tuple[str, float, float, float]] = ()
+    ticks: Sequence[FloatArray] = ()
+
+
+def plan_coupon(
+    material: Material,
+    *,
+    hole_mm: float | None = None,
+    lap_mm: float | None = None,
+    width_mm: float | None = None,
+    bend_mm: float | None = None,
+) -> Coupon:
+    """Fill in what a coupon tests where a job does not say it.
+
+    Parameters
+    ----------
+    material : Material
+    hole_mm : float, optional
+        The fastener's hole; 3.3 mm, or the least that can be cut.
+    lap_mm, width_mm : float, optional
+        The laps of the job and the width of its ribbons; as wide as the hole needs.
+    bend_mm : float, optional
+        Tightest radius of the job; else the tightest that the material takes.
+
+    Raises
+    ------
+    InputError
+        If the smallest hole of the ladder could not be cut.
+
+    Examples
+    --------
+    >>> from fabweave.sheet.material import material_named
+    >>> plan_coupon(material_named("card"))[1:]
+    (3.3, 13.2, 13.2, 8.0)
+    """
+    least = min_hole_mm(material)
+    hole = max(_HOLE_MM, least) if hole_mm is None else hole_mm
+    if hole < least:
+        raise InputError(
+            f"a hole of {hole:g} mm is too small for a laser in {material.thickness_mm:g} mm "
+            f"{material.title}: use {least:g} mm or more"
+        )
+    needed = round(2 * hole_edge_mm(material, hole), 6)
+    width = max(needed, width_mm or 0.0)
+    bend = min_bend_radius_mm(material) if bend_mm is None else bend_mm
+    return Coupon(material, hole, max(needed, lap_mm or 0.0), width, bend)
+
+
+def draw_coupon(coupon: Coupon) -> SheetDrawing:
+    """Draw a coupon: hole ladder, kerf comb, lap, lettering and bend sample.
+
+    Returns
+    -------
+    SheetDrawing
+        Pieces ``KERF1`` to ``KERF10``, ``HOLES``, ``LAP-A``, ``LAP-B``, ``TEXT`` and ``BEND`` on
+        a sheet as small as they allow.
+    """
+    parts = [*_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon)]
+    gap = max(coupon.material.gap_mm, 3.0)
+    comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
+    wide = max(max(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
+    placed, x, y, row = [], 0.0, 0.0, 0.0
+    for part in parts:
+        if x > 0.0 and x + part.size[0] > wide + 1e-9:
+            x, y, row = 0.0, y + row + gap, 0.0
+        placed.append((part, x, y))
+        x, row = x + part.size[0] + gap, max(row, part.size[1])
+    width, height = math.ceil(wide + 2 * _MARGIN_MM), math.ceil(y + row + 2 * _MARGIN_MM)
+    title = f"COUPON {coupon.material.name} {coupon.material.thickness_mm:g} MM".upper()
+    return SheetDrawing(
+        name="coupon",
+        width_mm=width,
+        height_mm=height,
+        pieces=tuple(
+            _drawn(part, np.array([x + _MARGIN_MM, height - _MARGIN_MM - y - part.size[1]]))
+            for part, x, y in placed
+        ),
+        notes=sheet_notes(
+            width,
+            height,
+            [
+                _known(title),
+                f"KERF = (100 - ALL {BLOCKS} BLOCKS SIDE BY SIDE) / {BLOCKS}, SEE COUPON.TXT",
+            ],
+        ),
+    )
+
+
+def coupon_text(coupon: Coupon) -> str:
+    """Return the instructions that go with a coupon: what to measure, and what to set."""
+    material, hole = coupon.material, coupon.hole_mm
+    first, last = hole + LADDER_MM[0], hole + LADDER_MM[-1]
+    return f"""Test coupon: {material.title}, {material.thickness_mm:g} mm
+
+Cut it with the settings that you mean to use, from the sheet that you mean to cut.
+
+HOLES    Holes of {first:.2f} to {last:.2f} mm as drawn. Take the smallest that your fastener goes
+         through without force, and make the job with it: --hole {hole:g}mm (or what you found).
+KERF     Push the {BLOCKS} blocks together in one row and measure it: M mm. The beam takes away
+         (100 - M) / {BLOCKS} mm. The library says {material.kerf_mm:g} mm. fabweave's files are
+         nominal; set the kerf in the program of your laser, or ask your shop to.
+         Measure the thickness of a pile of blocks, divide by how many they are, and set it:
+         --thickness {material.thickness_mm:g}mm (or what you measured).
+LAP      Lay LAP-A on LAP-B, hole on hole, with your fastener: {coupon.lap_mm:.1f} mm lap, and
+         {coupon.width_mm:.1f} mm wide. Pull. A longer lap is --lap, wider ribbons --width.
+TEXT     Letters of {", ".join(f"{height:g}" for height in _heights())} mm. If the lowest cannot be
+         read, a larger --size leaves room for higher ones, or --labels numbers engraves ids alone.
+BEND     Bend the strip between its ticks round something of {2 * coupon.bend_mm:.1f} mm diameter,
+         along and across the grain. It must not crack. The rule for the material is a radius of
+         {min_bend_radius_mm(material):.1f} mm. If it cracks, take a thinner sheet or a larger
+         --size.
+"""
+
+
+def _heights() -> tuple[float, ...]:
+    """Return all heights of letters."""
+    return (*ID_HEIGHTS_MM, *TEXT_HEIGHTS_MM)
+
+
+def _ladder(coupon: Coupon) -> _Part:
+    """Return the holes, each with its diameter."""
+    sizes = [round(coupon.hole_mm + step, 3) for step in LADDER_MM]
+    names = [f"{size:.3f}".rstrip("0").rstrip(".") for size in sizes]
+    edge = hole_edge_mm(coupon.material, sizes[-1])
+    letters = max(text_box(name, _LETTER_MM).width for name in names)
+    pitch = max(3 * sizes[-1], letters + 2 * _AIR_MM)
+    edge = max(edge, letters / 2 + _AIR_MM)
+    # Below the holes, between them and the lower edge, their diameters.
+    low = sizes[-1] / 2 + 2 * _AIR_MM + 1.25 * _LETTER_MM
+    below = max(edge, low)
+    text_y = below - sizes[-1] / 2 - _AIR_MM - 0.625 * _LETTER_MM
+    places = [edge + pitch * number for number in range(len(sizes))]
+    return _Part(
+        "HOLES",
+        (2 * edge + pitch * (len(sizes) - 1), below + edge),
+        [(x, below, size) for x, size in zip(places, sizes, strict=True)],
+        [(name, _LETTER_MM, x, text_y) for x, name in zip(places, names, strict=True)],
+    )
+
+
+def _comb() -> list[_Part]:
+    """Return the blocks of the comb, numbered."""
+    middle = (BLOCK_MM[0] / 2, BLOCK_MM[1] / 2)
+    return [
+        _Part(f"KERF{number}", BLOCK_MM, texts=[(str(number), ID_HEIGHTS_MM[0], *middle)])
+        for number in range(1, BLOCKS + 1)
+    ]
+
+
+def _laps(coupon: Coupon) -> list[_Part]:
+    """Return two strips with the hole in the middle of their lap; a tick where the other ends."""
+    parts = []
+    for name in ("LAP-A", "LAP-B"):
+        box = text_box(name, _LETTER_MM)
+        length = coupon.lap_mm + box.width + 2 * _AIR_MM + 2.0
+        middle = coupon.width_mm / 2
+        tick = min(2.0, coupon.width_mm / 4)
+        ticks = [
+            np.array([[coupon.lap_mm, start], [coupon.lap_mm, end]])
+            for start, end in (
+                (0.5, 0.5 + tick),
+                (coupon.width_mm - 0.5, coupon.width_mm - 0.5 - tick),
+            )
+        ]
+        at = coupon.lap_mm + 2.0 + box.width / 2
+        parts.append(
+            _Part(
+                name,
+                (length, coupon.width_mm),
+                [(coupon.lap_mm / 2, middle, coupon.hole_mm)],
+                [(name, _LETTER_MM, at, middle)],
+                ticks,
+            )
+        )
+    return parts
+
+
+def _letters() -> _Part:
+    """Return a strip with all that labels use, at every height."""
+    rows, y, wide = [], _AIR_MM, 0.0
+    for height in reversed(_heights()):
+        text = f"A69\u2192 #10>B8 \u256aC2 \u256bD5 {height:g}"
+        box = text_box(text, height)
+        y += (box.top - box.bottom) / 2
+        rows.append((text, height, y))
+        y += (box.top - box.bottom) / 2 + _AIR_MM
+        wide = max(wide, box.width)
+    size = (wide + 2 * _AIR_MM, y)
+    return _Part("TEXT", size, texts=[(text, height, size[0] / 2, y) for text, height, y in rows])
+
+
+def _bend(coupon: Coupon) -> _Part:
+    """Return a strip that bends between its ticks, half round if it is not too long for that."""
+    bent = min(math.pi * coupon.bend_mm, _LONGEST_BEND_MM)
+    name = f"BEND R{coupon.bend_mm:.1f}"
+    wide = max(coupon.width_mm, 8.0)
+    grip = max(_GRIP_MM, text_box(name, _LETTER_MM).width + 2 * _AIR_MM)
+    ticks = [
+        np.array([[x, start], [x, end]])
+        for x in (grip, grip + bent)
+        for start, end in ((0.5, 2.5), (wide - 0.5, wide - 2.5))
+    ]
+    return _Part(
+        "BEND", (2 * grip + bent, wide), texts=[(name, _LETTER_MM, grip / 2, wide / 2)], ticks=ticks
+    )
+
+
+def _drawn(part: _Part, corner: FloatArray) -> PieceDrawing:
+    """Return a part's entities where it stands: engraving, holes, outline."""
+    wide, high = part.size
+    entities: list[Entity] = [
+        Polyline(Layer.ENGRAVE_LABEL, stroke)
+        for text, height, x, y in part.texts
+        for stroke in place_text(text, height, corner + np.array([x, y]), 0.0)
+    ]
+    entities += [Polyline(Layer.ENGRAVE_MARK, tick + corner) for tick in part.ticks]
+    entities += [
+        Circle(Layer.CUT_INNER, float(corner[0]) + x, float(corner[1]) + y, diameter / 2)
+        for x, y, diameter in part.holes
+    ]
+    outline = corner + np.array([[0.0, 0.0], [wide, 0.0], [wide, high], [0.0, high]])
+    entities.append(Polyline(Layer.CUT_OUTER, outline, closed=True))
+    return PieceDrawing(part.name, tuple(entities))
+
+
+def _known(text: str) -> str:
+    """Return a text without characters that cannot be lettered."""
+    known = set(characters())
+    return "".join(sign for sign in text if sign in known)
