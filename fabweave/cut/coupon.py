@@ -104,7 +104,7 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
     parts = [*_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon)]
     gap = max(coupon.material.gap_mm, 3.0)
     comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
-    wide = max(max(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
+    wide = max(*(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
     placed, x, y, row = [], 0.0, 0.0, 0.0
     for part in parts:
         if x > 0.0 and x + part.size[0] > wide + 1e-9:
