@@ -27,7 +27,7 @@ from fabweave.options import (
     weaving_options,
 )
 from fabweave.outfiles import check_file, write_files
-from fabweave.report.view import Up, View
+from fabweave.report.view import View
 from fabweave.sections import SectionedCommand
 from fabweave.settings import CHOICES, DXF_VERSIONS
 from fabweave.words import agree
@@ -233,13 +233,6 @@ def preflight(
     help="Write a picture: the mesh with its irregular vertices, and the woven object.",
 )
 @click.option(
-    "--up",
-    type=click.Choice(("z", "y", "x")),
-    default="z",
-    show_default=True,
-    help="Which axis points up in the picture.",
-)
-@click.option(
     "--pd",
     type=click.Path(path_type=Path),
     metavar="FILE",
@@ -256,7 +249,6 @@ def preflight(
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 def inspect(
     png: Path | None,
-    up: Up,
     pd: Path | None,
     gauss: Path | None,
     as_json: bool,
@@ -296,7 +288,7 @@ def inspect(
             files[gauss] = inspection_gauss(found).encode()
         if png is not None:
             progress("picture", 0, 1)
-            files[png] = png_bytes(inspection_picture(found, settings.colours, up))
+            files[png] = png_bytes(inspection_picture(found, settings.colours))
         write_files(files)
     if as_json:
         click.echo(json.dumps(found.facts, indent=1))
@@ -331,13 +323,6 @@ def inspect(
     help="For a picture: from where, in degrees around the upward axis and above the horizon, "
     "e.g. -60,30; repeat it for several side by side. [default: fabweave chooses]",
 )
-@click.option(
-    "--up",
-    type=click.Choice(("z", "y", "x")),
-    default="z",
-    show_default=True,
-    help="For a picture: which axis points up.",
-)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def model(
@@ -346,7 +331,6 @@ def model(
     yarn_radius: float | None,
     sides: int,
     views: tuple[View, ...],
-    up: Up,
     as_json: bool,
     quiet: bool,
     mesh: str | None,
@@ -370,7 +354,7 @@ def model(
     spun = YarnOptions(yarn_radius, sides) if yarn or yarn_radius is not None else None
     settings = job_settings(mesh, options)
     with _progress(quiet or as_json) as progress:
-        facts = write_model(settings, output, yarn=spun, views=views, up=up, progress=progress)
+        facts = write_model(settings, output, yarn=spun, views=views, progress=progress)
     if as_json:
         click.echo(json.dumps(facts, indent=1))
     elif not quiet:

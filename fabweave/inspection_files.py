@@ -6,7 +6,6 @@ from PIL import Image
 from fabweave.inspection import Inspection
 from fabweave.report.contact import contact_sheet
 from fabweave.report.pictures import irregular_marks, mesh_picture, weave_picture
-from fabweave.report.view import Up
 from fabweave.weave.colours import Strategy, thread_colours
 from fabweave.weave.gauss import gauss_text
 from fabweave.weave.link import pd_text, planar_diagram
@@ -14,14 +13,14 @@ from fabweave.weave.rotation import TwistedThreads, trace_twisted
 from fabweave.words import agree
 
 
-def inspection_picture(found: Inspection, colours: Strategy, up: Up) -> Image.Image:
+def inspection_picture(found: Inspection, colours: Strategy) -> Image.Image:
     """Return the mesh with its irregular vertices marked, beside the woven object."""
     thing = found.object
     mesh, threads = thing.woven.mesh, thing.weave.threads
     marks, broken = irregular_marks(mesh), thing.weave.broken.total
     tiles = [
-        mesh_picture(mesh, up=up, marks=marks),
-        weave_picture(thing.ribbons, thread_colours(thing.bunches, colours), up=up),
+        mesh_picture(mesh, marks=marks),
+        weave_picture(thing.ribbons, thread_colours(thing.bunches, colours)),
     ]
     captions = [
         f"{thing.woven.title}\n{agree(mesh.n_faces, '{n} [face|faces]')}, "

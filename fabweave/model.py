@@ -1,7 +1,7 @@
 """Write the woven object as a model or a picture, without making anything to cut."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from fabweave.job import complete_settings
 from fabweave.outfiles import check_file, write_files
 from fabweave.report.bodies import bodies_picture
 from fabweave.report.pictures import png_bytes, weave_picture
-from fabweave.report.view import Up, View
+from fabweave.report.view import View
 from fabweave.ribbon.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.ribbon.export import woven_glb
 from fabweave.ribbon.formats import model_bytes, require_rhino
@@ -68,7 +68,6 @@ def write_model(
     *,
     yarn: YarnOptions | None = None,
     views: Sequence[View] = (),
-    up: Up = "z",
     progress: Progress = no_progress,
 ) -> dict[str, Any]:
     """Weave a mesh and write the woven object in the format that a file's suffix names.
@@ -83,8 +82,6 @@ def write_model(
         Spin yarns instead of laying ribbons. Ribbons for printing are as thick as the material.
     views : sequence of View
         For a picture: from where, side by side; none lets fabweave choose one.
-    up : {"z", "y", "x"}
-        For a picture: the axis that points up in a view that is chosen.
     progress : callable
         Told what is being done.
 
@@ -127,7 +124,7 @@ def write_model(
         bodies = ribbon_bodies(thing.ribbons, thing.labels, colours)
     progress("model", 0, 1)
     if suffix == ".png":
-        data = _picture(thing, colours, bodies if yarn is not None else None, views, up)
+        data = _picture(thing, colours, bodies if yarn is not None else None, views)
     elif suffix == ".glb" and yarn is None:
         data = woven_glb(thing.ribbons, thing.labels, colours)
     else:
@@ -175,16 +172,14 @@ def _picture(
     colours: Colours,
     bodies: tuple[Body, ...] | None,
     views: Sequence[View],
-    up: Up,
 ) -> bytes:
     """Return a picture from each of the views, side by side, as PNG."""
     tiles = []
     for view in views or (None,):
-        turned = None if view is None else replace(view, up=up)
         tiles.append(
-            weave_picture(thing.ribbons, colours, view=turned, up=up)
+            weave_picture(thing.ribbons, colours, view=view)
             if bodies is None
-            else bodies_picture(bodies, view=turned, up=up)
+            else bodies_picture(bodies, view=view)
         )
     sheet = Image.new("RGB", (sum(tile.width for tile in tiles), tiles[0].height))
     for left, tile in zip(np.cumsum([0, *(tile.width for tile in tiles)]), tiles, strict=False):

@@ -10,7 +10,14 @@ import click
 from fabweave.errors import InputError
 from fabweave.report.view import View
 from fabweave.ribbon.width import parse_width
-from fabweave.settings import BOUNDARIES, EFFORTS, OPTION_NAMES, JobSettings, read_job_options
+from fabweave.settings import (
+    BOUNDARIES,
+    EFFORTS,
+    OPTION_NAMES,
+    UPS,
+    JobSettings,
+    read_job_options,
+)
 from fabweave.sheet.stock import parse_stock
 from fabweave.units import parse_length
 from fabweave.weave.colours import STRATEGIES
@@ -141,6 +148,14 @@ _WEAVING = (
         is_eager=True,
         callback=load_config,
         help="Take the settings of a finished job from its job.toml; what is typed wins.",
+    ),
+    click.option(
+        "--up",
+        type=click.Choice(UPS),
+        default=DEFAULTS.up,
+        show_default=True,
+        help="Which axis of the mesh points up; the mesh is turned so that it becomes z. Many "
+        "models have y up, and lie on their back in pictures unless that is said.",
     ),
     click.option(
         "--size",
@@ -322,6 +337,7 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         mesh = str(beside) if beside.exists() else mesh
     return JobSettings(
         mesh=mesh,
+        up=options["up"],
         size_mm=options["size"],
         scale=options["scale"],
         remesh=options["remesh"],

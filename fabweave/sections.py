@@ -4,7 +4,7 @@ import click
 
 #: What a job is asked, station by station. Options that are not named here come last.
 SECTIONS = {
-    "Mesh": ("config", "size", "scale", "remesh", "refine", "fair"),
+    "Mesh": ("config", "up", "size", "scale", "remesh", "refine", "fair"),
     "Weave": ("pattern", "boundary", "colours"),
     "Ribbons": ("material", "thickness", "width", "smooth", "crossing", "clearance"),
     "Pieces and sheets": ("max_length", "joint", "lap", "hole", "slots", "sheet", "margin", "gap"),

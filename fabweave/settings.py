@@ -10,18 +10,21 @@ import tomli_w
 from fabweave import __version__
 from fabweave.cut.labels import LABELS, SIDES
 from fabweave.errors import InputError
+from fabweave.mesh.resize import Up
 from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.stock import format_stock
 from fabweave.weave.colours import STRATEGIES, Strategy
 
 EFFORTS = ("quick", "normal", "best")
+UPS = ("z", "y", "x")
 BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
 #: TOML holds whole numbers up to this.
 MOST_SEED = 2**63 - 1
 #: Settings that are one of a few words.
 CHOICES = {
+    "up": UPS,
     "boundary": BOUNDARIES,
     "effort": EFFORTS,
     "colours": STRATEGIES,
@@ -35,6 +38,7 @@ CHOICES = {
 class JobSettings:
     """Everything that decides what a job makes; lengths in millimetres.
 
+    ``up`` is the axis of the mesh that points up: the mesh is turned so that it becomes z.
     ``remesh`` and ``refine`` are as on the command line, such as ``"quads:3000"`` and
     ``"catmull-clark:2"``; ``fair`` counts steps of fairing; ``boundary`` says what threads do at
     the boundary of an open mesh: end or turn back. ``width`` is the ribbons' width and
@@ -49,6 +53,7 @@ class JobSettings:
     """
 
     mesh: str
+    up: Up = "z"
     size_mm: float | None = None
     scale: float | None = None
     remesh: str | None = None
@@ -98,6 +103,7 @@ def _options(settings: JobSettings) -> dict[str, Any]:
 
     return {
         "mesh": settings.mesh,
+        "up": settings.up,
         "size": length(settings.size_mm),
         "scale": settings.scale,
         "remesh": settings.remesh,

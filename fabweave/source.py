@@ -17,7 +17,7 @@ from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.remesh import parse_remesh, remesh_quads
 from fabweave.mesh.report import MeshReport
-from fabweave.mesh.resize import largest_dimension, resize_mesh
+from fabweave.mesh.resize import largest_dimension, resize_mesh, turn_upright
 from fabweave.mesh.shapes import PREFIX, is_shape, parse_shape
 from fabweave.settings import JobSettings
 from fabweave.words import agree
@@ -58,9 +58,9 @@ class WovenMesh:
 def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
-    A mesh is first checked, oriented and brought to size; then remeshed to quads, then refined,
-    then faired, and brought to size again where that changed it; at last subdivided for triaxial
-    twill.
+    A mesh is first turned upright, checked, oriented and brought to size; then remeshed to quads,
+    refined, faired, and brought to size again where that changed it; at last subdivided for
+    triaxial twill.
 
     Raises
     ------
@@ -85,6 +85,7 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
         notes += found.notes
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
+    mesh = turn_upright(mesh, settings.up)
     mesh, report, repairs = prepare_mesh(mesh)
     notes += [*repairs, *mesh_notes(mesh, report)]
     if settings.size_mm is None:

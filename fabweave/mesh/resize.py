@@ -1,11 +1,15 @@
-"""Bring a mesh to its size."""
+"""Bring a mesh upright, and to its size."""
 
 import math
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from fabweave.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
+
+#: The axis that points up.
+Up: TypeAlias = Literal["x", "y", "z"]
 
 
 def resize_mesh(
@@ -79,3 +83,32 @@ def largest_dimension(mesh: PolyMesh) -> float:
     if largest == 0:
         raise InputError("all vertices of the mesh stand at one point, so it has no size")
     return largest
+
+
+def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
+    """Turn a mesh so that the axis that points up becomes z.
+
+    With y up, x stays and what looked along z looks along -y, to the front, as programs for
+    graphics have it; with x up, y becomes x.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+    up : {"z", "y", "x"}
+
+    Returns
+    -------
+    PolyMesh
+
+    Examples
+    --------
+    >>> mesh = PolyMesh.from_faces([[1, 2, 3], [4, 5, 6], [7, 8, 10]], [[0, 1, 2]])
+    >>> turn_upright(mesh, "y").vertices[0].tolist(), turn_upright(mesh, "x").vertices[0].tolist()
+    ([1.0, -3.0, 2.0], [2.0, 3.0, 1.0])
+    """
+    if up == "z":
+        return mesh
+    x, y, z = mesh.vertices.T
+    turned = (x, -z, y) if up == "y" else (y, z, x)
+    # A zero has no sign worth writing.
+    return PolyMesh(np.column_stack(turned) + 0.0, mesh.offsets, mesh.indices)

@@ -6,9 +6,10 @@ import numpy as np
 from PIL import Image
 
 from fabweave.errors import InputError
+from fabweave.mesh.resize import Up
 from fabweave.report.render import render_scene
 from fabweave.report.shade import smooth_normals
-from fabweave.report.view import Up, View, choose_view
+from fabweave.report.view import View, choose_view
 from fabweave.ribbon.bodies import Body
 
 

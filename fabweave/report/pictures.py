@@ -12,12 +12,13 @@ from fabweave.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import Up
 from fabweave.mesh.shapes import SHAPES, Shape
 from fabweave.report.contact import contact_sheet
 from fabweave.report.render import Marks, object_frame, render_scene
 from fabweave.report.shade import smooth_normals
 from fabweave.report.surfaces import face_normals, polygon_triangles, ribbon_triangles
-from fabweave.report.view import Up, View, choose_view
+from fabweave.report.view import View, choose_view
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.colourspace import Colours
 

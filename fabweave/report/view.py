@@ -1,15 +1,12 @@
 """Choose from where an object is seen, and map it to the pixels of a picture."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, frozen
 from fabweave.errors import InputError
-
-#: The axis of the model that points up in pictures.
-Up: TypeAlias = Literal["x", "y", "z"]
+from fabweave.mesh.resize import Up
 
 _MOST_PIXELS = 60_000_000
 #: Share of the picture left free around the object.
