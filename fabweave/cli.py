@@ -70,6 +70,13 @@ def cli() -> None:
     "--gap", type=Length(), help="Least distance between pieces. [default: the material's]"
 )
 @click.option(
+    "--layout",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Take the layout that the crossing_map.json of a finished job records, not a new one; the "
+    "pieces must be the same.",
+)
+@click.option(
     "--dxf",
     type=click.Choice(DXF_VERSIONS),
     default=DEFAULTS.dxf,

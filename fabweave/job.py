@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +27,8 @@ from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.turns import require_no_loop
-from fabweave.settings import CHOICES, JobSettings
+from fabweave.settings import CHOICES, LAYOUT_FILE, JobSettings
+from fabweave.sheet.given import read_layout
 from fabweave.sheet.layout import Layout, SheetSize
 from fabweave.sheet.material import (
     Material,
@@ -140,16 +142,9 @@ def make_job(
     portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
     ordered = start(_plan_order, made, thing, settings)
     progress("nesting", 0, len(made.pieces))
-    layout = nest(
-        [piece.outline for piece in made.pieces],
-        settings.sheets,
-        margin_mm=settings.margin_mm,
-        gap_mm=_given(settings.gap_mm),
-        effort=settings.effort,
-        seed=settings.seed,
-        ids=[piece.id for piece in made.pieces],
-        progress=progress,
-    )
+    layout = _laid_out(made, settings, progress)
+    if layout.recorded:
+        settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
     marks = marked()
     order = ordered()
@@ -198,6 +193,27 @@ def _with_joints(
         if not len(more):
             return thing, joints
         laps = np.concatenate((laps, more))
+
+
+def _laid_out(made: Pieces, settings: JobSettings, progress: Progress) -> Layout:
+    """Nest the pieces, or take the layout of a finished job."""
+    outlines, ids = [piece.outline for piece in made.pieces], [piece.id for piece in made.pieces]
+    gap_mm = _given(settings.gap_mm)
+    if settings.layout is not None:
+        path = Path(settings.layout)
+        return read_layout(
+            path, outlines, ids, settings.sheets, margin_mm=settings.margin_mm, gap_mm=gap_mm
+        )
+    return nest(
+        outlines,
+        settings.sheets,
+        margin_mm=settings.margin_mm,
+        gap_mm=gap_mm,
+        effort=settings.effort,
+        seed=settings.seed,
+        ids=ids,
+        progress=progress,
+    )
 
 
 def _plan_order(made: Pieces, thing: WovenObject, settings: JobSettings) -> Order:

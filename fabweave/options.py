@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import click
+from click.core import ParameterSource
 
 from fabweave.errors import InputError
 from fabweave.report.view import View
@@ -325,6 +326,17 @@ def weaving_options(command: Command) -> Command:
     return command
 
 
+def _layout(options: dict[str, Any]) -> str | None:
+    """Return the file that holds the layout: one that a job.toml names lies beside it."""
+    path, config = options.get("layout"), options["config"]
+    if path is None:
+        return None
+    source = click.get_current_context().get_parameter_source("layout")
+    if config and source is ParameterSource.DEFAULT_MAP:
+        path = Path(config).parent / path
+    return str(path)
+
+
 def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
     """Turn the options of the command line into settings."""
     config = options["config"]
@@ -361,6 +373,7 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         gap_mm=options.get("gap"),
         effort=options["effort"],
         seed=options["seed"],
+        layout=_layout(options),
         colours=options["colours"],
         dxf=options.get("dxf", DEFAULTS.dxf),
         target=options.get("target", DEFAULTS.target),

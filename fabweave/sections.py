@@ -8,7 +8,7 @@ SECTIONS = {
     "Weave": ("pattern", "boundary", "colours"),
     "Ribbons": ("material", "thickness", "width", "smooth", "crossing", "clearance"),
     "Pieces and sheets": ("max_length", "joint", "lap", "hole", "slots", "sheet", "margin", "gap"),
-    "Search": ("effort", "seed"),
+    "Search": ("effort", "seed", "layout"),
 }
 REST = "Output"
 

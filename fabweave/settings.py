@@ -22,6 +22,8 @@ BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
 #: TOML holds whole numbers up to this.
 MOST_SEED = 2**63 - 1
+#: The file of a finished job in which its layout is recorded.
+LAYOUT_FILE = "crossing_map.json"
 #: Settings that are one of a few words.
 CHOICES = {
     "up": UPS,
@@ -50,6 +52,7 @@ class JobSettings:
     of every second hole. ``target`` names whose rules the pieces are checked against, and
     ``strict`` refuses a job that breaks one. ``labels`` says how much is engraved,
     and ``label_side`` on which face.
+    ``layout`` names the crossing map of a finished job whose layout is taken.
     """
 
     mesh: str
@@ -77,6 +80,7 @@ class JobSettings:
     gap_mm: float | None = None
     effort: str = "normal"
     seed: int = 0
+    layout: str | None = None
     colours: Strategy = "safe"
     dxf: str = "R2010"
     target: str = "default"
@@ -127,6 +131,8 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "gap": length(settings.gap_mm),
         "effort": settings.effort,
         "seed": settings.seed,
+        # Beside job.toml, and read from there.
+        "layout": None if settings.layout is None else LAYOUT_FILE,
         "colours": settings.colours,
         "dxf": settings.dxf,
         "target": settings.target,

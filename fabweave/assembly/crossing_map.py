@@ -58,7 +58,11 @@ def crossing_map(
         "schema": SCHEMA,
         "units": "mm",
         "weave": chosen.record(),
-        "layout": {"margin_mm": layout.margin_mm, "gap_mm": layout.gap_mm},
+        "layout": {
+            "margin_mm": layout.margin_mm,
+            "gap_mm": layout.gap_mm,
+            "notes": list(layout.notes),
+        },
         "sheets": [
             {
                 "sheet": number,

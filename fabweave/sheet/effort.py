@@ -27,6 +27,8 @@ class Effort:
         How many rounds are spent on emptying a sheet, at most.
     patience : int
         How many of them may pass without any success.
+    engine_tries : int
+        How often an engine is asked, if one is installed, when the rounds are over.
     """
 
     pixel_mm: float
@@ -37,6 +39,7 @@ class Effort:
     tiles: int
     rounds: int
     patience: int
+    engine_tries: int
 
 
 def effort_named(name: str) -> Effort:
@@ -53,9 +56,9 @@ def effort_named(name: str) -> Effort:
     3.0
     """
     efforts = {
-        "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 12, 4),
-        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 100, 20),
-        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 600, 80),
+        "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 12, 4, 0),
+        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 100, 20, 0),
+        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 600, 80, 12),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -17,6 +17,7 @@ from fabweave.arrays import FloatArray
 from fabweave.sheet.arrangement import NOWHERE, Arrangement
 from fabweave.sheet.body import Body
 from fabweave.sheet.crowd import crowd_of, stand_at
+from fabweave.sheet.engine import packed
 from fabweave.sheet.exact import missing_mm
 from fabweave.sheet.finder import Finder, Found, Terrain, pixels_of, terrain_of
 from fabweave.sheet.settle import settle
@@ -227,16 +228,7 @@ def emptied(
         changed places: those left are not those that were on the sheet, but have less area.
     """
     state = start.copy()
-    counts = np.bincount(state.where, minlength=sheet + 1)
-    areas = np.bincount(
-        state.where, [body.area_mm2 for body in ground.bodies], minlength=len(counts)
-    )
-    share = areas / np.array([width * height for width, height in ground.usable_mm])
-    others = [
-        int(other)
-        for other in np.argsort(share.round(9), kind="stable")
-        if other != sheet and 0 < counts[other] <= _MOST_BODIES
-    ]
+    others = _sheets_to_fill(ground, state, sheet)
     state.where[state.where == sheet] = NOWHERE
     search = _Search(ground, state, others, np.random.default_rng(seed))
     if not others:
@@ -254,3 +246,57 @@ def emptied(
         if not search.trade(pool[number % len(pool)]):
             search.shake(others[int(search.random.integers(len(others)))])
     return state
+
+
+def squeezed(
+    ground: Ground, start: Arrangement, sheet: int, *, tries: int, seconds: int, seed: int
+) -> Arrangement:
+    """Ask an engine to pack sheets anew together with the pieces that stand nowhere.
+
+    Parameters
+    ----------
+    ground, start, sheet
+        As for `emptied`, which left some pieces standing nowhere.
+    tries, seconds : int
+        How often to ask, and for how long.
+    seed : int
+        For the engine.
+
+    Returns
+    -------
+    Arrangement
+        With fewer pieces that stand nowhere, or the same; all others keep the gap, proved.
+    """
+    state = start.copy()
+    asked = 0
+    for piece in sorted(state.on(NOWHERE), key=lambda piece: ground.bodies[piece].area_mm2):
+        for other in _sheets_to_fill(ground, state, sheet):
+            if asked == tries:
+                return state
+            asked += 1
+            pieces = [*state.on(other), piece]
+            bodies, usable = [ground.bodies[one] for one in pieces], ground.usable_mm[other]
+            poses = packed(bodies, usable, ground.gap_mm, seconds=seconds, seed=seed + asked)
+            settled = None if poses is None else ground.settled(pieces, poses, other, None)
+            if settled is not None:
+                state.poses[pieces] = settled
+                state.where[piece] = other
+                break
+    return state
+
+
+def _sheets_to_fill(ground: Ground, state: Arrangement, sheet: int) -> list[int]:
+    """Return the other sheets in use, the emptiest first."""
+    standing = state.where != NOWHERE
+    where = state.where[standing]
+    area = np.array([ground.bodies[int(piece)].area_mm2 for piece in np.flatnonzero(standing)])
+    size = len(ground.usable_mm)
+    counts = np.bincount(where, minlength=size)
+    share = np.bincount(where, area, minlength=size) / np.array(
+        [width * height for width, height in ground.usable_mm]
+    )
+    return [
+        int(other)
+        for other in np.argsort(share.round(9), kind="stable")
+        if other != sheet and 0 < counts[other] <= _MOST_BODIES
+    ]

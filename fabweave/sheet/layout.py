@@ -45,7 +45,8 @@ class Placement:
 class Layout:
     """The sheets in use and one placement for each piece, in the order of the pieces.
 
-    ``notes`` say what is worth knowing about how it was found.
+    ``notes`` say what is worth knowing about how it was found; ``recorded`` that the same settings
+    may not find it again, so that it must be taken from where it is recorded.
     """
 
     sheets: tuple[SheetSize, ...]
@@ -53,3 +54,4 @@ class Layout:
     margin_mm: float
     gap_mm: float
     notes: tuple[str, ...] = ()
+    recorded: bool = False

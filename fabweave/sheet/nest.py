@@ -14,6 +14,7 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.sheet.effort import effort_named
+from fabweave.sheet.engine import engine_is_there
 from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 from fabweave.sheet.reduce import Plan, reduced
@@ -165,12 +166,31 @@ def nest(
             f"nesting was cut short: the pieces are on {agree(len(plan.used), '{n} sheet[|s]')}; "
             "with more time there might be fewer, and the same settings may give another layout"
         )
+    recorded = bool(notes) or plan.by_engine
+    if settings.engine_tries and outlines:
+        notes.append(_engine_note(plan))
     return Layout(
         sheets=tuple(SheetSize(sheets[k].width_mm, sheets[k].height_mm, 1) for k in plan.used),
         placements=tuple(plan.placements[piece] for piece in range(len(outlines))),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
         notes=tuple(notes),
+        recorded=recorded,
+    )
+
+
+def _engine_note(plan: Plan) -> str:
+    """Say whether an engine helped, and what follows from that."""
+    if plan.by_engine:
+        return (
+            "nesting used spyrrow, whose budget is seconds: the same settings may give another "
+            "layout; this one is recorded in crossing_map.json, and job.toml takes it from there"
+        )
+    if engine_is_there():
+        return "nesting had no use for spyrrow: nothing was left over"
+    return (
+        "nesting used its own search only: spyrrow might save a sheet; install it with "
+        "pip install 'fabweave[nest]'"
     )
 
 

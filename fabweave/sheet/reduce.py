@@ -1,16 +1,17 @@
 """Nest a finished plan on fewer sheets, one sheet less at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from fabweave.sheet.arrangement import NOWHERE, Arrangement, arrangement_of, placement_of
 from fabweave.sheet.body import Body, body_of
+from fabweave.sheet.engine import engine_is_there
 from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.finder import Finder
-from fabweave.sheet.improve import Ground, emptied
+from fabweave.sheet.improve import Ground, emptied, squeezed
 from fabweave.sheet.layout import Placement
 from fabweave.sheet.stock import usable_size
 
@@ -21,6 +22,7 @@ class Plan:
 
     used: tuple[int, ...]
     placements: dict[int, Placement]
+    by_engine: bool = False
 
     def areas(self, job: NestingJob) -> list[float]:
         """Return the area of the pieces on each sheet, square millimetres."""
@@ -29,6 +31,8 @@ class Plan:
             total[placement.sheet] += job.shapes[job.poses[piece].shape].area_mm2
         return total
 
+
+_ENGINE_SECONDS = 30  # for one try
 
 #: Told how many sheets there are, and what share of the pieces of one has found room elsewhere.
 Told = Callable[[int, float], None]
@@ -56,7 +60,7 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
     if job.effort.rounds == 0 or len(plan.used) < 2:
         return
     bodies = _Bodies(job)
-    finder = Finder()
+    finder, engine_used = Finder(), False
     while len(plan.used) > 1:
         sheet = int(np.argmin(np.round(plan.areas(job), 6)))
         others = [number for number in range(len(plan.used)) if number != sheet]
@@ -75,9 +79,23 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
             seed=seed + count,
             told=partial(_tell, told, count, whole),
         )
+        if found.on(NOWHERE) and job.effort.engine_tries and engine_is_there():
+            engine_used = True
+            found = squeezed(
+                ground,
+                found,
+                sheet,
+                tries=job.effort.engine_tries,
+                seconds=_ENGINE_SECONDS,
+                seed=seed,
+            )
         left = found.on(NOWHERE)
         plan_found = _plan(job, plan, found, bodies, [*others, sheet], left)
+        if plan_found is not None and engine_used:
+            plan_found = replace(plan_found, by_engine=True)
         if plan_found is None:
+            # That the engine found nothing may depend on the machine, too.
+            yield replace(plan, by_engine=plan.by_engine or engine_used)
             return
         plan = plan_found
         yield plan

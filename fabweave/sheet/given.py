@@ -1,0 +1,130 @@
+"""Take the layout of a finished job, so that the job can be made again whatever found it."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.arrays import FloatArray
+from fabweave.errors import InputError
+from fabweave.sheet.check import check_layout
+from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.sheet.stock import format_stock
+from fabweave.words import agree
+
+_ROUNDED_MM = 2e-6  # outlines in a crossing map are rounded to a millionth
+_SAME_MM = 1e-6
+
+
+def read_layout(
+    path: Path,
+    outlines: Sequence[FloatArray],
+    ids: Sequence[str],
+    sheets: Sequence[SheetSize],
+    *,
+    margin_mm: float,
+    gap_mm: float,
+) -> Layout:
+    """Return the layout that a crossing map records, checked from scratch.
+
+    Parameters
+    ----------
+    path : Path
+        A finished job's ``crossing_map.json``.
+    outlines : sequence of (K, 2) float arrays
+        The pieces to be placed; the map must hold the same ones.
+    ids : sequence of str
+        What they are called.
+    sheets : sequence of SheetSize
+        The stock.
+    margin_mm, gap_mm : float
+        What the layout must keep.
+
+    Returns
+    -------
+    Layout
+        Its placements, to the last bit.
+
+    Raises
+    ------
+    InputError
+        If the file is no crossing map, holds other pieces or sheets, or breaks a rule.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        records = {str(record["id"]): record for record in found["pieces"]}
+        sizes = [
+            SheetSize(float(record["width_mm"]), float(record["height_mm"]), 1)
+            for record in found["sheets"]
+        ]
+        layout = Layout(
+            sheets=tuple(sizes),
+            placements=tuple(
+                _placement(number, records[name])
+                for number, name in enumerate(ids)
+                if name in records
+            ),
+            margin_mm=margin_mm,
+            gap_mm=gap_mm,
+            notes=tuple(str(note) for note in found["layout"].get("notes", ())),
+            recorded=True,
+        )
+        known = {name: np.array(record["outline"], dtype=float) for name, record in records.items()}
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the layout in {path}: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"{path} is no crossing map with a layout ({type(error).__name__}: {error}); name the "
+            "crossing_map.json of a finished job"
+        ) from error
+    other = [
+        name
+        for name, outline in zip(ids, outlines, strict=True)
+        if name not in known
+        or known[name].shape != outline.shape
+        or np.abs(known[name] - outline).max() > _ROUNDED_MM
+    ] + sorted(set(known) - set(ids))
+    if other:
+        raise InputError(
+            f"the layout in {path} is of other pieces: {agree(len(other), '{n} differ[s|]')} "
+            f"({', '.join(other[:8])}{', …' if len(other) > 8 else ''}); leave out --layout, or "
+            "give the settings of that job"
+        )
+    faults = _stock_faults(sizes, sheets) + check_layout(layout, outlines, ids=ids)
+    if faults:
+        raise InputError(
+            f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
+            + "; ".join(faults[:4])
+        )
+    return layout
+
+
+def _placement(number: int, record: Any) -> Placement:
+    """Return the placement that a piece's record tells."""
+    stands = record["placement"]
+    return Placement(
+        number,
+        int(record["sheet"]) - 1,
+        float(stands["rotation_deg"]),
+        float(stands["x_mm"]),
+        float(stands["y_mm"]),
+    )
+
+
+def _stock_faults(used: Sequence[SheetSize], stock: Sequence[SheetSize]) -> list[str]:
+    """Return what the stock does not have of the sheets in use."""
+    left: Counter[int] = Counter()
+    faults = []
+    for sheet in used:
+        for number, one in enumerate(stock):
+            near = abs(one.width_mm - sheet.width_mm) + abs(one.height_mm - sheet.height_mm)
+            if near < _SAME_MM and (one.quantity is None or left[number] < one.quantity):
+                left[number] += 1
+                break
+        else:
+            size = format_stock(SheetSize(sheet.width_mm, sheet.height_mm))
+            faults.append(f"a sheet of {size} is not (or no more) in stock")
+    return faults

@@ -1,0 +1,44 @@
+"""A job is made again from the layout that it recorded, byte for byte."""
+
+import tomllib
+
+import pytest
+
+from fabweave.cli import main
+
+MESH = ("shape:torus?m=8&n=4", "--size", "300mm", "--effort", "quick", "-q")
+
+
+def run(*arguments):
+    try:
+        main(["make", *map(str, arguments)])
+    except SystemExit as stop:
+        return stop.code
+    return 0
+
+
+def files(folder):
+    return {
+        path.relative_to(folder): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.mark.slow
+def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(tmp_path, capsys):
+    first, again, third = tmp_path / "first", tmp_path / "again", tmp_path / "third"
+    assert run(*MESH, "-o", first) == 0
+    assert "layout" not in tomllib.loads((first / "job.toml").read_text())["job"]
+    assert run(*MESH, "--layout", first / "crossing_map.json", "-o", again) == 0
+    assert tomllib.loads((again / "job.toml").read_text())["job"]["layout"] == "crossing_map.json"
+    one, two = files(first), files(again)
+    assert one.keys() == two.keys()
+    assert {str(name) for name in one if one[name] != two[name]} == {"job.toml"}
+    # The job.toml finds the layout beside it.
+    assert run("--config", again / "job.toml", "-q", "-o", third) == 0
+    assert files(third) == two
+    capsys.readouterr()
+    smaller = (*MESH[:2], "290mm", *MESH[3:])
+    assert run(*smaller, "--layout", first / "crossing_map.json", "-o", tmp_path / "no") == 2
+    assert "is of other pieces" in capsys.readouterr().err
