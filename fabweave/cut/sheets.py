@@ -10,6 +10,7 @@ from fabweave.cut.labels import OVER_SIGN, UNDER_SIGN
 from fabweave.cut.lettering import characters
 from fabweave.cut.marks import Marks
 from fabweave.cut.notes import sheet_notes
+from fabweave.cut.travel import short_route
 from fabweave.flat.piece import Piece
 from fabweave.sheet.layout import Layout, Placement
 
@@ -44,16 +45,19 @@ def draw_sheets(
     Returns
     -------
     tuple of SheetDrawing
-        One for each sheet, pieces in the order of their numbers; nothing that is not a piece is
-        on a layer that is cut.
+        One for each sheet, pieces in an order of little travel (``short_route``), each walked
+        from end to end: its labels on the way there, its ticks on the way back, its holes on the
+        way there again, and the outline from that end. Nothing that is not a piece is on a layer
+        that is cut.
     """
-    drawings: list[list[PieceDrawing]] = [[] for _ in layout.sheets]
+    placed: list[list[Placement]] = [[] for _ in layout.sheets]
     for placement in sorted(layout.placements, key=lambda placement: placement.piece):
-        piece = pieces[placement.piece]
-        width = layout.sheets[placement.sheet].width_mm if mirrored else None
-        drawings[placement.sheet].append(
-            _draw_piece(piece, marks[placement.piece], placement, width)
-        )
+        placed[placement.sheet].append(placement)
+    widths = [sheet.width_mm if mirrored else None for sheet in layout.sheets]
+    drawings = [
+        _draw_pieces(pieces, marks, placements, width)
+        for placements, width in zip(placed, widths, strict=True)
+    ]
     count = len(layout.sheets)
     legend = _legend(marks, mirrored=mirrored)
     return tuple(
@@ -91,38 +95,76 @@ def _legend(marks: Sequence[Marks], *, mirrored: bool) -> list[str]:
     return legend
 
 
-def _draw_piece(
-    piece: Piece, marks: Marks, placement: Placement, mirror_mm: float | None
-) -> PieceDrawing:
-    """Return a piece's entities on its sheet, mirrored in its width if one is given."""
-    letters = [stroke for label in marks.labels for stroke in label.strokes]
-    holes, slots = piece.holes, [slot.path for slot in piece.slots]
-    parts = [
-        *letters,
-        *marks.ticks,
-        holes[:, 1:3],
-        *(slot.points for slot in slots),
-        piece.path.points,
+def _draw_pieces(
+    pieces: Sequence[Piece],
+    marks: Sequence[Marks],
+    placements: Sequence[Placement],
+    mirror_mm: float | None,
+) -> list[PieceDrawing]:
+    """Draw the pieces of a sheet in the order of the cut, mirrored in its width if one is given."""
+    ends = np.empty((len(placements), 2, 2))
+    for at, placement in enumerate(placements):
+        corners = pieces[placement.piece].path.points
+        x = corners[:, 0]
+        ends[at] = _place(corners[[np.argmin(x), np.argmax(x)]], placement, mirror_mm)
+    order, backwards = short_route(ends)
+    return [
+        _draw_piece(pieces[placement.piece], marks[placement.piece], placement, mirror_mm, way)
+        for placement, way in zip(
+            (placements[at] for at in order.tolist()),
+            np.where(backwards, -1.0, 1.0).tolist(),
+            strict=True,
+        )
     ]
+
+
+def _place(points: FloatArray, placement: Placement, mirror_mm: float | None) -> FloatArray:
+    """Return where points of a piece are drawn."""
+    placed: FloatArray = placement.apply(points)
+    return placed if mirror_mm is None else placed * (-1.0, 1.0) + (mirror_mm, 0.0)
+
+
+def _draw_piece(
+    piece: Piece, marks: Marks, placement: Placement, mirror_mm: float | None, way: float
+) -> PieceDrawing:
+    """Return a piece's entities on its sheet, mirrored in its width if one is given.
+
+    The piece is walked along its x axis, or back if ``way`` is -1.
+    """
+    labels = _along([label.strokes[0] for label in marks.labels], way)
+    letters = [stroke for at in labels for stroke in marks.labels[at].strokes]
+    ticks = [marks.ticks[at] for at in _along(marks.ticks, -way)]
+    holes, slots = piece.holes, [slot.path for slot in piece.slots]
+    begin = -int(np.argmax(way * piece.path.points[:, 0]))
+    outline = np.roll(piece.path.points, begin, axis=0)
+    parts = [*letters, *ticks, holes[:, 1:3], *(slot.points for slot in slots), outline]
     # One motion for all points: a piece has hundreds of strokes.
-    points: FloatArray = placement.apply(np.concatenate(parts))
-    if mirror_mm is not None:
-        points = points * (-1.0, 1.0) + (mirror_mm, 0.0)
-    placed = np.split(points, np.cumsum([len(part) for part in parts[:-1]]))
-    layers = [Layer.ENGRAVE_LABEL] * len(letters) + [Layer.ENGRAVE_MARK] * len(marks.ticks)
+    placed = np.split(
+        _place(np.concatenate(parts), placement, mirror_mm),
+        np.cumsum([len(part) for part in parts[:-1]]),
+    )
+    layers = [Layer.ENGRAVE_LABEL] * len(letters) + [Layer.ENGRAVE_MARK] * len(ticks)
     entities: list[Entity] = [
         Polyline(layer, points) for layer, points in zip(layers, placed, strict=False)
     ]
     # Turning a piece leaves its bulges as they are; seen from the back arcs turn the other way.
     sense = 1.0 if mirror_mm is None else -1.0
-    entities += [
+    inner: list[Entity] = [
         Circle(Layer.CUT_INNER, x, y, diameter / 2)
         for (x, y), diameter in zip(placed[len(layers)].tolist(), holes[:, 3].tolist(), strict=True)
     ]
-    entities += [
+    inner += [
         Polyline(Layer.CUT_INNER, points, closed=True, bulges=sense * slot.bulges)
         for points, slot in zip(placed[len(layers) + 1 : -1], slots, strict=True)
     ]
-    bulges = sense * piece.path.bulges
+    firsts = [*holes[:, None, 1:3], *(slot.points for slot in slots)]
+    entities += [inner[at] for at in _along(firsts, way)]
+    bulges = sense * np.roll(piece.path.bulges, begin)
     entities.append(Polyline(Layer.CUT_OUTER, placed[-1], closed=True, bulges=bulges))
     return PieceDrawing(piece.id, tuple(entities))
+
+
+def _along(runs: Sequence[FloatArray], way: float) -> list[int]:
+    """Return the order of runs of points along the x axis, or back if ``way`` is -1."""
+    x = np.array([run[0, 0] for run in runs])
+    return np.argsort(np.round(way * x, 6), kind="stable").tolist()

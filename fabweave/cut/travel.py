@@ -1,0 +1,103 @@
+"""Order pieces on a sheet so that the tool travels little between them."""
+
+import numpy as np
+
+from fabweave.arrays import BoolArray, FloatArray, IntArray
+
+#: Runs of so many pieces are improved at a time: every pair of links of a run is looked at.
+_WINDOW = 500
+#: A run is improved so many times at most; most are at rest after a dozen.
+_ROUNDS = 25
+#: What shortens the way by less is not done, or rounding might go on for ever.
+_GAIN_MM = 1e-3
+
+
+def short_route(ends: FloatArray) -> tuple[IntArray, BoolArray]:
+    """Return an order of pieces, and which are walked backwards, with little way between them.
+
+    Each piece is entered at one of its two ends and left at the other. The way begins at the
+    origin and ends anywhere. It goes to the nearest end of a piece that is left, and is then
+    shortened: whatever run of pieces is shorter backwards is turned round (2-opt).
+
+    Parameters
+    ----------
+    ends : (N, 2, 2) float array
+        Both ends of each piece, millimetres.
+
+    Returns
+    -------
+    order : (N,) int array
+        The pieces one after another.
+    backwards : (N,) bool array
+        In that order, whether each is entered at its second end.
+
+    Examples
+    --------
+    >>> ends = np.array([[[9.0, 0.0], [6.0, 0.0]], [[1.0, 0.0], [5.0, 0.0]]])
+    >>> order, backwards = short_route(ends)
+    >>> order.tolist(), backwards.tolist()
+    ([1, 0], [False, True])
+    """
+    order, backwards = _nearest_next(ends)
+    for start in range(0, len(order), _WINDOW // 2):
+        stop = min(start + _WINDOW, len(order))
+        for _ in range(_ROUNDS):
+            if not _shorten(ends, order, backwards, start, stop):
+                break
+    return order, backwards
+
+
+def _nearest_next(ends: FloatArray) -> tuple[IntArray, BoolArray]:
+    """Go to the nearest end of those left, from the origin on."""
+    count = len(ends)
+    order = np.empty(count, dtype=np.int64)
+    backwards = np.empty(count, dtype=np.bool_)
+    left = ends.copy()
+    here = np.zeros(2)
+    for at in range(count):
+        # Rounding makes ties fall the same way on every machine.
+        distance = np.round(np.hypot(left[:, :, 0] - here[0], left[:, :, 1] - here[1]), 6)
+        piece, side = divmod(int(np.argmin(distance)), 2)
+        order[at], backwards[at] = piece, side == 1
+        here = ends[piece, 1 - side]
+        left[piece] = np.inf
+    return order, backwards
+
+
+def _shorten(
+    ends: FloatArray, order: IntArray, backwards: BoolArray, start: int, stop: int
+) -> bool:
+    """Turn runs round that are shorter so, in place; say whether there were any."""
+    own = slice(start, stop)
+    sides = backwards[own].astype(np.int64)
+    enter, leave = ends[order[own], sides], ends[order[own], 1 - sides]
+    before = np.zeros(2) if start == 0 else ends[order[start - 1], 1 - int(backwards[start - 1])]
+    come = np.concatenate((before[None], leave[:-1]))  # from where each is entered
+    last = stop == len(order)
+    beyond = leave[-1] if last else ends[order[stop], int(backwards[stop])]
+    go = np.concatenate((enter[1:], beyond[None]))  # to where each is left
+    into, out = np.hypot(*(enter - come).T), np.hypot(*(go - leave).T)
+    # A run from i to j turned round is entered where j was left, and left where i was entered.
+    first = _distances(come, leave)
+    second = _distances(enter, go)
+    if last:
+        second[:, -1] = 0.0
+    gain = np.round(into[:, None] + out[None, :] - first - second, 6)
+    gain[np.tril_indices(len(gain), -1)] = 0.0
+    i, j = np.nonzero(gain > _GAIN_MM)
+    taken = np.zeros(len(gain) + 1, dtype=np.bool_)
+    for k in np.lexsort((j, i, -gain[i, j]))[: 4 * len(gain)].tolist():
+        a, b = int(i[k]), int(j[k])
+        # Runs that share no link do not change one another's gain.
+        if taken[a : b + 2].any():
+            continue
+        taken[a : b + 2] = True
+        run = slice(start + a, start + b + 1)
+        order[run] = order[run][::-1].copy()
+        backwards[run] = ~backwards[run][::-1]
+    return bool(len(i))
+
+
+def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the distance of every two points."""
+    return np.hypot(one[:, None, 0] - other[None, :, 0], one[:, None, 1] - other[None, :, 1])

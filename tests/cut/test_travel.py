@@ -1,0 +1,175 @@
+"""Pieces and what is on them are cut in an order of little travel; nothing is lost on the way."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.cut.drawing import Circle, Layer
+from fabweave.cut.marks import Label, Marks
+from fabweave.cut.sheets import draw_sheets
+from fabweave.cut.travel import short_route
+from fabweave.flat.path import Path
+from fabweave.flat.piece import Piece
+from fabweave.sheet.layout import Layout, Placement, SheetSize
+
+
+def way(ends, order, backwards):
+    """How far it is to and between the pieces, added up one by one."""
+    here, total = np.zeros(2), 0.0
+    for piece, back in zip(order, backwards, strict=True):
+        enter, leave = ends[piece][::-1] if back else ends[piece]
+        total += np.hypot(*(enter - here))
+        here = leave
+    return total
+
+
+places = st.floats(0.0, 600.0, allow_subnormal=False)
+some_ends = st.integers(0, 9).flatmap(
+    lambda n: st.lists(places, min_size=4 * n, max_size=4 * n).map(
+        lambda values: np.array(values, dtype=float).reshape(-1, 2, 2)
+    )
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(some_ends)
+def test_every_piece_once_and_no_run_is_shorter_backwards(ends):
+    order, backwards = short_route(ends)
+    assert sorted(order.tolist()) == list(range(len(ends)))
+    length = way(ends, order, backwards)
+    for a, b in itertools.combinations(range(len(ends) + 1), 2):
+        turned, back = order.copy(), backwards.copy()
+        turned[a:b], back[a:b] = order[a:b][::-1], ~backwards[a:b][::-1]
+        assert way(ends, turned, back) >= length - 0.002
+
+
+@settings(max_examples=30, deadline=None)
+@given(some_ends.filter(lambda ends: 0 < len(ends) <= 4))
+def test_it_is_not_far_from_the_shortest(ends):
+    order, backwards = short_route(ends)
+    best = min(
+        way(ends, some, back)
+        for some in itertools.permutations(range(len(ends)))
+        for back in itertools.product((False, True), repeat=len(ends))
+    )
+    assert best - 1e-6 <= way(ends, order, backwards) <= 2.0 * best + 1e-6
+
+
+def test_rows_are_walked_to_and_fro():
+    # Twelve long pieces, one above the other: each is entered where the one before was left.
+    ends = np.array([[[0.0, 10.0 * k], [300.0, 10.0 * k]] for k in range(12)])
+    shuffled = np.random.default_rng(1).permutation(12)
+    order, backwards = short_route(ends[shuffled])
+    assert shuffled[order].tolist() == list(range(12))
+    assert backwards.tolist() == [k % 2 == 1 for k in range(12)]
+
+
+def test_many_pieces_are_ordered_alike_each_time():
+    ends = np.random.default_rng(2).uniform(0.0, 900.0, (600, 2, 2))
+    order, backwards = short_route(ends)
+    again = short_route(ends.copy())
+    assert np.array_equal(order, again[0])
+    assert np.array_equal(backwards, again[1])
+    assert sorted(order.tolist()) == list(range(600))
+    plain = way(ends, range(600), itertools.repeat(False, 600))
+    assert way(ends, order, backwards) < 0.08 * plain
+
+
+def strip(name):
+    """A piece with an arc, four holes, eight ticks and three labels, none of them in order."""
+    x = np.array([10.0, 30.0, 50.0, 70.0])
+    points = np.stack([x, np.full(4, 5.0)], axis=1)
+    half = np.array([0.0, 5.0])
+    corners = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 10.0], [0.0, 10.0]])
+    piece = Piece(
+        id=name,
+        thread=0,
+        path=Path(corners, np.array([0.01, 0.0, 0.0, 0.2])),
+        outline=corners,
+        crossings=np.arange(4),
+        points=points,
+        directions=np.tile([1.0, 0.0], (4, 1)),
+        rails=np.stack([points - half, points + half], axis=1),
+        over=np.zeros(4, dtype=bool),
+        hole_mm=np.array([2.0, 2.0, np.nan, 3.0]),
+        start_joint=None,
+        end_joint=None,
+    )
+    labels = tuple(
+        Label("I", "id", 3.0, (np.array([[u, 2.0], [u, 4.0]]), np.array([[u, 5.0], [u + 1, 5.0]])))
+        for u in (40.0, 20.0, 60.0)
+    )
+    ticks = tuple(np.array([[u, v], [u, v + 1]]) for v in (0.0, 9.0) for u in x.tolist())
+    return piece, Marks(labels, ticks, ())
+
+
+@pytest.fixture
+def drawn():
+    """Nine strips on a sheet, as drawn and as they were."""
+    pieces, marks = zip(*(strip(f"A{k}") for k in range(9)), strict=True)
+    turns = (0.0, 90.0, 180.0)
+    placements = tuple(
+        Placement(k, 0, turns[k % 3], 100.0 + 120.0 * (4 * k % 9 % 3), 100.0 + 110.0 * (k % 4))
+        for k in range(9)
+    )
+    layout = Layout((SheetSize(500.0, 560.0),), placements, 10.0, 3.0)
+    (sheet,) = draw_sheets(pieces, marks, layout, title="t")
+    return pieces, marks, placements, sheet
+
+
+def corners_of(entity):
+    if isinstance(entity, Circle):
+        return frozenset([(round(entity.x, 4), round(entity.y, 4), entity.radius)])
+    return frozenset(map(tuple, entity.points.round(4).tolist()))
+
+
+def test_nothing_is_lost_and_layers_keep_their_order(drawn):
+    pieces, marks, placements, sheet = drawn
+    assert sorted(piece.piece_id for piece in sheet.pieces) == [piece.id for piece in pieces]
+    for own in sheet.pieces:
+        number = int(own.piece_id[1:])
+        piece, put = pieces[number], placements[number]
+        layers = [list(Layer).index(entity.layer) for entity in own.entities]
+        assert layers == sorted(layers)
+        strokes = [stroke for label in marks[number].labels for stroke in label.strokes]
+        wanted = [frozenset(map(tuple, put.apply(run).round(4).tolist()))
+                  for run in (*strokes, *marks[number].ticks, piece.path.points)]  # fmt: skip
+        wanted += [
+            frozenset([(*put.apply(point[None])[0].round(4).tolist(), hole / 2)])
+            for point, hole in zip(piece.points, piece.hole_mm, strict=True)
+            if not np.isnan(hole)
+        ]
+        assert set(map(corners_of, own.entities)) == set(wanted)
+        assert len(own.entities) == len(wanted)
+        # Bulges go with their sides, wherever the outline begins.
+        outline = own.entities[-1]
+        begin = np.flatnonzero(outline.bulges == 0.01)[0]
+        assert outline.points[begin] == pytest.approx(put.apply(piece.path.points[:1])[0])
+        assert np.roll(outline.bulges, -begin).tolist() == piece.path.bulges.tolist()
+
+
+def test_each_piece_is_walked_to_and_fro_and_to(drawn):
+    *_, placements, sheet = drawn
+    ways = set()
+    for own in sheet.pieces:
+        put = placements[int(own.piece_id[1:])]
+        angle = np.deg2rad(put.rotation_deg)
+
+        def along(point, angle=angle, put=put):
+            x, y = np.asarray(point) - (put.x_mm, put.y_mm)
+            return x * np.cos(angle) + y * np.sin(angle)
+
+        first = [along(e.points[0]) for e in own.entities if e.layer is Layer.ENGRAVE_LABEL][::2]
+        ticks = [along(e.points[0]) for e in own.entities if e.layer is Layer.ENGRAVE_MARK]
+        holes = [along((e.x, e.y)) for e in own.entities if isinstance(e, Circle)]
+        forward = first[0] < first[-1]
+        ways.add(forward)
+        sign = 1.0 if forward else -1.0
+        assert np.all(np.diff(first) * sign > 0.0)
+        assert np.all(np.diff(ticks) * sign < 1e-9)
+        assert np.all(np.diff(holes) * sign > 0.0)
+        assert along(own.entities[-1].points[0]) == pytest.approx(80.0 if forward else 0.0)
+    assert ways == {True, False}
