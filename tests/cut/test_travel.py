@@ -46,16 +46,19 @@ def test_every_piece_once_and_no_run_is_shorter_backwards(ends):
         assert way(ends, turned, back) >= length - 0.002
 
 
-@settings(max_examples=30, deadline=None)
-@given(some_ends.filter(lambda ends: 0 < len(ends) <= 4))
-def test_it_is_not_far_from_the_shortest(ends):
-    order, backwards = short_route(ends)
-    best = min(
-        way(ends, some, back)
-        for some in itertools.permutations(range(len(ends)))
-        for back in itertools.product((False, True), repeat=len(ends))
-    )
-    assert best - 1e-6 <= way(ends, order, backwards) <= 2.0 * best + 1e-6
+def test_it_is_not_far_from_the_shortest():
+    ratios = []
+    for seed in range(20):
+        ends = np.random.default_rng(seed).uniform(0.0, 600.0, (4, 2, 2))
+        best = min(
+            way(ends, some, back)
+            for some in itertools.permutations(range(4))
+            for back in itertools.product((False, True), repeat=4)
+        )
+        ratios.append(way(ends, *short_route(ends)) / best)
+    assert min(ratios) >= 1.0 - 1e-12
+    assert np.mean(ratios) < 1.1
+    assert ratios.count(min(ratios)) >= 10
 
 
 def test_rows_are_walked_to_and_fro():
