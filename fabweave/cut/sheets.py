@@ -131,7 +131,7 @@ def _draw_piece(
 
     The piece is walked along its x axis, or back if ``way`` is -1.
     """
-    labels = _along([label.strokes[0] for label in marks.labels], way)
+    labels = _along([label.centre[None] for label in marks.labels], way)
     letters = [stroke for at in labels for stroke in marks.labels[at].strokes]
     ticks = [marks.ticks[at] for at in _along(marks.ticks, -way)]
     holes, slots = piece.holes, [slot.path for slot in piece.slots]

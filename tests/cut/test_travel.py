@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabweave.cut.drawing import Circle, Layer
-from fabweave.cut.marks import Label, Marks
+from fabweave.cut.labels import Label
+from fabweave.cut.marks import Marks
 from fabweave.cut.sheets import draw_sheets
 from fabweave.cut.travel import short_route
 from fabweave.flat.path import Path
@@ -102,16 +103,25 @@ def strip(name):
         end_joint=None,
     )
     labels = tuple(
-        Label("I", "id", 3.0, (np.array([[u, 2.0], [u, 4.0]]), np.array([[u, 5.0], [u + 1, 5.0]])))
+        Label(
+            text="I",
+            kinds=("id",),
+            station=None,
+            height_mm=3.0,
+            centre=np.array([u, 3.0]),
+            rotation_deg=0.0,
+            box_mm=(1.0, 3.0),
+            strokes=(np.array([[u, 2.0], [u, 4.0]]), np.array([[u, 5.0], [u + 1, 5.0]])),
+        )
         for u in (40.0, 20.0, 60.0)
     )
     ticks = tuple(np.array([[u, v], [u, v + 1]]) for v in (0.0, 9.0) for u in x.tolist())
     return piece, Marks(labels, ticks, ())
 
 
-@pytest.fixture
-def drawn():
-    """Nine strips on a sheet, as drawn and as they were."""
+@pytest.fixture(params=[False, True], ids=["outside", "inside"])
+def drawn(request):
+    """Nine strips on a sheet, as drawn, as they were, and where their points are drawn."""
     pieces, marks = zip(*(strip(f"A{k}") for k in range(9)), strict=True)
     turns = (0.0, 90.0, 180.0)
     placements = tuple(
@@ -119,8 +129,13 @@ def drawn():
         for k in range(9)
     )
     layout = Layout((SheetSize(500.0, 560.0),), placements, 10.0, 3.0)
-    (sheet,) = draw_sheets(pieces, marks, layout, title="t")
-    return pieces, marks, placements, sheet
+    (sheet,) = draw_sheets(pieces, marks, layout, title="t", mirrored=request.param)
+
+    def put(number, points):
+        placed = placements[number].apply(np.asarray(points, dtype=float))
+        return placed * (-1.0, 1.0) + (500.0, 0.0) if request.param else placed
+
+    return pieces, marks, put, sheet, -1.0 if request.param else 1.0
 
 
 def corners_of(entity):
@@ -130,18 +145,18 @@ def corners_of(entity):
 
 
 def test_nothing_is_lost_and_layers_keep_their_order(drawn):
-    pieces, marks, placements, sheet = drawn
+    pieces, marks, put, sheet, sense = drawn
     assert sorted(piece.piece_id for piece in sheet.pieces) == [piece.id for piece in pieces]
     for own in sheet.pieces:
         number = int(own.piece_id[1:])
-        piece, put = pieces[number], placements[number]
+        piece = pieces[number]
         layers = [list(Layer).index(entity.layer) for entity in own.entities]
         assert layers == sorted(layers)
         strokes = [stroke for label in marks[number].labels for stroke in label.strokes]
-        wanted = [frozenset(map(tuple, put.apply(run).round(4).tolist()))
+        wanted = [frozenset(map(tuple, put(number, run).round(4).tolist()))
                   for run in (*strokes, *marks[number].ticks, piece.path.points)]  # fmt: skip
         wanted += [
-            frozenset([(*put.apply(point[None])[0].round(4).tolist(), hole / 2)])
+            frozenset([(*put(number, [point])[0].round(4).tolist(), hole / 2)])
             for point, hole in zip(piece.points, piece.hole_mm, strict=True)
             if not np.isnan(hole)
         ]
@@ -149,21 +164,19 @@ def test_nothing_is_lost_and_layers_keep_their_order(drawn):
         assert len(own.entities) == len(wanted)
         # Bulges go with their sides, wherever the outline begins.
         outline = own.entities[-1]
-        begin = np.flatnonzero(outline.bulges == 0.01)[0]
-        assert outline.points[begin] == pytest.approx(put.apply(piece.path.points[:1])[0])
-        assert np.roll(outline.bulges, -begin).tolist() == piece.path.bulges.tolist()
+        begin = np.flatnonzero(outline.bulges == 0.01 * sense)[0]
+        assert outline.points[begin] == pytest.approx(put(number, piece.path.points[:1])[0])
+        assert (sense * np.roll(outline.bulges, -begin)).tolist() == piece.path.bulges.tolist()
 
 
 def test_each_piece_is_walked_to_and_fro_and_to(drawn):
-    *_, placements, sheet = drawn
+    _, _, put, sheet, _ = drawn
     ways = set()
     for own in sheet.pieces:
-        put = placements[int(own.piece_id[1:])]
-        angle = np.deg2rad(put.rotation_deg)
+        start, end = put(int(own.piece_id[1:]), [[0.0, 0.0], [1.0, 0.0]])
 
-        def along(point, angle=angle, put=put):
-            x, y = np.asarray(point) - (put.x_mm, put.y_mm)
-            return x * np.cos(angle) + y * np.sin(angle)
+        def along(point, start=start, end=end):
+            return (np.asarray(point) - start) @ (end - start)
 
         first = [along(e.points[0]) for e in own.entities if e.layer is Layer.ENGRAVE_LABEL][::2]
         ticks = [along(e.points[0]) for e in own.entities if e.layer is Layer.ENGRAVE_MARK]
