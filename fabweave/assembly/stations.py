@@ -75,7 +75,8 @@ def piece_stations(plan: dict[str, Any]) -> dict[str, list[StationRow]]:
             if station["joint"] is not None:
                 # A joint names the piece that ends there before the piece that begins.
                 ends, begins = joints[station["joint"]]
-                mate = begins if number else ends
+                at_end = number == len(piece["stations"]) - 1
+                mate = begins if at_end and station["joint"] == piece["joints"][1] else ends
             rows.append(
                 StationRow(
                     piece["id"],

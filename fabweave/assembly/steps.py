@@ -98,7 +98,7 @@ def _place_all(made: Pieces, order: Order) -> list[_Placed]:
         for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
             carriers.setdefault(strand, set()).add(number)
             layers[strand[0]] = layers.get(strand[0], 0) + 1
-    mates = {joint.id: joint.pieces for joint in made.joints}
+    joints = {joint.id: joint for joint in made.joints}
     there: set[int] = set()
     crossed: set[int] = set()
     result = []
@@ -125,39 +125,56 @@ def _place_all(made: Pieces, order: Order) -> list[_Placed]:
                 listed.append(crossing)
             way = "over" if over else "start" if station < half else "end"
             names[way] += [pieces[other].id for other in others]
-        laps = []
+        ways = []
         for joint, end, mate in (
             (piece.start_joint, "start", 0),
             (piece.end_joint, "end", 1),
         ):
-            if joint is None or mates[joint][mate] not in there:
+            if joint is None or joints[joint].pieces[mate] not in there:
                 continue
             if joint not in one.joints:
                 one.joints.append(joint)
-            laps.append((end, pieces[mates[joint][mate]].id, joint))
-        one.closes = len(laps) == 2
+            other = joints[joint].pieces[mate]
+            name = (
+                f"its own {'end' if mate == 0 else 'start'}"
+                if other == number
+                else pieces[other].id
+            )
+            ways.append(f"{_joined(joints[joint].kind, end, name)} at joint #{joint}")
+        one.closes = len(ways) == 2
         names["start"].reverse()  # a tip that is pushed outward meets the inner strands first
-        one.text = _say(piece.id, names, laps)
+        # A piece that is joined to itself is joined once.
+        one.text = _say(piece.id, names, ways[: len(one.joints)], closes=one.closes)
         result.append(one)
     return result
 
 
-def _say(piece: str, names: dict[str, list[str]], laps: Sequence[tuple[str, str, int]]) -> str:
+def _say(piece: str, names: dict[str, list[str]], joined: Sequence[str], *, closes: bool) -> str:
     """Say in plain words how a piece is placed."""
-    if not laps and not any(names.values()):
+    if not joined and not any(names.values()):
         return f"Begin with {piece}, its engraved side outward."
     over = list(dict.fromkeys(names["over"]))
     said = [f"Lay {piece} over {_list(over)}" if over else f"Take {piece}"]
     for end in ("start", "end"):
         if names[end]:
             said.append(f"slide its {end} under {_list(list(dict.fromkeys(names[end])))}")
-    if len(laps) == 2 and laps[0][1] == laps[1][1] == piece:
-        said.append(f"lap its end on its own start at joint #{laps[0][2]}")
-    else:
-        said += [f"lap its {end} on {mate} at joint #{joint}" for end, mate, joint in laps]
-    if len(laps) == 2:
+    said += joined
+    if closes:
         said.append("this closes the gap")
     return "; ".join(said) + "."
+
+
+def _joined(kind: str, end: str, mate: str) -> str:
+    """Say how an end is joined to its mate."""
+    if kind == "slot":
+        # The piece that ends at a joint has the tab, the one that begins there the slot.
+        return f"put its tab through {mate}" if end == "end" else f"take the tab of {mate}"
+    verb, preposition = {
+        "glue": ("glue", "on"),
+        "dovetail": ("lock", "with"),
+        "none": ("butt", "against"),
+    }.get(kind, ("lap", "on"))
+    return f"{verb} its {end} {preposition} {mate}"
 
 
 def _list(names: Sequence[str]) -> str:

@@ -46,8 +46,10 @@ def _cells(plan: CrossingMap, piece: Piece, at: int) -> dict[str, str]:
     other = crossing.under if station.over else crossing.over
     mate = ""
     if station.joint is not None:
-        ends, begins = plan.joint[station.joint].pieces
-        mate = ends if at == 0 else begins
+        # Of the two pieces that are joined, the other one; a ring of one piece has no other.
+        mate = next(
+            (name for name in plan.joint[station.joint].pieces if name != piece.id), piece.id
+        )
     return {
         "crossing": str(station.crossing),
         "lies": "over" if station.over else "under",

@@ -143,16 +143,18 @@ def _check_text(step: Step, events: list[_Event], tally: Tally) -> None:
     ):
         return
     for sentence, event in zip(sentences, events, strict=True):
-        told: dict[str, set[str]] = {"over": set(), "under": set(), "on": set()}
+        told: dict[str, set[str]] = {"over": set(), "under": set(), "joint": set()}
         for clause in sentence.rstrip(".").split(";"):
-            for word, names in told.items():
-                _, found, rest = f" {clause} ".partition(f" {word} ")
-                if found:
-                    names.update(re.findall(r"[A-Z]+[0-9]+|#[0-9]+", rest))
+            if "#" in clause:
+                told["joint"].update(re.findall(r"[A-Z]+[0-9]+|#[0-9]+", clause))
+                continue
+            for word in ("over", "under"):
+                _, _, rest = f" {clause} ".partition(f" {word} ")
+                told[word].update(re.findall(r"[A-Z]+[0-9]+", rest))
         wanted = {
             "over": {name for names in event.over.values() for name in names},
             "under": {name for names in event.under.values() for name in names},
-            "on": {f"#{joint}" for joint in event.joints}
+            "joint": {f"#{joint}" for joint in event.joints}
             | {mate for mate in event.joints.values() if mate != event.piece},
         }
         tally.expect(

@@ -5,6 +5,8 @@ from functools import cache
 
 import numpy as np
 
+from fabweave.flat.joint import parse_joint
+from fabweave.flat.joints import plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
 from fabweave.job import complete_settings, hole_rules, lay_ribbons, plan_runs, weave_object
 from fabweave.settings import JobSettings
@@ -26,6 +28,8 @@ def model_of(mesh, size_mm=300.0, **changed):
     laps = runs.laps(thing.weave.threads)
     ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
     rules = hole_rules(settings, material)
-    made = build_pieces(ribbons, thing.weave, runs, thing.labels, rules)
+    rule = parse_joint(settings.joint, thickness_mm=material.thickness_mm)
+    joints = plan_joints(ribbons, thing.weave, runs, rule)
+    made = build_pieces(ribbons, thing.weave, runs, thing.labels, rules, joints)
     closed = bool(np.all(thing.woven.halfedges.twin >= 0))
     return Model(made, ribbons.centre, closed)

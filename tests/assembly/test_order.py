@@ -273,3 +273,26 @@ def test_steps_group_only_what_is_laid(shape):
             assert connections <= 8
             assert len(step["pieces"]) <= 4
     assert sum(step["effort"] for step in steps) == pytest.approx(found.total, abs=0.01 * len(ids))
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("rivet", {"lap its start on", "lap its end on"}),
+        ("glue", {"glue its start on", "glue its end on"}),
+        ("dovetail", {"lock its start with", "lock its end with"}),
+        ("slot", {"take the tab of", "put its tab through"}),
+        ("none", {"butt its start against", "butt its end against"}),
+    ],
+)
+def test_steps_say_how_each_kind_of_joint_is_made(kind, words):
+    thing = model_of("shape:octahedron", joint=kind)
+    found = plan_order(thing.made.pieces, thing.centres, enclosed=True, effort="quick", seed=0)
+    joints = [
+        clause.split(" at joint #")[0].rpartition(" ")[0].strip()
+        for step in build_steps(thing.made, found)
+        for clause in step["text"].split(";")
+        if "#" in clause
+    ]
+    assert len(joints) == len(thing.made.joints)
+    assert set(joints) == words

@@ -32,7 +32,7 @@ MODELS = {
     ),
     "hypar": JobSettings("shape:hypar?m=16&n=16", size_mm=400.0),
     "spot": JobSettings(str(SPOT), size_mm=400.0),
-    "large": JobSettings("shape:torus?m=226&n=226", size_mm=9000.0),
+    "large": JobSettings("shape:torus?m=140&n=140", size_mm=6000.0),
 }
 
 

@@ -128,7 +128,7 @@ SPOILS = [
     go_under_instead_of_over, go_over_instead_of_under, forget_a_joint, join_early, fasten_early,
     fasten_never, close_nothing, close_at_once, make_light_of_a_step, boast, owe_effort,
     tell_wrongly("; over ", "; under "), tell_wrongly("; under ", "; over "),
-    tell_wrongly(" at #", " at #9"), tell_wrongly("; on ", "; near "),
+    tell_wrongly(" at #", " at #9"), tell_wrongly("; on A", "; on D"),
     tell_wrongly("Put A", "Put B"), say_nothing, forget_a_neighbour,
 ]  # fmt: skip
 

@@ -290,7 +290,10 @@ def write_stations(specimen, folder):
                 along += math.dist((last["x"], last["y"]), (s["x"], s["y"]))
                 last = s
                 other = crossings[s["crossing"]]["under" if s["over"] else "over"]
-                mate = joints[s["joint"]][0 if k == 0 else 1] if s["joint"] in joints else ""
+                mate = next(
+                    (name for name in joints.get(s["joint"], ()) if name != piece["id"]),
+                    piece["id"] if s["joint"] in joints else "",
+                )
                 steps = [t["step"] for t in plan["steps"] if s["crossing"] in t["crossings"]]
                 rows.writerow([piece["id"], k, s["crossing"], f"{along:.2f}",
                                "over" if s["over"] else "under", s["partner"], other["station"],
