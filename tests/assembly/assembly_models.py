@@ -8,8 +8,9 @@ import numpy as np
 from fabweave.flat.joint import parse_joint
 from fabweave.flat.joints import plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.job import complete_settings, hole_rules, lay_ribbons, plan_runs, weave_object
+from fabweave.job import complete_settings, hole_rules, plan_runs
 from fabweave.settings import JobSettings
+from fabweave.woven import lay_ribbons, weave_object
 
 
 @dataclass(frozen=True, eq=False)
