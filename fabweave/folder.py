@@ -21,6 +21,7 @@ from fabweave.cut.targets import target_named
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
+from fabweave.report.bom import bill_of_materials
 from fabweave.report.ribbons import ribbon_report
 from fabweave.report.waste import piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
@@ -168,7 +169,9 @@ def _write_tables(job: Job, directory: Path) -> None:
     """Write every file but the sheets."""
     thing = job.object
     names = [drawing.name for drawing in job.drawings]
+    bill = bill_of_materials(job.made)
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
+    report |= bill
     plan = crossing_map(
         thing.woven.halfedges,
         thing.chosen,

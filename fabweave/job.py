@@ -15,7 +15,7 @@ from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
 from fabweave.flat.holes import HoleRule
 from fabweave.flat.joint import JointRule, parse_joint
-from fabweave.flat.joints import JointPlan, plan_joints
+from fabweave.flat.joints import JointPlan, lap_beyond, plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
 from fabweave.flat.runs import Runs
 from fabweave.flat.split import split_threads
@@ -274,18 +274,21 @@ def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...
 
 def plan_runs(thing: WovenObject, settings: JobSettings) -> Runs:
     """Split the ribbons of a woven object so that every piece fits the stock."""
+    # Long laps go on beyond the panels with which the pieces end that are measured here.
+    beyond = lap_beyond(thing.ribbons, settings.lap_mm)
+    margin = settings.margin_mm + beyond
 
     def fits(outline: FloatArray) -> bool:
-        return fits_some_sheet(outline, settings.sheets, settings.margin_mm)
+        return fits_some_sheet(outline, settings.sheets, margin)
 
     return split_threads(
         thing.ribbons,
         thing.weave,
         length_mm=_wanted_length(thing.ribbons, settings),
-        max_length_mm=settings.max_length_mm or np.inf,
+        max_length_mm=(settings.max_length_mm or np.inf) - 2 * beyond,
         fits=fits,
         labels=thing.labels,
-        usable=[usable_size(sheet, settings.margin_mm) for sheet in settings.sheets],
+        usable=[usable_size(sheet, margin) for sheet in settings.sheets],
         gap_mm=_given(settings.gap_mm),
     )
 

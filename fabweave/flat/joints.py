@@ -61,6 +61,8 @@ class JointPlan:
         Where the second piece begins, and where the first one ends.
     lap_mm : (J,) float array
         Length of the lap along the middle line; 0 where none.
+    lap_mm2 : (J,) float array
+        Area of the lap.
     room_mm : (J,) float array
         From the middle of the crossing panel to its nearest edge.
     needed_mm : float
@@ -76,13 +78,14 @@ class JointPlan:
     begin: FloatArray
     end: FloatArray
     lap_mm: FloatArray
+    lap_mm2: FloatArray
     room_mm: FloatArray
     needed_mm: float
     ends: tuple[Interlock | None, ...]
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("crossing", "passes", "begin", "end", "lap_mm", "room_mm"):
+        for name in ("crossing", "passes", "begin", "end", "lap_mm", "lap_mm2", "room_mm"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def are(self, kinds: Sequence[str]) -> BoolArray:
@@ -146,10 +149,20 @@ def plan_joints(ribbons: Ribbons, weave: Weave, runs: Runs, rule: JointRule) -> 
         begin=begin,
         end=end,
         lap_mm=np.where(lapped, lap, 0.0),
+        lap_mm2=np.where(lapped, _areas(strips, entry, begin, end), 0.0),
         room_mm=room,
         needed_mm=needed,
         ends=tuple(ends),
     )
+
+
+def lap_beyond(ribbons: Ribbons, lap_mm: float | None) -> float:
+    """Return how far laps of a length go beyond either end of the shortest crossing panel."""
+    if lap_mm is None or not len(ribbons.entry):
+        return 0.0
+    middle = (ribbons.right + ribbons.left) / 2
+    panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
+    return max((lap_mm - float(panel.min())) / 2, 0.0)
 
 
 def joint_passes(runs: Runs, threads: Threads) -> IntArray:
@@ -215,6 +228,18 @@ def _simple(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray)
         ]
         good &= shapely.is_valid([shapely.Polygon(ring) for ring in rings])
     return good
+
+
+def _areas(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the area of each ribbon between two places, (J,)."""
+    place = (entry - strips.offsets[:-1]).astype(np.float64)
+    laps = trim_strips(strips, place + begin, place + end)
+    right, left = (rail[:, 0] + 1j * rail[:, 1] for rail in (laps.right, laps.left))
+    # Each quad between two rungs by its diagonals; the step to the next strip does not count.
+    quads = ((left[1:] - right[:-1]).conj() * (left[:-1] - right[1:])).imag / 2
+    strip = np.repeat(np.arange(len(entry)), np.diff(laps.offsets))
+    same = strip[1:] == strip[:-1]
+    return np.bincount(strip[1:][same], quads[same], len(entry)).astype(np.float64)
 
 
 def _room(strips: Strips, entry: IntArray) -> FloatArray:

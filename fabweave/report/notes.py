@@ -11,6 +11,7 @@ from fabweave.cut.marks import Marks
 from fabweave.flat.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.pieces import Pieces
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.report.bom import bill_of_materials, bom_notes
 from fabweave.report.joints import joint_notes
 from fabweave.ribbon.check import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
@@ -43,6 +44,7 @@ def all_notes(
     notes.append(_width_note(width))
     notes += _hole_notes(made, rules, size)
     notes += joint_notes(made, size)
+    notes += bom_notes(bill_of_materials(made))
     notes += _label_notes(marks)
     return notes
 

@@ -11,6 +11,7 @@ import numpy as np
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.path import stretch
 from fabweave.flat.piece import Piece
+from fabweave.report.bom import bom_section
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import Material, sheet_mass_kg
 
@@ -165,6 +166,7 @@ li {{ margin: .3rem 0 }}
 <tbody>
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
+{bill}
 {notes}
 <h2>Pictures</h2>
 {pictures}
@@ -194,6 +196,7 @@ def waste_page(
         summary=html.escape(summary),
         rows=rows,
         total=_page_row("all", "", totals),
+        bill=bom_section(report),
         notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
         pictures="\n".join(
             f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'

@@ -34,7 +34,7 @@ def check_joints(job: Job, tally: Tally) -> None:
     if plan is None or job.model is None:
         return
     developed = job.developed
-    thickness = _thickness(job)
+    thickness = job.thickness_mm
     for joint in plan.joints:
         first, second = (developed.get(name) for name in joint.pieces)
         if first is None or second is None:
@@ -58,16 +58,6 @@ def check_joints(job: Job, tally: Tally) -> None:
         if joint.pieces[0] != joint.pieces[1]:
             _check_fit(where, joint, _Laid(plan, joint, first, motion, slack), thickness, tally)
     check_layers(plan, developed, tally)
-
-
-def _thickness(job: Job) -> float | None:
-    """Return the thickness that the settings state."""
-    options = (job.settings or {}).get("job")
-    text = options.get("thickness") if isinstance(options, dict) else None
-    try:
-        return float(str(text).removesuffix("mm")) if text is not None else None
-    except ValueError:
-        return None
 
 
 def _check_holes(
@@ -181,7 +171,7 @@ def _check_lap(where: str, joint: Joint, laid: _Laid, tally: Tally) -> None:
     if joint.lap_mm is None:
         return
     # What both cover is the ribbon itself, half the lap to either side of the crossing's middle.
-    shared = _intersection(laid.first, laid.second)
+    shared = _part_near(_intersection(laid.first, laid.second), laid.centre)
     off = shapely.area(_symmetric_difference(shared, laid.lap))
     tally.measure(
         "lap_mm",

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
+from shapely.errors import ShapelyError
 
+from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
@@ -62,6 +64,7 @@ _TASKS = (
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
     _Task("simple", ("map",), check_simple),
+    _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),
     _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
@@ -117,6 +120,8 @@ def _run(task: _Task, job: Job, tally: Tally) -> None:
     try:
         with np.errstate(all="ignore"):  # what is not finite fails its comparison
             task.run(job, tally)
-    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+    except (
+        LookupError, ValueError, TypeError, ArithmeticError, AttributeError, ShapelyError,
+    ) as error:  # fmt: skip
         # Files that contradict one another can break any assumption; that is a finding too.
         tally.fail(f"not finished: the files do not fit together ({type(error).__name__}: {error})")

@@ -75,6 +75,16 @@ class Job:
         options = (self.settings or {}).get("job")
         return options.get("boundary", "end") if isinstance(options, dict) else "end"
 
+    @property
+    def thickness_mm(self) -> float | None:
+        """The material's thickness, if the settings state one."""
+        options = (self.settings or {}).get("job")
+        text = options.get("thickness") if isinstance(options, dict) else None
+        try:
+            return float(str(text).removesuffix("mm")) if text is not None else None
+        except ValueError:
+            return None
+
     @cached_property
     def developed(self) -> dict[str, Developed]:
         """The development of each piece's part of the model, laid on the piece."""

@@ -28,6 +28,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "labels": "labels are legible, off edges and holes, in their places, and say what is true",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
+        "bom": "fasteners, glue and tape to buy are those that the pieces take",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",

@@ -1,0 +1,126 @@
+"""Count what is bought besides sheets: fasteners by diameter and grip, glue, tape."""
+
+import html
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from fabweave.arrays import IntArray
+from fabweave.flat.pieces import Pieces
+from fabweave.words import agree
+
+#: Spare fasteners, as a share of those needed; but no fewer than ``LEAST_SPARES``.
+SPARE_SHARE = 0.08
+LEAST_SPARES = 2
+
+
+def bill_of_materials(made: Pieces) -> dict[str, Any]:
+    """Count fasteners, glue and tape.
+
+    A fastener's grip is the thickness of all layers that it goes through: two at a crossing,
+    three at a lap. Glue covers the laps of all glued joints, once each. Tape runs across the
+    seams of pieces that meet end to end: each is as long as the ribbon is wide, square to it.
+
+    Parameters
+    ----------
+    made : Pieces
+
+    Returns
+    -------
+    dict
+        ``fasteners`` (one row for each diameter and grip, with ``needed``, ``spare`` and
+        ``buy``), ``glue`` and ``tape``, as ``waste.json`` holds them.
+    """
+    thickness = made.plan.rule.thickness_mm
+    needed: Counter[tuple[float, int]] = Counter()
+    layers = _layers(made)
+    for piece in made.pieces:
+        # Each fastener is counted once, by the strand above; slots are holes in a strand below.
+        for station, _, _, diameter in piece.holes.tolist():
+            if piece.over[int(station)]:
+                needed[diameter, int(layers[piece.crossings[int(station)]])] += 1
+    rows = []
+    for (diameter, count), number in sorted(needed.items()):
+        spare = max(LEAST_SPARES, int(np.ceil(SPARE_SHARE * number)))
+        rows.append(
+            {
+                "diameter_mm": diameter,
+                "layers": count,
+                "grip_mm": round(count * thickness, 6),
+                "needed": number,
+                "spare": spare,
+                "buy": number + spare,
+            }
+        )
+    glued = [joint for joint in made.joints if joint.kind == "glue"]
+    taped = [joint for joint in made.joints if joint.kind == "none"]
+    tape = sum(_breadth(made, joint.pieces[0]) for joint in taped)
+    return {
+        "fasteners": rows,
+        "glue": {
+            "joints": len(glued),
+            "area_mm2": round(float(sum(made.plan.lap_mm2[joint.id - 1] for joint in glued)), 3),
+        },
+        "tape": {"joints": len(taped), "length_mm": round(float(tape), 3)},
+    }
+
+
+def _layers(made: Pieces) -> IntArray:
+    """Return how many layers lie on one another at each crossing, (X,)."""
+    return np.bincount(
+        np.concatenate([piece.crossings for piece in made.pieces]), minlength=len(made.room_mm)
+    )
+
+
+def _breadth(made: Pieces, index: int) -> float:
+    """Return how wide a piece is at its last station, square to its thread."""
+    piece = made.pieces[index]
+    across, along = piece.rails[-1, 1] - piece.rails[-1, 0], piece.directions[-1]
+    return float(abs(along[0] * across[1] - along[1] * across[0]))
+
+
+def bom_notes(bill: dict[str, Any]) -> list[str]:
+    """Return the shopping list in words."""
+    notes = [
+        f"buy: {row['buy']} fasteners for holes of {row['diameter_mm']:g} mm, grip "
+        f"{row['grip_mm']:g} mm ({row['layers']} layers): {row['needed']} and {row['spare']} spare"
+        for row in bill["fasteners"]
+    ]
+    glue, tape = bill["glue"], bill["tape"]
+    if glue["joints"]:
+        laps = agree(glue["joints"], "{n} [lap|laps]")
+        notes.append(f"buy: glue for {laps}, {glue['area_mm2'] / 100:.0f} cm² in all")
+    if tape["joints"]:
+        seams = agree(tape["joints"], "{n} [seam|seams]")
+        notes.append(f"buy: {tape['length_mm'] / 1000:.2f} m of tape for {seams}")
+    return notes
+
+
+def bom_section(bill: dict[str, Any]) -> str:
+    """Return the shopping list as a section of a web page; nothing if there is nothing to buy."""
+    rows = [
+        (
+            f"Fasteners, {row['layers']} layers",
+            f"hole {row['diameter_mm']:g} mm, grip {row['grip_mm']:g} mm",
+            row["needed"],
+            row["spare"],
+            row["buy"],
+        )
+        for row in bill["fasteners"]
+    ]
+    glue, tape = bill["glue"], bill["tape"]
+    if glue["joints"]:
+        rows.append(("Glue", f"{glue['area_mm2'] / 100:.1f} cm² of laps", glue["joints"], "", ""))
+    if tape["joints"]:
+        rows.append(("Tape", f"{tape['length_mm'] / 1000:.2f} m", tape["joints"], "", ""))
+    if not rows:
+        return ""
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>"
+        for row in rows
+    )
+    return (
+        "<h2>To buy</h2>\n<table><thead><tr><th>What</th><th>Size</th><th>Needed</th>"
+        f"<th>Spare</th><th>Buy</th></tr></thead>\n<tbody>\n{body}\n</tbody></table>"
+    )
