@@ -15,6 +15,7 @@ demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to loo
 	@echo "  outputs/torus/sheets/sheet_01.png   the first sheet; .dxf and .svg beside it go to the laser"
 	@echo "  outputs/torus/waste.html            what becomes of the material"
 	@echo "  outputs/torus/model.glb             the woven object, for any 3-D viewer"
+	@echo "  outputs/torus/assembly.html         how to put it together: strips, sheets and steps in 3-D"
 	@echo "  outputs/torus/crossing_map.csv      what crosses what"
 	@echo "  outputs/torus/verify.json           what was proved about these files"
 	@echo

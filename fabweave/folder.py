@@ -12,6 +12,8 @@ from typing import Any
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.crossing_map import crossing_map, crossing_table
 from fabweave.assembly.stations import station_table
+from fabweave.assembly.viewer import viewer_page
+from fabweave.assembly.viewer_space import space_record
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
@@ -23,6 +25,8 @@ from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.ribbons import ribbon_report
+from fabweave.report.surfaces import ribbon_triangles
+from fabweave.report.view import choose_view
 from fabweave.report.waste import piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
 from fabweave.settings import JobSettings, job_toml
@@ -172,19 +176,7 @@ def _write_tables(job: Job, directory: Path) -> None:
     bill = bill_of_materials(job.made)
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
     report |= bill
-    plan = crossing_map(
-        thing.woven.halfedges,
-        thing.chosen,
-        thing.bunches,
-        thing.labels,
-        thing.ribbons,
-        job.made,
-        job.marks,
-        job.layout,
-        names,
-        job.order,
-        mirrored=job.settings.label_side == "inside",
-    )
+    plan = job_plan(job)
     outcome = {
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
@@ -201,6 +193,7 @@ def _write_tables(job: Job, directory: Path) -> None:
     _write(directory / "crossing_map.json", json_text(plan))
     _write(directory / "crossing_map.csv", crossing_table(plan))
     _write(directory / "stations.csv", station_table(plan))
+    _write(directory / "assembly.html", job_viewer(job, plan))
     _write(
         directory / "pieces.csv",
         piece_table(job.made.pieces, job.layout, thing.labels, job.material),
@@ -217,6 +210,38 @@ def _write_tables(job: Job, directory: Path) -> None:
     _write(
         directory / "waste.html",
         waste_page(report, title=thing.woven.title, material=job.material, sheet_names=names),
+    )
+
+
+def job_plan(job: Job) -> dict[str, Any]:
+    """Return the crossing map of a job."""
+    thing = job.object
+    return crossing_map(
+        thing.woven.halfedges,
+        thing.chosen,
+        thing.bunches,
+        thing.labels,
+        thing.ribbons,
+        job.made,
+        job.marks,
+        job.layout,
+        [drawing.name for drawing in job.drawings],
+        job.order,
+        mirrored=job.settings.label_side == "inside",
+    )
+
+
+def job_viewer(job: Job, plan: dict[str, Any]) -> str:
+    """Return the page that shows a job's object, pieces, sheets and steps."""
+    ribbons = job.object.ribbons
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    view = choose_view(vertices, triangles)
+    return viewer_page(
+        plan,
+        space_record(ribbons, job.weave, job.made.pieces, layer_mm=job.material.thickness_mm),
+        title=job.object.woven.title,
+        colours=job.colours,
+        view_deg=(view.azimuth_deg, view.elevation_deg),
     )
 
 

@@ -21,6 +21,7 @@ from fabweave.verify.check_space import check_space
 from fabweave.verify.check_steps import check_steps
 from fabweave.verify.check_tables import check_tables
 from fabweave.verify.check_unfolding import check_unfolding
+from fabweave.verify.check_viewer import check_viewer
 from fabweave.verify.check_weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.loading import Job, load_job
 from fabweave.verify.report import Tally, VerifyReport
@@ -46,6 +47,7 @@ _FILES = {
     "station_rows": "stations.csv",
     "waste": "waste.json",
     "preflight": "preflight.json",
+    "viewer": "assembly.html",
 }
 
 _TASKS = (
@@ -69,6 +71,7 @@ _TASKS = (
     _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
     _Task("steps", ("map",), check_steps),
+    _Task("viewer", ("map", "model", "viewer"), check_viewer),
 )
 
 

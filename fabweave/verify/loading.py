@@ -16,6 +16,7 @@ from fabweave.verify.read_dxf import read_dxf
 from fabweave.verify.read_glb import Strip, read_glb
 from fabweave.verify.read_map import read_crossing_map
 from fabweave.verify.read_svg import read_svg
+from fabweave.verify.read_viewer import Viewer, read_viewer
 from fabweave.verify.report import Tally
 from fabweave.verify.threads import edge_of_crossings, thread_passes
 from fabweave.verify.walks import Pass, Walk, WovenMesh, read_obj
@@ -53,6 +54,9 @@ class Job:
     waste: dict[str, Any] | None
     ribbons: dict[str, Any] | None
     preflight: dict[str, Any] | None
+    #: The crossing map as it stands in its file.
+    document: dict[str, Any] | None = None
+    viewer: Viewer | None = None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -162,6 +166,8 @@ def load_job(directory: Path, tally: Tally) -> Job:
         waste=read("waste.json", _read_waste),
         ribbons=read("ribbons.json", _read_ribbons),
         preflight=read("preflight.json", _read_preflight),
+        document=None if plan is None else _read_plan(directory / "crossing_map.json"),
+        viewer=read("assembly.html", read_viewer),
     )
 
 
@@ -228,6 +234,12 @@ def _read_preflight(path: Path) -> dict[str, Any]:
     flaws = document.get("flaws")
     if not isinstance(flaws, list) or not all(isinstance(one, dict) for one in flaws):
         raise ReadError("it has no list of flaws")
+    return document
+
+
+def _read_plan(path: Path) -> dict[str, Any]:
+    """Read the crossing map as it is, once it is known to keep its schema."""
+    document: dict[str, Any] = json.loads(path.read_text("utf-8"))
     return document
 
 

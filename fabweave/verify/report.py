@@ -33,6 +33,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",
         "steps": "done in order, the steps make every crossing and joint once, and the whole weave",
+        "viewer": "the viewer shows the map's plan and the model's strips, and loads nothing",
     }
 )
 

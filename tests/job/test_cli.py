@@ -42,7 +42,8 @@ def digest(folder: Path) -> dict[str, str]:
 MADE = (
     "job.toml", "woven_mesh.obj", "model.glb", "render.png", "crossing_map.json",
     "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "verify.json", "ribbons.json",
-    "stations.csv", "sheets/sheet_01.dxf", "sheets/sheet_01.svg", "sheets/sheet_01.png",
+    "stations.csv", "assembly.html", "sheets/sheet_01.dxf", "sheets/sheet_01.svg",
+    "sheets/sheet_01.png",
 )  # fmt: skip
 
 SMALL = ("shape:octahedron", "--size", "200mm", "--effort", "quick", "-q")

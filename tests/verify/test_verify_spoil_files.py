@@ -14,12 +14,12 @@ from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
-    "outlines-dxf outlines-svg order labels sheets simple areas preflight tables steps"
+    "outlines-dxf outlines-svg order labels sheets simple areas preflight tables steps viewer"
 )
 MISSING = {
     "job.toml": "files",
     "woven_mesh.obj": "files mesh-walks pattern space",
-    "model.glb": "files space joints unfolding",
+    "model.glb": "files space joints unfolding viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
@@ -29,6 +29,7 @@ MISSING = {
     "waste.json": "files areas",
     "waste.html": "files",
     "render.png": "files",
+    "assembly.html": "files viewer",
     "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order areas",
     "sheets/sheet_01.svg": "files outlines-svg order",
     "sheets/sheet_01.png": "files",
@@ -239,7 +240,7 @@ def test_references(job, edit):
 
 
 def test_steps_alone(job):
-    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files", "steps"}
+    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files", "steps", "viewer"}
 
 
 # --- model and mesh -----------------------------------------------------------------------------
@@ -289,15 +290,16 @@ def say_fewer_panels(strips):
     strips["A"]["exit"].pop()
 
 
-UNREADABLE = "files space joints unfolding"
+# Whatever else objects, the viewer shows what the model was before.
+UNREADABLE = "files space joints unfolding viewer"
 STRIPS = [
-    (scale, "space unfolding joints"),
-    (move_one_thread, "space"),
-    (exchange_right_and_left, "space unfolding"),
-    (exchange_labels, "space"),
+    (scale, "space unfolding joints viewer"),
+    (move_one_thread, "space viewer"),
+    (exchange_right_and_left, "space unfolding viewer"),
+    (exchange_labels, "space viewer"),
     (lose_thread, UNREADABLE),
-    (shift_panels, "space unfolding joints"),
-    (say_open, "files joints unfolding"),
+    (shift_panels, "space unfolding joints viewer"),
+    (say_open, "files joints unfolding viewer"),
     (say_fewer_panels, UNREADABLE),
 ]
 
@@ -307,8 +309,8 @@ def test_spoiled_strips(specimen, job, spoil, objecting):
     found = write_model(job(), specimen("octahedron"), strip=spoil)
     if spoil is exchange_labels:
         # Congruent threads: nothing but their places differs, and both must object there.
-        assert "space" in found
-        assert set(found) <= {"space", "unfolding", "joints"}
+        assert {"space", "viewer"} <= set(found)
+        assert set(found) <= {"space", "unfolding", "joints", "viewer"}
     else:
         assert set(found) == set(objecting.split()), found
 
@@ -318,7 +320,7 @@ def test_a_bulge_of_a_connector_alone(specimen, job):
     folder = job("saddle")
     label = next(k for k, s in source.strips.items() if not s["closed"])
     source.strips[label]["rungs"][0, 0] += [0.0, 0.0, 9.0]
-    assert set(write_model(folder, source)) == {"unfolding"}
+    assert set(write_model(folder, source)) == {"unfolding", "viewer"}
 
 
 def twice(document):

@@ -1,5 +1,6 @@
 """Write a specimen's files by hand-written code that shares nothing with fabweave."""
 
+import base64
 import cmath
 import csv
 import itertools
@@ -416,6 +417,89 @@ def write_plan(specimen, folder):
     (folder / "crossing_map.json").write_text(json.dumps(rounded(specimen.plan)))
 
 
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+
+
+def piece_rungs(plan, strips, piece):
+    """Return the rungs of a piece's strip and where its panels begin; nothing if there are none."""
+    thread = next((one for one in plan["threads"] if one["id"] == piece["thread"]), None)
+    strip = strips.get(thread["label"]) if thread else None
+    wanted = [station["crossing"] for station in piece["stations"]]
+    if strip is None or not wanted or len(strip["entry"]) != len(thread["crossings"]):
+        return [], []
+    size, count = len(thread["crossings"]), len(strip["rungs"])
+    starts = [
+        start
+        for start in range(size)
+        if all(thread["crossings"][(start + k) % size] == key for k, key in enumerate(wanted))
+    ]
+    if not starts:
+        return [], []
+    over = piece["stations"][0]["over"]
+    start = min(starts, key=lambda start: (thread["over"][start] != over, start))
+    rung = strip["entry"][start]
+    if start == 0 and not strip["closed"]:
+        rung = 0
+    last = strip["exit"][(start + len(wanted) - 1) % size]
+    if start + len(wanted) == size and not strip["closed"]:
+        last = count - 1
+    walk, panels, at = [rung], [], 0
+    while True:
+        if at < len(wanted) and walk[-1] == strip["entry"][(start + at) % size]:
+            panels.append(len(walk) - 1)
+            at += 1
+        if at == len(wanted) and walk[-1] == last and len(walk) > 1:
+            return walk, panels
+        walk.append((walk[-1] + 1) % count)
+
+
+def viewer_data(specimen, plan, *, edit=None):
+    counts, panels, points, right = [], [], [], []
+    for piece in plan["pieces"]:
+        walk, own = piece_rungs(plan, specimen.strips, piece)
+        strip = specimen.strips.get(
+            next((t["label"] for t in plan["threads"] if t["id"] == piece["thread"]), None)
+        )
+        counts.append(len(walk))
+        panels.append(own)
+        for rung in walk:
+            points.append(np.asarray(strip["rungs"][rung], dtype=float))
+            steps = strip["triangles"][2 * rung : 2 * rung + 2]
+            shared = set(steps[0]) & set(steps[1]) if len(steps) == 2 else set()
+            right.append(2 * rung in shared)
+    corners = np.array(points).reshape(-1, 3)
+    low = corners.min(axis=0)
+    step = float((corners.max(axis=0) - low).max()) / 65535
+    whole = [[round(float(x)) for x in point] for point in (corners - low) / step]
+    data = {
+        "schema": "fabweave.viewer/1",
+        "plan": rounded(plan, 3),
+        "colours": ["#0072b2"] * len(plan["threads"]),
+        "space": {
+            "origin_mm": low.tolist(),
+            "step_mm": step,
+            "counts": counts,
+            "panels": panels,
+            "rungs": base64.b64encode(
+                b"".join(struct.pack("<3H", *point) for point in whole)
+            ).decode(),
+            "from_right": base64.b64encode(bytes(right)).decode(),
+        },
+    }
+    if edit is not None:
+        edit(data)
+    return data
+
+
+def write_viewer(specimen, folder, *, edit=None, policy=POLICY, body=""):
+    """Write the viewer; ``edit`` changes its data."""
+    data = json.dumps(viewer_data(specimen, specimen.plan, edit=edit)).replace("<", "\\u003c")
+    (folder / "assembly.html").write_text(
+        f'<!doctype html><meta http-equiv="Content-Security-Policy" content="{policy}">{body}'
+        f'<script id="data" type="application/json">{data}</script>'
+    )
+
+
 def write_mesh(specimen, folder):
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in specimen.points.tolist()]
     lines += ["f " + " ".join(str(v + 1) for v in face) for face in specimen.faces]
@@ -438,6 +522,7 @@ def write_job(specimen, folder):
     write_waste(specimen, folder)
     write_ribbons(specimen, folder)
     write_preflight(specimen, folder)
+    write_viewer(specimen, folder)
     write_sheets(specimen, folder)
     (folder / "render.png").write_bytes(png_bytes())
     return folder

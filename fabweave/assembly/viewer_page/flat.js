@@ -1,0 +1,104 @@
+/** Join points to the data of a path, y turned to point up. */
+function pathOf(points) {
+  return `M${points.map(([x, y]) => `${x.toFixed(2)} ${(-y).toFixed(2)}`).join("L")}Z`;
+}
+
+/** A sign for over or under that needs no colour. */
+function sideSign(over) {
+  return `<svg class="sign" viewBox="-8 -8 16 16" aria-hidden="true">${
+    over ? '<circle r="6.5" class="over"/>' : '<circle r="5.5" class="under"/>'}</svg>`;
+}
+
+/** Draw a flat piece with its stations, the partner at each, its joints and its direction. */
+function pieceDrawing(plan, index, chosen) {
+  const piece = plan.pieces[index], stations = piece.stations;
+  const xs = piece.outline.map(([x]) => x), ys = piece.outline.map(([, y]) => y);
+  const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  // Lettering has one size on the screen: that which gives each station its room.
+  const shownWide = Math.max(330, 37 * stations.length);
+  const unit = (right - left) / (shownWide - 24);
+  const r = 10 * unit, pad = 12 * unit;
+  const holes = stations.filter((one) => one.hole_mm !== null)
+    .map((one) => `<circle class="hole" cx="${one.x}" cy="${-one.y}" r="${one.hole_mm / 2}"/>`);
+  const line = stations.map(({ x, y }) => `${x} ${-y}`).join("L");
+  const dots = stations.map((one, k) => `
+    <g class="station${one.over ? " over" : " under"}${k === chosen ? " chosen" : ""}" data-station="${k}"
+       transform="translate(${one.x} ${-one.y})">
+      <circle class="reach" r="${2 * r}"/><circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
+      <text font-size="${11 * unit}" dy="${3.9 * unit}">${k + 1}</text></g>`);
+  const names = stations.map((one) => `<text class="partner" x="${one.x}" y="${-low + 15 * unit}"
+    font-size="${11 * unit}">${escaped(one.partner)}</text>`);
+  const ends = [[0, left], [1, right]].flatMap(([end, x]) => piece.joints[end] === null ? [] : [
+    `<text class="joint" x="${x}" y="${-high - 7 * unit}" font-size="${12 * unit}"
+      text-anchor="${end ? "end" : "start"}">#${piece.joints[end]} &#8594; ${escaped(plan.mate(piece, piece.joints[end]))}</text>`]);
+  const way = `<text class="way" x="${(left + right) / 2}" y="${-high - 7 * unit}" font-size="${12 * unit}">${
+    escaped(piece.id)} &#9654;</text>`;
+  const box = [left - pad, -high - 24 * unit, right - left + 2 * pad, high - low + 46 * unit];
+  return `<div class="scroll"><svg class="piece" viewBox="${box.join(" ")}" style="width:${shownWide}px" role="img"
+    aria-label="Piece ${escaped(piece.id)}, flat"><path class="outline" style="fill:${plan.colour[index]}"
+    d="${pathOf(piece.outline)}"/>${holes.join("")}<path class="line" d="M${line}" stroke-width="${1.5 * unit}"
+    stroke-dasharray="${4 * unit} ${3 * unit}"/>${dots.join("")}${names.join("")}${ends.join("")}${way}</svg></div>`;
+}
+
+/** List a piece's stations: how far along, over or under which piece, joint and mate. */
+function stationTable(plan, index, chosen) {
+  const piece = plan.pieces[index], far = plan.distances(piece);
+  const rows = piece.stations.map((one, k) => `
+    <tr data-station="${k}"${k === chosen ? ' class="chosen"' : ""}><td>${k + 1}</td><td>${far[k].toFixed(1)}</td>
+      <td>${sideSign(one.over)}${one.over ? "over" : "under"}</td>
+      <td><button type="button" class="link" data-piece="${escaped(one.partner)}">${escaped(one.partner)}</button></td>
+      <td>${one.joint === null ? "" : `#${one.joint} <button type="button" class="link" data-piece="${
+        escaped(plan.mate(piece, one.joint))}">${escaped(plan.mate(piece, one.joint))}</button>`}</td>
+      <td>${one.hole_mm === null ? "" : one.hole_mm}</td></tr>`);
+  return `<div class="scroll"><table><thead><tr><th>No.</th><th>mm</th><th>goes</th><th>piece</th><th>joint, mate</th><th>hole</th></tr></thead>
+    <tbody>${rows.join("")}</tbody></table></div>`;
+}
+
+/** The motion of a piece from its own coordinates to its place on the sheet, which may be mirrored. */
+function placing(piece, sheet) {
+  const { rotation_deg, x_mm, y_mm } = piece.placement, angle = (rotation_deg * Math.PI) / 180;
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  return ([x, y]) => {
+    const right = c * x - s * y + x_mm;
+    return [sheet.mirrored ? sheet.width_mm - right : right, s * x + c * y + y_mm];
+  };
+}
+
+/** Where the middle of a piece is on its sheet. */
+function middleOnSheet(piece, sheet) {
+  const { x, y } = piece.stations[piece.stations.length >> 1];
+  return placing(piece, sheet)([x, y]);
+}
+
+/** The height of letters on a sheet, by the room that a piece has. */
+function letterHeight(plan, sheet) {
+  const count = plan.pieces.filter((piece) => piece.sheet === sheet.sheet).length;
+  return Math.min(sheet.width_mm / 46, Math.sqrt((sheet.width_mm * sheet.height_mm) / Math.max(count, 1)) / 5);
+}
+
+/** Draw a sheet with its pieces; classes say which is chosen, new, or laid before. */
+function sheetDrawing(plan, number) {
+  const sheet = plan.sheets[number], [wide, high] = [sheet.width_mm, sheet.height_mm];
+  const size = letterHeight(plan, sheet);
+  const drawn = plan.pieces.flatMap((piece, index) => {
+    if (piece.sheet !== sheet.sheet) return [];
+    const place = placing(piece, sheet), [x, y] = middleOnSheet(piece, sheet);
+    return [`<g data-piece="${escaped(piece.id)}"><path style="fill:${plan.colour[index]}" d="${
+      pathOf(piece.outline.map(place))}"/><text x="${x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${
+      size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(piece.id)}</text></g>`];
+  });
+  return `<svg class="sheet" viewBox="${-wide * 0.005} ${-high - wide * 0.005} ${wide * 1.01} ${high + wide * 0.01}"
+    stroke-width="${wide / 700}" role="img" aria-label="${escaped(sheet.name)}"><rect x="0" y="${-high}" width="${wide}"
+    height="${high}"/>${drawn.join("")}<g id="finder"></g></svg>`;
+}
+
+/** Ring pieces on a sheet, and name them in letters that can be read at any size. */
+function finder(plan, sheet, pieces, zoom) {
+  const size = sheet.width_mm / 22 / zoom;
+  return pieces.map((piece) => {
+    const [x, y] = middleOnSheet(piece, sheet), above = y + 2.6 * size < sheet.height_mm ? 1 : -1;
+    return `<circle cx="${x}" cy="${-y}" r="${size}" stroke-width="${0.12 * size}"/>
+      <text x="${Math.max(size, Math.min(sheet.width_mm - size, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
+      stroke-width="${0.25 * size}">${escaped(piece.id)}</text>`;
+  }).join("");
+}
