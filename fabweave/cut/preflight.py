@@ -307,10 +307,7 @@ def _necks(cuts: _Cuts, least: float) -> tuple[IntArray, FloatArray, FloatArray]
     eaten, left = (_eaten(cuts.polygons[piece], by) for by in (high, low))
     # What the last step ate away is the neck, and slivers along all edges, which come back.
     gone = shapely.difference(left, _eaten(eaten, -1.01 * (high - low)))
-    # A neck as short as that comes back, too, and lies between the parts.
-    between = shapely.shortest_line(shapely.get_geometry(eaten, 0), shapely.get_geometry(eaten, 1))
-    gone = np.where(shapely.is_empty(gone), between, gone)
-    places = [_largest_middle(part) for part in gone]
+    places = [_neck_place(*shapes) for shapes in zip(gone, eaten, strict=True)]
     return piece, np.array(places).reshape(-1, 2), 2 * high
 
 
@@ -326,11 +323,20 @@ def _eaten(polygons: Shapes, by_mm: FloatArray | float) -> Shapes:
     return np.asarray(shapely.buffer(polygons, -np.asarray(by_mm), quad_segs=4))
 
 
-def _largest_middle(shape: Any) -> tuple[float, float]:
-    """Return a point inside the largest polygon of a shape, or on a line."""
-    parts = shapely.get_parts(shape)
-    largest = parts[int(np.argmax(shapely.area(parts)))]
-    x, y = shapely.get_coordinates(shapely.point_on_surface(largest))[0].tolist()
+def _neck_place(gone: Any, eaten: Any) -> tuple[float, float]:
+    """Return a point of the neck: of what is gone, it is next to both of the parts that are left.
+
+    If nothing is left, the piece is as thin as that all over, and it is where it was widest.
+    """
+    candidates, parts = shapely.get_parts(gone), shapely.get_parts(eaten)
+    if len(parts) > 1:
+        # A neck that is too short to be among them lies between the parts.
+        candidates = np.append(candidates, shapely.shortest_line(parts[0], parts[1]))
+        away = np.maximum(*(shapely.distance(candidates, part) for part in parts[:2]))
+        neck = candidates[int(np.argmin(np.round(away, 6)))]
+    else:
+        neck = candidates[int(np.argmax(shapely.area(candidates)))]
+    x, y = shapely.get_coordinates(shapely.point_on_surface(neck))[0].tolist()
     return x, y
 
 
