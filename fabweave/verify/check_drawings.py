@@ -125,27 +125,35 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
 
 
 def _check_slots(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally) -> None:
-    """Check the cut-outs of a piece that are no circles, in the order of the map."""
-    slots = piece.slots
+    """Check the cut-outs of a piece that are no circles, in whatever order they are drawn."""
+    slots, left = piece.slots, list(shapes)
     if not tally.expect(
-        [len(shape.points) for shape in shapes] == [len(slot) for slot in slots]
+        sorted(len(shape.points) for shape in shapes) == sorted(len(slot) for slot in slots)
         and all(shape.closed for shape in shapes),
         f"{where}: piece {piece.id} has {len(shapes)} cut-outs on {HOLES} that are no circles, "
         f"instead of {len(slots)}, or they are not closed runs of as many vertices",
     ):
         return
-    for shape, slot in zip(shapes, slots, strict=True):
-        drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
-        off = _side_distance(
-            np.column_stack([shape.points, drawn]),
-            piece.placed_ring(slot),
-        )
+    for slot in slots:
+        wanted = np.column_stack([piece.placed(slot[:, :2]), slot[:, 2]])
+        distances = [_slot_distance(shape, wanted) for shape in left]
+        nearest = int(np.argmin(distances))
+        off = distances[nearest]
+        del left[nearest]
         tally.measure(
             "slot_mm",
             off,
             SAME_MM,
             f"{where}: a slot of piece {piece.id} is {off:.4f} mm from where it should be",
         )
+
+
+def _slot_distance(shape: Shape, wanted: Floats) -> float:
+    """Return how far a shape is from a slot; infinite if it has not as many vertices."""
+    if len(shape.points) != len(wanted):
+        return float("inf")
+    drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
+    return _side_distance(np.column_stack([shape.points, drawn]), wanted)
 
 
 def _ring_distance(ring: Floats, wanted: Floats) -> float:
