@@ -57,8 +57,8 @@ def effort_named(name: str) -> Effort:
     """
     efforts = {
         "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 12, 4, 0),
-        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 100, 20, 0),
-        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 600, 80, 12),
+        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 200, 40, 0),
+        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 900, 120, 12),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

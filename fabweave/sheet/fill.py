@@ -10,7 +10,7 @@ import numpy as np
 from fabweave.arrays import BoolArray
 from fabweave.sheet.effort import Effort
 from fabweave.sheet.layout import Placement, SheetSize
-from fabweave.sheet.search import Grid, Kernels, Position, SheetPixels, grid_of, kernels_of
+from fabweave.sheet.search import PULL, Grid, Kernels, Position, SheetPixels, grid_of, kernels_of
 from fabweave.sheet.shape import Pose, Shape, rotated
 from fabweave.sheet.stock import usable_size
 
@@ -68,7 +68,7 @@ class NestingJob:
 
 
 def filled_sheet(
-    job: NestingJob, queue: list[int], choice: int, number: int
+    job: NestingJob, queue: list[int], choice: int, number: int, pull: float = PULL
 ) -> dict[int, Placement]:
     """Return the placements of the pieces that go on one sheet.
 
@@ -80,6 +80,8 @@ def filled_sheet(
         The pieces that are left, in the order in which they are tried.
     choice, number : int
         Which size of the stock, and the number of this sheet in the layout.
+    pull : float
+        How strongly pieces are drawn to the left: the more, the larger the rest at the right.
 
     Returns
     -------
@@ -87,7 +89,7 @@ def filled_sheet(
         At least the first piece of the queue that fits on an empty sheet.
     """
     grid = job.grid(choice)
-    pixels = SheetPixels(grid, job.effort, workers=job.workers)
+    pixels = SheetPixels(grid, job.effort, workers=job.workers, pull=pull)
     waiting = [piece for piece in queue if job.fits[job.poses[piece].shape, choice]]
     failed = np.empty((0, 2))
     placed: dict[int, Placement] = {}

@@ -33,6 +33,7 @@ class Plan:
 
 
 _ENGINE_SECONDS = 30  # for one try
+_LAST_PULL = 3.0  # keeps the rest of the last sheet in one piece
 
 #: Told how many sheets there are, and what share of the pieces of one has found room elsewhere.
 Told = Callable[[int, float], None]
@@ -134,7 +135,7 @@ def _plan(
         queue = [
             piece for _, piece in sorted(zip([-s.length_mm for s in shapes], left, strict=True))
         ]
-        last = filled_sheet(job, queue, used[-1], len(used) - 1)
+        last = filled_sheet(job, queue, used[-1], len(used) - 1, pull=_LAST_PULL)
         if len(last) < len(left):
             return None
         placements.update(last)

@@ -21,7 +21,8 @@ from fabweave.sheet.shape import Shape, fitting_angles, rotated
 
 _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
 _RING_MM = 4.0  # how near to a shape its neighbours count as contact
-_PULL = 0.1  # contact that a position at the far end of the sheet must have more
+#: How much more contact a position at the far end of the sheet must have.
+PULL = 0.1
 _LEAST_TILE = 48  # positions on a side of the smallest tiles
 _LARGEST_TILE = 0.3  # tiles larger than this share of the sheet do not pay: it is searched whole
 
@@ -162,8 +163,9 @@ class SheetPixels:
     The state of a search, not a value: it changes as pieces are put down.
     """
 
-    def __init__(self, grid: Grid, effort: Effort, *, workers: int) -> None:
+    def __init__(self, grid: Grid, effort: Effort, *, workers: int, pull: float = PULL) -> None:
         """Start with an empty sheet."""
+        self.pull = pull
         self.grid = grid
         self.effort = effort
         self.workers = workers
@@ -267,8 +269,8 @@ class SheetPixels:
         # How far to the right its far side comes, as a share of the sheet; less so upwards.
         right = columns * self.grid.pixel_mm + kernels.sizes[able, 0][:, None]
         up = rows * self.grid.pixel_mm
-        score -= (_PULL * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
-        score -= (0.1 * _PULL * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
+        score -= (self.pull * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
+        score -= (0.1 * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
         score = np.where(free[able], score, np.float32(-np.inf))
         where = int(np.argmax(score))
         rotation, row, column = np.unravel_index(where, score.shape)

@@ -40,7 +40,7 @@ class Stopwatch:
         now = time.perf_counter()
         self.times[self._station] = self.times.get(self._station, 0.0) + now - self._since
         self.peaks[self._station] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        self._station, self._since = what, now
+        self._station, self._since = what.partition(":")[0], now
 
 
 def main() -> None:

@@ -62,3 +62,12 @@ def test_pieces_that_fill_their_sheets_are_left_as_they_are():
     layout = nest([square] * 3, [SheetSize(80, 80)], margin_mm=2, gap_mm=2, effort="quick")
     assert len(layout.sheets) == 3
     assert check_layout(layout, [square] * 3) == []
+
+
+def test_last_sheet_is_packed_to_the_left(piece_sets):
+    pieces = strips(piece_sets, 30, 1)
+    layout = nest(pieces, [SheetSize(240, 160)], margin_mm=4, gap_mm=1, effort="quick")
+    last = len(layout.sheets) - 1
+    here = [p.apply(pieces[p.piece]) for p in layout.placements if p.sheet == last]
+    # The leftmost piece stands on the margin, but for a pixel.
+    assert min(points[:, 0].min() for points in here) <= 4 + 3

@@ -1,0 +1,152 @@
+"""What nesting is compared with: bounding rectangles, a strip packer, a plain raster greedy."""
+
+import math
+import time
+
+import numpy as np
+import rectpack
+import scipy.fft
+import shapely
+
+from fabweave.arrays import FloatArray
+from fabweave.sheet.body import body_of
+from fabweave.sheet.engine import packed
+from fabweave.sheet.exact import missing_mm
+from fabweave.sheet.shape import rotated, shape_of
+
+
+def sheets_by_rectpack(
+    pieces: list[FloatArray], usable: tuple[float, float], gap: float
+) -> int | None:
+    """Return the fewest sheets that rectpack needs for the least rectangles of the pieces."""
+    sizes = []
+    for piece in pieces:
+        box = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.polygons(piece)))
+        sizes.append([math.dist(box[0], box[1]), math.dist(box[1], box[2])])
+    counts = []
+    for algorithm in (
+        rectpack.MaxRectsBssf,
+        rectpack.MaxRectsBaf,
+        rectpack.MaxRectsBlsf,
+        rectpack.GuillotineBssfSas,
+        rectpack.SkylineMwfl,
+    ):
+        packer = rectpack.newPacker(pack_algo=algorithm, rotation=True)
+        for number, size in enumerate(sizes):
+            # Whole hundredths of a millimetre, rounded up; the gap goes with every piece.
+            packer.add_rect(*(math.ceil((side + gap) * 100) for side in size), number)
+        packer.add_bin(*(int((side + gap) * 100) for side in usable), float("inf"))
+        packer.pack()
+        if len(packer.rect_list()) == len(pieces):
+            counts.append(len(packer))
+    return min(counts, default=None)
+
+
+def sheets_by_spyrrow(
+    pieces: list[FloatArray], usable: tuple[float, float], gap: float, seconds: float
+) -> int:
+    """Return how many sheets spyrrow needs, one after another, longest pieces first.
+
+    Each sheet takes three tries to find how many pieces it holds; the time is shared evenly.
+    """
+    bodies = [body_of(shape_of(piece)[0], gap) for piece in pieces]
+    left = sorted(bodies, key=lambda body: -float(np.ptp(body.outline, axis=0).max()))
+    area = sum(body.area_mm2 for body in bodies)
+    guess = max(1, math.ceil(area / (0.45 * usable[0] * usable[1])))
+    each = max(1, round(seconds / (3 * guess)))
+    share, count = 0.45, 0
+    while left:
+        placed = 0
+        for _ in range(3):
+            total = np.cumsum([body.area_mm2 for body in left]) / (usable[0] * usable[1])
+            number = max(1, int(np.searchsorted(total, share)))
+            chosen = left[:number]
+            poses = packed(chosen, usable, gap, seconds=each, seed=1)
+            if poses is not None and missing_mm(chosen, poses, usable, gap) < 1.0:
+                placed = max(placed, number)
+                if number == len(left):
+                    break
+                share *= 1.06
+            else:
+                share *= 0.9
+        left = left[max(placed, 1) :]  # one piece always fits: the peer is given that
+        count += 1
+    return count
+
+
+def sheets_by_raster(
+    pieces: list[FloatArray],
+    usable: tuple[float, float],
+    gap: float,
+    pixel: float = 2.0,
+    rotations: int = 24,
+) -> tuple[int, float]:
+    """Return the sheets and the seconds of the plain raster greedy: longest first, most contact."""
+    start = time.perf_counter()
+    bodies = [body_of(shape_of(piece)[0], gap) for piece in pieces]
+    left = sorted(bodies, key=lambda body: -float(np.ptp(body.outline, axis=0).max()))
+    radius = gap / 2.0 + pixel * math.sqrt(0.5)
+    rows, columns = int(usable[1] / pixel), int(usable[0] / pixel)
+    pad = math.ceil(radius / pixel) + 2
+    count = 0
+    while left:
+        full = np.zeros((rows + 2 * pad, columns + 2 * pad), dtype=np.float32)
+        wall = np.ones_like(full)
+        wall[pad:-pad, pad:-pad] = 0.0
+        rest, smallest = [], math.inf
+        for body in left:
+            placed = False
+            if body.area_mm2 < 0.95 * smallest:
+                placed = _put(body, full, wall, usable, pixel, rotations, radius, pad)
+                if not placed:
+                    smallest = body.area_mm2
+            if not placed:
+                rest.append(body)
+        if len(rest) == len(left):
+            raise SystemExit("the raster greedy cannot place a piece")
+        left = rest
+        count += 1
+    return count, time.perf_counter() - start
+
+
+def _put(body, full, wall, usable, pixel, rotations, radius, pad) -> bool:
+    grown = shapely.get_coordinates(shapely.buffer(shapely.polygons(body.outline), radius).exterior)
+    best = None
+    for angle in np.arange(rotations) * (360.0 / rotations):
+        outline = rotated(body.outline, np.array([angle]))[0]
+        low, size = outline.min(axis=0), np.ptp(outline, axis=0)
+        if (size > np.array(usable)).any():
+            continue
+        shape = np.ceil(size / pixel).astype(int) + 2 * pad
+        polygon = shapely.polygons(rotated(grown, np.array([angle]))[0] - low + pad * pixel)
+        shapely.prepare(polygon)
+        x, y = np.meshgrid((np.arange(shape[0]) + 0.5) * pixel, (np.arange(shape[1]) + 0.5) * pixel)
+        cells = shapely.contains_xy(polygon, x, y).astype(np.float32)
+        ring = np.zeros_like(cells)
+        for up, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+            ring = np.maximum(ring, np.roll(cells, (up, right), axis=(0, 1)))
+        ring -= cells
+        last = np.floor((np.array(usable) - size) / pixel + 1e-6).astype(int)
+        padded = [scipy.fft.next_fast_len(side, real=True) for side in full.shape]
+
+        def slide(sheet, kernel, padded=padded, last=last):
+            wave = scipy.fft.rfft2(sheet, s=padded) * np.conj(scipy.fft.rfft2(kernel, s=padded))
+            return scipy.fft.irfft2(wave, s=padded)[: last[1] + 1, : last[0] + 1]
+
+        if cells.shape[0] > full.shape[0] + 1 or cells.shape[1] > full.shape[1] + 1:
+            continue
+        free = slide(full, cells) < 0.5
+        if not free.any():
+            continue
+        score = slide(np.maximum(full, wall), ring) / ring.sum()
+        score -= 0.1 * np.arange(score.shape[1])[None] / score.shape[1]
+        score = np.where(free, score, -np.inf)
+        row, column = np.unravel_index(int(np.argmax(score)), score.shape)
+        if best is None or score[row, column] > best[0]:
+            best = (score[row, column], row, column, cells)
+    if best is None:
+        return False
+    _, row, column, cells = best
+    part = full[row : row + cells.shape[0], column : column + cells.shape[1]]
+    np.maximum(part, cells[: part.shape[0], : part.shape[1]], out=part)
+    return True
