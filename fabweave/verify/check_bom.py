@@ -22,7 +22,11 @@ _SAME_MM = 0.02
 def check_bom(job: Job, tally: Tally) -> None:
     """Check the fasteners, glue and tape of waste.json; a report without them is left alone."""
     plan, waste = job.map, job.waste
-    if plan is None or waste is None or "fasteners" not in waste:
+    if plan is None or waste is None:
+        return
+    told = [name for name in ("fasteners", "glue", "tape") if name in waste]
+    tally.expect(len(told) in (0, 3), f"waste.json tells only of {' and '.join(told)}")
+    if "fasteners" not in waste:
         return
     _check_fasteners(plan, waste["fasteners"], job.thickness_mm, tally)
     area, edge, length = _laps(plan, job)
