@@ -27,6 +27,9 @@ class Effort:
         How many rounds are spent on emptying a sheet, at most.
     patience : int
         How many of them may pass without any success.
+    density : float
+        No sheet is emptied if the pieces, grown by half the gap, would take more than this share
+        of the others.
     engine_tries : int
         How often an engine is asked, if one is installed, when the rounds are over.
     """
@@ -39,6 +42,7 @@ class Effort:
     tiles: int
     rounds: int
     patience: int
+    density: float
     engine_tries: int
 
 
@@ -53,12 +57,12 @@ def effort_named(name: str) -> Effort:
     Examples
     --------
     >>> effort_named("quick").pixel_mm
-    3.0
+    2.0
     """
     efforts = {
-        "quick": Effort(3.0, 24, 1, 40, 0.9, 1, 12, 4, 0),
-        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 200, 40, 0),
-        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 900, 120, 12),
+        "quick": Effort(2.0, 24, 1, 40, 0.9, 1, 0, 0, 0.0, 0),
+        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 200, 40, 0.7, 0),
+        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 900, 120, 0.8, 12),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fabweave.arrays import BoolArray, FloatArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
@@ -157,9 +158,12 @@ def nest(
         progress(_stage(job, plan, count), round(share * len(outlines)), len(outlines))
 
     try:
-        for better in reduced(job, plan, seed, told):
-            plan = better
-            told(len(plan.used), 0.0)
+        # One thread: with more, sums are rounded otherwise, and these matrices are too small to
+        # gain by it.
+        with threadpool_limits(limits=1, user_api="blas"):
+            for better in reduced(job, plan, seed, told):
+                plan = better
+                told(len(plan.used), 0.0)
     except KeyboardInterrupt:
         # What has been found so far is complete: it is kept.
         notes.append(

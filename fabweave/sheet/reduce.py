@@ -65,7 +65,8 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
     while len(plan.used) > 1:
         sheet = int(np.argmin(np.round(plan.areas(job), 6)))
         others = [number for number in range(len(plan.used)) if number != sheet]
-        if _area_needed(job) > sum(_area_offered(job, plan.used[other]) for other in others):
+        offered = sum(_area_offered(job, plan.used[other]) for other in others)
+        if _area_needed(job) > job.effort.density * offered:
             return
         usable = [usable_size(job.sheets[stock], job.margin_mm) for stock in plan.used]
         ground = Ground(bodies, usable, job.gap_mm, finder)

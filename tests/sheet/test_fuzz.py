@@ -50,7 +50,7 @@ def check_set(seed):
     stock = [SheetSize(*rng.uniform(30.0, 70.0, 2)) for _ in range(rng.integers(1, 3))]
     rules = {"margin_mm": float(rng.choice([0.0, 3.0])), "gap_mm": float(rng.choice([0.0, 0.3, 2]))}
     try:
-        layout = nest(pieces, stock, effort="quick", seed=int(rng.integers(3)), workers=1, **rules)
+        layout = nest(pieces, stock, effort="normal", seed=int(rng.integers(3)), workers=1, **rules)
     except CannotMakeError:
         return "too large"
     except InputError:

@@ -16,9 +16,9 @@ def strips(piece_sets, count, seed):
 def test_emptying_sheets_never_takes_more_and_keeps_every_rule(piece_sets, monkeypatch):
     pieces = strips(piece_sets, 45, 1)
     stock = [SheetSize(240, 160)]
-    found = nest(pieces, stock, margin_mm=4, gap_mm=1, effort="quick")
+    found = nest(pieces, stock, margin_mm=4, gap_mm=1, effort="normal")
     monkeypatch.setattr(nesting, "reduced", lambda *_: iter(()))
-    greedy = nest(pieces, stock, margin_mm=4, gap_mm=1, effort="quick")
+    greedy = nest(pieces, stock, margin_mm=4, gap_mm=1, effort="normal")
     assert check_layout(found, pieces) == []
     assert len(found.sheets) <= len(greedy.sheets)
     assert {p.sheet for p in found.placements} == set(range(len(found.sheets)))
@@ -34,7 +34,7 @@ def test_ctrl_c_keeps_the_last_complete_layout_and_says_so(piece_sets):
             raise KeyboardInterrupt
 
     layout = nest(
-        pieces, [SheetSize(240, 160)], margin_mm=4, gap_mm=1, effort="quick", progress=interrupt
+        pieces, [SheetSize(240, 160)], margin_mm=4, gap_mm=1, effort="normal", progress=interrupt
     )
     assert check_layout(layout, pieces) == []
     (note,) = layout.notes
@@ -51,7 +51,7 @@ def test_ctrl_c_before_everything_is_placed_ends_it(piece_sets):
             [SheetSize(240, 160)],
             margin_mm=4,
             gap_mm=1,
-            effort="quick",
+            effort="normal",
             progress=interrupt,
         )
 
@@ -59,14 +59,14 @@ def test_ctrl_c_before_everything_is_placed_ends_it(piece_sets):
 def test_pieces_that_fill_their_sheets_are_left_as_they_are():
     # Two squares of 50 mm cannot share 80 × 80 mm, whatever is tried.
     square = np.array([[0.0, 0.0], [50.0, 0.0], [50.0, 50.0], [0.0, 50.0]])
-    layout = nest([square] * 3, [SheetSize(80, 80)], margin_mm=2, gap_mm=2, effort="quick")
+    layout = nest([square] * 3, [SheetSize(80, 80)], margin_mm=2, gap_mm=2, effort="normal")
     assert len(layout.sheets) == 3
     assert check_layout(layout, [square] * 3) == []
 
 
 def test_last_sheet_is_packed_to_the_left(piece_sets):
     pieces = strips(piece_sets, 30, 1)
-    layout = nest(pieces, [SheetSize(240, 160)], margin_mm=4, gap_mm=1, effort="quick")
+    layout = nest(pieces, [SheetSize(240, 160)], margin_mm=4, gap_mm=1, effort="normal")
     last = len(layout.sheets) - 1
     here = [p.apply(pieces[p.piece]) for p in layout.placements if p.sheet == last]
     # The leftmost piece stands on the margin, but for a pixel.
