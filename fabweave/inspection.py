@@ -9,13 +9,14 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.job import complete_settings, plan_runs
+from fabweave.job import complete_settings, hole_rules
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.refine import parse_refinements, refine_mesh
+from fabweave.plan import plan_pieces
 from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.check import require_width, ribbon_widths, thread_lengths
 from fabweave.ribbon.turns import require_no_loop
@@ -262,11 +263,17 @@ def _planned(
         require_width(thing.ribbons, thing.labels, thing.size_mm)
         require_no_loop(threads, thing.woven.halfedges)
         require_stiffness(thing, settings, material)
-        runs = plan_runs(thing, settings)
-        thing = keep_clear(thing, settings, material, runs.laps(threads))
+        rules = hole_rules(settings, material)
+        plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules)
+        thing = keep_clear(thing, settings, material, plan.runs.laps(threads))
     except FabweaveError as error:
         return thing, {"count": None, "because": str(error), "sheets": sheets}
-    return thing, {"count": len(runs.thread), "sheets": sheets}
+    return thing, {
+        "count": len(plan.runs.thread),
+        "sheets": sheets,
+        "max_length_mm": round(plan.length_mm, 1),
+        "choices": [choice.record() for choice in plan.choices],
+    }
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, Progress, no_progress
+from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.order import Order, plan_order
 from fabweave.assembly.steps import order_note
 from fabweave.cut.drawing import SheetDrawing
@@ -15,17 +15,16 @@ from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
 from fabweave.flat.holes import HoleRule
 from fabweave.flat.joint import JointRule, parse_joint
-from fabweave.flat.joints import JointPlan, lap_beyond, plan_joints
+from fabweave.flat.joints import JointPlan, plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
 from fabweave.flat.runs import Runs
-from fabweave.flat.split import split_threads
+from fabweave.plan import Plan, plan_pieces
 from fabweave.report.notes import all_notes
 from fabweave.report.portrait import portrait_png
 from fabweave.report.ribbons import hole_findings, ribbon_notes
-from fabweave.ribbon.check import require_width, thread_lengths
+from fabweave.ribbon.check import require_width
 from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.findings import RibbonCheck
-from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import CHOICES, LAYOUT_FILE, JobSettings
 from fabweave.sheet.given import read_layout
@@ -37,8 +36,7 @@ from fabweave.sheet.material import (
     min_hole_mm,
     with_thickness,
 )
-from fabweave.sheet.nest import fits_some_sheet, nest
-from fabweave.sheet.stock import usable_size
+from fabweave.sheet.nest import nest
 from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours
 from fabweave.weave.pattern import Weave
@@ -55,10 +53,6 @@ from fabweave.woven import (
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
 
-#: Pieces pass about this many crossings unless a length is asked for: a dozen keeps strips short
-#: enough to nest well and joints few.
-CROSSINGS_A_PIECE = 12
-
 
 @dataclass(frozen=True, eq=False)
 class Job:
@@ -68,6 +62,7 @@ class Job:
     material: Material
     object: WovenObject
     check: RibbonCheck
+    plan: Plan
     made: Pieces
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
@@ -121,13 +116,13 @@ def make_job(
     require_no_loop(weave.threads, thing.woven.halfedges)
     require_stiffness(thing, settings, material)
     progress("pieces", 0, 1)
-    runs = plan_runs(thing, settings)
+    plan = plan_pieces(thing.ribbons, weave, thing.labels, settings, rules)
     rule = parse_joint(settings.joint, lap_mm=settings.lap_mm, thickness_mm=material.thickness_mm)
-    thing, joints = _with_joints(thing, runs, rule, settings, material)
+    thing, joints = _with_joints(thing, plan.runs, rule, settings, material)
     progress("checks", 0, 1)
     check = check_object(thing, settings, material)
     made = build_pieces(
-        thing.ribbons, weave, runs, thing.labels, rules, joints, slots=settings.slots
+        thing.ribbons, weave, plan.runs, thing.labels, rules, joints, slots=settings.slots
     )
     progress("marks", 0, 1)
     # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
@@ -154,6 +149,7 @@ def make_job(
         material=material,
         object=thing,
         check=check,
+        plan=plan,
         made=made,
         holes=tuple(hole_findings(made, rules, weave, thing.ribbons, thing.labels)),
         marks=marks,
@@ -270,36 +266,6 @@ def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...
     else:
         holes = [hole for hole in HOLES_MM if hole >= least] or [least]
     return tuple(HoleRule(hole, hole_edge_mm(material, hole)) for hole in holes)
-
-
-def plan_runs(thing: WovenObject, settings: JobSettings) -> Runs:
-    """Split the ribbons of a woven object so that every piece fits the stock."""
-    # Long laps go on beyond the panels with which the pieces end that are measured here.
-    beyond = lap_beyond(thing.ribbons, settings.lap_mm)
-    margin = settings.margin_mm + beyond
-
-    def fits(outline: FloatArray) -> bool:
-        return fits_some_sheet(outline, settings.sheets, margin)
-
-    return split_threads(
-        thing.ribbons,
-        thing.weave,
-        length_mm=_wanted_length(thing.ribbons, settings),
-        max_length_mm=(settings.max_length_mm or np.inf) - 2 * beyond,
-        fits=fits,
-        labels=thing.labels,
-        usable=[usable_size(sheet, margin) for sheet in settings.sheets],
-        gap_mm=_given(settings.gap_mm),
-    )
-
-
-def _wanted_length(ribbons: Ribbons, settings: JobSettings) -> float:
-    """Return how long pieces should be: as asked, or a dozen crossings, if the sheet allows."""
-    if settings.max_length_mm is not None:
-        return settings.max_length_mm
-    pitch = float(thread_lengths(ribbons).sum()) / len(ribbons.entry)
-    longest = max(max(usable_size(sheet, settings.margin_mm)) for sheet in settings.sheets)
-    return min(CROSSINGS_A_PIECE * pitch, longest / 2)
 
 
 def _given(value: float | None) -> float:

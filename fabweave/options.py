@@ -57,7 +57,7 @@ class Hole(Length):
         return 0.0 if value == "none" else super().convert(value, param, ctx)
 
 
-class Lap(click.ParamType[Any]):
+class LengthOrAuto(click.ParamType[Any]):
     """A length, or the word auto."""
 
     name = "length"
@@ -258,9 +258,9 @@ _WEAVING = (
     ),
     click.option(
         "--max-length",
-        type=Length(),
-        help="No piece is longer along its middle. "
-        "[default: half of the sheet's longer usable side]",
+        type=LengthOrAuto(),
+        help="No piece is longer along its middle; or auto: what several lengths come to in sheet "
+        "and joints is predicted, and the one at the knee of that curve taken. [default: auto]",
     ),
     click.option(
         "--joint",
@@ -273,7 +273,7 @@ _WEAVING = (
     ),
     click.option(
         "--lap",
-        type=Lap(),
+        type=LengthOrAuto(),
         metavar="LENGTH|auto",
         help="How far joined pieces lap; no farther than to the crossings beside. "
         "[default: auto, the crossing's own panel]",

@@ -46,7 +46,7 @@ class JobSettings:
     the boundary of an open mesh: end or turn back. ``width`` is the ribbons' width and
     ``crossing`` the relative crossing length of the projection method; ``smooth`` counts the
     cross-lines between two crossings. ``None`` means that fabweave chooses: the material's
-    thickness, gap and sheet, pieces of about a dozen crossings, and the largest hole that the
+    thickness, gap and sheet, the greatest length of pieces, and the largest hole that the
     ribbons have room for (``hole_mm=0``: no holes). ``joint`` is as on the command line, such as
     ``"rivet:2"``; ``lap_mm=None`` is as long as it needs to be; ``slots`` asks for slots in place
     of every second hole. ``target`` names whose rules the pieces are checked against, and

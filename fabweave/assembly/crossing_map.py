@@ -12,6 +12,7 @@ from fabweave.assembly.order import Order
 from fabweave.assembly.steps import build_steps
 from fabweave.cut.labels import Label
 from fabweave.cut.marks import Marks
+from fabweave.flat.alike import piece_kinds
 from fabweave.flat.owners import Owners, find_owners
 from fabweave.flat.path import Path
 from fabweave.flat.piece import Piece
@@ -200,6 +201,7 @@ def _pieces(
 ) -> list[dict[str, Any]]:
     """Return the pieces with their outline, stations, labels and placement."""
     result = []
+    kinds = piece_kinds(made.pieces).tolist()
     for index, (piece, placement) in enumerate(zip(made.pieces, layout.placements, strict=True)):
         if placement.piece != index:
             raise ValueError("placements must be in the order of the pieces")
@@ -208,6 +210,7 @@ def _pieces(
         result.append(
             {
                 "id": piece.id,
+                "kind": kinds[index],
                 "thread": piece.thread,
                 "sheet": placement.sheet + 1,
                 "placement": {

@@ -5,6 +5,7 @@ for each station the last station before it from which on the stretch closes a l
 """
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
@@ -91,13 +92,29 @@ def _near_pairs(course: Course, most_passes: int) -> tuple[IntArray, IntArray]:
     longest = np.hypot(*np.diff(right, axis=0).T).max(initial=0.0) + SELF_CLEARANCE_MM
     spread = 4 * (away + longest * (last - first + 1).max())
     shift = np.column_stack((np.cumsum(spread), np.zeros(len(spread)))) - centre
-    rings = _rings(right, left, first, last, shift[block])
-    tree = shapely.STRtree(rings)
-    one, other = tree.query(rings, predicate="dwithin", distance=SELF_CLEARANCE_MM)
-    one, other = member[one], member[other]
-    apart = other - one
-    pairs = np.unique(np.column_stack((one, other))[(apart > 1) & (apart < most_passes)], axis=0)
+    moved = shift[block]
+    low, high = _bounds(np.minimum, course, first, last), _bounds(np.maximum, course, first, last)
+    low, high = low + moved - SELF_CLEARANCE_MM / 2, high + moved + SELF_CLEARANCE_MM / 2
+    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    one, other = shapely.STRtree(boxes).query(boxes)
+    # Neighbours touch always; only what is further apart along the strand is looked at closely.
+    apart = member[other] - member[one]
+    far = (apart > 1) & (apart < most_passes)
+    one, other = one[far], other[far]
+    involved, place = np.unique(np.concatenate((one, other)), return_inverse=True)
+    rings = _rings(right, left, first[involved], last[involved], moved[involved])
+    near = shapely.dwithin(rings[place[: len(one)]], rings[place[len(one) :]], SELF_CLEARANCE_MM)
+    pairs = np.unique(np.column_stack((member[one[near]], member[other[near]])), axis=0)
     return pairs[:, 0], pairs[:, 1]
+
+
+def _bounds(extreme: np.ufunc, course: Course, first: IntArray, last: IntArray) -> FloatArray:
+    """Return the least or greatest coordinates between two rungs, (K, 2)."""
+    right, left = course.strips.right, course.strips.left
+    outer = np.append(extreme(right, left), right[-1:], axis=0)
+    # Every other stretch is between one's end and the next one's beginning.
+    bounds = np.column_stack((first, last + 1)).ravel()
+    return np.asarray(extreme.reduceat(outer, bounds, axis=0)[::2])
 
 
 def _blocks(offsets: IntArray, most_passes: int) -> tuple[IntArray, IntArray]:
@@ -121,7 +138,7 @@ def _blocks(offsets: IntArray, most_passes: int) -> tuple[IntArray, IntArray]:
 
 def _rings(
     right: FloatArray, left: FloatArray, first: IntArray, last: IntArray, shift: FloatArray
-) -> object:
+) -> npt.NDArray[np.object_]:
     """Return the borders of stretches between two rungs, shifted."""
     count = last - first + 1
     number = np.repeat(np.arange(len(first)), 2 * count)
@@ -129,4 +146,4 @@ def _rings(
     back = within >= count[number]
     rung = first[number] + np.where(back, 2 * count[number] - 1 - within, within)
     points = np.where(back[:, None], left[rung], right[rung]) + shift[number]
-    return shapely.linearrings(points, indices=number)
+    return np.asarray(shapely.linearrings(points, indices=number))

@@ -8,98 +8,30 @@ least cost for the joints of the others, which is the optimum of that thread and
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.errors import CannotMakeError
+from fabweave.flat.candidates import (
+    Bed,
+    Candidates,
+    joint_price,
+    list_candidates,
+    price_candidates,
+)
 from fabweave.flat.choose import cheapest_ring, cheapest_row
-from fabweave.flat.clear import last_clear
-from fabweave.flat.cost import window_costs
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.runs import Runs
-from fabweave.flat.sites import Sites, list_sites
+from fabweave.flat.sites import Sites
 from fabweave.flat.stagger import Joints
-from fabweave.flat.windows import (
-    Course,
-    Windows,
-    lay_course,
-    measure_windows,
-    station_of_site,
-)
+from fabweave.flat.windows import station_of_site
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 from fabweave.words import agree
 
-#: Pieces pass no more crossings than this unless there is no other way: they would be hard to
-#: thread, and there would be no end of pieces to choose from on fine meshes.
-MOST_PASSES = 64
-
-#: Rooms are measured at whole degrees only; between them a piece may have this share of its
-#: length more.
-_ROOM_SHARE = 0.01
-
-#: A joint is worth as much sheet as so many crossings of its ribbon take.
-JOINT_WORTH = 1.0
-#: An uneven division may cost as much more as this share of a joint.
-_EVEN_SHARE = 0.1
 #: A joint beside another strand's joint costs as much more as this share of a joint.
 _NEAR_SHARE = 0.25
-
-
-@dataclass(frozen=True)
-class Bed:
-    """What a piece must fit on.
-
-    Parameters
-    ----------
-    fits : callable
-        Whether an outline (K, 2) fits the usable stock at some angle.
-    usable : tuple of (float, float)
-        What the margin leaves of each sheet, so that most answers are known without asking; may
-        be empty.
-    gap_mm : float
-        Least distance between two pieces on a sheet.
-    """
-
-    fits: Callable[[FloatArray], bool]
-    usable: tuple[tuple[float, float], ...] = ()
-    gap_mm: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """All pieces that threads could be cut into.
-
-    Parameters
-    ----------
-    ribbons : Ribbons
-    sites : Sites
-        Where threads may be cut.
-    course : Course
-        The unfolded threads.
-    windows : Windows
-        The pieces from site to site.
-    clear : (N, D) bool array
-        Which of them keep clear of themselves.
-    """
-
-    ribbons: Ribbons
-    sites: Sites
-    course: Course
-    windows: Windows
-    clear: BoolArray
-
-    @property
-    def slack(self) -> FloatArray:
-        """How exactly the room of each is known, (N, D)."""
-        length = self.windows.length_mm
-        return np.where(np.isfinite(length), length, 0.0) * _ROOM_SHARE
-
-    def fresh(self) -> BoolArray:
-        """Return which pieces may be cut as far as is known, (N, D)."""
-        return np.asarray(self.clear & (self.windows.room_mm >= -self.slack))
 
 
 def split_threads(
@@ -157,37 +89,6 @@ def split_threads(
     return choose_runs(found, weave, bed, labels, length_mm, max_length_mm, room)
 
 
-def list_candidates(
-    ribbons: Ribbons,
-    weave: Weave,
-    bed: Bed,
-    longest_mm: float,
-    threads: IntArray,
-    most_passes: int = MOST_PASSES,
-) -> Candidates:
-    """Measure all pieces that some threads could be cut into."""
-    sites = list_sites(weave).of(threads)
-    course = lay_course(ribbons, most_passes)
-    windows = measure_windows(
-        course, sites, most_passes=most_passes, longest_mm=longest_mm, usable=bed.usable
-    )
-    behind = last_clear(course, int(windows.passes.max(initial=1)))
-    at = station_of_site(course, sites)[:, None]
-    there = windows.passes > 0
-    last = np.where(there, at + windows.passes - 1, at)
-    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]))
-
-
-def joint_price(found: Candidates) -> float:
-    """Return what a joint is worth in square millimetres: the mean ribbon of some crossings."""
-    windows = found.windows
-    there = windows.passes > 1
-    if not there.any():
-        return 0.0
-    area = windows.area_mm2[there].sum() / (windows.passes[there] - 0.5).sum()
-    return float(JOINT_WORTH * area)
-
-
 def choose_runs(
     found: Candidates,
     weave: Weave,
@@ -235,23 +136,21 @@ def _cut(
         For each thread the sites, counted in it, at which its pieces begin.
     """
     sites, price = found.sites, joint_price(found)
-    cost = window_costs(
-        found.windows, gap_mm=bed.gap_mm, even_mm2=_EVEN_SHARE * price, longest_mm=longest_mm
-    )
-    cost[~found.fresh()] = np.inf
+    cost = price_candidates(found, bed, longest_mm)
     fitting = (found.windows.room_mm > found.slack) & bool(bed.usable)
+    outer = sites.outer
     cuts: dict[int, IntArray | None] = {}
     for _sweep in range(2):
         for thread in np.flatnonzero(np.diff(sites.offsets)).tolist():
             own = slice(sites.offsets[thread], sites.offsets[thread + 1])
-            crossing, outer = sites.crossing[own], sites.outer[own]
+            crossing, end = sites.crossing[own], outer[own]
             earlier = cuts.get(thread)
             if earlier is not None:
-                joints.add(crossing[earlier[~outer[earlier]]], -1)
-            joint = np.where(outer, 0.0, price + joints.costs(crossing))
+                joints.add(crossing[earlier[~end[earlier]]], -1)
+            joint = np.where(end, 0.0, price + joints.costs(crossing))
             cuts[thread] = cut = _cut_thread(found, thread, cost, joint, fitting, bed)
             if cut is not None:
-                joints.add(crossing[cut[~outer[cut]]])
+                joints.add(crossing[cut[~end[cut]]])
     return cuts
 
 
@@ -294,6 +193,8 @@ def _cut_thread(
 
 def _fits(found: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
     """Ask whether candidates fit the stock."""
+    if not len(row):
+        return np.zeros(0, dtype=bool)
     first = station_of_site(found.course, found.sites)[row]
     last = first + found.windows.passes[row, ahead] - 1
     outlines = strip_outlines(found.course.stretches(first, last))

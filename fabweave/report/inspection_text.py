@@ -32,6 +32,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
         *(_topic(note) for note in facts["checks"]["notes"]),
         ("pieces", _pieces(facts["pieces"])),
+        *_choices(facts["pieces"]),
     ]
 
 
@@ -115,7 +116,20 @@ def _fabric_rows(fabrics: Mapping[str, Any]) -> list[tuple[str, str]]:
 def _pieces(pieces: Mapping[str, Any]) -> str:
     if pieces["count"] is None:
         return f"cannot be cut: {pieces['because']}"
-    return f"{pieces['count']}, for sheets of {' or '.join(pieces['sheets'])}"
+    return (
+        f"{pieces['count']}, up to {pieces['max_length_mm']:.0f} mm long, for sheets of "
+        f"{' or '.join(pieces['sheets'])}"
+    )
+
+
+def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say what other greatest lengths would come to; lengths that change nothing are left out."""
+    rows: list[tuple[str, str]] = []
+    for choice in pieces.get("choices", []):
+        told = f"{choice['joints']} joints, {choice['sheet_mm2'] / 1e6:.2f} m² of sheet"
+        if not rows or not rows[-1][1].endswith(f" {told}"):
+            rows.append(("", f"--max-length {choice['max_length_mm']:.0f}mm: about {told}"))
+    return rows
 
 
 def _range(spread: Mapping[str, float], digits: int) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.flat.alike import piece_kinds
 from fabweave.flat.path import stretch
 from fabweave.flat.piece import Piece
 from fabweave.report.bom import bom_section
@@ -35,12 +36,16 @@ def piece_table(
 ) -> str:
     """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
 
+    Pieces of one kind are interchangeable but for their labels.
     Length and width are those of the piece's smallest rectangle; the area is without holes.
     """
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes"))
-    for piece, placement in zip(pieces, layout.placements, strict=True):
+    rows.writerow(
+        ("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind")
+    )
+    kinds = piece_kinds(pieces).tolist()
+    for piece, placement, kind in zip(pieces, layout.placements, kinds, strict=True):
         length, width = np.ptp(piece.outline, axis=0)
         area = outline_area_mm2(piece) - hole_area_mm2(piece)
         rows.writerow(
@@ -53,6 +58,7 @@ def piece_table(
                 f"{area:.3f}",
                 f"{1000 * sheet_mass_kg(material, area):.3f}",
                 len(piece.holes) + len(piece.slots),
+                kind,
             )
         )
     return text.getvalue()

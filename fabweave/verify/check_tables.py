@@ -98,6 +98,7 @@ def _check_pieces(plan: CrossingMap, rows: Rows, tally: Tally) -> None:
         for column, values in (
             ("thread", (str(thread.id), thread.label)),
             ("sheet", (str(piece.sheet),)),
+            ("kind", (str(piece.kind),)),
             ("holes", (str(len(plan.holes[piece.id]) + len(piece.slots)),)),
         ):
             tally.expect(

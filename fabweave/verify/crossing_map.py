@@ -138,6 +138,8 @@ class Piece:
     cutouts: tuple[Cutout, ...] | None = None
     #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
     mirror_mm: float | None = None
+    #: Pieces of one number can be put in one another's place.
+    kind: int = 0
 
     @property
     def slots(self) -> list[Floats]:

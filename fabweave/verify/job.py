@@ -12,6 +12,7 @@ from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
+from fabweave.verify.check_kinds import check_kinds
 from fabweave.verify.check_labels import check_labels
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
@@ -58,6 +59,7 @@ _TASKS = (
     _Task("space", ("map", "mesh", "model"), check_space),
     _Task("piece-order", ("map",), check_piece_order),
     _Task("joints", ("map", "model"), check_joints),
+    _Task("kinds", ("map",), check_kinds),
     _Task("crossing-holes", ("map",), check_crossing_holes),
     _Task("unfolding", ("map", "model"), check_unfolding),
     _Task("outlines-dxf", ("map",), check_dxf),

@@ -29,7 +29,7 @@ CROSSING_COLUMNS = (
     "x", "y", "z",
 )  # fmt: skip
 PIECE_COLUMNS = (
-    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes",
+    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
 )  # fmt: skip
 STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",

@@ -291,6 +291,7 @@ def _piece(node: _Node, mirrors: Mapping[int, float]) -> Piece:
         if node.has("cutouts")
         else None,
         mirror_mm=mirrors.get(node["sheet"].integer()),
+        kind=node["kind"].integer(),
     )
 
 

@@ -20,6 +20,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "space": "in the model the over strand stands outside the under strand at each crossing",
         "piece-order": "pieces carry their thread's stations in order and share only joints",
         "joints": "joined pieces, superposed, lap hole on hole, butt, or hold one another",
+        "kinds": "pieces of one kind cover one another, face up",
         "crossing-holes": "all strands at a crossing have the same holes; nothing else is cut out",
         "unfolding": "each piece is the unreflected development of its part of the model",
         "outlines-dxf": "the DXF sheets cut exactly the pieces' outlines and holes, in millimetres",

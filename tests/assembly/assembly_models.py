@@ -8,7 +8,8 @@ import numpy as np
 from fabweave.flat.joint import parse_joint
 from fabweave.flat.joints import plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.job import complete_settings, hole_rules, plan_runs
+from fabweave.job import complete_settings, hole_rules
+from fabweave.plan import plan_pieces
 from fabweave.settings import JobSettings
 from fabweave.woven import lay_ribbons, weave_object
 
@@ -25,12 +26,12 @@ def model_of(mesh, size_mm=300.0, **changed):
     """Return the pieces of a model, once."""
     settings, material = complete_settings(JobSettings(mesh, size_mm=size_mm, **changed))
     thing = weave_object(settings, material)
-    runs = plan_runs(thing, settings)
-    laps = runs.laps(thing.weave.threads)
-    ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
     rules = hole_rules(settings, material)
+    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules)
+    laps = plan.runs.laps(thing.weave.threads)
+    ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
     rule = parse_joint(settings.joint, thickness_mm=material.thickness_mm)
-    joints = plan_joints(ribbons, thing.weave, runs, rule)
-    made = build_pieces(ribbons, thing.weave, runs, thing.labels, rules, joints)
+    joints = plan_joints(ribbons, thing.weave, plan.runs, rule)
+    made = build_pieces(ribbons, thing.weave, plan.runs, thing.labels, rules, joints)
     closed = bool(np.all(thing.woven.halfedges.twin >= 0))
     return Model(made, ribbons.centre, closed)

@@ -25,7 +25,7 @@ def test_count_threads(capsys):
 def test_make_a_job(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_a_job.py", str(tmp_path / "out")])
     runpy.run_path(str(EXAMPLES / "make_a_job.py"))
-    assert capsys.readouterr().out == f"12 pieces on 1 sheet\nproved by {len(MEANINGS)} checks\n"
+    assert capsys.readouterr().out == f"8 pieces on 1 sheet\nproved by {len(MEANINGS)} checks\n"
     assert (tmp_path / "out" / "verify.json").is_file()
 
 

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.errors import InputError
-from fabweave.job import complete_settings, plan_runs
+from fabweave.job import complete_settings
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import parse_shape
+from fabweave.plan import plan_pieces
 from fabweave.ribbon.check import ribbon_widths
 from fabweave.ribbon.project import project_ribbons
 from fabweave.ribbon.widest import widest_width
@@ -88,7 +89,7 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
         JobSettings(mesh="shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
     )
     thing = weave_object(settings, material)
-    runs = plan_runs(thing, settings)
+    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, ()).runs
     threads = thing.weave.threads
     laps = runs.laps(threads)
     # Every ring is jointed, each joint where its thread goes under, and no crossing twice.
@@ -112,7 +113,7 @@ def test_runs_of_open_threads_lap_only_between_pieces() -> None:
         replace(JobSettings(mesh="shape:hypar", size_mm=400.0), max_length_mm=150.0)
     )
     thing = weave_object(settings, material)
-    runs = plan_runs(thing, settings)
+    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, ()).runs
     crossed = np.count_nonzero(thing.weave.threads.lengths)
     assert len(runs.laps(thing.weave.threads)) == len(runs.thread) - crossed
 

@@ -634,6 +634,7 @@ def place_in_rows(pieces):
     row = 0.0
     sheet = 1
     for k, piece in enumerate(pieces):
+        piece["kind"] = k + 1
         piece["placement"] = {"rotation_deg": (0.0, 180.0, 4.5)[k % 3], "x_mm": 0.0, "y_mm": 0.0}
         points = np.array(placed(piece, piece["outline"]))
         low, size = points.min(axis=0), np.ptp(points, axis=0)

@@ -1,0 +1,109 @@
+"""Plan the pieces of a job: where threads are cut, and what other lengths would come to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.arrays import BoolArray, FloatArray
+from fabweave.flat.candidates import Bed, list_candidates
+from fabweave.flat.curve import LENGTHS, Choice, compare_lengths, knee
+from fabweave.flat.holes import WANTED_SHARE, HoleRule
+from fabweave.flat.joints import lap_beyond
+from fabweave.flat.runs import Runs
+from fabweave.flat.split import choose_runs
+from fabweave.ribbon.check import ribbon_widths, thread_lengths
+from fabweave.ribbon.project import Ribbons
+from fabweave.settings import JobSettings
+from fabweave.sheet.nest import fits_some_sheet
+from fabweave.sheet.stock import usable_size
+from fabweave.weave.pattern import Weave
+
+#: The shortest of the lengths that are compared, in crossings.
+_FEW_CROSSINGS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Where a job's threads are cut.
+
+    Parameters
+    ----------
+    runs : Runs
+        The passes of each piece.
+    length_mm : float
+        The greatest length that was chosen or asked for.
+    choices : tuple of Choice
+        What several greatest lengths come to, as predicted.
+    """
+
+    runs: Runs
+    length_mm: float
+    choices: tuple[Choice, ...]
+
+
+def plan_pieces(
+    ribbons: Ribbons,
+    weave: Weave,
+    labels: tuple[str, ...],
+    settings: JobSettings,
+    rules: Sequence[HoleRule],
+) -> Plan:
+    """Split ribbons so that every piece fits the stock, at the least predicted cost.
+
+    Without a greatest length in the settings, the one at the knee of the curve of sheet area over
+    joints is taken; threads that cannot be cut so short get longer pieces.
+
+    Parameters
+    ----------
+    ribbons, weave, labels
+        The ribbons, who is on top, and the names of the threads.
+    settings : JobSettings
+        Complete settings.
+    rules : sequence of HoleRule
+        The holes that joints may have, the preferred first.
+
+    Raises
+    ------
+    CannotMakeError
+        If a thread cannot be cut as asked.
+    """
+    # Long laps go on beyond the panels with which the pieces end that are measured here.
+    beyond = lap_beyond(ribbons, settings.lap_mm)
+    margin = settings.margin_mm + beyond
+
+    def fits(outline: FloatArray) -> bool:
+        return fits_some_sheet(outline, settings.sheets, margin)
+
+    usable = tuple(usable_size(sheet, margin) for sheet in settings.sheets)
+    bed = Bed(fits, usable, settings.gap_mm or 0.0)
+    side = max(max(size) for size in usable)
+    pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
+    asked = settings.max_length_mm
+    every = np.arange(weave.threads.n_threads)
+    found = list_candidates(ribbons, weave, bed, max(side, asked or 0.0), every)
+    choices = compare_lengths(
+        found, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
+    )
+    if asked is not None:
+        length = limit = asked - 2 * beyond
+    else:
+        length, limit = knee(choices).length_mm if choices else side, np.inf
+    room = room_for_joints(ribbons, weave, rules)
+    runs = choose_runs(found, weave, bed, labels, length, limit, room)
+    return Plan(runs, asked or length, choices)
+
+
+def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -> BoolArray | None:
+    """Return at which crossings both ribbons are wide enough for a joint's hole, (X,).
+
+    That hole is the largest for which nine crossings of ten are; None if no holes are wanted.
+    """
+    if not rules:
+        return None
+    width = ribbon_widths(ribbons)
+    half = (width[ribbons.entry] + width[ribbons.entry + 1]) / 4
+    room = np.full(weave.threads.n_crossings, np.inf)
+    np.minimum.at(room, weave.threads.crossing, half)
+    wide = [room >= rule.edge_mm for rule in rules]
+    return next((one for one in wide if one.mean() >= WANTED_SHARE), wide[-1])
