@@ -189,7 +189,10 @@ def _write_tables(job: Job, directory: Path) -> None:
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
     write_mesh(directory / "woven_mesh.obj", thing.woven.mesh)
-    (directory / "model.glb").write_bytes(woven_glb(thing.ribbons, thing.labels, job.colours))
+    found = (*job.check.findings, *job.holes)
+    (directory / "model.glb").write_bytes(
+        woven_glb(thing.ribbons, thing.labels, job.colours, found)
+    )
     _write(directory / "crossing_map.json", json_text(plan))
     _write(directory / "crossing_map.csv", crossing_table(plan))
     _write(directory / "stations.csv", station_table(plan))

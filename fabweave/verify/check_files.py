@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Hashable, Iterable
 
-from fabweave.verify.check_ribbons import check_ribbon_references
+from fabweave.verify.check_ribbons import check_markers, check_ribbon_references
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
@@ -22,6 +22,7 @@ def check_references(job: Job, tally: Tally) -> None:
         _check_model(plan, job, tally)
     if job.ribbons is not None:
         check_ribbon_references(plan, job.ribbons, tally)
+        check_markers(job, tally)
 
 
 def _twice(ids: Iterable[Hashable]) -> list[Hashable]:

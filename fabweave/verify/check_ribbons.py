@@ -41,6 +41,29 @@ def check_ribbon_references(plan: CrossingMap, ribbons: dict[str, Any], tally: T
         )
 
 
+def check_markers(job: Job, tally: Tally) -> None:
+    """Check that a ball stands in the model at the place of every finding, and nowhere else."""
+    if job.ribbons is None or job.model is None:
+        return
+    findings = job.ribbons["findings"]
+    tally.expect(
+        sorted(job.markers) == list(range(1, len(findings) + 1)),
+        f"model.glb marks findings {sorted(job.markers)}, and ribbons.json has {len(findings)}",
+    )
+    for number, found in enumerate(findings, start=1):
+        place = found.get("position")
+        if number not in job.markers or not isinstance(place, list) or len(place) != 3:
+            tally.fail(f"ribbons.json, finding {number - 1}: it has no place, or no ball there")
+            continue
+        away = float(np.abs(job.markers[number] - np.array(place, dtype=float)).max())
+        tally.measure(
+            "finding_mm",
+            away,
+            FIGURE_MM,
+            f"model.glb marks finding {number} {away:.3f} mm from its place",
+        )
+
+
 def check_ribbon_figures(job: Job, tally: Tally) -> None:
     """Check lengths and widths of the ribbons, as stated, against the model."""
     if job.ribbons is None or job.model is None:

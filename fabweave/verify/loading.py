@@ -11,9 +11,9 @@ from typing import Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.developing import Developed, develop_pieces
-from fabweave.verify.drawing import Drawing, ReadError
+from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.read_dxf import read_dxf
-from fabweave.verify.read_glb import Strip, read_glb
+from fabweave.verify.read_glb import Strip, read_glb, read_markers
 from fabweave.verify.read_map import read_crossing_map
 from fabweave.verify.read_svg import read_svg
 from fabweave.verify.read_viewer import Viewer, read_viewer
@@ -45,6 +45,7 @@ class Job:
     map: CrossingMap | None
     mesh: WovenMesh | None
     model: dict[str, Strip] | None
+    markers: dict[int, Floats]
     dxf: dict[int, Drawing]
     svg: dict[int, Drawing]
     settings: dict[str, Any] | None
@@ -153,10 +154,12 @@ def load_job(directory: Path, tally: Tally) -> Job:
             tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
     read("waste.html", _read_text)
     read("render.png", _read_png)
+    model, markers = read("model.glb", _read_model) or (None, {})
     return Job(
         map=plan,
         mesh=read("woven_mesh.obj", read_obj),
-        model=read("model.glb", read_glb),
+        model=model,
+        markers=markers,
         dxf=dxf,
         svg=svg,
         settings=read("job.toml", _read_toml),
@@ -169,6 +172,11 @@ def load_job(directory: Path, tally: Tally) -> Job:
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer),
     )
+
+
+def _read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
+    """Read the strips of the model, and the balls at findings."""
+    return read_glb(path), read_markers(path)
 
 
 def _read_png(path: Path) -> bool:

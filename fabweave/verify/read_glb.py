@@ -61,7 +61,7 @@ def read_glb(path: Path) -> dict[str, Strip]:
         nodes = document.get("nodes", [])
         strips: dict[str, Strip] = {}
         for number, node in enumerate(nodes):
-            if "mesh" not in node:
+            if "mesh" not in node or _finding(node, document) is not None:
                 continue
             label = str(node.get("name", f"node {number}"))
             if label in strips:
@@ -74,6 +74,39 @@ def read_glb(path: Path) -> dict[str, Strip]:
             raise
         raise ReadError(f"it is not the agreed model: {type(error).__name__}: {error}") from error
     return strips
+
+
+def read_markers(path: Path) -> dict[int, Floats]:
+    """Read where the balls at findings stand, by the findings' numbers from 1, in millimetres.
+
+    Raises
+    ------
+    ReadError
+        If two have one number, or one is no mesh of triangles.
+    """
+    document, binary = _chunks(path.read_bytes())
+    markers: dict[int, Floats] = {}
+    for node in document.get("nodes", []):
+        number = _finding(node, document) if "mesh" in node else None
+        if number is None:
+            continue
+        if number in markers or any(move in node for move in _MOVES):
+            raise ReadError(f"finding {number} has two balls, or one that is moved away")
+        primitive = document["meshes"][node["mesh"]]["primitives"][0]
+        points = _accessor(document, binary, primitive["attributes"]["POSITION"])
+        points = points.astype(np.float64) * _MILLIMETRES
+        markers[number] = (points.min(axis=0) + points.max(axis=0)) / 2
+    return markers
+
+
+def _finding(node: Json, document: Json) -> int | None:
+    """Return the number of the finding at which a node's ball stands, if it is one."""
+    extras = {
+        **(node.get("extras") or {}),
+        **(document["meshes"][node["mesh"]].get("extras") or {}),
+    }
+    number = extras.get("finding")
+    return None if number is None else int(number)
 
 
 def _chunks(data: bytes) -> tuple[Json, bytes]:

@@ -591,7 +591,8 @@ def test_every_figure_of_the_ribbons(job, key, value):
 @pytest.mark.parametrize(
     ("key", "value"),
     [("thread", "nobody"), ("station", 99), ("station", "1"), ("crossing", 10**6),
-     ("other", "nobody"), ("severity", "refuse")],
+     ("other", "nobody"), ("severity", "refuse"), ("position", [12.0, -7.5, 30.5]),
+     ("position", None), ("position", [1.0])],
 )  # fmt: skip
 def test_findings_about_ribbons_refer_to_what_there_is(job, key, value):
     path = job() / "ribbons.json"
@@ -638,3 +639,18 @@ def test_preflight_for_another_target(job):
     path = job() / "preflight.json"
     path.write_text(path.read_text().replace('"default"', '"somebody"'))
     assert set(told(path.parent)) == {"preflight"}
+
+
+@pytest.mark.parametrize(("times", "number"), [(0, 1), (1, 2), (2, 1)])
+def test_a_ball_at_every_finding_and_nowhere_else(job, specimen, times, number):
+    def edit(document):
+        (ball,) = [k for k, mesh in enumerate(document["meshes"]) if "finding" in mesh["extras"]]
+        node = next(node for node in document["nodes"] if node["mesh"] == ball)
+        document["meshes"][ball]["extras"]["finding"] = number
+        document["nodes"].remove(node)
+        document["nodes"].extend([node] * times)
+        document["scenes"][0]["nodes"] = list(range(len(document["nodes"])))
+
+    folder = job("torus")
+    (folder / "model.glb").write_bytes(glb_bytes(specimen("torus").strips, edit=edit))
+    assert "files" in told(folder)

@@ -26,6 +26,8 @@ CROSSING_COLUMNS = (
     "x", "y", "z",
 )  # fmt: skip
 LAYERS = ("ENGRAVE_LABEL", "ENGRAVE_MARK", "CUT_INNER", "CUT_OUTER", "NOTES")
+#: Where the finding about ribbons is.
+PLACE = (12.0, -7.5, 30.25)
 
 
 def rounded(value, digits=6):
@@ -198,6 +200,15 @@ def glb_bytes(strips, *, edit=None):
         )  # fmt: skip
         document["nodes"].append({"name": label, "mesh": len(document["meshes"]) - 1})
         document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
+    # A ball at the finding, here of two triangles.
+    corners = np.add(PLACE, [[-1, -1, -1], [1, 1, 1], [1, -1, 1], [-1, 1, -1]]) * 0.001
+    document["meshes"].append(
+        {"primitives": [{"attributes": {"POSITION": store(corners.astype("<f4"), 5126, "VEC3")},
+                         "indices": store(np.array([0, 1, 2, 0, 3, 1], "<u4"), 5125, "SCALAR")}],
+         "extras": {"finding": 1}}
+    )  # fmt: skip
+    document["nodes"].append({"name": "finding-1", "mesh": len(document["meshes"]) - 1})
+    document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
     document["buffers"].append({"byteLength": len(binary)})
     if edit is not None:
         edit(document)
@@ -368,7 +379,7 @@ def write_ribbons(specimen, folder):
     first = threads[0]["thread"]
     crossings = next(t["crossings"] for t in specimen.plan["threads"] if t["label"] == first)
     finding = {"rule": "bend", "severity": "warn", "thread": first, "station": 1,
-               "crossing": crossings[1], "other": None}  # fmt: skip
+               "crossing": crossings[1], "other": None, "position": list(PLACE)}  # fmt: skip
     ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
                "threads": rounded(threads)}  # fmt: skip
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
