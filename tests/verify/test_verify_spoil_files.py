@@ -14,7 +14,7 @@ from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
-    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer"
+    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer kinds"
 )
 MISSING = {
     "job.toml": "files",
