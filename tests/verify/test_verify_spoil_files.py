@@ -13,8 +13,8 @@ from fabweave.verify import verify_job
 from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
-    "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding "
-    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer kinds"
+    "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding kinds "
+    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer"
 )
 MISSING = {
     "job.toml": "files",
