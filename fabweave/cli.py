@@ -108,6 +108,13 @@ def cli() -> None:
     show_default=True,
     help="Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
 )
+@click.option(
+    "--paper",
+    type=click.Choice(CHOICES["paper"]),
+    default=DEFAULTS.paper,
+    show_default=True,
+    help="Paper of the assembly manual.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: Any) -> None:

@@ -9,8 +9,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.crossing_map import crossing_map, crossing_table
+from fabweave.assembly.manual import write_manual
+from fabweave.assembly.manual_cover import Facts
 from fabweave.assembly.stations import station_table
 from fabweave.assembly.viewer import viewer_page
 from fabweave.assembly.viewer_space import space_record
@@ -155,7 +159,19 @@ def write_job(
     sheets = directory / "sheets"
     sheets.mkdir()
     written = [start(_write_sheet, sheets, drawing, job.settings.dxf) for drawing in job.drawings]
-    _write_tables(job, directory)
+    plan = job_plan(job)
+    written.append(
+        start(
+            write_manual,
+            directory / "assembly.pdf",
+            plan,
+            job_facts(job),
+            job.drawings,
+            (job.object.ribbons, job.weave, job.made.pieces),
+            job.settings.paper,
+        )
+    )
+    _write_tables(job, plan, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
@@ -169,14 +185,13 @@ def _write_sheet(folder: Path, drawing: SheetDrawing, dxf: str) -> None:
     write_png(folder / f"{drawing.name}.png", drawing)
 
 
-def _write_tables(job: Job, directory: Path) -> None:
-    """Write every file but the sheets."""
+def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
+    """Write every file but the sheets, the manual and the picture."""
     thing = job.object
     names = [drawing.name for drawing in job.drawings]
     bill = bill_of_materials(job.made)
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
     report |= bill
-    plan = job_plan(job)
     outcome = {
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
@@ -231,6 +246,18 @@ def job_plan(job: Job) -> dict[str, Any]:
         [drawing.name for drawing in job.drawings],
         job.order,
         mirrored=job.settings.label_side == "inside",
+    )
+
+
+def job_facts(job: Job) -> Facts:
+    """Return what the manual tells of a job besides its plan."""
+    return Facts(
+        title=job.object.woven.title,
+        size_mm=tuple(np.ptp(job.object.woven.mesh.vertices, axis=0).tolist()),
+        material=f"{job.material.title}, {job.material.thickness_mm:g} mm",
+        bill=bill_of_materials(job.made),
+        colours=job.colours,
+        portrait=job.portrait(),
     )
 
 

@@ -380,4 +380,5 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         strict=options.get("strict", DEFAULTS.strict),
         labels=options.get("labels", DEFAULTS.labels),
         label_side=options.get("label_side", DEFAULTS.label_side),
+        paper=options.get("paper", DEFAULTS.paper),
     )

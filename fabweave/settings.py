@@ -20,6 +20,7 @@ EFFORTS = ("quick", "normal", "best")
 UPS = ("z", "y", "x")
 BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
+PAPERS = ("a4", "letter")
 #: TOML holds whole numbers up to this.
 MOST_SEED = 2**63 - 1
 #: The file of a finished job in which its layout is recorded.
@@ -33,6 +34,7 @@ CHOICES = {
     "dxf": DXF_VERSIONS,
     "labels": LABELS,
     "label_side": SIDES,
+    "paper": PAPERS,
 }
 
 
@@ -51,7 +53,7 @@ class JobSettings:
     ``"rivet:2"``; ``lap_mm=None`` is as long as it needs to be; ``slots`` asks for slots in place
     of every second hole. ``target`` names whose rules the pieces are checked against, and
     ``strict`` refuses a job that breaks one. ``labels`` says how much is engraved,
-    and ``label_side`` on which face.
+    and ``label_side`` on which face. The manual is printed on ``paper``.
     ``layout`` names the crossing map of a finished job whose layout is taken.
     """
 
@@ -87,6 +89,7 @@ class JobSettings:
     strict: bool = False
     labels: str = "full"
     label_side: str = "outside"
+    paper: str = "a4"
 
     def __post_init__(self) -> None:
         """Refuse a seed that no job.toml could hold."""
@@ -139,6 +142,7 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "strict": settings.strict,
         "labels": settings.labels,
         "label_side": settings.label_side,
+        "paper": settings.paper,
     }
 
 

@@ -14,6 +14,7 @@ from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
 from fabweave.verify.check_kinds import check_kinds
 from fabweave.verify.check_labels import check_labels
+from fabweave.verify.check_manual import check_manual
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.check_preflight import check_preflight
@@ -49,6 +50,7 @@ _FILES = {
     "waste": "waste.json",
     "preflight": "preflight.json",
     "viewer": "assembly.html",
+    "manual": "assembly.pdf",
 }
 
 _TASKS = (
@@ -74,6 +76,7 @@ _TASKS = (
     _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
     _Task("steps", ("map",), check_steps),
     _Task("viewer", ("map", "model", "viewer"), check_viewer),
+    _Task("manual", ("map", "manual"), check_manual),
 )
 
 

@@ -15,6 +15,7 @@ from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.read_dxf import read_dxf
 from fabweave.verify.read_glb import Strip, read_glb, read_markers
 from fabweave.verify.read_map import read_crossing_map
+from fabweave.verify.read_pdf import read_texts
 from fabweave.verify.read_svg import read_svg
 from fabweave.verify.read_viewer import Viewer, read_viewer
 from fabweave.verify.report import Tally
@@ -58,6 +59,7 @@ class Job:
     #: The crossing map as it stands in its file.
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
+    manual: tuple[str, ...] | None = None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -171,6 +173,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         preflight=read("preflight.json", _read_preflight),
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer),
+        manual=read("assembly.pdf", read_texts),
     )
 
 

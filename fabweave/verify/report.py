@@ -35,6 +35,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "tables": "the tables for people say what the crossing map says",
         "steps": "done in order, the steps make every crossing and joint once, and the whole weave",
         "viewer": "the viewer shows the map's plan and the model's strips, and loads nothing",
+        "manual": "the manual names all pieces and sheets; its steps and stations are the map's",
     }
 )
 

@@ -14,7 +14,8 @@ from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding kinds "
-    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer"
+    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer "
+    "manual"
 )
 MISSING = {
     "job.toml": "files",
@@ -30,6 +31,7 @@ MISSING = {
     "waste.html": "files",
     "render.png": "files",
     "assembly.html": "files viewer",
+    "assembly.pdf": "files manual",
     "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order areas",
     "sheets/sheet_01.svg": "files outlines-svg order",
     "sheets/sheet_01.png": "files",

@@ -511,6 +511,50 @@ def write_viewer(specimen, folder, *, edit=None, policy=POLICY, body=""):
     )
 
 
+def manual_texts(plan):
+    """Return the lines of a manual: ids, sheets, steps and tables."""
+    made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
+    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
+    texts = [piece["id"] for piece in plan["pieces"]]
+    texts += [f"{sheet['name']}: all of it" for sheet in plan["sheets"]]
+    for step in plan["steps"]:
+        words = step["text"].split(" ")
+        half = len(words) // 2
+        texts += [f"Step {step['step']}", " ".join(words[:half]), " ".join(words[half:])]
+    for piece in plan["pieces"]:
+        texts += [f"Piece {piece['id']}", "st.", "crossing", "mm", "passes", "joint", "step"]
+        along, last = 0.0, None
+        for number, station in enumerate(piece["stations"]):
+            here = complex(station["x"], station["y"])
+            along += abs(here - (here if last is None else last))
+            last = here
+            joint = "-"
+            if station["joint"] is not None:
+                pair = [name for name in joints[station["joint"]] if name != piece["id"]]
+                joint = f"#{station['joint']} {(pair or [piece['id']])[0]}"
+            lies = "over" if station["over"] else "under"
+            texts += [
+                str(number), str(station["crossing"]), f"{along:.1f}",
+                f"{lies} {station['partner']}", joint, str(made.get(station["crossing"])),
+            ]  # fmt: skip
+    return texts
+
+
+def write_manual(specimen, folder, *, edit=None):
+    """Write the manual; ``edit`` changes the list of its lines."""
+    texts = manual_texts(specimen.plan)
+    if edit is not None:
+        edit(texts)
+    signs = {"(": r"\(", ")": r"\)", "\\": r"\\"}
+    lines = ["".join(signs.get(sign, sign) for sign in text) for text in texts]
+    content = zlib.compress("\n".join(f"BT ({line}) Tj ET" for line in lines).encode("cp1252"))
+    (folder / "assembly.pdf").write_bytes(
+        b"%PDF-1.4\n1 0 obj\n<< /Filter [ /FlateDecode ] >>\nstream\n"
+        + content
+        + b"\nendstream\nendobj\n%%EOF\n"
+    )
+
+
 def write_mesh(specimen, folder):
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in specimen.points.tolist()]
     lines += ["f " + " ".join(str(v + 1) for v in face) for face in specimen.faces]
@@ -534,6 +578,7 @@ def write_job(specimen, folder):
     write_ribbons(specimen, folder)
     write_preflight(specimen, folder)
     write_viewer(specimen, folder)
+    write_manual(specimen, folder)
     write_sheets(specimen, folder)
     (folder / "render.png").write_bytes(png_bytes())
     return folder

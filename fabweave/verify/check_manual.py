@@ -1,0 +1,105 @@
+"""Check that the manual says what the crossing map says: its pieces, sheets, steps and stations."""
+
+import math
+
+from fabweave.verify.crossing_map import CrossingMap, Piece
+from fabweave.verify.loading import Job
+from fabweave.verify.report import Tally
+
+#: Cells of a station in the manual: number, crossing, distance, over or under whom, joint, step.
+_CELLS = 6
+#: Distances in it are rounded to a tenth.
+_SAME_MM = 0.0501
+
+
+def check_manual(job: Job, tally: Tally) -> None:
+    """Check the texts of assembly.pdf against the crossing map."""
+    texts, plan = job.manual, job.map
+    if texts is None or plan is None:
+        return
+    written = set(texts)
+    for piece in plan.pieces:
+        tally.expect(piece.id in written, f"assembly.pdf does not name piece {piece.id}")
+    for sheet in plan.sheets:
+        named = any(text.startswith((f"{sheet.name}:", f"{sheet.name},")) for text in texts)
+        tally.expect(named, f"assembly.pdf has no page for sheet {sheet.name}")
+    _check_steps(plan, texts, tally)
+    _check_tables(plan, texts, tally)
+
+
+def _check_steps(plan: CrossingMap, texts: tuple[str, ...], tally: Tally) -> None:
+    """Require every step once, in order, each with its words."""
+    heads = [at for at, text in enumerate(texts) if _is_step(text)]
+    numbers = [int(texts[at][5:]) for at in heads]
+    wanted = [step.step for step in plan.steps]
+    if not tally.expect(
+        numbers == wanted, f"assembly.pdf has {len(numbers)} steps, the map has {len(wanted)}"
+    ):
+        return
+    for step, start, end in zip(plan.steps, heads, [*heads[1:], len(texts)], strict=True):
+        said = " ".join(texts[start + 1 : end])
+        tally.expect(
+            step.text in said, f"assembly.pdf, step {step.step}: it does not say {step.text!r}"
+        )
+
+
+def _is_step(text: str) -> bool:
+    """Return whether a line is the head of a step."""
+    return text.startswith("Step ") and text[5:].isascii() and text[5:].isdigit()
+
+
+def _check_tables(plan: CrossingMap, texts: tuple[str, ...], tally: Tally) -> None:
+    """Require that the table of each piece lists its stations."""
+    tables: dict[str, list[tuple[str, ...]]] = {}
+    for at, text in enumerate(texts):
+        if not text.startswith("Piece ") or text[6:] not in plan.piece:
+            continue
+        start = at + 1 + _CELLS  # after the names of the columns
+        while start + _CELLS <= len(texts) and texts[start].isdigit():
+            tables.setdefault(text[6:], []).append(texts[start : start + _CELLS])
+            start += _CELLS
+    made = {key: step.step for step in plan.steps for key in step.crossings}
+    for piece in plan.pieces:
+        rows = tables.get(piece.id, [])
+        where = f"assembly.pdf, table of piece {piece.id}"
+        if not tally.expect(
+            len(rows) == len(piece.stations),
+            f"{where}: {len(rows)} stations, the map has {len(piece.stations)}",
+        ):
+            continue
+        along = 0.0
+        for number, row in enumerate(rows):
+            here, last = piece.stations[number], piece.stations[max(number - 1, 0)]
+            along += math.hypot(here.x - last.x, here.y - last.y)
+            names = (*row[:2], *row[3:])
+            wanted = _names(plan, piece, number, made)
+            tally.expect(
+                names == wanted and _near(row[2], along),
+                f"{where}, station {number}: {' '.join(row)}, not {' '.join(wanted)} "
+                f"at {along:.1f} mm",
+            )
+
+
+def _names(plan: CrossingMap, piece: Piece, number: int, made: dict[int, int]) -> tuple[str, ...]:
+    """Return the cells of a station but for its distance."""
+    station = piece.stations[number]
+    joint = "-"
+    if station.joint is not None:
+        pieces = plan.joint[station.joint].pieces
+        mate = next((name for name in pieces if name != piece.id), piece.id)
+        joint = f"#{station.joint} {mate}"
+    return (
+        str(number),
+        str(station.crossing),
+        f"{'over' if station.over else 'under'} {station.partner}",
+        joint,
+        str(made.get(station.crossing)),
+    )
+
+
+def _near(text: str, value: float) -> bool:
+    """Say whether a cell has a number."""
+    try:
+        return abs(float(text) - value) <= _SAME_MM
+    except ValueError:
+        return False

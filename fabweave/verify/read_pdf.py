@@ -1,0 +1,57 @@
+"""Read the texts of a PDF: the lines that are written on its pages, in the order of the file."""
+
+import base64
+import re
+import zlib
+from pathlib import Path
+
+from fabweave.verify.drawing import ReadError
+
+_STREAM = re.compile(rb"<<([^<>]*)>>\s*stream\r?\n")
+_SHOWN = re.compile(rb"\(((?:[^()\\]|\\.)*)\)\s*Tj", re.DOTALL)
+_ESCAPED = re.compile(rb"\\([0-7]{1,3}|.)", re.DOTALL)
+_SIGNS = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
+
+
+def read_texts(path: Path) -> tuple[str, ...]:
+    """Return every line of text of a PDF whose fonts have the Latin alphabet of Windows.
+
+    Raises
+    ------
+    ReadError
+        If it is no complete PDF, a stream cannot be unpacked, or there is no text.
+    """
+    data = path.read_bytes()
+    if not data.startswith(b"%PDF-") or not data.rstrip().endswith(b"%%EOF"):
+        raise ReadError("it is not a complete PDF")
+    texts: list[str] = []
+    for found in _STREAM.finditer(data):
+        if re.search(rb"/Subtype\s*/Image", found[1]):
+            continue
+        content = _unpacked(found[1], data[found.end() : data.find(b"endstream", found.end())])
+        texts += [_plain(shown[1]) for shown in _SHOWN.finditer(content)]
+    if not texts:
+        raise ReadError("it has no text")
+    return tuple(texts)
+
+
+def _unpacked(description: bytes, content: bytes) -> bytes:
+    """Undo the packing that a stream's description names."""
+    try:
+        if b"/ASCII85Decode" in description:
+            content = base64.a85decode(content.strip().removesuffix(b"~>"))
+        if b"/FlateDecode" in description:
+            content = zlib.decompress(content)
+    except (ValueError, zlib.error) as error:
+        raise ReadError(f"a page cannot be unpacked: {error}") from error
+    return content
+
+
+def _plain(shown: bytes) -> str:
+    """Return a text without escapes."""
+
+    def sign(found: re.Match[bytes]) -> bytes:
+        name = found[1]
+        return bytes([int(name, 8) % 256]) if name.isdigit() else _SIGNS.get(name, name)
+
+    return _ESCAPED.sub(sign, shown).decode("cp1252", "replace")

@@ -1,0 +1,283 @@
+"""The manual says on paper what the plan says: every piece, sheet, step and station."""
+
+import io
+import re
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pypdf
+import pytest
+
+from fabweave.assembly import manual_book
+from fabweave.assembly.manual import manual_pdf
+from fabweave.assembly.manual_steps import placing, strand_pieces, turn_words
+from fabweave.assembly.manual_views import VIEWS, choose_views, piece_quads, step_pictures
+from fabweave.folder import job_facts, job_plan
+from fabweave.job import make_job
+from fabweave.report.surfaces import ribbon_triangles
+from fabweave.report.view import View, frame_object
+from fabweave.report.zbuffer import all_fragments, nearest_triangles
+from fabweave.settings import PAPERS, JobSettings
+
+
+@cache
+def job_of(mesh="shape:torus?m=8&n=4", **changed):
+    return make_job(JobSettings(mesh, size_mm=300.0, effort="quick", **changed))
+
+
+@cache
+def parts_of(**changed):
+    job = job_of(**changed)
+    plan = job_plan(job)
+    return plan, step_pictures(job.object.ribbons, job.weave, job.made.pieces, plan)
+
+
+@cache
+def manual_of(paper="a4", **changed):
+    job = job_of(**changed)
+    plan, pictures = parts_of(**changed)
+    return manual_pdf(plan, job_facts(job), job.drawings, pictures, paper=paper)
+
+
+@cache
+def pages_of(paper="a4", **changed):
+    """Return what a stranger reads on each page, with single spaces."""
+    reader = pypdf.PdfReader(io.BytesIO(manual_of(paper, **changed)))
+    return [" ".join(page.extract_text().split()) for page in reader.pages]
+
+
+def section(name, **changed):
+    return " ".join(page for page in pages_of(**changed) if page.startswith(name))
+
+
+def test_papers_are_those_of_the_settings():
+    assert tuple(manual_book.PAPERS) == PAPERS
+
+
+@pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
+def test_every_page_has_the_size_of_the_paper(paper, size):
+    reader = pypdf.PdfReader(io.BytesIO(manual_of(paper)))
+    for page in reader.pages:
+        box = page.mediabox
+        assert np.allclose(np.array([box.width, box.height], dtype=float) / 72 * 25.4, size, atol=1)
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_nothing_stands_outside_the_margins(paper):
+    reader = pypdf.PdfReader(io.BytesIO(manual_of(paper)))
+    wide, high = manual_book.PAPERS[paper]
+    for page in reader.pages:
+        places = []
+
+        def keep(text, turn, place, _, __, places=places):
+            if text.strip():
+                places.append(np.array([*place[4:], 1.0]) @ np.array(turn).reshape(3, 2))
+
+        page.extract_text(visitor_text=keep)
+        x, y = np.array(places).T
+        assert len(x)
+        assert x.min() > manual_book.MARGIN - 1.0
+        assert x.max() < wide
+        assert y.min() > manual_book.MARGIN - 9.0
+        assert y.max() < high
+
+
+def test_same_bytes():
+    plan, _ = parts_of()
+    job = job_of()
+    again = step_pictures(job.object.ribbons, job.weave, job.made.pieces, plan)
+    data = manual_pdf(plan, job_facts(job), job.drawings, again)
+    assert data == manual_of()
+
+
+def test_every_piece_is_in_every_section_that_lists_pieces():
+    plan, _ = parts_of()
+    ids = {piece["id"] for piece in plan["pieces"]}
+    for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps", "Crossing tables"):
+        words = set(re.findall(r"[A-Z]+\d+", section(name)))
+        assert ids <= words, name
+        assert words <= ids, name
+
+
+def test_steps_are_said_and_in_order():
+    plan, _ = parts_of()
+    text = section("Steps")
+    heads = [int(number) for number in re.findall(r"Step (\d+)", text)]
+    assert heads == [step["step"] for step in plan["steps"]]
+    for step in plan["steps"]:
+        assert step["text"] in text
+
+
+def test_cover_has_the_figures():
+    plan, _ = parts_of()
+    text = section("Overview")
+    assert f"{len(plan['pieces'])} pieces on {len(plan['sheets'])} sheet" in text
+    assert f"{len(plan['joints'])} joints" in text
+    needed = [int(number) for number in re.findall(r"(\d+) needed", text)]
+    # Each hole of an upper strand, and nothing else, has a fastener.
+    holes = sum(
+        cut["kind"] == "hole" and piece["stations"][cut["station"]]["over"]
+        for piece in plan["pieces"]
+        for cut in piece["cutouts"]
+    )
+    assert sum(needed) == holes > 0
+
+
+def test_stations_are_those_of_the_plan():
+    plan, _ = parts_of()
+    text = section("Crossing tables")
+    for piece in plan["pieces"]:
+        table = re.search(rf"Piece {piece['id']} (.*?)(?= Piece [A-Z]+\d|$)", text)[1]
+        for number, station in enumerate(piece["stations"]):
+            lies = "over" if station["over"] else "under"
+            row = rf"\b{number} {station['crossing']} [\d.]+ {lies} {station['partner']} "
+            row += "- " if station["joint"] is None else rf"#{station['joint']} "
+            assert re.search(row, table), (piece["id"], number)
+
+
+def test_inside_lettering_is_told():
+    assert "It is the inside of the object" in section("How to read", label_side="inside")
+    assert "It is the outside of the object" in section("How to read")
+
+
+def test_only_pieces_in_place_are_named():
+    plan, _ = parts_of()
+    parts = {piece["id"]: piece for piece in plan["pieces"]}
+    joints = {joint["id"]: joint for joint in plan["joints"]}
+    strands, there = strand_pieces(plan), set()
+    said = 0
+    for step in plan["steps"]:
+        there.update(step["pieces"])
+        for key in step["pieces"]:
+            line = placing(parts[key], step, joints, strands, there)
+            assert set(re.findall(r"[A-Z]+\d+", line)) <= there
+            said += len(re.findall(r" at \d+", line))
+    assert said >= len(plan["crossings"])
+
+
+def test_joined_with_says_both_ways():
+    plan, _ = parts_of()
+    joints = {joint["id"]: joint for joint in plan["joints"]}
+    for step in plan["steps"]:
+        for key in step["joints"]:
+            one, other = joints[key]["pieces"]
+            assert {one, other} & set(step["pieces"])
+
+
+# --- pictures -----------------------------------------------------------------------------------
+
+
+def test_pieces_cover_the_ribbons():
+    """Every stretch of ribbon is of one piece; where two lap, of both."""
+    job = job_of()
+    ribbons, pieces = job.object.ribbons, job.made.pieces
+    rung, piece = piece_quads(ribbons, job.weave, pieces)
+    vertices, triangles, thread = ribbon_triangles(ribbons)
+    first = set((triangles[::2, 0] // 2).tolist())
+    assert set(rung.tolist()) == first
+    threads = np.array([one.thread for one in pieces])
+    own = dict(zip((triangles[::2, 0] // 2).tolist(), thread[::2].tolist(), strict=True))
+    assert [own[at] for at in rung.tolist()] == threads[piece].tolist()
+    for joint in job.made.joints:
+        one, other = (set(rung[piece == index].tolist()) for index in joint.pieces)
+        shared = one & other
+        assert shared
+        middle = vertices[2 * np.array(sorted(shared))].mean(axis=0)
+        centre = ribbons.centre[joint.crossing]
+        wide = np.linalg.norm(ribbons.left - ribbons.right, axis=1).max()
+        assert np.linalg.norm(middle - centre) < 1.5 * wide
+
+
+def test_the_last_picture_shows_what_the_object_shows():
+    """A step's picture is the nearest surface of what is there, as a plain z-buffer finds it."""
+    _, pictures = parts_of()
+    job = job_of()
+    ribbons = job.object.ribbons
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    size = pictures[-1].image.size
+    frame = frame_object(vertices, pictures[-1].view, size)
+    seen, _ = nearest_triangles(frame.pixels(vertices), triangles, width=size[0], height=size[1])
+    shade = np.asarray(pictures[-1].image)
+    covered = shade < 250
+    # All but the thin white line around the new pieces.
+    assert np.count_nonzero(covered != (seen >= 0)) < 0.02 * np.count_nonzero(covered)
+
+
+def test_new_pieces_are_seen_and_dark():
+    plan, pictures = parts_of()
+    assert len(pictures) == len(plan["steps"])
+    for step, picture in zip(plan["steps"], pictures, strict=True):
+        assert set(picture.pieces) == set(step["pieces"])
+        shade = np.asarray(picture.image)
+        wide, high = picture.image.size
+        for x, y in picture.pieces.values():
+            around = shade[round(y * high) - 3 :, round(x * wide) - 3 :][:7, :7]
+            assert around.min() < 90
+        assert np.count_nonzero(shade < 90) > 400
+
+
+def test_turns_are_told_when_the_view_changes():
+    _, pictures = parts_of()
+    views = [picture.view for picture in pictures]
+    turned = [False, *(one != other for one, other in zip(views[1:], views[:-1], strict=True))]
+    assert [picture.turned for picture in pictures] == turned
+    assert sum(turned) < len(turned) / 2
+
+
+def test_turn_words_name_each_view_differently():
+    assert len({turn_words(view) for view in VIEWS}) == len(VIEWS)
+    assert turn_words(View(0.0, 20.0)) == "Turn the object: seen from the right, above."
+    assert turn_words(View(-90.0, -20.0)) == "Turn the object: seen from the front, below."
+
+
+def brute_force(lost, turn):
+    """Return the least cost of any sequence of views."""
+    views, steps = lost.shape
+    return min(
+        sum(lost[view, at] for at, view in enumerate(way))
+        + turn * sum(one != other for one, other in zip(way[1:], way[:-1], strict=True))
+        for way in product(range(views), repeat=steps)
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_sequence_of_views_is_the_best_there_is(seed):
+    seen = np.random.default_rng(seed).integers(1, 9, (3, 6)).astype(float)
+    way = choose_views(seen, seen)
+    lost = 1.0 - seen / seen.max(axis=0)
+    cost = sum(lost[view, at] for at, view in enumerate(way)) + 0.4 * np.sum(np.diff(way) != 0)
+    assert cost == pytest.approx(brute_force(lost, 0.4))
+
+
+def test_a_view_that_hides_a_piece_is_left():
+    least = np.array([[9.0, 0.0], [1.0, 1.0]])
+    total = np.array([[9.0, 900.0], [1.0, 1.0]])
+    assert choose_views(least, total).tolist() == [0, 1]
+
+
+def test_fragments_hold_the_nearest():
+    dice = np.random.default_rng(3)
+    points, triangles = dice.uniform(0, 20, (30, 3)), dice.integers(0, 30, (40, 3))
+    triangle, pixel, near = all_fragments(points, triangles, width=20, height=16)
+    seen, nearness = nearest_triangles(points, triangles, width=20, height=16)
+    best = np.full(320, -np.inf)
+    np.maximum.at(best, pixel, near)
+    assert np.allclose(best.reshape(16, 20), nearness)
+    assert np.all(np.diff(triangle) >= 0)
+    assert set(np.unique(seen[seen >= 0]).tolist()) <= set(triangle.tolist())
+
+
+# --- pages --------------------------------------------------------------------------------------
+
+
+def test_pictures_are_grey_and_few_bytes():
+    assert len(manual_of()) < 2_000_000
+    assert all(picture.image.mode == "L" for picture in parts_of()[1])
+
+
+def test_characters_that_no_font_has_become_question_marks():
+    book = manual_book.Book("a4", "Knödel 編み (a\\b)")
+    book.page("One")
+    text = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0].extract_text()
+    assert "Knödel ?? (a\\b)" in text

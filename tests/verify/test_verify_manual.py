@@ -1,0 +1,144 @@
+"""Spoil the manual: the check of it objects, and no other."""
+
+import base64
+import zlib
+
+import pytest
+from verify_writers import write_manual
+
+from fabweave.verify import verify_job
+from fabweave.verify.read_pdf import read_texts
+
+
+def failed(folder):
+    return set(verify_job(folder).failed)
+
+
+def at(texts, wanted):
+    return next(number for number, text in enumerate(texts) if text == wanted)
+
+
+def rename_a_piece(texts):
+    texts[at(texts, "A1")] = "A99"
+
+
+def lose_a_sheet(texts):
+    texts[:] = [text for text in texts if not text.startswith("sheet_01")]
+
+
+def lose_a_step(texts):
+    first, second = at(texts, "Step 1"), at(texts, "Step 2")
+    del texts[first:second]
+
+
+def exchange_two_steps(texts):
+    one, two = at(texts, "Step 1"), at(texts, "Step 2")
+    texts[one], texts[two] = texts[two], texts[one]
+
+
+def exchange_the_words_of_two_steps(texts):
+    one, two = at(texts, "Step 1"), at(texts, "Step 2")
+    texts[one + 1 : one + 3], texts[two + 1 : two + 3] = (
+        texts[two + 1 : two + 3],
+        texts[one + 1 : one + 3],
+    )
+
+
+def change_a_step(texts):
+    texts[at(texts, "Step 2") + 2] += "?"
+    texts[at(texts, "Step 2") + 1] = "Do not put"
+
+
+def a_row(texts):
+    return at(texts, "Piece A1") + 7
+
+
+def turn_over_to_under(texts):
+    cell = a_row(texts) + 3
+    word, other = texts[cell].split()
+    texts[cell] = f"{'under' if word == 'over' else 'over'} {other}"
+
+
+def cross_another_piece(texts):
+    cell = a_row(texts) + 3
+    texts[cell] += "1"
+
+
+def move_a_station(texts):
+    cell = a_row(texts) + 6 + 2
+    texts[cell] = f"{float(texts[cell]) + 0.2:.1f}"
+
+
+def write_a_distance_in_words(texts):
+    texts[a_row(texts) + 2] = "nought"
+
+
+def make_it_in_another_step(texts):
+    cell = a_row(texts) + 5
+    texts[cell] = str(int(texts[cell]) + 1)
+
+
+def say_another_joint(texts):
+    cell = next(number for number, text in enumerate(texts) if text.startswith("#"))
+    texts[cell] = texts[cell].replace("#", "#1")
+
+
+def lose_a_station(texts):
+    del texts[a_row(texts) : a_row(texts) + 6]
+
+
+def lose_a_table(texts):
+    texts[at(texts, "Piece A1")] = "Piece"
+
+
+SPOILED = [
+    rename_a_piece, lose_a_sheet, lose_a_step, exchange_two_steps, exchange_the_words_of_two_steps,
+    change_a_step, turn_over_to_under, cross_another_piece, move_a_station,
+    write_a_distance_in_words, make_it_in_another_step, say_another_joint, lose_a_station,
+    lose_a_table,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["octahedron", "saddle"])
+def test_the_manual_is_right(specimen, job, kind):
+    folder = job(kind)
+    write_manual(specimen(kind), folder)
+    assert failed(folder) == set()
+
+
+@pytest.mark.parametrize("spoil", SPOILED)
+def test_a_spoiled_manual_is_found(specimen, job, spoil):
+    folder = job()
+    write_manual(specimen("octahedron"), folder, edit=spoil)
+    assert failed(folder) == {"manual"}
+
+
+def pdf(content, description=b""):
+    return b"%PDF-1.4\n<<" + description + b">>\nstream\n" + content + b"\nendstream\n%%EOF"
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"%PDF-1.4\n",
+        pdf(b"BT (a) Tj ET").removesuffix(b"%%EOF"),
+        pdf(b"BT ET"),
+        pdf(b"nothing packed", b"/Filter /FlateDecode"),
+        pdf(b"\x00\xff~>", b"/Filter [ /ASCII85Decode ]"),
+        pdf(b"(a) Tj", b"/Subtype /Image"),
+    ],
+)
+def test_what_is_no_manual_cannot_be_read(job, data):
+    folder = job()
+    (folder / "assembly.pdf").write_bytes(data)
+    assert failed(folder) == {"files", "manual"}
+
+
+def test_escapes_and_packing(tmp_path):
+    shown = rb"(\(a\\b\) \351\t\r) Tj"
+    packed = base64.a85encode(zlib.compress(shown)) + b"~>"
+    path = tmp_path / "texts.pdf"
+    for data in (pdf(shown), pdf(packed, b"/Filter [ /ASCII85Decode /FlateDecode ]")):
+        path.write_bytes(data)
+        assert read_texts(path) == ("(a\\b) \xe9\t\r",)
