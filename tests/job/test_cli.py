@@ -42,7 +42,7 @@ def digest(folder: Path) -> dict[str, str]:
 MADE = (
     "job.toml", "woven_mesh.obj", "model.glb", "render.png", "crossing_map.json",
     "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "verify.json", "ribbons.json",
-    "stations.csv", "assembly.html", "sheets/sheet_01.dxf", "sheets/sheet_01.svg",
+    "stations.csv", "assembly.html", "assembly.pdf", "sheets/sheet_01.dxf", "sheets/sheet_01.svg",
     "sheets/sheet_01.png",
 )  # fmt: skip
 
