@@ -138,7 +138,7 @@ def choose_views(least: FloatArray, total: FloatArray) -> IntArray:
     --------
     >>> seen = np.array([[9.0, 8.0, 0.0, 9.0], [5.0, 9.0, 9.0, 8.0]])
     >>> choose_views(seen, seen).tolist()
-    [0, 0, 1, 1]
+    [0, 1, 1, 1]
     """
     worth = least + 0.1 * total
     lost = 1.0 - worth / np.maximum(worth.max(axis=0), 1e-9)
