@@ -3,10 +3,11 @@
 What a nested piece takes of a sheet lies between its own area and that of its convex hull, both
 inflated by half the gap. Regression over real nestings gave the shares below: six models (torus
 24 × 12, cube after three Catmull-Clark steps, slab with two holes after two, sphere, knot, spot)
-cut evenly to 110 to 500 mm, 27 jobs of 70 to 450 pieces on sheets of 600 × 400 mm at quick effort
+cut evenly to 110 to 500 mm, 24 jobs of 70 to 450 pieces on sheets of 600 × 400 mm at quick effort
 with a gap of 2 mm. The two shares predict the used area with a root mean square error of 9 %
 (11 % for a model left out of the regression); the area of the least rectangles alone is 20 % off,
-that of the hulls alone 13 %. ``tests/benchmarks/bench_split.py`` measures it again.
+that of the hulls alone 13 %. ``tests/benchmarks/bench_split.py`` compares
+what comes of it with other ways to cut.
 """
 
 import numpy as np

@@ -1,0 +1,199 @@
+"""Compare ways to cut threads into pieces; run by hand.
+
+    python tests/benchmarks/bench_split.py [MODEL ...] [--nest] [--large]
+
+"fill" is the sum of the pieces' areas over the sum of their least rectangles; "sheet" the area of
+sheet that they are predicted to take. Whole strips are not cut at all; "greedy" takes the longest
+piece that is possible, again and again, from the first site of each thread; "even" cuts into as
+many pieces as the greedy way needs, near evenly spaced places; "ours" is the least cost. All keep
+to one greatest length, the longer usable side of the sheet; "ours, as few" is the least waste
+among all ways with the fewest joints that there can be. "ratio" is the fill
+over that of greedy. ``--nest`` nests the pieces of the first two models on real sheets at quick
+effort, ``--large`` times 100,352 crossings.
+"""
+
+import argparse
+import runpy
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import IntArray
+from fabweave.flat.candidates import Bed, Candidates, list_candidates, price_candidates
+from fabweave.flat.choose import cheapest_ring, cheapest_row
+from fabweave.flat.cost import sheet_area
+from fabweave.flat.outline import strip_outlines
+from fabweave.flat.runs import Runs, unfold_runs
+from fabweave.flat.split import choose_runs
+from fabweave.flat.unfold import Strips, unfold_threads
+from fabweave.job import complete_settings
+from fabweave.mesh.files import write_mesh
+from fabweave.settings import JobSettings
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.nest import fits_some_sheet, nest
+from fabweave.woven import WovenObject, weave_object
+
+SHEET, MARGIN, GAP = SheetSize(600.0, 400.0), 10.0, 2.0
+USABLE = (580.0, 380.0)
+BED = Bed(lambda outline: fits_some_sheet(outline, [SHEET], MARGIN), (USABLE,), GAP)
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "meshes"
+#: Worth of a joint in crossings of ribbon, where joints are to be few.
+DEAR = 1000.0
+
+
+def models(folder: Path) -> dict[str, JobSettings]:
+    """Return the models of the issue; those whose mesh is not there are left out."""
+    twill = runpy.run_path(str(Path(__file__).with_name("bench_twill.py")))
+    block = folder / "block.obj"
+    write_mesh(block, twill["refined"](twill["block"](twill["TWO_HOLES"]), 2))
+    base = JobSettings("", sheets=(SHEET,), gap_mm=GAP, margin_mm=MARGIN)
+    found = {
+        "torus": replace(base, mesh="shape:torus?m=24&n=12", size_mm=400.0),
+        "cube": replace(base, mesh="shape:cube", refine="catmull-clark:3", size_mm=400.0),
+        "block": replace(base, mesh=str(block), size_mm=500.0),
+        "spot": replace(base, mesh=str(SHARED / "quad" / "spot_quadrangulated.obj"), size_mm=600.0),
+        "bob": replace(base, mesh=str(SHARED / "quad" / "bob_quad.obj"), size_mm=600.0),
+    }
+    return {
+        name: one
+        for name, one in found.items()
+        if one.mesh.startswith("shape:") or Path(one.mesh).is_file()
+    }
+
+
+def greedy(found: Candidates, longest_mm: float) -> list[IntArray]:
+    """Return the sites where pieces begin if each is as long as it can be."""
+    cost = price_candidates(found, BED, longest_mm)
+    reach = np.where(np.isfinite(cost), np.arange(1, cost.shape[1] + 1), 0).max(axis=1)
+    cuts = []
+    for thread in range(len(found.sites.closed)):
+        own = found.sites.offsets[thread]
+        count = int(found.sites.offsets[thread + 1] - own)
+        end = count if found.sites.closed[thread] else count - 1
+        begins, at = [], 0
+        while at < end:
+            begins.append(at)
+            at += max(int(reach[own + at]), 1)
+        cuts.append(np.array(begins or [0]))
+    return cuts
+
+
+def runs_of(found: Candidates, cuts: list[IntArray]) -> Runs:
+    """Turn the sites where pieces begin into runs."""
+    thread, first, last = [], [], []
+    sites = found.sites
+    for number, cut in enumerate(cuts):
+        own = sites.position[sites.offsets[number] : sites.offsets[number + 1]]
+        if not len(own):
+            continue
+        count, begin = int(sites.lengths[number]), own[cut]
+        end = begin[0] + count if sites.closed[number] else count - 1
+        thread.append(np.full(len(begin), number))
+        first.append(begin)
+        last.append(np.append(begin[1:], end))
+    return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))
+
+
+def even(found: Candidates, cuts: list[IntArray]) -> list[IntArray]:
+    """Return as many cuts at evenly spaced sites."""
+    counts = np.diff(found.sites.offsets)
+    return [
+        np.unique(np.arange(len(cut)) * count // max(len(cut), 1))
+        for cut, count in zip(cuts, counts.tolist(), strict=True)
+    ]
+
+
+def dear(found: Candidates, longest_mm: float) -> list[IntArray]:
+    """Return the cuts of least cost where a joint costs a great deal."""
+    windows = found.windows
+    cell = windows.area_mm2[windows.passes > 1].sum() / windows.passes[windows.passes > 1].sum()
+    cost = price_candidates(found, BED, longest_mm) + DEAR * cell
+    cuts = []
+    for thread, ring in enumerate(found.sites.closed):
+        own = slice(found.sites.offsets[thread], found.sites.offsets[thread + 1])
+        _, cut = (cheapest_ring if ring else cheapest_row)(cost[own])
+        cuts.append(cut)
+    return cuts
+
+
+def facts(strips: Strips) -> tuple[int, float, float, list[shapely.Polygon]]:
+    """Return how many pieces there are, their fill and the predicted sheet area in m²."""
+    polygons = [shapely.Polygon(one) for one in strip_outlines(strips) if len(one) > 2]
+    area = np.array([strip.area for strip in polygons])
+    rim = np.array([strip.length for strip in polygons])
+    hull = shapely.area(shapely.convex_hull(polygons))
+    box = shapely.area([shapely.minimum_rotated_rectangle(one) for one in polygons])
+    sheet = float(sheet_area(area, rim, hull, GAP).sum()) / 1e6
+    return len(polygons), float(area.sum() / box.sum()), sheet, polygons
+
+
+def compare(name: str, settings: JobSettings, *, nested: bool) -> None:
+    """Print one table row for each way."""
+    completed, material = complete_settings(settings)
+    thing: WovenObject = weave_object(completed, material)
+    weave, ribbons = thing.weave, thing.ribbons
+    longest = max(USABLE)
+    every = np.arange(weave.threads.n_threads)
+    found = list_candidates(ribbons, weave, BED, longest, every)
+    whole = greedy(found, longest)
+    start = time.process_time()
+    ours = choose_runs(found, weave, BED, thing.labels, longest, longest, None)
+    seconds = time.process_time() - start
+    ways = {
+        "greedy": unfold_runs(ribbons, runs_of(found, whole)),
+        "even": unfold_runs(ribbons, runs_of(found, even(found, whole))),
+        "ours, as few": unfold_runs(ribbons, runs_of(found, dear(found, longest))),
+        f"ours ({seconds:.1f} s)": unfold_runs(ribbons, ours),
+    }
+    _, fill, _, _ = facts(unfold_threads(ribbons))
+    print(f"\n{name}: {weave.threads.n_crossings} crossings; whole strips fill {fill:.3f}")
+    print(f"  {'way':16}{'pieces':>7}{'fill':>7}{'ratio':>7}{'sheet, m²':>11}")
+    base = 0.0
+    for way, strips in ways.items():
+        count, fill, sheet, polygons = facts(strips)
+        base = base or fill
+        row = f"  {way:16}{count:7}{fill:7.3f}{fill / base:7.2f}{sheet:11.3f}"
+        if nested and way != "even":
+            outlines = [shapely.get_coordinates(one)[:-1] for one in polygons]
+            layout = nest(outlines, [SHEET], margin_mm=MARGIN, gap_mm=GAP, effort="quick")
+            row += f"   {len(layout.sheets)} sheets"
+        print(row, flush=True)
+
+
+def large() -> None:
+    """Time the splitting of a torus of 224 × 224 quads."""
+    settings = JobSettings("shape:torus?m=224&n=224", size_mm=2000.0, sheets=(SHEET,), gap_mm=GAP)
+    completed, material = complete_settings(settings)
+    thing = weave_object(completed, material)
+    start = time.process_time()
+    every = np.arange(thing.weave.threads.n_threads)
+    found = list_candidates(thing.ribbons, thing.weave, BED, 290.0, every)
+    runs = choose_runs(found, thing.weave, BED, thing.labels, 290.0, 290.0, None)
+    print(
+        f"\n{thing.weave.threads.n_crossings} crossings, {np.sum(found.windows.passes > 0)} "
+        f"possible pieces, cut into {len(runs.thread)}: {time.process_time() - start:.1f} s of CPU"
+    )
+
+
+def main() -> None:
+    """Print the tables."""
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("models", nargs="*")
+    parser.add_argument("--nest", action="store_true")
+    parser.add_argument("--large", action="store_true")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        known = models(Path(folder))
+        for number, name in enumerate(options.models or list(known)):
+            compare(name, known[name], nested=options.nest and number < 2)
+    if options.large:
+        large()
+
+
+if __name__ == "__main__":
+    main()
