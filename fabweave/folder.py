@@ -29,6 +29,7 @@ from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.ribbons import ribbon_report
+from fabweave.report.splitting import splitting_record
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.report.view import choose_view
 from fabweave.report.waste import piece_table, waste_page, waste_report
@@ -192,6 +193,7 @@ def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
     bill = bill_of_materials(job.made)
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
     report |= bill
+    report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)
     outcome = {
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,

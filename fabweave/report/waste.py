@@ -13,6 +13,7 @@ from fabweave.flat.alike import piece_kinds
 from fabweave.flat.path import stretch
 from fabweave.flat.piece import Piece
 from fabweave.report.bom import bom_section
+from fabweave.report.splitting import splitting_section
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import Material, sheet_mass_kg
 
@@ -173,6 +174,7 @@ li {{ margin: .3rem 0 }}
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
 {bill}
+{splitting}
 {notes}
 <h2>Pictures</h2>
 {pictures}
@@ -203,6 +205,7 @@ def waste_page(
         rows=rows,
         total=_page_row("all", "", totals),
         bill=bom_section(report),
+        splitting=splitting_section(report["splitting"]) if "splitting" in report else "",
         notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
         pictures="\n".join(
             f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'

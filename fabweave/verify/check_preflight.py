@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
 from fabweave.verify.drawing import Floats
@@ -54,7 +55,7 @@ def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], where: str, tally: Tall
         return
     place = np.array([_float(part) for part in flaw.get("place") or (None, None)])
     if rule == "piece":
-        measured = min(_sides(piece.outline), key=lambda side: abs(side - value))
+        measured = min(sides_of(piece.outline), key=lambda side: abs(side - value))
     else:
         measured = _measured(plan, piece, str(rule), place)
     tally.measure(
@@ -88,10 +89,12 @@ def _measured(plan: CrossingMap, piece: Piece, rule: str, place: Floats) -> floa
     return float(rims.sum()) if len(rims) == 2 and rims.sum() < 2 * edge else 2 * edge
 
 
-def _sides(outline: Floats) -> tuple[float, float]:
+def sides_of(outline: Floats) -> tuple[float, float]:
     """Return the sides of the smallest rectangle around an outline."""
     best = (math.inf, math.nan, math.nan)
-    for side in np.roll(outline, -1, axis=0) - outline:
+    # The smallest rectangle lies along a side of the convex hull.
+    hull = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(outline)))
+    for side in np.diff(hull, axis=0):
         along = side / max(float(np.hypot(*side)), 1e-300)
         wide, high = (float(np.ptp(outline @ way)) for way in (along, along[::-1] * [-1, 1]))
         best = min(best, (wide * high, wide, high))

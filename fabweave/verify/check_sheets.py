@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.check_pieces import areas_of
+from fabweave.verify.check_splitting import check_splitting
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.loading import Job, Rows
@@ -78,6 +79,7 @@ def check_areas(job: Job, tally: Tally) -> None:
     if plan is None or job.piece_rows is None or job.waste is None:
         return
     _check_piece_rows(plan, job, job.piece_rows, tally)
+    check_splitting(plan, job.waste, tally)
     figures = {piece.id: areas_of(piece, plan) for piece in plan.pieces}
     sums = np.zeros(4)
     stated = {entry.get("sheet"): entry for entry in job.waste["sheets"] if isinstance(entry, dict)}

@@ -1,0 +1,109 @@
+"""Report where threads were cut: each thread's pieces, and what other lengths would come to."""
+
+import html
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from fabweave.flat.piece import Piece
+from fabweave.plan import Plan
+
+_CHART = (560, 190)  # width and height in pixels
+_EDGE = 90
+_LOW = 34
+
+
+def splitting_record(plan: Plan, pieces: Sequence[Piece], labels: Sequence[str]) -> dict[str, Any]:
+    """Return what ``waste.json`` holds under ``splitting``.
+
+    ``choices`` are predictions for several greatest lengths, made before anything was nested; of
+    each thread, ``fill`` is what its pieces fill of their smallest rectangles.
+    """
+    polygons = [shapely.Polygon(piece.outline) for piece in pieces]
+    area, box = shapely.area(polygons), shapely.area(shapely.oriented_envelope(polygons))
+    thread = np.array([piece.thread for piece in pieces], dtype=np.int64)
+    count = np.bincount(thread, minlength=len(labels))
+    own, around = (np.bincount(thread, part, len(labels)) for part in (area, box))
+    longest = np.zeros(len(labels))
+    extent = np.array([float(np.ptp(piece.outline[:, 0])) for piece in pieces])
+    np.maximum.at(longest, thread, extent)
+    return {
+        "max_length_mm": round(plan.length_mm, 1),
+        "choices": [choice.record() for choice in plan.choices],
+        "threads": [
+            {
+                "thread": labels[number],
+                "pieces": int(count[number]),
+                "longest_mm": round(float(longest[number]), 1),
+                "fill": round(float(own[number] / around[number]), 4),
+            }
+            for number in np.flatnonzero(count).tolist()
+        ],
+    }
+
+
+def splitting_section(record: dict[str, Any]) -> str:
+    """Return the record as a part of a web page: a curve and two tables."""
+    choices = record["choices"]
+    rows = "".join(
+        f"<tr><td>{choice['max_length_mm']:.0f} mm</td><td>{choice['pieces']}</td>"
+        f"<td>{choice['joints']}</td><td>{choice['utilisation']:.0%}</td></tr>"
+        for choice in choices
+    )
+    threads = "".join(
+        f"<tr><td>{html.escape(one['thread'])}</td><td>{one['pieces']}</td>"
+        f"<td>{one['longest_mm']:.0f} mm</td><td>{one['fill']:.0%}</td></tr>"
+        for one in record["threads"]
+    )
+    return (
+        "<h2>Pieces</h2>"
+        f"<p>Cut to at most {record['max_length_mm']:.0f} mm (--max-length). What other lengths "
+        "would come to, as predicted before nesting: shorter pieces waste less and want more "
+        "joints.</p>"
+        f"{_chart(choices)}"
+        "<table><tr><th>--max-length</th><th>pieces</th><th>joints</th><th>predicted use</th></tr>"
+        f"{rows}</table>"
+        "<details><summary>Thread by thread</summary><table><tr><th>thread</th><th>pieces</th>"
+        f"<th>longest</th><th>fill of rectangles</th></tr>{threads}</table></details>"
+    )
+
+
+def _chart(choices: Sequence[dict[str, Any]]) -> str:
+    """Draw predicted use (filled dots) and joints (rings) over the greatest length."""
+    if len(choices) < 2:
+        return ""
+    wide, high = _CHART
+    length = np.array([choice["max_length_mm"] for choice in choices], dtype=np.float64)
+    x = _EDGE + (wide - 2 * _EDGE) * (length - length[0]) / max(float(np.ptp(length)), 1e-9)
+    parts = []
+    for key, fill, name in (("utilisation", "#0072b2", "use"), ("joints", "none", "joints")):
+        value = np.array([choice[key] for choice in choices], dtype=np.float64)
+        y = high - _LOW - (high - 2 * _LOW) * value / max(float(value.max()), 1e-9)
+        line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+        dash = "" if fill != "none" else ' stroke-dasharray="5 4"'
+        parts.append(f'<polyline points="{line}" fill="none" stroke="#444"{dash}/>')
+        parts += [
+            f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" fill="{fill}" stroke="#444"/>'
+            for a, b in zip(x, y, strict=True)
+        ]
+        for end, side, anchor in ((0, -9, "end"), (-1, 9, "start")):
+            told = f"{value[end]:.0%}" if key == "utilisation" else f"{value[end]:.0f}"
+            # Both begin near the top: the names there stand one above the other.
+            lift = 4 if end or key == "utilisation" else -10
+            parts.append(
+                f'<text x="{x[end] + side:.1f}" y="{y[end] + lift:.1f}" font-size="12" '
+                f'text-anchor="{anchor}">{name} {told}</text>'
+            )
+    axis = high - _LOW
+    parts.append(f'<line x1="{_EDGE}" y1="{axis}" x2="{wide - _EDGE}" y2="{axis}" stroke="#999"/>')
+    for a, value in ((x[0], length[0]), (x[-1], length[-1])):
+        parts.append(
+            f'<text x="{a:.1f}" y="{high - 12}" font-size="12" text-anchor="middle">'
+            f"{value:.0f} mm</text>"
+        )
+    return (
+        f'<svg width="{wide}" height="{high}" viewBox="0 0 {wide} {high}" role="img" '
+        f'aria-label="use and joints over the greatest length">{"".join(parts)}</svg>'
+    )
