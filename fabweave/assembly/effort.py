@@ -90,7 +90,7 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
     >>> tips = piece_effort(5, sum(bits.strand(k, over=False, second=False) for k in (0, 4)))
     >>> middle = piece_effort(5, bits.strand(2, over=False, second=False))
     >>> alone, laid, tips, middle
-    ((4.0, 0.0), (5.0, 0.0), (1.0, 4.0), (2.0, 6.5))
+    ((8.0, 0.0), (5.0, 0.0), (3.0, 4.0), (6.0, 6.5))
     """
     all_stations = (1 << n_stations) - 1
     under = (state | state >> n_stations) & all_stations
