@@ -1,6 +1,8 @@
 """Let words agree with a number."""
 
+import difflib
 import re
+from collections.abc import Iterable
 
 _CHOICE = re.compile(r"\[([^|\[\]]*)\|([^|\[\]]*)\]")
 
@@ -24,3 +26,16 @@ def agree(count: int, text: str) -> str:
     one = count == 1
     chosen = _CHOICE.sub(lambda found: found[1] if one else found[2], text)
     return chosen.replace("{n}", str(count))
+
+
+def closest_first(wanted: str, names: Iterable[str]) -> list[str]:
+    """Return names, those that resemble a wanted one first, the others as they come.
+
+    Examples
+    --------
+    >>> closest_first("brich", ["card", "birch", "shim"])
+    ['birch', 'card', 'shim']
+    """
+    names = list(names)
+    close = difflib.get_close_matches(wanted, names, n=max(len(names), 1), cutoff=0.4)
+    return close + [other for other in names if other not in close]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fabweave.arrays import FloatArray, IntArray, frozen
+from fabweave.arrays import FloatArray, IntArray
 from fabweave.assembly.contacts import Contacts, find_contacts
 from fabweave.assembly.grow import Measured, grow_order, measure_order
 from fabweave.assembly.improve import improve_order
@@ -18,7 +18,7 @@ _HOMEWARD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Order:
+class Order(Measured):
     """An order of assembly, with what it costs and what naive orders would.
 
     Parameters
@@ -33,20 +33,8 @@ class Order:
         The effort of the first pieces of all threads, then their second ones, and so on.
     """
 
-    order: IntArray
-    effort: FloatArray
     by_thread: float
     by_number: float
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("order", "effort"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
-    @property
-    def total(self) -> float:
-        """The effort of the whole."""
-        return float(self.effort.sum())
 
     @property
     def saved(self) -> float:

@@ -1,11 +1,11 @@
 """Hold what those who cut ask of holes, webs, gaps and sizes."""
 
-import difflib
 import tomllib
 from dataclasses import dataclass
 from importlib import resources
 
 from fabweave.errors import InputError
+from fabweave.words import closest_first
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,5 @@ def target_named(name: str) -> Target:
     wanted = name.strip().lower()
     if wanted in known:
         return known[wanted]
-    close = difflib.get_close_matches(wanted, known, n=len(known), cutoff=0.4)
-    names = close + [other for other in known if other not in close]
+    names = closest_first(wanted, known)
     raise InputError(f"no target is called {name!r}: choose one of {', '.join(names)}")

@@ -1,6 +1,5 @@
 """Hold the material library and the rules that depend on a material."""
 
-import difflib
 import itertools
 import math
 import tomllib
@@ -9,6 +8,7 @@ from importlib import resources
 from typing import Any
 
 from fabweave.errors import InputError
+from fabweave.words import closest_first
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,7 @@ def material_named(name: str) -> Material:
     library = {material.name: material for material in material_library()}
     if wanted in library:
         return library[wanted]
-    close = difflib.get_close_matches(wanted, library, n=len(library), cutoff=0.4)
-    names = close + [other for other in library if other not in close]
+    names = closest_first(wanted, library)
     raise InputError(f"no material is called {name!r}: choose one of {', '.join(names)}")
 
 
