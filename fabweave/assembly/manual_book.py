@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from PIL import Image
-from reportlab.lib.utils import ImageReader
+from reportlab.pdfbase.pdfdoc import PDFZCompress
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 
 from fabweave.arrays import FloatArray
+from fabweave.assembly.manual_pixels import Pixels
 
 #: Width and height of the papers, in points.
 PAPERS = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
@@ -45,12 +46,15 @@ class Book:
         #: Where the next thing on the page may begin.
         self.y = self.top
         self.n_pages = 0
+        self._n_images = 0
         self._title = printable(title)
         self._file = io.BytesIO()
-        # Invariant: neither a date nor a random id is written.
+        # Invariant: neither a date nor a random id is written. Pages are packed by what the
+        # document does to all its streams: by itself a canvas writes packed pages in letters.
         self._canvas = Canvas(
-            self._file, pagesize=(self.width, self.height), pageCompression=1, invariant=1
+            self._file, pagesize=(self.width, self.height), pageCompression=0, invariant=1
         )
+        self._canvas._doc.defaultStreamFilters = [PDFZCompress]
         self._canvas.setTitle(self._title)
         self._canvas.setCreator("fabweave")
         self._section = ""
@@ -94,7 +98,7 @@ class Book:
         y is the foot of the letters, or their middle; a line is turned about its place.
         """
         shown, canvas = printable(text), self._canvas
-        shift = -align * text_width(shown, size, bold=bold)
+        shift = -align * text_width(shown, size, bold=bold) if align else 0.0
         canvas.setFont(_BOLD if bold else _PLAIN, size)
         canvas.setFillGray(grey)
         drop = -0.36 * size if middle else 0.0
@@ -164,9 +168,31 @@ class Book:
         grey = 1.0 if dark else 0.0
         self.text(x, y, text, size=SMALL, bold=True, align=0.5, grey=grey, middle=True)
 
-    def image(self, picture: Image.Image, x: float, y: float, width: float, height: float) -> None:
-        """Draw a picture with its lower left corner at a place."""
-        self._canvas.drawImage(ImageReader(picture), x, y, width, height)
+    def image(
+        self, picture: Image.Image | str, x: float, y: float, width: float, height: float
+    ) -> str:
+        """Draw a picture with its lower left corner at a place.
+
+        Returns
+        -------
+        str
+            The name by which the same picture is drawn again.
+        """
+        canvas = self._canvas
+        if isinstance(picture, str):
+            name = picture
+        else:
+            self._n_images += 1
+            name = f"picture{self._n_images}"
+            document, made = canvas._doc, Pixels(name, picture)
+            document.Reference(made, document.getXObjectName(name))
+            document.addForm(name, made)
+        canvas.saveState()
+        canvas.translate(x, y)
+        canvas.scale(width, height)
+        canvas.doForm(name)
+        canvas.restoreState()
+        return name
 
     def finish(self) -> bytes:
         """Return the PDF."""

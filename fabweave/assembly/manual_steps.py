@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from PIL import Image, ImageChops
+
 from fabweave.assembly.manual_book import LEADING, SMALL, TEXT, Book, tag_size, wrapped
 from fabweave.assembly.manual_views import PICTURE_PX, StepPicture
 from fabweave.report.view import View
@@ -15,6 +17,8 @@ _ON_A_PAGE, _GAP = 4, 14.0
 _NUMBER, _BOX = 24.0, 14.0
 #: How far from what it names a tag may stand, in points, and in how many directions it is tried.
 _REACHES, _DIRECTIONS = (14.0, 24.0, 36.0, 52.0), 12
+#: So large a share of a picture may differ from an earlier one before it is kept as a whole.
+_PATCH = 0.12
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
@@ -35,6 +39,7 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
     joints = {joint["id"]: joint for joint in plan["joints"]}
     strands = strand_pieces(plan)
     there: set[str] = set()
+    drawn = _Pictures(book)
     high = (book.top - book.foot) / _ON_A_PAGE - _GAP - 0.1
     wide = high * PICTURE_PX[0] / PICTURE_PX[1]
     x = book.left + wide + 12.0
@@ -49,7 +54,8 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
         size += _lines(turn, room, bold=True) + _lines(fasten, room)
         book.room(max(size, high), SECTION)
         top = book.y
-        _draw_picture(book, picture, book.left, top - high, (wide, high))
+        drawn.draw(picture, book.left, top - high, (wide, high))
+        _tag_picture(book, picture, book.left, top - high, (wide, high))
         y = top - _NUMBER
         book.text(x, y + 3.0, f"Step {step['step']}", size=_NUMBER, bold=True)
         book.tick_box(book.right - _BOX - 1.0, y + 3.0, _BOX)
@@ -157,12 +163,40 @@ def _lines(text: str, width: float, *, bold: bool = False) -> float:
     return LEADING * SMALL * len(wrapped(text, SMALL, width, bold=bold))
 
 
-def _draw_picture(
+class _Pictures:
+    """Draws pictures on pages; of one that resembles an earlier one, only what differs is kept."""
+
+    def __init__(self, book: Book) -> None:
+        self._book = book
+        self._whole: dict[View, tuple[str, Image.Image]] = {}
+
+    def draw(self, picture: StepPicture, x: float, y: float, size: tuple[float, float]) -> None:
+        """Draw a picture."""
+        (width, high), (wide_px, high_px) = size, picture.image.size
+        if picture.view in self._whole:
+            name, whole = self._whole[picture.view]
+            box = ImageChops.difference(whole, picture.image).getbbox() or (0, 0, 1, 1)
+            left, top, right, bottom = box
+            if (right - left) * (bottom - top) <= _PATCH * wide_px * high_px:
+                across, up = width / wide_px, high / high_px
+                self._book.image(name, x, y, width, high)
+                self._book.image(
+                    picture.image.crop(box),
+                    x + left * across,
+                    y + (high_px - bottom) * up,
+                    (right - left) * across,
+                    (bottom - top) * up,
+                )
+                return
+        name = self._book.image(picture.image, x, y, width, high)
+        self._whole[picture.view] = name, picture.image
+
+
+def _tag_picture(
     book: Book, picture: StepPicture, x: float, y: float, size: tuple[float, float]
 ) -> None:
-    """Draw a step's picture with the tags of its new pieces and joints."""
+    """Name the new pieces and joints of a step in its picture."""
     width, high = size
-    book.image(picture.image, x, y, width, high)
     taken: list[tuple[float, float, float, float]] = []
     wanted = [
         *((key, place, True) for key, place in picture.pieces.items()),

@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.assembly.manual_pixels import GREY_STEP
 from fabweave.flat.piece import Piece
+from fabweave.flat.stretch import piece_stretches
 from fabweave.report.shade import facet_normals
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.report.view import Frame, View, frame_object
 from fabweave.report.zbuffer import all_fragments
-from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
 #: From where steps may be seen; the first is the usual place.
@@ -30,10 +32,11 @@ _TRIAL_PX = (180, 140)
 _TURN = 0.4
 #: ... and one in which a new piece cannot be seen at all so much more.
 _BLIND = 5.0
-#: Shades of grey: the ground, what is still to come, what is there, its outline.
-_GROUND, _TO_COME, _COMING_EDGE, _OUTLINE = 255, 247, 205, 120
-_THERE = (176, 244)
-_NEW = (18, 84)
+#: Shades of grey: the ground, what is still to come, what is there, its outline. All are multiples
+#: of ``GREY_STEP``.
+_GROUND, _TO_COME, _COMING_EDGE, _OUTLINE = 255, 238, 204, 119
+_THERE = (170, 221)
+_NEW = (17, 68)
 #: Light on a facet that is seen from behind, and what comes from the side.
 _BEHIND, _EVEN = 0.55, 0.35
 _KEY = (-0.42, 0.62, 0.66)
@@ -175,14 +178,12 @@ def _scene(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], plan: dict[s
     vertices, triangles, _ = ribbon_triangles(ribbons)
     placed = {key: at for at, step in enumerate(plan["steps"]) for key in step["pieces"]}
     step_of_piece = np.array([placed[piece.id] for piece in pieces], dtype=np.int64)
-    rung, piece = piece_quads(ribbons, weave, pieces)
-    # Rungs that nothing follows have no triangles.
+    rung, piece = piece_stretches(ribbons, weave, pieces).quads()
+    # Each quad is two triangles; rungs that nothing follows begin none.
     number = np.full(len(ribbons.right), -1, dtype=np.int64)
     near = triangles[::2, 0] // 2
     number[near] = np.arange(len(near))
-    kept = number[rung] >= 0
-    rung, piece = number[rung[kept]], piece[kept]
-    row = (2 * rung[:, None] + (0, 1)).ravel()
+    row = (2 * number[rung][:, None] + (0, 1)).ravel()
     piece = np.repeat(piece, 2)
     return _Scene(
         vertices,
@@ -191,41 +192,6 @@ def _scene(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], plan: dict[s
         piece,
         step_of_piece[piece],
         step_of_piece,
-    )
-
-
-def piece_quads(
-    ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]
-) -> tuple[IntArray, IntArray]:
-    """Return which stretches of ribbon belong to which piece.
-
-    A piece reaches from the panel of its first crossing to that of its last; where no joint ends
-    it, to the end of its thread. Pieces that lap share the panel of their joint.
-
-    Returns
-    -------
-    rung : (N,) int array
-        The rung at which a quad of the ribbon begins.
-    piece : (N,) int array
-        The piece that it belongs to.
-    """
-    threads = weave.threads
-    passes = np.zeros((threads.n_crossings, 2), dtype=np.int64)
-    passes[threads.crossing, weave.over.astype(np.int64)] = np.arange(len(threads.crossing))
-    first = np.array([passes[one.crossings[0], int(one.over[0])] for one in pieces], dtype=np.int64)
-    thread = threads.thread_of_pass[first]
-    place = first - threads.offsets[thread]
-    stations = np.array([len(one.crossings) for one in pieces], dtype=np.int64)
-    size = np.diff(ribbons.offsets)[thread]
-    start = local_entry(ribbons, thread, place)
-    end = local_entry(ribbons, thread, place + stations - 1) + 1
-    start = np.where([one.start_joint is None for one in pieces], 0, start)
-    end = np.where([one.end_joint is None for one in pieces], size - 1, end)
-    counts = end - start
-    within = np.arange(counts.sum()) - np.repeat(offsets_of(counts)[:-1], counts)
-    local = (np.repeat(start, counts) + within) % np.repeat(size, counts)
-    return np.repeat(ribbons.offsets[thread], counts) + local, np.repeat(
-        np.arange(len(pieces)), counts
     )
 
 
@@ -287,7 +253,11 @@ class _Layers:
         light = scene.normals @ frame_key(self._frame)
         back = scene.normals @ self._frame.axes[2] < 0.0
         light = np.where(back, _BEHIND * np.maximum(-light, 0.0), np.maximum(light, 0.0))
-        self._light = _EVEN + (1.0 - _EVEN) * light
+        light = _EVEN + (1.0 - _EVEN) * light
+        self._pale, self._dark = (
+            (GREY_STEP * np.round((low + (high - low) * light) / GREY_STEP)).astype(np.uint8)
+            for low, high in (_THERE, _NEW)
+        )
 
     def place_until(self, step: int) -> None:
         """Place the pieces of all steps up to one."""
@@ -304,11 +274,8 @@ class _Layers:
         there = shown >= 0
         triangle = shown[there]
         new = self._scene.step[triangle] == step
-        light = np.round(6.0 * self._light[triangle]) / 6.0
-        low = np.where(new, _NEW[0], _THERE[0])
-        high = np.where(new, _NEW[1], _THERE[1])
         picture = self._ground.copy()
-        picture[there] = np.round(low + (high - low) * light).astype(np.uint8)
+        picture[there] = np.where(new, self._dark[triangle], self._pale[triangle])
         piece = np.full(shown.shape, -1, dtype=np.int64)
         piece[there] = self._scene.piece[triangle]
         fresh = np.zeros(shown.shape, dtype=bool)

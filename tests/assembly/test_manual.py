@@ -8,11 +8,20 @@ from itertools import product
 import numpy as np
 import pypdf
 import pytest
+from PIL import Image
 
 from fabweave.assembly import manual_book
 from fabweave.assembly.manual import manual_pdf
-from fabweave.assembly.manual_steps import placing, strand_pieces, turn_words
-from fabweave.assembly.manual_views import VIEWS, choose_views, piece_quads, step_pictures
+from fabweave.assembly.manual_pixels import GREY_STEP
+from fabweave.assembly.manual_steps import _Pictures, placing, strand_pieces, turn_words
+from fabweave.assembly.manual_views import (
+    PICTURE_PX,
+    VIEWS,
+    StepPicture,
+    choose_views,
+    step_pictures,
+)
+from fabweave.flat.stretch import piece_stretches
 from fabweave.folder import job_facts, job_plan
 from fabweave.job import make_job
 from fabweave.report.surfaces import ribbon_triangles
@@ -172,7 +181,7 @@ def test_pieces_cover_the_ribbons():
     """Every stretch of ribbon is of one piece; where two lap, of both."""
     job = job_of()
     ribbons, pieces = job.object.ribbons, job.made.pieces
-    rung, piece = piece_quads(ribbons, job.weave, pieces)
+    rung, piece = piece_stretches(ribbons, job.weave, pieces).quads()
     vertices, triangles, thread = ribbon_triangles(ribbons)
     first = set((triangles[::2, 0] // 2).tolist())
     assert set(rung.tolist()) == first
@@ -281,12 +290,65 @@ def test_fragments_hold_the_nearest():
     assert set(np.unique(seen[seen >= 0]).tolist()) <= set(triangle.tolist())
 
 
+def test_a_picture_of_which_only_changes_are_kept_is_the_whole_picture():
+    dice = np.random.default_rng(4)
+    values = {view: np.full(PICTURE_PX[::-1], 255, dtype=np.uint8) for view in VIEWS[:2]}
+    pictures = []
+    for number in range(24):
+        view = VIEWS[number // 3 % 2]
+        x, y = dice.integers(0, 700), dice.integers(0, 540)
+        values[view][y : y + 20, x : x + 20] = dice.integers(0, 256)
+        pictures.append(StepPicture(Image.fromarray(values[view]), view, False, {}, {}))
+    images, shown, stored = {}, [], 0
+
+    class Paper:
+        def image(self, picture, x, y, width, height):
+            nonlocal stored
+            name = picture
+            if not isinstance(picture, str):
+                name = f"picture{len(images)}"
+                images[name] = np.asarray(picture)
+                stored += picture.size[0] * picture.size[1]
+            values = images[name]
+            assert (width, height) == pytest.approx((values.shape[1] / 2, values.shape[0] / 2))
+            left, low = round(2 * (x - 10.0)), round(2 * (y - 20.0))
+            rows = slice(PICTURE_PX[1] - low - values.shape[0], PICTURE_PX[1] - low)
+            shown[-1][rows, left : left + values.shape[1]] = values
+            return name
+
+    drawn = _Pictures(Paper())
+    for picture in pictures:
+        shown.append(np.zeros(PICTURE_PX[::-1], dtype=np.uint8))
+        drawn.draw(picture, 10.0, 20.0, (PICTURE_PX[0] / 2, PICTURE_PX[1] / 2))
+        assert np.array_equal(shown[-1], np.asarray(picture.image))
+    assert stored < 0.6 * len(pictures) * PICTURE_PX[0] * PICTURE_PX[1]
+
+
 # --- pages --------------------------------------------------------------------------------------
 
 
 def test_pictures_are_grey_and_few_bytes():
     assert len(manual_of()) < 2_000_000
-    assert all(picture.image.mode == "L" for picture in parts_of()[1])
+    for picture in parts_of()[1]:
+        assert picture.image.mode == "L"
+        assert not np.any(np.asarray(picture.image) % GREY_STEP)
+
+
+@pytest.mark.parametrize("step", [1, GREY_STEP])
+def test_pictures_are_kept_as_they_are(step):
+    shades = np.arange(0, 256, step, dtype=np.uint8)
+    grey = Image.fromarray(np.random.default_rng(2).choice(shades, (5, 7)))
+    colours = Image.fromarray(np.random.default_rng(3).integers(0, 256, (4, 3, 3), dtype=np.uint8))
+    book = manual_book.Book("a4", "Pictures")
+    book.page("One")
+    name = book.image(grey, 50.0, 50.0, 70.0, 50.0)
+    assert book.image(name, 50.0, 150.0, 70.0, 50.0) == name
+    book.image(colours, 50.0, 250.0, 30.0, 40.0)
+    page = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0]
+    found = {image.image.mode: image.image for image in page.images}
+    assert len(page.images) == 2
+    assert np.array_equal(np.asarray(found["RGB"]), np.asarray(colours))
+    assert np.array_equal(np.asarray(found["L"]), np.asarray(grey))
 
 
 def test_characters_that_no_font_has_become_question_marks():
