@@ -7,7 +7,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from fabweave.arrays import FloatArray, frozen
-from fabweave.sheet.raster import filled_pixels
+from fabweave.sheet.raster import filled_pixels, ring_sides
 from fabweave.sheet.shape import Shape
 
 _STEP_MM = 2.0  # of the field's grid, or finer: a third of the shape's mean width
@@ -74,20 +74,14 @@ def body_of(shape: Shape, gap_mm: float) -> Body:
     step = max(min(_STEP_MM, fine), least)
     columns, rows = np.ceil((high - low) / step).astype(int) + 1
     sides = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
-    # Pixel centres are half a step from the corner: nodes are the centres of pixels around them.
-    inside = filled_pixels((sides - low + step / 2.0)[None], (rows, columns), step)[0]
-    nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * step + low
-    near, _ = cKDTree(_sampled(outline, step / 8.0)).query(
-        nodes.reshape(-1, 2), distance_upper_bound=reach
-    )
-    distance = np.minimum(near, reach).reshape(rows, columns)
+    field = _signed_distance(sides, low, (int(rows), int(columns)), step, reach)
     corners = shapely.get_coordinates(shapely.simplify(shapely.polygons(outline), _STRAIGHT_MM))
     samples = _sampled(corners[:-1], step * _SAMPLE_MM / _STEP_MM)
     return Body(
         outline=frozen(outline),
         centre=frozen(centre),
         samples=frozen(samples),
-        field=frozen(np.where(inside, -distance, distance)),
+        field=frozen(field),
         corner=frozen(low),
         step_mm=step,
         radius_mm=max(float(np.sqrt((samples**2).sum(axis=1).mean())), 1e-3),
@@ -95,9 +89,56 @@ def body_of(shape: Shape, gap_mm: float) -> Body:
     )
 
 
+def field_of(
+    region: shapely.Geometry, low: FloatArray, high: FloatArray, step_mm: float, reach_mm: float
+) -> FloatArray:
+    """Return the signed distance to polygons, negative in them, at the nodes of a grid.
+
+    Parameters
+    ----------
+    region : polygon or multipolygon
+        May have holes.
+    low, high : (2,) float array
+        The first node, and what the last one reaches.
+    step_mm : float
+        Between nodes.
+    reach_mm : float
+        Beyond this, distances are this.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> field = field_of(shapely.box(0.0, 0.0, 2.0, 9.0), np.zeros(2), np.array([4, 9]), 1.0, 9.0)
+    >>> field[4, 3:].round(2).tolist()
+    [1.0, 2.0]
+    """
+    columns, rows = (np.ceil((high - low) / step_mm).astype(int) + 1).tolist()
+    return _signed_distance(ring_sides(region), low, (rows, columns), step_mm, reach_mm)
+
+
+def _signed_distance(
+    sides: FloatArray, low: FloatArray, shape: tuple[int, int], step: float, reach: float
+) -> FloatArray:
+    """Return the signed distance to the closed sides (E, 2, 2) of rings at the nodes of a grid."""
+    rows, columns = shape
+    # Pixel centres are half a step from the corner: nodes are the centres of pixels around them.
+    inside = filled_pixels((sides - low + step / 2.0)[None], shape, step)[0]
+    nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * step + low
+    near, _ = cKDTree(_along(sides, step / 8.0)).query(
+        nodes.reshape(-1, 2), distance_upper_bound=reach
+    )
+    distance = np.minimum(near, reach).reshape(rows, columns)
+    return np.where(inside, -distance, distance)
+
+
 def _sampled(outline: FloatArray, step: float) -> FloatArray:
     """Return points along a closed line, at most a step apart, its vertices among them."""
-    side = np.roll(outline, -1, axis=0) - outline
+    return _along(np.stack([outline, np.roll(outline, -1, axis=0)], axis=1), step)
+
+
+def _along(sides: FloatArray, step: float) -> FloatArray:
+    """Return points along sides (E, 2, 2), at most a step apart, their first ends among them."""
+    outline, side = sides[:, 0], sides[:, 1] - sides[:, 0]
     count = np.maximum(np.ceil(np.hypot(side[:, 0], side[:, 1]) / step), 1).astype(int)
     owner = np.repeat(np.arange(len(outline)), count)
     share = (np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)) / count[owner]

@@ -7,9 +7,10 @@ import numpy as np
 import shapely
 
 from fabweave.arrays import FloatArray
-from fabweave.sheet.layout import Layout
+from fabweave.sheet.layout import Layout, SheetSize
 
 _TOLERANCE_MM = 1e-6
+_TOLERANCE_DEG = 1e-6
 
 
 def check_layout(
@@ -18,7 +19,8 @@ def check_layout(
     """Return everything that is wrong with a layout; nothing if it may be cut.
 
     Every piece must be placed exactly once, on a sheet that exists, the margin from its border,
-    and the gap from every other piece there; a micrometre's thousandth is forgiven.
+    and the gap from every other piece and from defects there, at an angle that is allowed; a
+    micrometre's thousandth is forgiven.
 
     Parameters
     ----------
@@ -76,9 +78,48 @@ def check_layout(
                 f"piece {name} is {room:.3f} mm from the border of sheet {placement.sheet + 1}; "
                 f"the margin is {layout.margin_mm:.3f} mm"
             )
+        off = float(
+            layout.turns.along(sheet.grain_deg).off_deg(np.array([placement.rotation_deg]))[0]
+        )
+        if off > _TOLERANCE_DEG:
+            faults.append(
+                f"piece {name} on sheet {placement.sheet + 1} is turned {off:.3f}° beyond what is "
+                "allowed"
+            )
         by_sheet.setdefault(placement.sheet, []).append((name, shapely.polygons(points)))
     for number, placed in sorted(by_sheet.items()):
+        faults.extend(_sheet_faults(number, placed, layout.sheets[number], layout))
         faults.extend(_gap_faults(number, placed, layout.gap_mm))
+    return faults
+
+
+def _sheet_faults(
+    number: int, placed: list[tuple[str, shapely.Polygon]], sheet: SheetSize, layout: Layout
+) -> list[str]:
+    """Return the pieces that leave an outline that is no rectangle, or come near a defect."""
+    polygons = np.array([polygon for _, polygon in placed])
+    faults = []
+    if sheet.outline:
+        inside = shapely.Polygon(sheet.outline)
+        room = np.where(
+            shapely.contains(inside, polygons),
+            shapely.distance(polygons, inside.exterior),
+            -shapely.area(shapely.difference(polygons, inside)),
+        )
+        faults += [
+            f"piece {placed[at][0]} is {room[at]:.3f} mm from the outline of sheet {number + 1}; "
+            f"the margin is {layout.margin_mm:.3f} mm"
+            for at in np.flatnonzero(room < layout.margin_mm - _TOLERANCE_MM).tolist()
+        ]
+    for ring in sheet.defects:
+        apart = shapely.distance(polygons, shapely.Polygon(ring))
+        faults += [
+            f"piece {placed[at][0]} is {apart[at]:.3f} mm from a defect of sheet {number + 1}; the "
+            f"gap is {layout.gap_mm:.3f} mm"
+            for at in np.flatnonzero(
+                (apart < layout.gap_mm - _TOLERANCE_MM) | (apart <= 0.0)
+            ).tolist()
+        ]
     return faults
 
 

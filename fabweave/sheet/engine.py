@@ -18,9 +18,13 @@ import shapely
 from fabweave.arrays import FloatArray
 from fabweave.sheet import engine_child
 from fabweave.sheet.body import Body
+from fabweave.sheet.shape import rotated
+from fabweave.sheet.turns import FREE, Turns
 
 _COLLISION_MM = 0.1  # by how much outlines are inflated, and simplified, for the engine
 _GRACE_S = 20.0  # beyond its budget, before it is stopped
+_LOWER_MM = 1.0  # than the strip a body must be: the engine panics at what just fits
+_ANGLES = 24  # of a full turn, where not all are allowed
 _OVER_MM = 2.0  # a strip longer than the sheet by this may still be pushed together
 
 #: How the engine is started; tests put something else in its place.
@@ -39,6 +43,7 @@ def packed(
     *,
     seconds: int,
     seed: int,
+    turns: Turns = FREE,
     grace_s: float = _GRACE_S,
     command: Sequence[str] = COMMAND,
 ) -> FloatArray | None:
@@ -56,6 +61,8 @@ def packed(
         The engine's budget.
     seed : int
         The engine's; it does not make the result reproducible.
+    turns : Turns
+        The angles at which bodies may stand.
     grace_s : float
         How long beyond its budget it may run before it is stopped.
     command : sequence of str
@@ -69,8 +76,12 @@ def packed(
     outlines = [_collision(body) for body in bodies]
     if not all(_is_safe(outline, usable_mm) for outline in outlines):
         return None
+    angles = [_angles(outline, usable_mm, turns) for outline in outlines]
+    if turns.step_deg is not None and not all(angles):
+        return None
     task = {
         "outlines": [outline.tolist() for outline in outlines],
+        "angles_deg": angles,
         "gap_mm": gap_mm,
         # The engine keeps the gap from the borders of the strip, too.
         "height_mm": usable_mm[1] + 2.0 * gap_mm,
@@ -110,6 +121,18 @@ def _collision(body: Body) -> FloatArray:
     return result
 
 
+def _angles(
+    outline: FloatArray, usable_mm: tuple[float, float], turns: Turns
+) -> list[float] | None:
+    """Return the allowed angles at which an outline is lower than the strip; None for any."""
+    if turns.step_deg is None:
+        return None
+    angles = turns.angles_deg(_ANGLES)
+    high = np.ptp(rotated(outline, angles)[..., 1], axis=1)
+    allowed: list[float] = angles[high < usable_mm[1] - _LOWER_MM].tolist()
+    return allowed
+
+
 def _is_safe(outline: FloatArray, usable_mm: tuple[float, float]) -> bool:
     """Return whether an outline is one that the engine takes: simple, and lower than the strip."""
     polygon = shapely.polygons(outline)
@@ -119,4 +142,4 @@ def _is_safe(outline: FloatArray, usable_mm: tuple[float, float]) -> bool:
         return False
     box = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))
     sides = np.hypot(*np.diff(box, axis=0).T)
-    return bool(sides.min() < usable_mm[1] - 1.0)
+    return bool(sides.min() < usable_mm[1] - _LOWER_MM)

@@ -15,8 +15,10 @@ def main(target: str) -> None:
 
     task = json.load(sys.stdin)
     items = [
-        spyrrow.Item(str(number), [tuple(point) for point in outline], 1, None)
-        for number, outline in enumerate(task["outlines"])
+        spyrrow.Item(str(number), [tuple(point) for point in outline], 1, angles)
+        for number, (outline, angles) in enumerate(
+            zip(task["outlines"], task["angles_deg"], strict=True)
+        )
     ]
     config = spyrrow.StripPackingConfig(
         early_termination=True,

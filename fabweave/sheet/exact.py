@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabweave.arrays import FloatArray
@@ -11,9 +12,15 @@ from fabweave.sheet.shape import rotated
 
 
 def missing_mm(
-    bodies: Sequence[Body], poses: FloatArray, usable_mm: tuple[float, float], gap_mm: float
+    bodies: Sequence[Body],
+    poses: FloatArray,
+    usable_mm: tuple[float, float],
+    gap_mm: float,
+    barred: shapely.Geometry | None = None,
 ) -> float:
     """Return by how much the worst pair misses the gap, or a body leaves the usable area.
+
+    What is barred is kept the gap from, too.
 
     Negative where everything has more room than it needs; bodies that overlap miss the gap by
     all of it and as much again as their overlap is wide.
@@ -35,14 +42,24 @@ def missing_mm(
     points = np.concatenate(placed)
     worst = float(max((-points).max(), (points - np.array(usable_mm)).max()))
     polygons = np.array([shapely.polygons(outline) for outline in placed])
+    if barred is not None:
+        worst = max(worst, float(_missing(polygons, np.array(barred), gap_mm).max()))
     near = shapely.STRtree(polygons).query(polygons, predicate="dwithin", distance=gap_mm + 1e-9)
     first, second = near[:, near[0] < near[1]]
     if len(first) == 0:
         return worst
-    apart = shapely.distance(polygons[first], polygons[second])
-    missing = gap_mm - apart
+    return max(worst, float(_missing(polygons[first], polygons[second], gap_mm).max()))
+
+
+def _missing(
+    one: npt.NDArray[np.object_], other: npt.NDArray[np.object_], gap_mm: float
+) -> FloatArray:
+    """Return by how much each two geometries miss the gap."""
+    apart = shapely.distance(one, other)
+    missing: FloatArray = gap_mm - apart
     touching = apart <= 0.0
-    if touching.any():
-        shared = shapely.intersection(polygons[first[touching]], polygons[second[touching]])
-        missing[touching] += np.sqrt(shapely.area(shared))
-    return max(worst, float(missing.max()))
+    others = np.broadcast_to(other, one.shape)
+    missing[touching] += np.sqrt(
+        shapely.area(shapely.intersection(one[touching], others[touching]))
+    )
+    return missing

@@ -1,6 +1,5 @@
 """Fill one sheet: the next few pieces by size, wherever they touch most."""
 
-import math
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,13 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabweave.arrays import BoolArray
+from fabweave.sheet.area import Area
 from fabweave.sheet.effort import Effort
+from fabweave.sheet.fits import sheet_grid
 from fabweave.sheet.layout import Placement, SheetSize
-from fabweave.sheet.search import PULL, Grid, Kernels, Position, SheetPixels, grid_of, kernels_of
+from fabweave.sheet.search import PULL, Grid, Kernels, Position, SheetPixels, kernels_of
 from fabweave.sheet.shape import Pose, Shape, rotated
-from fabweave.sheet.stock import usable_size
 
-_MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
 _CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
 
 
@@ -51,14 +50,13 @@ class NestingJob:
     gap_mm: float
     effort: Effort
     workers: int
+    areas: tuple[Area, ...]  # of the sheets
     fits: BoolArray  # (shapes, sheets): which shape fits on which sheet
     cache: _KernelCache = field(default_factory=_KernelCache)
 
     def grid(self, sheet: int) -> Grid:
         """Return the grid of a sheet size, with larger pixels if it is very large."""
-        usable = usable_size(self.sheets[sheet], self.margin_mm)
-        pixel_mm = max(self.effort.pixel_mm, math.sqrt(usable[0] * usable[1] / _MAX_PIXELS))
-        return grid_of(usable, self.gap_mm, pixel_mm)
+        return sheet_grid(self.areas[sheet], self.gap_mm, self.effort)
 
     def kernels(self, shape: int, grid: Grid) -> Kernels:
         """Return the pixels of a shape, from the cache if they are there."""

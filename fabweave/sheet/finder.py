@@ -13,6 +13,8 @@ import numpy.typing as npt
 import scipy.fft
 
 from fabweave.arrays import FloatArray
+from fabweave.sheet.area import Area
+from fabweave.sheet.barrier import Barrier
 from fabweave.sheet.body import Body
 from fabweave.sheet.crowd import Crowd, Stand, distances
 from fabweave.sheet.raster import filled_pixels
@@ -42,20 +44,20 @@ class Found:
 class Pixels:
     """The coarse pixels of a sheet's usable area."""
 
-    usable_mm: tuple[float, float]
+    area: Area
     pixel_mm: float
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
-        width, height = self.usable_mm
+        width, height = self.area.size_mm
         return int(np.ceil(height / self.pixel_mm)), int(np.ceil(width / self.pixel_mm))
 
 
-def pixels_of(usable_mm: tuple[float, float]) -> Pixels:
+def pixels_of(area: Area) -> Pixels:
     """Return the coarse pixels of a usable area: larger ones where it is very large."""
-    pixel_mm = max(_PIXEL_MM, float(np.sqrt(usable_mm[0] * usable_mm[1] / _MOST_PIXELS)))
-    return Pixels(usable_mm, pixel_mm)
+    wide, high = area.size_mm
+    return Pixels(area, max(_PIXEL_MM, float(np.sqrt(wide * high / _MOST_PIXELS))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,10 +150,10 @@ class Finder:
 def _kernel_of(body: Body, pixels: Pixels) -> _Kernel:
     """Return the pixels of a body at evenly spread angles, as far as it fits at them."""
     size = pixels.pixel_mm
-    angles = np.arange(_ROTATIONS, dtype=np.float64) * (360.0 / _ROTATIONS)
+    angles = pixels.area.turns.angles_deg(_ROTATIONS)
     outlines = rotated(body.outline, angles)
     low, high = outlines.min(axis=1), outlines.max(axis=1)
-    usable = np.array(pixels.usable_mm)
+    usable = np.array(pixels.area.size_mm)
     fits = (high - low <= usable + 1e-7).all(axis=1)
     angles, outlines, low, high = angles[fits], outlines[fits], low[fits], high[fits]
     half = int(np.ceil(np.sqrt((body.outline**2).sum(axis=1).max()) / size)) + 1
@@ -180,10 +182,21 @@ class Terrain:
         return np.clip(self.gap_mm - distance, 0.0, _DEEP_MM).astype(np.float32)
 
 
-def terrain_of(crowd: Crowd | None, stand: Stand | None, pixels: Pixels, gap_mm: float) -> Terrain:
-    """Return the terrain of a sheet; ``None`` stands for a sheet without bodies."""
+def terrain_of(
+    crowd: Crowd | None,
+    stand: Stand | None,
+    pixels: Pixels,
+    gap_mm: float,
+    barrier: Barrier | None = None,
+) -> Terrain:
+    """Return the terrain of a sheet; ``None`` stands for one without bodies, or without barrier."""
     rows, columns = pixels.shape
-    nearest, second = np.full((rows, columns), 1e9), np.full((rows, columns), 1e9)
+    nearest = np.full((rows, columns), 1e9)
+    if barrier is not None:
+        grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)
+        nearest = barrier.distances((grid + 0.5).astype(np.float64) * pixels.pixel_mm)[0]
+        nearest = nearest.reshape(rows, columns)
+    second = nearest.copy()
     which = np.full((rows, columns), -1, dtype=np.int64)
     if crowd is None or stand is None:
         return Terrain(nearest, second, which, gap_mm)

@@ -14,7 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabweave.arrays import FloatArray
+from fabweave.sheet.area import Area
 from fabweave.sheet.arrangement import NOWHERE, Arrangement
+from fabweave.sheet.barrier import Barrier
 from fabweave.sheet.body import Body
 from fabweave.sheet.crowd import crowd_of, stand_at
 from fabweave.sheet.engine import packed
@@ -47,8 +49,10 @@ class Ground:
     ----------
     bodies : sequence of Body
         One for each piece.
-    usable_mm : sequence of (float, float)
-        Usable width and height of each sheet in use.
+    areas : sequence of Area
+        The usable area of each sheet in use.
+    barriers : sequence of Barrier or None
+        What is barred on each.
     gap_mm : float
         Least distance between pieces.
     finder : Finder
@@ -56,7 +60,8 @@ class Ground:
     """
 
     bodies: Sequence[Body]
-    usable_mm: Sequence[tuple[float, float]]
+    areas: Sequence[Area]
+    barriers: Sequence[Barrier | None]
     gap_mm: float
     finder: Finder
 
@@ -65,15 +70,24 @@ class Ground:
     ) -> FloatArray | None:
         """Return poses near these at which the pieces keep the gap, proved; None if not found."""
         bodies = [self.bodies[piece] for piece in pieces]
-        crowd, usable, gap = crowd_of(bodies), self.usable_mm[sheet], self.gap_mm
+        crowd, area, gap = crowd_of(bodies), self.areas[sheet], self.gap_mm
+        usable = area.size_mm
         for _ in range(3):
             pulls = 0 if pull is None else _PULLS
             found = settle(
-                crowd, poses, usable, gap, steps=_STEPS, pull=pull or (0.0, 0.0), pulls=pulls
+                crowd,
+                poses,
+                usable,
+                gap,
+                steps=_STEPS,
+                pull=pull or (0.0, 0.0),
+                pulls=pulls,
+                barrier=self.barriers[sheet],
+                turns=area.turns,
             )
             if not found.ok:
                 return None
-            missing = missing_mm(bodies, found.poses, usable, self.gap_mm)
+            missing = missing_mm(bodies, found.poses, usable, self.gap_mm, area.barred)
             if missing <= _PROOF_MM:
                 return found.poses
             # The fields are a little coarse: ask for that much more.
@@ -105,10 +119,12 @@ class _Search:
 
     def terrain(self, sheet: int) -> Terrain:
         if sheet not in self.terrains:
-            pieces, pixels = self.state.on(sheet), pixels_of(self.ground.usable_mm[sheet])
+            pieces, pixels = self.state.on(sheet), pixels_of(self.ground.areas[sheet])
             crowd = crowd_of([self.ground.bodies[piece] for piece in pieces]) if pieces else None
             stand = stand_at(crowd, self.state.poses[pieces]) if crowd else None
-            self.terrains[sheet] = terrain_of(crowd, stand, pixels, self.ground.gap_mm)
+            self.terrains[sheet] = terrain_of(
+                crowd, stand, pixels, self.ground.gap_mm, self.ground.barriers[sheet]
+            )
         return self.terrains[sheet]
 
     def key(self, piece: int, sheet: int, leaving: int = NOWHERE) -> tuple[int, int, int, int]:
@@ -124,7 +140,7 @@ class _Search:
         """Return the best place for each (number on the sheet, piece) that leaves it."""
         terrain = self.terrain(sheet)
         costs = [terrain.cost(None if other == NOWHERE else number) for number, other in leaving]
-        pixels = pixels_of(self.ground.usable_mm[sheet])
+        pixels = pixels_of(self.ground.areas[sheet])
         return self.ground.finder.find(piece, self.ground.bodies[piece], pixels, costs)
 
     def put(self, piece: int, sheet: int, found: Found, leaving: int = NOWHERE) -> bool:
@@ -273,10 +289,19 @@ def squeezed(
         for other in _sheets_to_fill(ground, state, sheet):
             if asked == tries:
                 return state
+            if ground.areas[other].barred is not None:
+                continue  # the engine knows rectangles only
             asked += 1
             pieces = [*state.on(other), piece]
-            bodies, usable = [ground.bodies[one] for one in pieces], ground.usable_mm[other]
-            poses = packed(bodies, usable, ground.gap_mm, seconds=seconds, seed=seed + asked)
+            bodies, area = [ground.bodies[one] for one in pieces], ground.areas[other]
+            poses = packed(
+                bodies,
+                area.size_mm,
+                ground.gap_mm,
+                seconds=seconds,
+                seed=seed + asked,
+                turns=area.turns,
+            )
             settled = None if poses is None else ground.settled(pieces, poses, other, None)
             if settled is not None:
                 state.poses[pieces] = settled
@@ -290,10 +315,10 @@ def _sheets_to_fill(ground: Ground, state: Arrangement, sheet: int) -> list[int]
     standing = state.where != NOWHERE
     where = state.where[standing]
     area = np.array([ground.bodies[int(piece)].area_mm2 for piece in np.flatnonzero(standing)])
-    size = len(ground.usable_mm)
+    size = len(ground.areas)
     counts = np.bincount(where, minlength=size)
     share = np.bincount(where, area, minlength=size) / np.array(
-        [width * height for width, height in ground.usable_mm]
+        [one.open_mm2 for one in ground.areas]
     )
     return [
         int(other)

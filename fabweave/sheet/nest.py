@@ -8,34 +8,35 @@ Everything is counted, never timed: same input, same settings and same seed, sam
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fabweave.arrays import BoolArray, FloatArray, Progress, no_progress
+from fabweave.arrays import FloatArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
+from fabweave.sheet.area import Area, area_of
 from fabweave.sheet.effort import effort_named
 from fabweave.sheet.engine import engine_is_there
 from fabweave.sheet.fill import NestingJob, filled_sheet
+from fabweave.sheet.fits import fits_on, fits_rectangle
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 from fabweave.sheet.reduce import Plan, reduced
-from fabweave.sheet.shape import (
-    Shape,
-    check_outlines,
-    fitting_angles,
-    shape_of,
-    shapes_of,
-)
+from fabweave.sheet.shape import check_outlines, shape_of, shapes_of
 from fabweave.sheet.stock import check_stock, format_stock, usable_size
+from fabweave.sheet.turns import FREE, Turns
 from fabweave.words import agree
 
 _JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
 
 
-def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
+def fits_some_sheet(
+    outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float, turns: Turns = FREE
+) -> bool:
     """Return whether a piece alone fits on a sheet, at some multiple of half a degree.
 
     Whatever this accepts, `nest` can put on an empty sheet of that size, at every effort.
+    Outlines that are no rectangles, defects and grain are not looked at.
 
     Parameters
     ----------
@@ -45,6 +46,8 @@ def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm:
         The stock; quantities do not matter.
     margin_mm : float
         Border of each sheet that stays free.
+    turns : Turns
+        The angles at which it may stand.
 
     Returns
     -------
@@ -61,15 +64,9 @@ def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm:
     False
     """
     check_outlines([outline], ["the piece"])
-    return bool(_fits([shape_of(outline)[0]], sheets, margin_mm).any())
-
-
-def _fits(shapes: Sequence[Shape], sheets: Sequence[SheetSize], margin_mm: float) -> BoolArray:
-    """Return which shape fits on which sheet at some angle, (shapes, sheets)."""
-    usable = [usable_size(sheet, margin_mm) for sheet in sheets]
-    # The answer is the same for every number of rotations; four are tried fastest.
-    found = [[len(fitting_angles(shape, size, 4)) > 0 for size in usable] for shape in shapes]
-    return np.array(found, dtype=np.bool_).reshape(len(shapes), len(usable))
+    shape = shape_of(outline, upright=turns.step_deg is not None)[0]
+    areas = [Area(usable_size(sheet, margin_mm), None, turns) for sheet in sheets]
+    return any(fits_rectangle(shape, area) for area in areas)
 
 
 def nest(
@@ -81,6 +78,7 @@ def nest(
     effort: str = "normal",
     seed: int = 0,
     ids: Sequence[str] | None = None,
+    turns: Turns = FREE,
     workers: int = -1,
     progress: Progress = no_progress,
 ) -> Layout:
@@ -102,6 +100,8 @@ def nest(
         Another seed tries the pieces in a slightly different order; 0 is strictly by length.
     ids : sequence of str, optional
         What the pieces are called in messages; else their numbers.
+    turns : Turns
+        The angles at which pieces may stand, on each sheet from its grain on.
     workers : int
         Threads for the transforms, -1 for one for each core; does not change the layout.
     progress : Progress
@@ -139,7 +139,8 @@ def nest(
     if not (math.isfinite(gap_mm) and gap_mm >= 0.0):
         raise InputError(f"gap of {gap_mm} mm must be zero or more")
     settings = effort_named(effort)
-    shapes, poses = shapes_of(outlines)
+    shapes, poses = shapes_of(outlines, upright=turns.step_deg is not None)
+    areas = tuple(area_of(sheet, margin_mm, gap_mm, turns) for sheet in sheets)
     job = NestingJob(
         shapes=shapes,
         poses=poses,
@@ -149,7 +150,8 @@ def nest(
         gap_mm=gap_mm,
         effort=settings,
         workers=workers,
-        fits=_fits(shapes, sheets, margin_mm),
+        areas=areas,
+        fits=fits_on(shapes, areas, gap_mm, settings),
     )
     plan = _greedy(job, seed, progress)
     notes: list[str] = []
@@ -174,10 +176,11 @@ def nest(
     if settings.engine_tries and outlines:
         notes.append(_engine_note(plan))
     return Layout(
-        sheets=tuple(SheetSize(sheets[k].width_mm, sheets[k].height_mm, 1) for k in plan.used),
+        sheets=tuple(replace(sheets[k], quantity=1) for k in plan.used),
         placements=tuple(plan.placements[piece] for piece in range(len(outlines))),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
+        turns=turns,
         notes=tuple(notes),
         recorded=recorded,
     )

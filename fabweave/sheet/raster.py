@@ -62,12 +62,33 @@ def inflated_sides(outline: FloatArray, radius_mm: float) -> FloatArray:
     >>> inflated_sides(square, 2.0).min(axis=(0, 1)).round(1).tolist()
     [-2.0, -2.0]
     """
+    return region_sides(shapely.polygons(outline), radius_mm)
+
+
+def region_sides(region: shapely.Geometry, radius_mm: float) -> FloatArray:
+    """Return the sides of what `inflated_sides` returns, of polygons that may have holes.
+
+    Examples
+    --------
+    >>> region_sides(shapely.box(0.0, 0.0, 1.0, 1.0), 2.0).max().round(1)
+    np.float64(3.0)
+    """
     # The corners of a buffer are chords of arcs, and GEOS rounds their number, so that a chord
     # may span up to one and a half steps; the factor puts every chord outside its arc.
     reach = radius_mm / math.cos(1.5 * math.pi / (4.0 * _ARC_STEPS))
-    body = shapely.buffer(shapely.polygons(outline), reach, quad_segs=_ARC_STEPS)
-    rings = shapely.get_rings(body)
-    ends = [shapely.get_coordinates(ring) for ring in rings]
+    body = shapely.buffer(region, reach, quad_segs=_ARC_STEPS)
+    return ring_sides(body)
+
+
+def ring_sides(region: shapely.Geometry) -> FloatArray:
+    """Return the sides of all rings of polygons, (E, 2, 2).
+
+    Examples
+    --------
+    >>> ring_sides(shapely.box(0.0, 0.0, 1.0, 1.0)).shape
+    (4, 2, 2)
+    """
+    ends = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(region))]
     return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in ends])
 
 

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 
 from fabweave.sheet.arrangement import NOWHERE, Arrangement, arrangement_of, placement_of
+from fabweave.sheet.barrier import barrier_of
 from fabweave.sheet.body import Body, body_of
 from fabweave.sheet.engine import engine_is_there
 from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.finder import Finder
 from fabweave.sheet.improve import Ground, emptied, squeezed
 from fabweave.sheet.layout import Placement
-from fabweave.sheet.stock import usable_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,14 +62,20 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
         return
     bodies = _Bodies(job)
     finder, engine_used = Finder(), False
+    barriers = {stock: barrier_of(job.areas[stock], job.gap_mm) for stock in set(plan.used)}
     while len(plan.used) > 1:
         sheet = int(np.argmin(np.round(plan.areas(job), 6)))
         others = [number for number in range(len(plan.used)) if number != sheet]
         offered = sum(_area_offered(job, plan.used[other]) for other in others)
         if _area_needed(job) > job.effort.density * offered:
             return
-        usable = [usable_size(job.sheets[stock], job.margin_mm) for stock in plan.used]
-        ground = Ground(bodies, usable, job.gap_mm, finder)
+        ground = Ground(
+            bodies,
+            [job.areas[stock] for stock in plan.used],
+            [barriers[stock] for stock in plan.used],
+            job.gap_mm,
+            finder,
+        )
         start = arrangement_of(plan.placements.values(), job.poses, bodies, job.margin_mm)
         count, whole = len(plan.used), plan.areas(job)[sheet]
         found = emptied(
@@ -178,5 +184,6 @@ def _area_needed(job: NestingJob) -> float:
 
 def _area_offered(job: NestingJob, stock: int) -> float:
     """Return the usable area of a sheet, grown by half the gap."""
-    width, height = usable_size(job.sheets[stock], job.margin_mm)
-    return (width + job.gap_mm) * (height + job.gap_mm)
+    area = job.areas[stock]
+    width, height = area.size_mm
+    return area.open_mm2 + job.gap_mm * (width + height + job.gap_mm)

@@ -15,8 +15,15 @@ import numpy.typing as npt
 import scipy.fft
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.sheet.area import Area
 from fabweave.sheet.effort import Effort
-from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides, ring_around
+from fabweave.sheet.raster import (
+    clear_radius,
+    filled_pixels,
+    inflated_sides,
+    region_sides,
+    ring_around,
+)
 from fabweave.sheet.shape import Shape, fitting_angles, rotated
 
 _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
@@ -68,11 +75,16 @@ class Grid:
     ``ring`` is how many pixels around a shape count as its neighbourhood.
     """
 
-    usable_mm: tuple[float, float]
+    area: Area
     pixel_mm: float
     radius_mm: float
     pad: int
     ring: int
+
+    @property
+    def usable_mm(self) -> tuple[float, float]:
+        """Width and height of the usable area."""
+        return self.area.size_mm
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -84,22 +96,22 @@ class Grid:
         )
 
 
-def grid_of(usable_mm: tuple[float, float], gap_mm: float, pixel_mm: float) -> Grid:
+def grid_of(area: Area, gap_mm: float, pixel_mm: float) -> Grid:
     """Return the grid of a sheet for a gap.
 
     Examples
     --------
-    >>> grid_of((580.0, 380.0), 3.0, 2.0).shape
+    >>> grid_of(Area((580.0, 380.0)), 3.0, 2.0).shape
     (200, 300)
     """
     radius = clear_radius(gap_mm, pixel_mm) + _SLACK_MM
     ring = max(1, round(_RING_MM / pixel_mm))
-    return Grid(usable_mm, pixel_mm, radius, int(np.ceil(radius / pixel_mm)) + ring, ring)
+    return Grid(area, pixel_mm, radius, int(np.ceil(radius / pixel_mm)) + ring, ring)
 
 
 def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
     """Return the pixels of a shape at every angle at which it fits the grid's usable area."""
-    angles = fitting_angles(shape, grid.usable_mm, rotations)
+    angles = fitting_angles(shape, grid.usable_mm, rotations, grid.area.turns)
     outlines = rotated(shape.outline, angles)
     corners = outlines.min(axis=1)
     sizes = outlines.max(axis=1) - corners
@@ -174,6 +186,10 @@ class SheetPixels:
         columns, rows = (int(side / grid.pixel_mm) for side in grid.usable_mm)
         self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns] = 0.0
         self._tilings: dict[int, _Tiling] = {}
+        if grid.area.barred is not None:
+            sides = region_sides(grid.area.barred, grid.radius_mm) + grid.pad * grid.pixel_mm
+            barred = filled_pixels(sides[None], grid.shape, grid.pixel_mm)[0]
+            self._occupied[barred] = self._touched[barred] = 1.0
 
     def put(self, kernels: Kernels, position: Position) -> None:
         """Occupy the pixels of a shape at a position."""

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray
+from fabweave.sheet.barrier import Barrier
 from fabweave.sheet.crowd import Crowd, Stand, distances, near_pairs, stand_at
+from fabweave.sheet.turns import FREE, Turns
 
 _SPARE_MM = 0.03  # the distance that is aimed at is this much larger than the gap
 _DONE_MM = 0.02  # what may be missing from that in the end
@@ -42,6 +44,8 @@ def settle(
     steps: int,
     pull: tuple[float, float] = (0.0, 0.0),
     pulls: int = 0,
+    barrier: Barrier | None = None,
+    turns: Turns = FREE,
 ) -> Settled:
     """Move the bodies of a sheet until they keep the gap, or give up.
 
@@ -62,6 +66,10 @@ def settle(
         How far free pieces move in each of the first ``pulls`` steps, millimetres.
     pulls : int
         How many steps pull.
+    barrier : Barrier, optional
+        What bodies keep the gap from besides.
+    turns : Turns
+        The angles at which bodies may stand; the poses given stand at such.
 
     Returns
     -------
@@ -77,7 +85,7 @@ def settle(
         if drift > _NEAR_MM:
             samples, bodies = near_pairs(crowd, stand, aim + _NEAR_MM)
             drift = 0.0
-        push = _push(crowd, stand, samples, bodies, usable, aim)
+        push = _push(crowd, stand, samples, bodies, usable, aim, barrier)
         if step >= pulls:
             if push.worst < _DONE_MM:
                 if 2.0 * drift <= _NEAR_MM:
@@ -90,6 +98,8 @@ def settle(
         force = push.force.copy()
         matrix = push.matrix
         stiff = np.diag(matrix)
+        if turns.fixed:
+            matrix[2::3] = matrix[:, 2::3] = force[:, 2] = 0.0
         damping = _DAMPING * float(stiff.sum()) / max(int((stiff > 0.0).sum()), 1) + 1e-3
         matrix[np.diag_indices(len(matrix))] += damping
         if step < pulls:
@@ -100,6 +110,7 @@ def settle(
         drift += float(np.minimum(size, _STEP_MM).max(initial=0.0)) * 1.5
         move[:, 2] /= crowd.radius
         poses = np.round((poses + move) * _GRAIN) / _GRAIN
+        poses[:, 2] = turns.nearest(poses[:, 2])
     return Settled(poses, False, steps + pulls)
 
 
@@ -120,6 +131,7 @@ def _push(
     bodies: IntArray,
     usable: FloatArray,
     aim: float,
+    barrier: Barrier | None,
 ) -> _Push:
     """Return what mends the distances of samples from bodies that are less than the aim."""
     count = len(stand.poses)
@@ -143,6 +155,12 @@ def _push(
     who, side = np.nonzero(over > 0.0)
     inward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[side]
     out = over[who, side]
+    if barrier is not None:
+        far, away = barrier.distances(stand.world)
+        near = np.flatnonzero(far < aim)
+        who = np.concatenate([who, near])
+        inward = np.concatenate([inward, away[near]])
+        out = np.concatenate([out, aim - far[near]])
     owner = crowd.owner[who]
     turn = _turn(stand.arm[who], inward, crowd.radius[owner])
     walls = np.concatenate([inward, turn, np.zeros((len(who), 3))], axis=1) * _BORDER

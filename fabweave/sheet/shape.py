@@ -8,6 +8,7 @@ import shapely
 
 from fabweave.arrays import FloatArray, frozen
 from fabweave.errors import InputError
+from fabweave.sheet.turns import FREE, Turns
 
 _CONGRUENT_MM = 1e-6  # vertices that differ less are the same vertex
 _FIT_MM = 1e-7  # what rotation by floating-point numbers may add to a length
@@ -100,8 +101,11 @@ def check_outlines(outlines: Sequence[FloatArray], ids: Sequence[str]) -> None:
         )
 
 
-def shape_of(outline: FloatArray) -> tuple[Shape, float, float, float]:
+def shape_of(outline: FloatArray, *, upright: bool = False) -> tuple[Shape, float, float, float]:
     """Return the shape of an outline, and the angle and the shift that take it there.
+
+    ``upright`` leaves the outline as it is turned: its length and width are those of the rectangle
+    along the axes.
 
     Examples
     --------
@@ -118,7 +122,7 @@ def shape_of(outline: FloatArray) -> tuple[Shape, float, float, float]:
     boxes = np.ptp(rotated(hull, angles), axis=1)
     best = int(np.argmin(np.round(boxes[:, 0] * boxes[:, 1], 6)))
     angle = float(angles[best]) + (90.0 if boxes[best, 0] < boxes[best, 1] else 0.0)
-    angle = round(angle, 6)
+    angle = 0.0 if upright else round(angle, 6)
     turned = rotated(outline, np.array([angle]))[0]
     shift = -turned.min(axis=0)
     turned_hull = rotated(hull, np.array([angle]))[0] + shift
@@ -127,13 +131,15 @@ def shape_of(outline: FloatArray) -> tuple[Shape, float, float, float]:
         outline=frozen(turned + shift),
         hull=frozen(turned_hull),
         area_mm2=float(shapely.area(polygon)),
-        length_mm=float(length),
-        width_mm=float(width),
+        length_mm=float(max(length, width)),
+        width_mm=float(min(length, width)),
     )
     return shape, angle, float(shift[0]), float(shift[1])
 
 
-def shapes_of(outlines: Sequence[FloatArray]) -> tuple[tuple[Shape, ...], tuple[Pose, ...]]:
+def shapes_of(
+    outlines: Sequence[FloatArray], *, upright: bool = False
+) -> tuple[tuple[Shape, ...], tuple[Pose, ...]]:
     """Return the distinct shapes among outlines, and how each outline lies on its shape.
 
     Outlines are congruent if a rotation and a shift take the vertices of one, in order and from
@@ -143,6 +149,8 @@ def shapes_of(outlines: Sequence[FloatArray]) -> tuple[tuple[Shape, ...], tuple[
     ----------
     outlines : sequence of (K, 2) float arrays
         Simple polygons, millimetres.
+    upright : bool
+        Whether outlines must lie on their shape as they are turned, or by half a turn.
 
     Returns
     -------
@@ -167,11 +175,11 @@ def shapes_of(outlines: Sequence[FloatArray]) -> tuple[tuple[Shape, ...], tuple[
         key = (len(outline), round(float(sides.sum()) * 100.0))
         pose = None
         for number in buckets.get(key, ()):
-            pose = _pose_on(outline, shapes[number].outline, number)
+            pose = _pose_on(outline, shapes[number].outline, number, upright=upright)
             if pose is not None:
                 break
         if pose is None:
-            shape, angle, x, y = shape_of(outline)
+            shape, angle, x, y = shape_of(outline, upright=upright)
             pose = Pose(len(shapes), angle, x, y)
             buckets.setdefault(key, []).append(len(shapes))
             shapes.append(shape)
@@ -179,11 +187,13 @@ def shapes_of(outlines: Sequence[FloatArray]) -> tuple[tuple[Shape, ...], tuple[
     return tuple(shapes), tuple(poses)
 
 
-def _pose_on(outline: FloatArray, target: FloatArray, number: int) -> Pose | None:
+def _pose_on(outline: FloatArray, target: FloatArray, number: int, *, upright: bool) -> Pose | None:
     centre, aim = outline.mean(axis=0), target.mean(axis=0)
     z = (outline - centre) @ np.array([1.0, 1.0j])
     w = (target - aim) @ np.array([1.0, 1.0j])
     angle = float(np.rad2deg(np.angle(np.vdot(z, w))))
+    if upright:
+        angle = 0.0 if abs(angle) < 90.0 else 180.0
     turned = rotated(outline - centre, np.array([angle]))[0]
     if np.abs(turned + aim - target).max() > _CONGRUENT_MM:
         return None
@@ -205,12 +215,14 @@ def boxes_of(shape: Shape, angles_deg: FloatArray) -> FloatArray:
     return result
 
 
-def fitting_angles(shape: Shape, usable: tuple[float, float], rotations: int) -> FloatArray:
+def fitting_angles(
+    shape: Shape, usable: tuple[float, float], rotations: int, turns: Turns = FREE
+) -> FloatArray:
     """Return angles at which a shape fits into a usable rectangle, in degrees, maybe none.
 
-    These are the evenly spread ones that fit. If none of those does, a fine fan of angles is
-    tried and the fitting angle with the most room is returned; so the answer is empty for every
-    number of rotations (a multiple of 4) or for none.
+    These are the evenly spread ones that fit, as far as they are allowed. If none of those does, a
+    fine fan of angles is tried and the fitting angle with the most room is returned; so the answer
+    is empty for every number of rotations (a multiple of 4) or for none.
 
     Examples
     --------
@@ -220,9 +232,9 @@ def fitting_angles(shape: Shape, usable: tuple[float, float], rotations: int) ->
     [90.0, 270.0]
     """
     for count in (rotations, _FIT_STEPS):
-        angles = np.arange(count, dtype=np.float64) * (360.0 / count)
+        angles = turns.angles_deg(count)
         room = np.min(np.array(usable) - boxes_of(shape, angles), axis=1)
         if (room >= -_FIT_MM).any():
-            chosen = room >= -_FIT_MM if count == rotations else [int(np.argmax(room.round(6)))]
+            chosen = room >= -_FIT_MM if count != _FIT_STEPS else [int(np.argmax(room.round(6)))]
             return np.asarray(angles[chosen], dtype=np.float64)
     return np.empty(0)

@@ -37,8 +37,9 @@ def parse_stock(text: str) -> SheetSize:
 
     Examples
     --------
-    >>> parse_stock("600x400mm:3")
-    SheetSize(width_mm=600.0, height_mm=400.0, quantity=3)
+    >>> sheet = parse_stock("600x400mm:3")
+    >>> sheet.width_mm, sheet.height_mm, sheet.quantity
+    (600.0, 400.0, 3)
     >>> parse_stock("24 x 18 in").height_mm
     457.2
     """

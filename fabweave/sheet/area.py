@@ -1,0 +1,81 @@
+"""Say where on a sheet pieces may stand: within margins, off defects, at allowed angles."""
+
+import math
+from dataclasses import dataclass
+
+import shapely
+from shapely.affinity import translate
+
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.stock import usable_size
+from fabweave.sheet.turns import FREE, Turns
+
+_NOTHING_MM2 = 1e-6
+_ARC_STEPS = 16  # chords in a quarter circle
+
+
+@dataclass(frozen=True)
+class Area:
+    """The usable area of a sheet, from its own corner.
+
+    Parameters
+    ----------
+    size_mm : (float, float)
+        Width and height of the rectangle in which pieces stay.
+    barred : polygons or None
+        What pieces keep the gap from as they do from one another; None if nothing is barred.
+    turns : Turns
+        The angles at which they may stand.
+    """
+
+    size_mm: tuple[float, float]
+    barred: shapely.Geometry | None = None
+    turns: Turns = FREE
+
+    @property
+    def open_mm2(self) -> float:
+        """The area that is not barred."""
+        whole = self.size_mm[0] * self.size_mm[1]
+        if self.barred is None:
+            return whole
+        return whole - float(shapely.box(0.0, 0.0, *self.size_mm).intersection(self.barred).area)
+
+
+def area_of(sheet: SheetSize, margin_mm: float, gap_mm: float, turns: Turns = FREE) -> Area:
+    """Return the usable area of a sheet.
+
+    The margin holds along the outline. Pieces keep the gap from what is barred, so the outside of
+    the outline is barred as far as the margin is more than the gap; along an outline that is no
+    rectangle, a smaller margin counts as the gap.
+
+    Parameters
+    ----------
+    sheet : SheetSize
+        With its outline, defects and grain.
+    margin_mm, gap_mm : float
+        Distance from the border, and between pieces.
+    turns : Turns
+        The rule for angles, on a sheet without grain.
+
+    Examples
+    --------
+    >>> area_of(SheetSize(100.0, 60.0), 10.0, 2.0).size_mm
+    (80.0, 40.0)
+    >>> knot = ((40.0, 20.0), (50.0, 20.0), (50.0, 30.0), (40.0, 30.0))
+    >>> area_of(SheetSize(100.0, 60.0, defects=(knot,)), 10.0, 2.0).barred.bounds
+    (30.0, 10.0, 40.0, 20.0)
+    """
+    size = usable_size(sheet, margin_mm)
+    turned = turns if turns.step_deg is None else turns.along(sheet.grain_deg)
+    parts = [shapely.make_valid(shapely.Polygon(ring)) for ring in sheet.defects]
+    if sheet.outline:
+        inside = shapely.Polygon(sheet.outline)
+        # Beyond the sheet's rectangle nothing need be barred: the usable one keeps the margin.
+        beside = shapely.box(0.0, 0.0, sheet.width_mm, sheet.height_mm).difference(inside)
+        # So much, that chords of arcs are outside their arc.
+        grown = max(margin_mm - gap_mm, 0.0) / math.cos(1.5 * math.pi / (4.0 * _ARC_STEPS))
+        parts.append(shapely.buffer(beside, grown, quad_segs=_ARC_STEPS))
+    barred = shapely.union_all(parts)
+    if not barred.area > _NOTHING_MM2:
+        return Area(size, turns=turned)
+    return Area(size, translate(barred, -margin_mm, -margin_mm), turned)

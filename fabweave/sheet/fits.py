@@ -1,0 +1,51 @@
+"""Say which shapes fit on which sheets, each alone on an empty one."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fabweave.arrays import BoolArray
+from fabweave.sheet.area import Area
+from fabweave.sheet.effort import Effort
+from fabweave.sheet.search import Grid, SheetPixels, grid_of, kernels_of
+from fabweave.sheet.shape import Shape, fitting_angles
+
+_MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
+
+
+def sheet_grid(area: Area, gap_mm: float, effort: Effort) -> Grid:
+    """Return the grid of a usable area, with larger pixels if it is very large."""
+    wide, high = area.size_mm
+    pixel_mm = max(effort.pixel_mm, math.sqrt(wide * high / _MAX_PIXELS))
+    return grid_of(area, gap_mm, pixel_mm)
+
+
+def fits_rectangle(shape: Shape, area: Area) -> bool:
+    """Return whether a shape fits into a usable area at some angle, if nothing there is barred."""
+    # The answer is the same for every number of rotations; four are tried fastest.
+    return len(fitting_angles(shape, area.size_mm, 4, area.turns)) > 0
+
+
+def fits_on(
+    shapes: Sequence[Shape], areas: Sequence[Area], gap_mm: float, effort: Effort
+) -> BoolArray:
+    """Return which shape fits on which empty sheet at some angle, (shapes, sheets).
+
+    Where something is barred, a place is searched for as nesting does at this effort.
+    """
+    result = np.zeros((len(shapes), len(areas)), dtype=np.bool_)
+    for number, area in enumerate(areas):
+        result[:, number] = [fits_rectangle(shape, area) for shape in shapes]
+        if area.barred is None:
+            continue
+        grid = sheet_grid(area, gap_mm, effort)
+        # Nothing is put down, and no failure speaks for another shape.
+        pixels = SheetPixels(grid, replace(effort, same_size=math.inf), workers=1)
+        for row in np.flatnonzero(result[:, number]).tolist():
+            shape = shapes[row]
+            size = np.array([shape.length_mm, shape.width_mm])
+            kernels = kernels_of(shape, grid, effort.rotations)
+            result[row, number] = pixels.best_position(kernels, size) is not None
+    return result
