@@ -15,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fabweave import __version__
+from fabweave.cutting_options import cutting_options
 from fabweave.errors import CannotMakeError, FabweaveError
 from fabweave.options import (
     DEFAULTS,
@@ -83,6 +84,7 @@ def cli() -> None:
     show_default=True,
     help="Version of the DXF files; R12 for very old machines (it cannot carry units).",
 )
+@cutting_options
 @click.option(
     "--target",
     type=TARGET,

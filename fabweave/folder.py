@@ -159,7 +159,7 @@ def write_job(
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
     sheets.mkdir()
-    written = [start(_write_sheet, sheets, drawing, job.settings.dxf) for drawing in job.drawings]
+    written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
     plan = job_plan(job)
     written.append(
         start(
@@ -179,11 +179,18 @@ def write_job(
     (directory / "render.png").write_bytes(job.portrait())
 
 
-def _write_sheet(folder: Path, drawing: SheetDrawing, dxf: str) -> None:
+def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
     """Write one sheet as DXF, SVG and picture."""
-    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=dxf)
-    write_svg(folder / f"{drawing.name}.svg", drawing)
-    write_png(folder / f"{drawing.name}.png", drawing)
+    colours = settings.preset
+    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
+    write_svg(
+        folder / f"{drawing.name}.svg",
+        drawing,
+        colours=colours,
+        units=settings.svg_units,
+        stroke_width_mm=settings.line_mm,
+    )
+    write_png(folder / f"{drawing.name}.png", drawing, colours=colours)
 
 
 def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
@@ -248,7 +255,23 @@ def job_plan(job: Job) -> dict[str, Any]:
         [drawing.name for drawing in job.drawings],
         job.order,
         mirrored=job.settings.label_side == "inside",
+        cut=cut_record(job.settings),
     )
+
+
+def cut_record(settings: JobSettings) -> dict[str, Any]:
+    """Return what the map says about the files for the cutter."""
+    return {
+        "profile": settings.profile,
+        "preset": settings.preset.name,
+        "dxf": settings.dxf,
+        "svg_units": settings.svg_units,
+        "hairline_mm": settings.line_mm,
+        "layers": [
+            {"layer": layer.value, "colour": entry.colour, "aci": entry.aci}
+            for layer, entry in settings.preset.colours.items()
+        ],
+    }
 
 
 def job_facts(job: Job) -> Facts:

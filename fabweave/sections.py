@@ -9,6 +9,17 @@ SECTIONS = {
     "Ribbons": ("material", "thickness", "width", "smooth", "crossing", "clearance"),
     "Pieces and sheets": ("max_length", "joint", "lap", "hole", "slots", "sheet", "margin", "gap"),
     "Search": ("effort", "seed", "layout"),
+    "Files for the cutter": (
+        "profile",
+        "preset",
+        "dxf",
+        "svg_units",
+        "hairline",
+        "target",
+        "strict",
+        "labels",
+        "label_side",
+    ),
 }
 REST = "Output"
 

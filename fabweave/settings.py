@@ -1,7 +1,7 @@
 """Hold the settings of a job, and keep them in job.toml."""
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import tomli_w
 
 from fabweave import __version__
 from fabweave.cut.labels import LABELS, SIDES
+from fabweave.cut.presets import Preset, check_hairline, preset_named, preset_names
 from fabweave.errors import InputError
 from fabweave.mesh.resize import Up
 from fabweave.ribbon.width import WidthRule
@@ -21,6 +22,8 @@ UPS = ("z", "y", "x")
 BOUNDARIES = ("end", "turn")
 DXF_VERSIONS = ("R2010", "R2000", "R12")
 PAPERS = ("a4", "letter")
+PROFILES = ("maker", "service")
+SVG_UNITS = ("mm", "px96")
 #: TOML holds whole numbers up to this.
 MOST_SEED = 2**63 - 1
 #: The file of a finished job in which its layout is recorded.
@@ -31,7 +34,9 @@ CHOICES = {
     "boundary": BOUNDARIES,
     "effort": EFFORTS,
     "colours": STRATEGIES,
+    "profile": PROFILES,
     "dxf": DXF_VERSIONS,
+    "svg_units": SVG_UNITS,
     "labels": LABELS,
     "label_side": SIDES,
     "paper": PAPERS,
@@ -51,9 +56,11 @@ class JobSettings:
     thickness, gap and sheet, the greatest length of pieces, and the largest hole that the
     ribbons have room for (``hole_mm=0``: no holes). ``joint`` is as on the command line, such as
     ``"rivet:2"``; ``lap_mm=None`` is as long as it needs to be; ``slots`` asks for slots in place
-    of every second hole. ``target`` names whose rules the pieces are checked against, and
-    ``strict`` refuses a job that breaks one. ``labels`` says how much is engraved,
-    and ``label_side`` on which face. The manual is printed on ``paper``.
+    of every second hole. ``profile`` says whether those who cut get sheets alone, or a file for
+    each distinct piece besides; ``preset`` holds the colours of the layers, and ``hairline_mm`` the
+    width of lines in the SVG, ``None`` for the preset's. ``target`` names whose rules the pieces
+    are checked against, and ``strict`` refuses a job that breaks one. ``labels`` says how much is
+    engraved, and ``label_side`` on which face. The manual is printed on ``paper``.
     ``layout`` names the crossing map of a finished job whose layout is taken.
     """
 
@@ -84,7 +91,11 @@ class JobSettings:
     seed: int = 0
     layout: str | None = None
     colours: Strategy = "safe"
+    profile: str = "maker"
+    preset: Preset = field(default_factory=preset_named)
     dxf: str = "R2010"
+    svg_units: str = "mm"
+    hairline_mm: float | None = None
     target: str = "default"
     strict: bool = False
     labels: str = "full"
@@ -95,6 +106,13 @@ class JobSettings:
         """Refuse a seed that no job.toml could hold."""
         if not 0 <= self.seed <= MOST_SEED:
             raise InputError(f"the seed is {self.seed}, and must be from 0 to {MOST_SEED}")
+        if self.hairline_mm is not None:
+            check_hairline(self.hairline_mm)
+
+    @property
+    def line_mm(self) -> float:
+        """The width of lines in the SVG."""
+        return self.preset.hairline_mm if self.hairline_mm is None else self.hairline_mm
 
 
 def settings_table(settings: JobSettings) -> dict[str, Any]:
@@ -137,13 +155,23 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         # Beside job.toml, and read from there.
         "layout": None if settings.layout is None else LAYOUT_FILE,
         "colours": settings.colours,
+        "profile": settings.profile,
+        "preset": _preset(settings.preset),
         "dxf": settings.dxf,
+        "svg_units": settings.svg_units,
+        "hairline": length(settings.hairline_mm),
         "target": settings.target,
         "strict": settings.strict,
         "labels": settings.labels,
         "label_side": settings.label_side,
         "paper": settings.paper,
     }
+
+
+def _preset(preset: Preset) -> str | dict[str, Any]:
+    """Return a preset's name, or all of it if it is the user's own, so that the job repeats."""
+    known = preset.name in preset_names() and preset_named(preset.name) == preset
+    return preset.name if known else preset.table
 
 
 #: The names of all options that a job.toml may set.

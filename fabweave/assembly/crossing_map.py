@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -43,10 +43,12 @@ def crossing_map(
     order: Order,
     *,
     mirrored: bool = False,
+    cut: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Build the whole plan of a job: threads, crossings, pieces, joints, sheets and steps.
 
-    ``mirrored`` says whether sheets are drawn mirrored, so that their insides are engraved.
+    ``mirrored`` says whether sheets are drawn mirrored, so that their insides are engraved, and
+    ``cut`` what the files for the cutter are like.
 
     Returns
     -------
@@ -64,6 +66,7 @@ def crossing_map(
             "gap_mm": layout.gap_mm,
             "notes": list(layout.notes),
         },
+        "cut": dict(cut),
         "sheets": [
             {
                 "sheet": number,

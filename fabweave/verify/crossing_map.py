@@ -190,6 +190,18 @@ class Sheet:
 
 
 @dataclass(frozen=True)
+class Cut:
+    """What the map says of the drawings; ``colours`` are exact, with the AutoCAD index."""
+
+    profile: str
+    preset: str
+    dxf: str
+    svg_units: str
+    hairline_mm: float
+    colours: dict[str, tuple[str, int]]
+
+
+@dataclass(frozen=True)
 class Step:
     """A step of the assembly; crossings and joints are ids."""
 
@@ -214,6 +226,7 @@ class CrossingMap:
     broken: tuple[int, int, int]
     margin_mm: float
     gap_mm: float
+    cut: Cut
     sheets: tuple[Sheet, ...]
     threads: tuple[Thread, ...]
     crossings: tuple[Crossing, ...]

@@ -1,9 +1,9 @@
 """Hold what is read from a sheet's drawing, the same for DXF and SVG."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,14 @@ LAYERS = (*ENGRAVE_LAYERS, HOLES, OUTLINES, NOTES)
 
 class ReadError(ValueError):
     """Say what is wrong with a file."""
+
+
+class Look(NamedTuple):
+    """How lines look: exact colour (``"#FF0000"``), AutoCAD colour index, width in millimetres."""
+
+    colour: str | None = None
+    aci: int | None = None
+    width_mm: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +61,8 @@ class Drawing:
 
     Shapes are held as columns, since a sheet has many thousands. Points and bulges of shape ``k``
     are those from ``start[k]`` to ``start[k + 1]``; there is at least one point. The radius of
-    what is no circle is NaN.
+    what is no circle is NaN. ``looks`` are those that occur on each layer, ``version`` is that of
+    a DXF file, and ``unit_mm`` what a coordinate of an SVG file counts.
     """
 
     layer: Sequence[str]
@@ -68,6 +77,9 @@ class Drawing:
     width_mm: float | None
     height_mm: float | None
     problems: tuple[str, ...]
+    looks: Mapping[str, frozenset[Look]] = field(default_factory=dict)
+    version: str | None = None
+    unit_mm: float | None = None
 
     @cached_property
     def groups(self) -> dict[tuple[str, str | None], Ints]:

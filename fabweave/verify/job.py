@@ -14,6 +14,7 @@ from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
 from fabweave.verify.check_kinds import check_kinds
 from fabweave.verify.check_labels import check_labels
+from fabweave.verify.check_looks import check_looks
 from fabweave.verify.check_manual import check_manual
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
@@ -66,6 +67,7 @@ _TASKS = (
     _Task("unfolding", ("map", "model"), check_unfolding),
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),
+    _Task("looks", ("map",), check_looks),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),

@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, ReadError
+from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, Look, ReadError
 from fabweave.verify.dxf_groups import Entities, Groups, read_groups
 
 Header: TypeAlias = dict[str, dict[int, str]]
@@ -32,10 +32,24 @@ def read_dxf(path: Path) -> Drawing:
         raise ReadError("there is no ENTITIES section")
     nothing = Groups(np.zeros(0, dtype=np.int64), [])
     header = _header(sections.get("HEADER", nothing))
-    tables = Entities(sections.get("TABLES", nothing))
-    names = tables.texts(tables.at(2), "")
-    layers = [name for kind, name in zip(tables.kind, names, strict=True) if kind == "LAYER"]
-    return _drawing(Entities(sections["ENTITIES"]), header, tuple(layers))
+    looks = _looks(Entities(sections.get("TABLES", nothing)))
+    return _drawing(Entities(sections["ENTITIES"]), header, looks)
+
+
+def _looks(tables: Entities) -> dict[str, frozenset[Look]]:
+    """Read what lines on each layer look like."""
+    exact, index = tables.texts(tables.at(420), ""), tables.texts(tables.at(62), "")
+    looks: dict[str, frozenset[Look]] = {}
+    for at, name in enumerate(tables.texts(tables.at(2), "")):
+        if tables.kind[at] != "LAYER":
+            continue
+        try:
+            colour = f"#{int(exact[at]):06X}" if exact[at] else None
+            look = Look(colour, int(index[at]) if index[at] else None)
+        except ValueError as error:
+            raise ReadError(f"layer {name!r}: {error}") from error
+        looks[name] = looks.get(name, frozenset()) | {look}
+    return looks
 
 
 def _header(groups: Groups) -> Header:
@@ -50,7 +64,7 @@ def _header(groups: Groups) -> Header:
     return header
 
 
-def _drawing(entities: Entities, header: Header, layers: tuple[str, ...]) -> Drawing:
+def _drawing(entities: Entities, header: Header, looks: dict[str, frozenset[Look]]) -> Drawing:
     """Read every entity and say what is wrong."""
     kind = np.array(entities.kind, dtype=object)
     count = len(kind)
@@ -90,10 +104,12 @@ def _drawing(entities: Entities, header: Header, layers: tuple[str, ...]) -> Dra
         start=start,
         closed=closed[shapes],
         radius=radius[shapes],
-        layers=layers,
+        layers=tuple(looks),
         width_mm=None,
         height_mm=None,
         problems=tuple(problems),
+        looks=looks,
+        version=header.get("$ACADVER", {}).get(1),
     )
 
 
@@ -165,8 +181,10 @@ def _bulges(
 
 
 def _flaws(entities: Entities, drawn: Flags) -> list[str]:
-    """Name the entities that are mirrored or in paper space."""
+    """Name the entities that are mirrored, in paper space, or in a colour that no layer has."""
     flaws = []
+    for place in entities.first(entities.at(62, 420)):
+        flaws.append(f"{entities.name(place)} has a colour of its own, not its layer's")
     places = entities.at(230)
     places = places[drawn[entities.owner[places]]]
     for place in entities.first(places[entities.numbers(places) < 0.0]):

@@ -12,6 +12,7 @@ import numpy as np
 from fabweave.verify.crossing_map import (
     Crossing,
     CrossingMap,
+    Cut,
     Cutout,
     Dropped,
     Joint,
@@ -152,6 +153,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
         labels=tuple(node.integer() for node in weave.items_of("labels")),
         margin_mm=root["layout"]["margin_mm"].number(),
         gap_mm=root["layout"]["gap_mm"].number(),
+        cut=_cut(root["cut"]),
         sheets=sheets,
         threads=tuple(_thread(node) for node in root["threads"].items()),
         crossings=tuple(_crossing(node) for node in root["crossings"].items()),
@@ -164,6 +166,18 @@ def read_crossing_map(path: Path) -> CrossingMap:
             root["assembly"]["by_number"].number(),
         ),
     )
+
+
+def _cut(node: _Node) -> Cut:
+    """Read what the drawings are like."""
+    profile, preset, dxf, units = (
+        node[key].text() for key in ("profile", "preset", "dxf", "svg_units")
+    )
+    colours = {
+        item["layer"].text(): (item["colour"].text(), item["aci"].integer())
+        for item in node["layers"].items()
+    }
+    return Cut(profile, preset, dxf, units, node["hairline_mm"].number(), colours)
 
 
 def _step(node: _Node) -> Step:

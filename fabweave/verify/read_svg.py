@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, Look, ReadError
 from fabweave.verify.svg_paths import path_runs
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -79,6 +79,7 @@ class _Reader:
         self.closed: list[bool] = []
         self.radius: list[float] = []
         self.layers: list[str] = []
+        self.looks: dict[str, set[Look]] = {}
         self.problems: list[str] = []
 
     def drawing(self) -> Drawing:
@@ -100,6 +101,8 @@ class _Reader:
             width_mm=float(self.size[0]),
             height_mm=float(self.size[1]),
             problems=tuple(self.problems),
+            looks={layer: frozenset(looks) for layer, looks in self.looks.items()},
+            unit_mm=float(self.scale[0]),
         )
 
     def read(self, element: ET.Element, layer: str | None) -> None:
@@ -136,6 +139,10 @@ class _Reader:
         if element.get("fill") not in (None, "none"):
             self.problems.append(f"{name} is filled with {element.get('fill')}")
         owner = (layer, piece, name)
+        width = element.get("stroke-width")
+        wide = None if width is None else _number(element, "stroke-width") * float(self.scale[0])
+        look = Look(element.get("stroke"), None, wide)
+        self.looks.setdefault(layer, set()).add(look)
         if kind == "circle":
             x, y, radius = (_number(element, key) for key in ("cx", "cy", "r"))
             self._add(owner, np.array([[x, y]]), [1], [False], radius)

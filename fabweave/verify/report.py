@@ -25,6 +25,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "unfolding": "each piece is the unreflected development of its part of the model",
         "outlines-dxf": "the DXF sheets cut exactly the pieces' outlines and holes, in millimetres",
         "outlines-svg": "the SVG sheets cut exactly the same, and engrave what the DXF engraves",
+        "looks": "drawings have the version, units, colours and line widths that were asked for",
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
         "labels": "labels are legible, off edges and holes, in their places, and say what is true",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",

@@ -62,6 +62,7 @@ def test_the_worst_values_are_those_of_32_bit_rounding(tmp_path):
 
 def test_r12_is_read_too(tmp_path):
     specimen = make_specimen(octahedron(), joints=2)
+    specimen.plan["cut"]["dxf"] = "R12"
     write_job(specimen, tmp_path)
     for sheet in specimen.plan["sheets"]:
         text = dxf_text(sheet_shapes(specimen, specimen.plan, sheet), sheet, r12=True)

@@ -15,6 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 MARGIN, GAP = 10.0, 3.0
+HAIRLINE = 0.05
+#: Of each layer: its exact colour, and the AutoCAD colour index.
+COLOURS = {
+    "ENGRAVE_LABEL": ("#112233", 8),
+    "ENGRAVE_MARK": ("#000000", 7),
+    "CUT_INNER": ("#0000FF", 5),
+    "CUT_OUTER": ("#FF0000", 1),
+    "NOTES": ("#00FF00", 3),
+}
 SHEET = (600.0, 400.0)
 HOLE = 2.0
 THICKNESS, DENSITY = 0.5, 1200.0
@@ -448,6 +457,17 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
         "units": "mm",
         "weave": {"pattern": pattern, "exact": True, "broken": {"edge": 0, "face": 0, "vertex": 0}},
         "layout": {"margin_mm": MARGIN, "gap_mm": GAP},
+        "cut": {
+            "profile": "maker",
+            "preset": "own",
+            "dxf": "R2010",
+            "svg_units": "mm",
+            "hairline_mm": HAIRLINE,
+            "layers": [
+                {"layer": layer, "colour": colour, "aci": aci}
+                for layer, (colour, aci) in COLOURS.items()
+            ],
+        },
         "sheets": sheets,
         "threads": plan_threads,
         "crossings": list(crossings.values()),

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 import shapely
-from verify_specimen import DENSITY, THICKNESS, placed
+from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
@@ -25,7 +25,7 @@ CROSSING_COLUMNS = (
     "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
     "x", "y", "z",
 )  # fmt: skip
-LAYERS = ("ENGRAVE_LABEL", "ENGRAVE_MARK", "CUT_INNER", "CUT_OUTER", "NOTES")
+LAYERS = tuple(COLOURS)
 #: Where the finding about ribbons is.
 PLACE = (12.0, -7.5, 30.25)
 
@@ -109,7 +109,9 @@ def dxf_text(shapes, sheet, *, r12=False):
     put((9, "$EXTMAX"), (10, sheet["width_mm"]), (20, sheet["height_mm"]), (30, 0.0), (0, "ENDSEC"))
     put((0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LAYER"))
     for layer in LAYERS:
-        put((0, "LAYER"), (2, layer), (70, 0), (62, 7), (6, "Continuous"))
+        colour, aci = COLOURS[layer]
+        put((0, "LAYER"), (2, layer), (70, 0), (62, aci), (6, "Continuous"))
+        put(*[] if r12 else [(420, int(colour[1:], 16))])
     put((0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
     for handle, (piece, layer, kind, data, closed) in enumerate(shapes, start=0x100):
         tag = [(1001, "FABWEAVE"), (1000, piece)] if piece else []
@@ -157,16 +159,16 @@ def svg_text(shapes, sheet):
             )
             name = f"{piece}.{suffix}" if piece else f"note.{k}"
             title = f"<title>{piece}</title>" if piece else ""
+            look = f'fill="none" stroke="{COLOURS[layer][0]}" stroke-width="{HAIRLINE}"'
             if kind == "circle":
                 x, y, r = data
                 out.append(
-                    f'<circle id="{name}" cx="{x:.4f}" cy="{h - y:.4f}" r="{r:.4f}" fill="none" '
-                    f'stroke="#0000FF">{title}</circle>'
+                    f'<circle id="{name}" cx="{x:.4f}" cy="{h - y:.4f}" r="{r:.4f}" {look}>'
+                    f"{title}</circle>"
                 )
             else:
                 out.append(
-                    f'<path id="{name}" d="{svg_path(data, h, closed)}" fill="none" '
-                    f'stroke="#000000">{title}</path>'
+                    f'<path id="{name}" d="{svg_path(data, h, closed)}" {look}>{title}</path>'
                 )
         out.append("</g>")
     out.append("</svg>")
