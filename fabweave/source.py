@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.arrays import Progress, no_progress
+from fabweave.arrays import IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.mesh.fair import fair_mesh
 from fabweave.mesh.files import read_mesh
@@ -46,6 +46,8 @@ class WovenMesh:
         What a person should know about the mesh.
     n_old_vertices : int
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
+    clashes : int
+        How many pairs of faces ran through one another, or touched, as the mesh was given.
     """
 
     mesh: PolyMesh
@@ -53,6 +55,7 @@ class WovenMesh:
     title: str
     notes: tuple[str, ...]
     n_old_vertices: int = 0
+    clashes: int = 0
 
 
 def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenMesh:
@@ -87,7 +90,8 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
         _require_few(mesh.n_corners // 2)
     mesh = turn_upright(mesh, settings.up)
     mesh, report, repairs = prepare_mesh(mesh)
-    notes += [*repairs, *mesh_notes(mesh, report)]
+    clashes = self_intersections(mesh)
+    notes += [*repairs, *mesh_notes(report, clashes)]
     if settings.size_mm is None:
         mesh, factor = resize_mesh(
             mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
@@ -105,7 +109,7 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
-    return WovenMesh(mesh, halfedges, title, tuple(notes), n_old_vertices)
+    return WovenMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes))
 
 
 def _require_few(n_edges: int) -> None:
@@ -163,15 +167,21 @@ def _changed(
     return mesh, n_old_vertices, notes
 
 
-def mesh_notes(mesh: PolyMesh, report: MeshReport) -> list[str]:
-    """Say what a mesh is, what is odd about it, and whether it runs through itself."""
+def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
+    """Say what a mesh is, what is odd about it, and whether it runs through itself.
+
+    Parameters
+    ----------
+    report : MeshReport
+    pairs : (N, 2) int array
+        Faces that run through one another.
+    """
     bounds = "closed"
     if not report.closed:
         bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
     bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
     notes = [f"mesh: {_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
     notes += [str(problem) for problem in report.problems]
-    pairs = self_intersections(mesh)
     if len(pairs):
         some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
         notes.append(

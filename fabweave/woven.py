@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
 from fabweave.ribbon.clearance import Nearness
@@ -204,7 +205,18 @@ def check_object(thing: WovenObject, settings: JobSettings, material: Material) 
         lay=lay,
         clearance=narrowed.clearance if narrowed is not None else None,
         settle=settle if narrowed is not None else None,
+        clashing=_beside_clashes(thing) if thing.woven.clashes else None,
     )
+
+
+def _beside_clashes(thing: WovenObject) -> BoolArray:
+    """Tell which crossings lie beside faces that run through other faces, (X,)."""
+    halfedges = thing.woven.halfedges
+    clashing = np.zeros(thing.woven.mesh.n_faces, dtype=bool)
+    clashing[self_intersections(thing.woven.mesh).ravel()] = True
+    here = thing.weave.threads.crossing_halfedge
+    beside = halfedges.face[here], halfedges.face[halfedges.twin[here]]
+    return np.asarray(clashing[beside[0]] | clashing[beside[1]])
 
 
 def _scaled(mesh: PolyMesh, factor: float) -> PolyMesh:

@@ -4,6 +4,7 @@ import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
+from fabweave.ribbon.facets import facet_vertices, rung_ends
 from fabweave.ribbon.project import Ribbons, following_rung
 
 
@@ -13,16 +14,9 @@ def ribbon_triangles(ribbons: Ribbons) -> tuple[FloatArray, IntArray, IntArray]:
     Vertex ``2 r`` is the right and ``2 r + 1`` the left end of rung ``r``; triangles are as
     ``ribbon_faces`` gives them.
     """
-    following = following_rung(ribbons.offsets, ribbons.closed)
-    near = np.flatnonzero(following >= 0)
-    after = following[near]
-    a, b, c, d = 2 * near, 2 * after, 2 * after + 1, 2 * near + 1
-    first = ribbons.from_right[near][:, None]
-    one = np.where(first, np.column_stack((a, c, d)), np.column_stack((a, b, d)))
-    two = np.where(first, np.column_stack((a, b, c)), np.column_stack((b, c, d)))
-    vertices = np.stack((ribbons.right, ribbons.left), axis=1).reshape(-1, 3)
+    near = np.flatnonzero(following_rung(ribbons.offsets, ribbons.closed) >= 0)
     thread = np.searchsorted(ribbons.offsets, near, side="right") - 1
-    return vertices, np.stack((one, two), axis=1).reshape(-1, 3), np.repeat(thread, 2)
+    return rung_ends(ribbons), facet_vertices(ribbons, near), np.repeat(thread, 2)
 
 
 def polygon_triangles(mesh: PolyMesh) -> tuple[FloatArray, IntArray, BoolArray, IntArray]:

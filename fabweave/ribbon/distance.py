@@ -2,11 +2,16 @@
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray
+from fabweave.arrays import BoolArray, FloatArray, IntArray
 
-#: Pairs are measured in blocks of this many, to bound memory.
-_BLOCK = 1 << 15
+#: Pairs are measured in blocks of this many, which stay in the processor's cache.
+_BLOCK = 1 << 12
 _TURNED = ((0, 1), (1, 2), (2, 0))
+#: What stands out of a plane by less touches it, and does not run through it.
+_GRAZING_MM = 1e-6
+
+# Within this module vectors are (3, N) arrays, so that every operation runs through memory in
+# order; triangles are (3, 3, N): corner, axis, pair.
 
 
 def triangle_distances(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -41,7 +46,8 @@ def triangle_distances(first: FloatArray, second: FloatArray) -> tuple[FloatArra
     distance, place = np.empty(len(first)), np.empty((len(first), 3))
     for start in range(0, len(first), _BLOCK):
         block = slice(start, start + _BLOCK)
-        distance[block], place[block] = _distances(first[block], second[block])
+        distance[block], midway = _distances(_turned(first[block]), _turned(second[block]))
+        place[block] = midway.T
     return distance, place
 
 
@@ -60,46 +66,109 @@ def apart_by(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
     -------
     (N,) bool array
     """
-    apart = np.zeros(len(first), dtype=bool)
-    left = np.arange(len(first))
-    for one, other in ((first, second), (second, first)):
-        own, far = one[left], other[left]
-        normal = _unit(np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0]))
-        beyond = _beyond(own[:, 0], normal, far, reach) | _beyond(own[:, 0], -normal, far, reach)
-        for i, j in _TURNED:
-            outward = _unit(np.cross(own[:, j] - own[:, i], normal))
-            beyond |= _beyond(own[:, i], outward, far, reach)
-        apart[left[beyond]] = True
-        left = left[~beyond]
+    apart = np.empty(len(first), dtype=bool)
+    for start in range(0, len(first), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        apart[block] = _apart(_turned(first[block]), _turned(second[block]), reach)
     return apart
 
 
-def _beyond(
-    point: FloatArray, outward: FloatArray, triangle: FloatArray, reach: float
-) -> BoolArray:
-    """Tell which triangles lie wholly beyond planes, by more than a distance."""
-    limit = _dot(point, outward) + reach
-    beyond = _dot(triangle[:, 0], outward) > limit
-    beyond &= _dot(triangle[:, 1], outward) > limit
-    return beyond & (_dot(triangle[:, 2], outward) > limit)
+def piercing(first: FloatArray, second: FloatArray, shared: IntArray) -> BoolArray:
+    """Tell which triangles of a chain run through each other, beyond a corner that they share.
+
+    Parameters
+    ----------
+    first, second : (N, 3, 3) float arrays
+        Corners of the triangles of each pair; no two with an edge in common.
+    shared : (N, 2) int array
+        Which corner of either is the same point; -1 for none.
+
+    Returns
+    -------
+    (N,) bool array
+
+    Examples
+    --------
+    >>> one = np.array([[[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]])
+    >>> other = np.array([[[0.0, 0, 0], [1, 1, -1], [1, 1, 2]]])
+    >>> piercing(one, other, np.array([[0, 0]])), piercing(one, -other, np.array([[0, 0]]))
+    (array([ True]), array([False]))
+    """
+    found = np.zeros(len(first), dtype=bool)
+    for start in range(0, len(first), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        sides = (_turned(first[block]), _turned(second[block]))
+        for own in (0, 1):
+            plane, far = _Plane(sides[own]), sides[1 - own]
+            heights = [plane.height(corner) for corner in far]
+            heights = [np.where(np.abs(height) > _GRAZING_MM, height, 0.0) for height in heights]
+            for i, j in _TURNED:
+                # An edge that ends in the common corner touches the triangle there, by design.
+                away = (shared[block, 1 - own] != i) & (shared[block, 1 - own] != j)
+                through, _ = _edge_through(far[i], far[j], heights[i], heights[j], plane)
+                found[block] |= through & away
+    return found
+
+
+class _Plane:
+    """Triangles with their unit normals and, in their planes, outward directions of their edges."""
+
+    def __init__(self, corners: FloatArray) -> None:
+        self.corners = corners
+        sides = [corners[j] - corners[i] for i, j in _TURNED]
+        self.normal = _unit(_cross(sides[0], -sides[2]))
+        self.outward = [_cross(side, self.normal) for side in sides]
+
+    def height(self, point: FloatArray) -> FloatArray:
+        """Return how far points stand over the planes."""
+        return _dot(point - self.corners[0], self.normal)
+
+    def holds(self, point: FloatArray) -> BoolArray:
+        """Tell which points lie above or below the inside of the triangles."""
+        inside = _dot(point - self.corners[0], self.outward[0]) <= 0
+        for corner, outward in zip(self.corners[1:], self.outward[1:], strict=True):
+            inside &= _dot(point - corner, outward) <= 0
+        return inside
+
+
+def _apart(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
+    """Tell of one block which pairs are set apart by a plane."""
+    apart = np.zeros(first.shape[2], dtype=bool)
+    for own, far in ((first, second), (second, first)):
+        plane = _Plane(own)
+        heights = [plane.height(corner) for corner in far]
+        apart |= np.minimum.reduce(heights) > reach
+        apart |= np.maximum.reduce(heights) < -reach
+        for corner, outward in zip(own, plane.outward, strict=True):
+            limit = reach * np.sqrt(_dot(outward, outward))
+            beyond = [_dot(point - corner, outward) for point in far]
+            apart |= np.minimum.reduce(beyond) > limit
+    return apart
 
 
 def _distances(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Measure one block."""
-    best = np.full(len(first), np.inf)
-    place = np.zeros((len(first), 3))
+    best = np.full(first.shape[2], np.inf)
+    place = np.zeros(first.shape[1:])
 
     def offer(distance: FloatArray, midway: FloatArray) -> None:
-        nearer = distance < best
-        best[nearer], place[nearer] = distance[nearer], midway[nearer]
+        nearer = np.flatnonzero(distance < best)
+        best[nearer] = distance[nearer]
+        place[:, nearer] = midway[:, nearer]
 
     for i, j in _TURNED:
         for k, m in _TURNED:
-            offer(*_between_edges(first[:, i], first[:, j], second[:, k], second[:, m]))
-    for one, other in ((first, second), (second, first)):
+            offer(*_between_edges(first[i], first[j], second[k], second[m]))
+    for own, far in ((first, second), (second, first)):
+        plane = _Plane(own)
+        heights = [plane.height(corner) for corner in far]
+        flat = ~np.any(plane.normal != 0, axis=0)
+        for corner, height in zip(far, heights, strict=True):
+            over = plane.holds(corner) & ~flat
+            offer(np.where(over, np.abs(height), np.inf), corner - height / 2 * plane.normal)
         for i, j in _TURNED:
-            offer(*_corner_over(one[:, i], other))
-            offer(*_edge_through(one[:, i], one[:, j], other))
+            through, point = _edge_through(far[i], far[j], heights[i], heights[j], plane)
+            offer(np.where(through, 0.0, np.inf), point)
     return best, place
 
 
@@ -117,44 +186,40 @@ def _between_edges(
     t_held = np.clip(t, 0.0, 1.0)
     again = np.clip((uv * t_held - uw) / np.where(uu > 0, uu, 1.0), 0.0, 1.0)
     s = np.where(t == t_held, s, again)
-    near, far = a + s[:, None] * u, c + t_held[:, None] * v
-    return np.sqrt(_dot(near - far, near - far)), (near + far) / 2
-
-
-def _inside(point: FloatArray, triangle: FloatArray, normal: FloatArray) -> BoolArray:
-    """Tell which points lie above or below the inside of their triangles."""
-    inside = np.ones(len(point), dtype=bool)
-    for i, j in _TURNED:
-        side = np.cross(triangle[:, j] - triangle[:, i], point - triangle[:, i])
-        inside &= _dot(side, normal) >= 0
-    return inside
-
-
-def _corner_over(point: FloatArray, triangle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Measure points over triangles; infinite beside them."""
-    normal = _unit(np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]))
-    height = _dot(point - triangle[:, 0], normal)
-    over = _inside(point, triangle, normal) & np.any(normal != 0, axis=1)
-    return np.where(over, np.abs(height), np.inf), point - height[:, None] / 2 * normal
+    near, far = a + s * u, c + t_held * v
+    gap = near - far
+    return np.sqrt(_dot(gap, gap)), (near + far) / 2
 
 
 def _edge_through(
-    a: FloatArray, b: FloatArray, triangle: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return 0 for segments that run through triangles, else infinity."""
-    normal = _unit(np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]))
-    start, end = _dot(a - triangle[:, 0], normal), _dot(b - triangle[:, 0], normal)
+    a: FloatArray, b: FloatArray, start: FloatArray, end: FloatArray, plane: _Plane
+) -> tuple[BoolArray, FloatArray]:
+    """Tell which segments run through triangles, and where; start and end are their heights."""
     crosses = start * end < 0
     share = np.where(crosses, start / np.where(crosses, start - end, 1.0), 0.0)
-    point = a + share[:, None] * (b - a)
-    through = crosses & _inside(point, triangle, normal)
-    return np.where(through, 0.0, np.inf), point
+    point = a + share * (b - a)
+    return crosses & plane.holds(point), point
+
+
+def _turned(triangles: FloatArray) -> FloatArray:
+    """Return triangles (N, 3, 3) as (3, 3, N): corner, axis, pair."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("ij,ij->i", first, second))
+    return np.asarray(first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
+
+
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    return np.stack(
+        (
+            first[1] * second[2] - first[2] * second[1],
+            first[2] * second[0] - first[0] * second[2],
+            first[0] * second[1] - first[1] * second[0],
+        )
+    )
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.sqrt(_dot(vectors, vectors))[:, None]
+    length = np.sqrt(_dot(vectors, vectors))
     return vectors / np.where(length > 0, length, 1.0)

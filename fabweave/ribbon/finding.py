@@ -38,6 +38,8 @@ class Finding:
         The smallest size at which the object is no longer refused for this rule.
     width_factor : float or None
         Ribbons this much narrower hold the rule too.
+    cause : str or None
+        Why the rule does not hold, where that is known.
     """
 
     rule: str
@@ -55,6 +57,7 @@ class Finding:
     size_mm: int | None = None
     may_be_mm: int | None = None
     width_factor: float | None = None
+    cause: str | None = None
 
 
 def sentence(found: Finding) -> str:
@@ -82,9 +85,14 @@ places. --size 412mm mends it
     }[found.rule]
     if found.rule == "clearance" and found.value == 0:
         what = f"ribbons run through one another {where}"
+        if found.other == found.thread:
+            what = f"the ribbon of thread {found.thread} runs through itself near crossing "
+            what += str(found.crossing)
     places = f"in {found.count} of {found.of} places"
     if found.rule == "clearance":
         places = f"in {found.count} place{'' if found.count == 1 else 's'}"
+    if found.cause is not None:
+        places += f" ({found.cause})"
     advice = remedies(found)
     return f"{found.rule}: {what}; {places}" + (f". {advice} mends it" if advice else "")
 
@@ -127,6 +135,7 @@ def finding_record(found: Finding) -> dict[str, Any]:
         "of": found.of,
         "size_mm": found.size_mm,
         "width_factor": found.width_factor,
+        "cause": found.cause,
         "remedy": remedies(found),
         "text": sentence(found),
     }

@@ -1,10 +1,11 @@
 """Find where ribbons break the rules of their material, and compute what would mend it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fabweave.arrays import BoolArray
 from fabweave.errors import CannotMakeError
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.finding import Finding
@@ -57,6 +58,7 @@ def check_ribbons(
     lay: Lay | None = None,
     clearance: tuple[Measured, Nearness] | None = None,
     settle: Settle | None = None,
+    clashing: BoolArray | None = None,
 ) -> RibbonCheck:
     """Check ribbons against every rule.
 
@@ -82,6 +84,8 @@ def check_ribbons(
     settle : callable, optional
         Lays the ribbons at another size if their width is left to fabweave: then no width is
         proposed.
+    clashing : (X,) bool array, optional
+        The crossings beside faces of the mesh that run through other faces.
 
     Returns
     -------
@@ -101,12 +105,36 @@ def check_ribbons(
     for one in measured.values():
         if len(one.broken):
             found = _worst(one, weave, labels)
+            if one.rule == "clearance":
+                found = replace(found, cause=_why_near(one, weave, limits, settle, clashing))
             if search is not None:
                 found = search.remedy(found)
             findings.append(found)
     findings.sort(key=lambda one: one.severity != "refuse")
     smallest = search.overall(findings) if search is not None else None
     return RibbonCheck(limits, measured, tuple(findings), smallest)
+
+
+def _why_near(
+    near: Measured,
+    weave: Weave,
+    limits: Limits,
+    settle: Settle | None,
+    clashing: BoolArray | None,
+) -> str | None:
+    """Say why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
+    causes = []
+    if clashing is not None:
+        crossing = weave.threads.crossing
+        own, other = crossing[near.passes[near.broken]], crossing[near.others[near.broken]]
+        count = int(np.count_nonzero(clashing[own] & clashing[other]))
+        if count:
+            causes.append(f"in {count} of them the mesh runs through itself, so mend the mesh")
+    if settle is not None:
+        causes.append(
+            f"ribbons may be no narrower there, as {limits.width_mm:g} mm are the least to handle"
+        )
+    return "; ".join(causes) or None
 
 
 def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:

@@ -8,10 +8,11 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, frozen
 from fabweave.ribbon.bends import measure_bends
-from fabweave.ribbon.clearance import Nearness, ends_of_stretches
+from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.remedy import is_too_stiff
 from fabweave.ribbon.rules import Limits, Measured, measure_along, measure_clearance, pass_of_rungs
+from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.weave.pattern import Weave
 
 #: Lays ribbons with a factor on the width at each pass, (P,).
@@ -107,16 +108,23 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
         clearance, near = measure_clearance(ribbons, weave, limits, among)
         passes = ends_of_stretches(ribbons, near.pairs)
         free = (factor[passes] > floor[passes]).any(axis=(1, 2))
-        if not free.any():
-            if among is None:
-                return Narrowed(ribbons, factor, least, (clearance, near))
+        if not free.any() and among is not None:
             # The pairs that were watched are apart: now all are looked at again.
             among = None
             continue
-        among = near.pairs[free]
-        narrower = factor.copy()
-        narrower[np.unique(passes[free])] *= _STEP
-        factor = np.maximum(_tapered(narrower, following), floor)
+        if free.any():
+            among = near.pairs[free]
+            narrower = factor.copy()
+            narrower[np.unique(passes[free])] *= _STEP
+            factor = np.maximum(_tapered(narrower, following), floor)
+        else:
+            # In tight bends ribbons may have got narrower than their crossing panels: too narrow.
+            thin = _least_factors(ribbons, limits) > _HANDLED
+            weak = np.flatnonzero(thin & (factor < 1) & (floor < 1))
+            if not len(weak):
+                return Narrowed(ribbons, factor, least, (clearance, near))
+            floor[weak] = np.minimum(factor[weak] / _STEP, 1.0)
+            factor = np.maximum(factor, floor)
         ribbons = lay(factor)
 
 

@@ -33,8 +33,9 @@ _WATCHED = 2000
 #: So often may new places be too near at the size at which the old ones are clear.
 _ROUNDS = 20
 #: Where widths left to fabweave turn out too near after all, a size larger by this share is tried,
-#: and then by twice as much each time, up to the last.
-_STRIDE, _FARTHEST_STRIDE = 0.01, 0.64
+#: and then by twice as much each time, up to the last; and at the end sizes between the last two,
+#: as close as the share next to it.
+_STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
 #: Rules that a larger size mends: lengths grow, and thickness stays.
 SIZED = ("width", "bend", "clearance")
 
@@ -118,7 +119,7 @@ class Search:
 
     def _cleared(self, size: int | None, rules: Sequence[str]) -> int | None:
         """Return the smallest size, from one up, at which ribbons keep clear of one another."""
-        stride = _STRIDE
+        stride, short = _STRIDE, 0
         for _ in range(_ROUNDS):
             if size is None or stride > _FARTHEST_STRIDE:
                 return None
@@ -129,8 +130,14 @@ class Search:
                 # A pair that is clear at one size is so at larger ones, or the next round finds it.
                 size = self._clear(near.pairs, size)
             elif self._settled(size, rules):
+                while short and size > short * (1 + _CLOSE):
+                    middle = (short + size) // 2
+                    short, size = (
+                        (short, middle) if self._settled(middle, rules) else (middle, size)
+                    )
                 return size
             else:
+                short = size
                 size = math.ceil(size * (1 + stride))
                 stride *= 2
         return None

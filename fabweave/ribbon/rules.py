@@ -6,8 +6,9 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, offsets_of
 from fabweave.ribbon.bends import Bends, Spans, measure_bends, measure_spans
-from fabweave.ribbon.clearance import Nearness, ends_of_stretches, near_pairs
+from fabweave.ribbon.clearance import Nearness, near_pairs
 from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.weave.pattern import Weave
 
 #: What is computed from rounded coordinates holds to this, relative.

@@ -12,9 +12,10 @@ from fabweave.job import complete_settings
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.surfaces import ribbon_triangles
-from fabweave.ribbon.clearance import cut_stretches, near_pairs
+from fabweave.ribbon.clearance import near_pairs
 from fabweave.ribbon.distance import apart_by, triangle_distances
 from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.stretches import cut_stretches
 from fabweave.settings import JobSettings
 from fabweave.woven import weave_object
 

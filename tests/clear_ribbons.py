@@ -1,0 +1,48 @@
+"""Tell whether the ribbons of a mesh keep clear of one another, and at which size."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.job import complete_settings, hole_rules
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.plan import plan_pieces
+from fabweave.report.surfaces import ribbon_triangles
+from fabweave.ribbon.findings import RibbonCheck
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules import measure_clearance
+from fabweave.settings import JobSettings
+from fabweave.sheet.limits import ribbon_limits
+from fabweave.woven import WovenObject, check_object, keep_clear, weave_object
+
+
+def intersecting(ribbons: Ribbons) -> int:
+    """Count pairs of facets that run through one another, by libigl's exact predicates."""
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
+    return len(self_intersections(mesh))
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """Ribbons as a job lays them, and what is too near."""
+
+    thing: WovenObject
+    check: RibbonCheck
+    n_near: int
+    n_through: int
+
+
+def laid(mesh: str, size_mm: float, **options) -> Laid:
+    """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
+    settings, material = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm, **options))
+    thing = weave_object(settings, material)
+    rules = hole_rules(settings, material)
+    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules)
+    laps = plan.runs.laps(thing.weave.threads)
+    thing = keep_clear(thing, settings, material, laps)
+    limits = ribbon_limits(material, settings.clearance_mm)
+    near, _ = measure_clearance(thing.ribbons, thing.weave, limits)
+    check = check_object(thing, settings, material)
+    return Laid(thing, check, len(near.value), intersecting(thing.ribbons))

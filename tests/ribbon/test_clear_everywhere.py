@@ -1,0 +1,87 @@
+"""Ribbons keep clear at 400 mm in card, or at the size proposed, or the mesh hits itself."""
+
+import numpy as np
+import pytest
+from clear_ribbons import laid
+from meshes_shared import known_meshes, shared_mesh
+
+from fabweave.mesh.files import read_mesh
+from fabweave.mesh.intersections import self_intersections
+from fabweave.report.ribbons import ribbon_notes
+
+#: Those that keep clear at 400 mm; those at the size that is proposed; and those that run through
+#: themselves, where none is promised.
+CLEAR = (
+    "ngon/dodecahedron_poly.obj",
+    "ngon/hexaSphere.off",
+    "ngon/platonic_shelf.obj",
+    "open/hemisphere.obj",
+    "open/hypar.obj",
+    "open/tubemesh.off",
+    "quad/catmark_toroidal_tet.obj",
+    "quad/catmark_torus.obj",
+)
+LARGER = ("tri/csaszar.obj", "tri/polyhedraexplorer_genus49.stl")
+CLASHING = ("quad/bob_controlmesh.obj", "ngon/spot_control_mesh.obj")
+#: Looked at by benchmarks/bench_ribbons.py, as they take long.
+DEAR = (
+    "quad/bob_quad.obj",
+    "quad/spot_quadrangulated.obj",
+    "open/mixedFaring.off",
+    "tri/double-torus.obj",
+)
+
+
+def clearance(found) -> list:
+    return [one for one in found.check.findings if one.rule == "clearance"]
+
+
+def test_every_good_mesh_is_looked_at() -> None:
+    names = {mesh.name for mesh in known_meshes() if not mesh.bad}
+    if not names:
+        pytest.skip("the shared meshes are not beside the repository")
+    assert names == {*CLEAR, *LARGER, *CLASHING, *DEAR}
+
+
+@pytest.mark.parametrize("name", CLEAR)
+def test_clear_at_400_mm(name: str) -> None:
+    found = laid(str(shared_mesh(name)), 400.0)
+    assert (found.n_near, found.n_through) == (0, 0)
+    assert not clearance(found)
+
+
+@pytest.mark.parametrize("name", LARGER)
+def test_clear_at_the_size_proposed(name: str) -> None:
+    mesh = str(shared_mesh(name))
+    assert not len(self_intersections(read_mesh(mesh).mesh))
+    before = laid(mesh, 400.0)
+    (one,) = clearance(before)
+    assert one.count == before.n_near > 0
+    assert "no narrower" in one.cause
+    assert "itself" not in one.cause
+    # The size of the finding, and the size at which all rules hold together.
+    for size in sorted({one.size_mm, before.check.smallest_mm}):
+        after = laid(mesh, float(size))
+        assert (after.n_near, after.n_through) == (0, 0)
+    assert {found.rule for found in after.check.findings} <= {"twist"}
+
+
+@pytest.mark.parametrize("name", CLASHING)
+def test_a_mesh_that_runs_through_itself_is_told_as_such(name: str) -> None:
+    mesh = str(shared_mesh(name))
+    faces = self_intersections(read_mesh(mesh).mesh)
+    assert len(faces)
+    found = laid(mesh, 400.0)
+    (one,) = clearance(found)
+    assert "the mesh runs through itself, so mend the mesh" in one.cause
+    assert any("mend the mesh" in note for note in ribbon_notes(found.check))
+    # At so many of the places either ribbon crosses an edge of a face that hits another one.
+    told = int(one.cause.split("in ")[1].split(" of")[0])
+    halfedges = found.thing.woven.halfedges
+    threads = found.thing.weave.threads
+    here = threads.crossing_halfedge
+    sides = np.column_stack((halfedges.face[here], halfedges.face[halfedges.twin[here]]))
+    hit = np.isin(sides, faces).any(axis=1)
+    near = found.check.measured["clearance"]
+    both = hit[threads.crossing[near.passes]] & hit[threads.crossing[near.others]]
+    assert 0 < told == np.count_nonzero(both)
