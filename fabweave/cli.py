@@ -21,6 +21,7 @@ from fabweave.options import (
     DEFAULTS,
     TARGET,
     TARGET_HELP,
+    Checked,
     Direction,
     Hole,
     Length,
@@ -109,6 +110,36 @@ def cli() -> None:
     default=DEFAULTS.label_side,
     show_default=True,
     help="Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
+)
+@click.option(
+    "--kerf",
+    type=Length(),
+    help="Width of the line that the beam burns: the sheets to cut, with outlines moved outward "
+    "and holes inward by half of it, go to the folder cut; those in sheets stay nominal. Leave it "
+    "out for services, which take it off themselves. [default: none taken off]",
+)
+@click.option(
+    "--micro-joints",
+    type=Checked("N[:WIDTH]", "fabweave.cut.bridges", "parse_micro_joints"),
+    metavar="N[:WIDTH]",
+    help="Leave so many bridges in each outline, 0.25 mm wide unless said, so that pieces stay in "
+    "the sheet until they are broken out; in the sheets of the folder cut. [default: none]",
+)
+@click.option(
+    "--cut-order",
+    type=click.Choice(CHOICES["cut_order"]),
+    default=DEFAULTS.cut_order,
+    show_default=True,
+    help="Order of the pieces on a sheet: with short ways from one to the next, or cool, where no "
+    "piece follows its neighbour, for what warps or melts.",
+)
+@click.option(
+    "--template",
+    type=click.Choice(CHOICES["template"]),
+    default=DEFAULTS.template,
+    show_default=True,
+    help="Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or tiled "
+    "on paper to be pasted together.",
 )
 @click.option(
     "--paper",

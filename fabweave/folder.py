@@ -22,8 +22,10 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
 from fabweave.cut.preview import write_png
+from fabweave.cut.ready import READY_FOLDER
 from fabweave.cut.svg import write_svg
 from fabweave.cut.targets import target_named
+from fabweave.cut.template import write_template
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
@@ -160,6 +162,11 @@ def write_job(
     sheets = directory / "sheets"
     sheets.mkdir()
     written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
+    if job.ready:
+        (directory / READY_FOLDER).mkdir()
+    written += [
+        start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
+    ]
     plan = job_plan(job)
     written.append(
         start(
@@ -180,7 +187,15 @@ def write_job(
 
 
 def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
-    """Write one sheet as DXF, SVG and picture."""
+    """Write one sheet as DXF, SVG, picture, and PDF at full size."""
+    _write_cuts(folder, drawing, settings)
+    if settings.template != "none":
+        write_template(folder / f"{drawing.name}.pdf", drawing, settings.template)
+    write_png(folder / f"{drawing.name}.png", drawing, colours=settings.preset)
+
+
+def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+    """Write one sheet as DXF and SVG."""
     colours = settings.preset
     write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
     write_svg(
@@ -190,7 +205,6 @@ def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> 
         units=settings.svg_units,
         stroke_width_mm=settings.line_mm,
     )
-    write_png(folder / f"{drawing.name}.png", drawing, colours=colours)
 
 
 def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
@@ -200,6 +214,7 @@ def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
     bill = bill_of_materials(job.made)
     report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
     report |= bill
+    report["kerf_mm"] = job.settings.kerf_mm
     report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)
     outcome = {
         "threads": job.weave.threads.n_threads,

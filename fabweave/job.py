@@ -11,6 +11,7 @@ from fabweave.assembly.order import Order, plan_order
 from fabweave.assembly.steps import order_note
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.marks import Marks, mark_pieces
+from fabweave.cut.ready import check_kerf, ready_notes, ready_sheets
 from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
 from fabweave.flat.holes import HoleRule
@@ -71,6 +72,8 @@ class Job:
     #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
     portrait: Callable[[], bytes]
     drawings: tuple[SheetDrawing, ...]
+    #: The sheets with kerf and micro-joints; none where the others are to be cut as they are.
+    ready: tuple[SheetDrawing, ...]
     notes: tuple[str, ...]
 
     @property
@@ -144,6 +147,15 @@ def make_job(
     marks = marked()
     order = ordered()
     progress("drawings", 0, 1)
+    drawings = draw_sheets(
+        made.pieces,
+        marks,
+        layout,
+        title=thing.woven.title,
+        mirrored=settings.label_side == "inside",
+        cool=settings.cut_order == "cool",
+    )
+    ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     return Job(
         settings=settings,
         material=material,
@@ -156,13 +168,8 @@ def make_job(
         layout=layout,
         order=order,
         portrait=portrait,
-        drawings=draw_sheets(
-            made.pieces,
-            marks,
-            layout,
-            title=thing.woven.title,
-            mirrored=settings.label_side == "inside",
-        ),
+        drawings=drawings,
+        ready=ready,
         notes=(
             *thing.woven.notes,
             *thing.chosen.notes,
@@ -171,6 +178,7 @@ def make_job(
             *ribbon_notes(check),
             order_note(order),
             *layout.notes,
+            *ready_notes(ready, settings.kerf_mm, settings.micro_joints),
         ),
     )
 
@@ -239,12 +247,14 @@ def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
     if settings.thickness_mm is not None:
         material = with_thickness(material, settings.thickness_mm)
     sheets = settings.sheets or (SheetSize(*material.sheet_mm),)
+    gap_mm = material.gap_mm if settings.gap_mm is None else settings.gap_mm
+    check_kerf(settings.kerf_mm, gap_mm)
     return (
         replace(
             settings,
             thickness_mm=material.thickness_mm,
             sheets=sheets,
-            gap_mm=material.gap_mm if settings.gap_mm is None else settings.gap_mm,
+            gap_mm=gap_mm,
         ),
         material,
     )

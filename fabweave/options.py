@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import click
 from click.core import ParameterSource
 
+from fabweave.cut.bridges import MicroJoints, parse_micro_joints
 from fabweave.errors import InputError
 from fabweave.report.view import View
 from fabweave.ribbon.width import parse_width
@@ -115,7 +116,7 @@ class Direction(click.ParamType[Any]):
         return view
 
 
-_MAY_BE_ZERO = ("margin", "gap", "clearance")
+_MAY_BE_ZERO = ("margin", "gap", "clearance", "kerf")
 DEFAULTS = JobSettings(mesh="")
 
 
@@ -337,6 +338,11 @@ def _layout(options: dict[str, Any]) -> str | None:
     return str(path)
 
 
+def _micro_joints(text: str | None) -> MicroJoints | None:
+    """Return the micro-joints asked for."""
+    return None if text is None else parse_micro_joints(text)
+
+
 def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
     """Turn the options of the command line into settings."""
     config = options["config"]
@@ -385,4 +391,8 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         labels=options.get("labels", DEFAULTS.labels),
         label_side=options.get("label_side", DEFAULTS.label_side),
         paper=options.get("paper", DEFAULTS.paper),
+        kerf_mm=options.get("kerf") or 0.0,
+        micro_joints=_micro_joints(options.get("micro_joints")),
+        cut_order=options.get("cut_order", DEFAULTS.cut_order),
+        template=options.get("template", DEFAULTS.template),
     )

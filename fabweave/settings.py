@@ -8,6 +8,7 @@ from typing import Any
 import tomli_w
 
 from fabweave import __version__
+from fabweave.cut.bridges import MicroJoints
 from fabweave.cut.labels import LABELS, SIDES
 from fabweave.cut.presets import Preset, check_hairline, preset_named, preset_names
 from fabweave.errors import InputError
@@ -24,6 +25,9 @@ DXF_VERSIONS = ("R2010", "R2000", "R12")
 PAPERS = ("a4", "letter")
 PROFILES = ("maker", "service")
 SVG_UNITS = ("mm", "px96")
+CUT_ORDERS = ("short", "cool")
+#: Papers of the sheets at full size: one page as large as the sheet, or tiles.
+TEMPLATES = ("sheet", "a4", "a3", "letter", "none")
 #: TOML holds whole numbers up to this.
 MOST_SEED = 2**63 - 1
 #: The file of a finished job in which its layout is recorded.
@@ -40,6 +44,8 @@ CHOICES = {
     "labels": LABELS,
     "label_side": SIDES,
     "paper": PAPERS,
+    "cut_order": CUT_ORDERS,
+    "template": TEMPLATES,
 }
 
 
@@ -61,6 +67,11 @@ class JobSettings:
     width of lines in the SVG, ``None`` for the preset's. ``target`` names whose rules the pieces
     are checked against, and ``strict`` refuses a job that breaks one. ``labels`` says how much is
     engraved, and ``label_side`` on which face. The manual is printed on ``paper``.
+    of every second hole. ``target`` names whose rules the pieces are checked against, and
+    ``strict`` refuses a job that breaks one. ``labels`` says how much is engraved,
+    and ``label_side`` on which face. The manual is printed on ``paper``.
+    ``kerf_mm`` and ``micro_joints`` ask for sheets to cut beside the nominal ones; ``cut_order``
+    is that of little travel or of little heat, and ``template`` the paper of sheets at full size.
     ``layout`` names the crossing map of a finished job whose layout is taken.
     """
 
@@ -101,6 +112,10 @@ class JobSettings:
     labels: str = "full"
     label_side: str = "outside"
     paper: str = "a4"
+    kerf_mm: float = 0.0
+    micro_joints: MicroJoints | None = None
+    cut_order: str = "short"
+    template: str = "sheet"
 
     def __post_init__(self) -> None:
         """Refuse a seed that no job.toml could hold."""
@@ -165,6 +180,10 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "labels": settings.labels,
         "label_side": settings.label_side,
         "paper": settings.paper,
+        "kerf": length(settings.kerf_mm or None),
+        "micro_joints": None if settings.micro_joints is None else str(settings.micro_joints),
+        "cut_order": settings.cut_order,
+        "template": settings.template,
     }
 
 

@@ -42,9 +42,9 @@ def check_drawing(drawing: SheetDrawing) -> None:
 
     The sheet has a size and a name; piece ids are unique, of ASCII and without spaces; every
     piece is engraved, then its holes, then its outline (the order of ``Layer``) and has an
-    outline; what is cut is closed; only notes are on NOTES; coordinates are finite and within a
-    hundred metres; no segment, the closing one included, is shorter than 0.1 mm; no arc sweeps
-    half a turn or more; no line and no circle is there twice.
+    outline; what is cut is closed, unless outlines are open on purpose; only notes are on NOTES;
+    coordinates are finite and within a hundred metres; no segment, the closing one included, is
+    shorter than 0.1 mm; no arc sweeps half a turn or more; no line and no circle is there twice.
 
     Parameters
     ----------
@@ -72,7 +72,8 @@ def check_drawing(drawing: SheetDrawing) -> None:
     _check_layers(drawing, ranks, owners)
     is_line = np.array([isinstance(entity, Polyline) for entity in entities], dtype=np.bool_)
     lines = [entity for entity in entities if isinstance(entity, Polyline)]
-    _check_polylines(lines, ranks[is_line], owners.of(is_line))
+    shut = {Layer.CUT_INNER} if drawing.open_outlines else {Layer.CUT_INNER, Layer.CUT_OUTER}
+    _check_polylines(lines, ranks[is_line], owners.of(is_line), shut)
     circles = [entity for entity in entities if isinstance(entity, Circle)]
     _check_circles(circles, owners.of(~is_line))
 
@@ -141,7 +142,10 @@ def _check_layers(drawing: SheetDrawing, ranks: IntArray, owners: _Owners) -> No
     _refuse("note(s) are on a layer of the pieces", strays, "put notes on the layer NOTES")
 
 
-def _check_polylines(lines: Sequence[Polyline], ranks: IntArray, owners: _Owners) -> None:
+def _check_polylines(
+    lines: Sequence[Polyline], ranks: IntArray, owners: _Owners, shut: set[Layer]
+) -> None:
+    """Check all lines; those on the layers ``shut`` must be closed."""
     if not lines:
         return
     shapes = [line.points.shape for line in lines]
@@ -153,7 +157,7 @@ def _check_polylines(lines: Sequence[Polyline], ranks: IntArray, owners: _Owners
         owners.of(counts < np.where(closed & ~bent, 3, 2)).listed(),
         "an open one needs at least two (x, y) points and a closed one of straight sides three",
     )
-    cut = [rank for rank, layer in enumerate(Layer) if layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
+    cut = [rank for rank, layer in enumerate(Layer) if layer in shut]
     _refuse(
         "line(s) that are cut are open",
         owners.of(np.isin(ranks, cut) & ~closed).listed(),

@@ -143,8 +143,9 @@ Cut it with the settings that you mean to use, from the sheet that you mean to c
 HOLES    Holes of {first:.2f} to {last:.2f} mm as drawn. Take the smallest that your fastener goes
          through without force, and make the job with it: --hole {hole:g}mm (or what you found).
 KERF     Push the {BLOCKS} blocks together in one row and measure it: M mm. The beam takes away
-         (100 - M) / {BLOCKS} mm. The library says {material.kerf_mm:g} mm. fabweave's files are
-         nominal; set the kerf in the program of your laser, or ask your shop to.
+         (100 - M) / {BLOCKS} mm. The library says {material.kerf_mm:g} mm. fabweave's sheets are
+         nominal; set the kerf in the program of your laser, have your shop do it, or make the
+         job with --kerf.
          Measure the thickness of a pile of blocks, divide by how many they are, and set it:
          --thickness {material.thickness_mm:g}mm (or what you measured).
 LAP      Lay LAP-A on LAP-B, hole on hole, with your fastener: {coupon.lap_mm:.1f} mm lap, and

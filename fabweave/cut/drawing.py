@@ -74,10 +74,14 @@ class PieceDrawing:
 
 @dataclass(frozen=True)
 class SheetDrawing:
-    """One sheet: its size, its pieces in cutting order, and notes that are not cut."""
+    """One sheet: its size, its pieces in cutting order, and notes that are not cut.
+
+    ``open_outlines`` says that outlines are interrupted by micro-joints on purpose.
+    """
 
     name: str
     width_mm: float
     height_mm: float
     pieces: tuple[PieceDrawing, ...]
     notes: tuple[Entity, ...]
+    open_outlines: bool = False

@@ -10,7 +10,7 @@ from fabweave.cut.labels import OVER_SIGN, UNDER_SIGN
 from fabweave.cut.lettering import characters
 from fabweave.cut.marks import Marks
 from fabweave.cut.notes import sheet_notes
-from fabweave.cut.travel import short_route
+from fabweave.cut.travel import short_route, spread_heat
 from fabweave.flat.piece import Piece
 from fabweave.sheet.layout import Layout, Placement
 
@@ -27,6 +27,7 @@ def draw_sheets(
     *,
     title: str,
     mirrored: bool = False,
+    cool: bool = False,
 ) -> tuple[SheetDrawing, ...]:
     """Draw every sheet of a layout.
 
@@ -41,6 +42,8 @@ def draw_sheets(
     mirrored : bool
         Whether pieces lie face down: what stands at x on a sheet of the layout is drawn at the
         sheet's width minus x, so that the insides are engraved. Notes are not mirrored.
+    cool : bool
+        Whether pieces side by side are not to be cut one after another (``spread_heat``).
 
     Returns
     -------
@@ -55,7 +58,7 @@ def draw_sheets(
         placed[placement.sheet].append(placement)
     widths = [sheet.width_mm if mirrored else None for sheet in layout.sheets]
     drawings = [
-        _draw_pieces(pieces, marks, placements, width)
+        _draw_pieces(pieces, marks, placements, width, cool=cool)
         for placements, width in zip(placed, widths, strict=True)
     ]
     count = len(layout.sheets)
@@ -100,6 +103,8 @@ def _draw_pieces(
     marks: Sequence[Marks],
     placements: Sequence[Placement],
     mirror_mm: float | None,
+    *,
+    cool: bool,
 ) -> list[PieceDrawing]:
     """Draw the pieces of a sheet in the order of the cut, mirrored in its width if one is given."""
     ends = np.empty((len(placements), 2, 2))
@@ -108,6 +113,8 @@ def _draw_pieces(
         x = corners[:, 0]
         ends[at] = _place(corners[[np.argmin(x), np.argmax(x)]], placement, mirror_mm)
     order, backwards = short_route(ends)
+    if cool:
+        order, backwards = spread_heat(order, backwards)
     return [
         _draw_piece(pieces[placement.piece], marks[placement.piece], placement, mirror_mm, way)
         for placement, way in zip(

@@ -47,6 +47,28 @@ def short_route(ends: FloatArray) -> tuple[IntArray, BoolArray]:
     return order, backwards
 
 
+def spread_heat(order: IntArray, backwards: BoolArray) -> tuple[IntArray, BoolArray]:
+    """Return an order in which no piece follows its neighbour: every second one, then back.
+
+    The material round a cut has cooled when the piece beside it is cut. The tool travels about
+    twice as far as in the order that is given.
+
+    Parameters
+    ----------
+    order : (N,) int array
+    backwards : (N,) bool array
+        As ``short_route`` returns them.
+
+    Examples
+    --------
+    >>> order, backwards = spread_heat(np.arange(5), np.zeros(5, dtype=bool))
+    >>> order.tolist(), backwards.tolist()
+    ([0, 2, 4, 3, 1], [False, False, False, True, True])
+    """
+    way = np.concatenate((np.arange(0, len(order), 2), np.arange(1, len(order), 2)[::-1]))
+    return order[way], backwards[way] ^ (way % 2 == 1)
+
+
 def _nearest_next(ends: FloatArray) -> tuple[IntArray, BoolArray]:
     """Go to the nearest end of those left, from the origin on."""
     count = len(ends)

@@ -131,12 +131,40 @@ def flattened(
     counts = np.maximum(steps, 1.0).astype(np.int64)
     side = np.repeat(np.arange(len(counts)), counts)
     share = (np.arange(len(side)) - offsets_of(counts)[side]) / counts[side]
+    chords, sweeps = chord[side], 4.0 * np.arctan(bulge[side])
+    result = points_on_sides(start[side], start[side] + chords, sweeps, share)
+    return result if closed else np.concatenate((result, points[-1:]))
+
+
+def points_on_sides(
+    start: FloatArray, end: FloatArray, sweep: FloatArray, share: FloatArray
+) -> FloatArray:
+    """Return a point on each of some sides and arcs, at a share of its length.
+
+    Parameters
+    ----------
+    start, end : (N, 2) float arrays
+    sweep : (N,) float array
+        The angle that each arc turns, radians, positive to the left; 0 for a straight side.
+    share : (N,) float array
+        From 0 at the start to 1 at the end.
+
+    Returns
+    -------
+    (N, 2) float array
+
+    Examples
+    --------
+    >>> ends = np.array([[0.0, 0.0]]), np.array([[2.0, 0.0]])
+    >>> points_on_sides(*ends, np.array([np.pi]), np.array([0.5])).round(6).tolist()
+    [[1.0, -1.0]]
+    """
+    half, chord, bent = sweep / 2.0, end - start, sweep != 0.0
     # By the tangent half-angle: the point that divides the sweep so stands at these fractions of
     # the chord along it and to its right.
-    half = 2.0 * np.arctan(bulge[side])
-    sine = np.where(bent[side], np.sin(half), 1.0)
-    along = np.where(bent[side], np.sin(share * half) * np.cos((1 - share) * half) / sine, share)
-    right = np.where(bent[side], np.sin(share * half) * np.sin((1 - share) * half) / sine, 0.0)
-    x, y = chord[side].T
-    result = start[side] + along[:, None] * chord[side] + right[:, None] * np.stack((y, -x), axis=1)
-    return result if closed else np.concatenate((result, points[-1:]))
+    sine = np.where(bent, np.sin(half), 1.0)
+    along = np.where(bent, np.sin(share * half) * np.cos((1 - share) * half) / sine, share)
+    right = np.where(bent, np.sin(share * half) * np.sin((1 - share) * half) / sine, 0.0)
+    x, y = chord.T
+    placed: FloatArray = start + along[:, None] * chord + right[:, None] * np.stack((y, -x), axis=1)
+    return placed

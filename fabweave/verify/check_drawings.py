@@ -56,7 +56,7 @@ def check_svg(job: Job, tally: Tally) -> None:
         if other is None:
             tally.fail(f"{where} is not compared, because {sheet.name}.dxf could not be read")
         else:
-            _compare_formats(where, drawing, other, tally)
+            compare_formats(where, drawing, other, tally)
 
 
 def _check_cuts(
@@ -135,7 +135,7 @@ def _check_slots(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally
     ):
         return
     for slot in slots:
-        wanted = np.column_stack([piece.placed(slot[:, :2]), slot[:, 2]])
+        wanted = piece.placed_ring(slot)
         distances = [_slot_distance(shape, wanted) for shape in left]
         nearest = int(np.argmin(distances))
         off = distances[nearest]
@@ -236,7 +236,7 @@ def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
         names.add(name)
 
 
-def _compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
+def compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
     """Check that SVG and DXF draw the same shapes on every layer of every piece."""
     mine, theirs, none = drawing.groups, other.groups, np.zeros(0, dtype=np.int64)
     pairs = [
@@ -282,6 +282,13 @@ def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) 
         result[alike] = np.maximum.reduceat(apart, starts)
         result[alike] += np.nan_to_num(np.abs(radii - others))[alike]
     return result
+
+
+def shapes_apart(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
+    """Return the largest distance of shapes side by side; infinite for unlike ones."""
+    if len(mine) != len(theirs):
+        return float("inf")
+    return float(np.max(_apart_in_order(drawing, mine, other, theirs), initial=0.0))
 
 
 def _apart_nearest(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:

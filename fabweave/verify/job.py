@@ -19,10 +19,12 @@ from fabweave.verify.check_manual import check_manual
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.check_preflight import check_preflight
+from fabweave.verify.check_ready import check_ready
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space
 from fabweave.verify.check_steps import check_steps
 from fabweave.verify.check_tables import check_tables
+from fabweave.verify.check_templates import check_templates
 from fabweave.verify.check_unfolding import check_unfolding
 from fabweave.verify.check_viewer import check_viewer
 from fabweave.verify.check_weave import check_over_under, check_pattern, check_walks
@@ -68,6 +70,8 @@ _TASKS = (
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),
     _Task("looks", ("map",), check_looks),
+    _Task("cut", ("map",), check_ready),
+    _Task("templates", ("map",), check_templates),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),

@@ -17,7 +17,9 @@ from fabweave.verify.read_glb import Strip, read_glb, read_markers
 from fabweave.verify.read_map import read_crossing_map
 from fabweave.verify.read_pdf import read_texts
 from fabweave.verify.read_svg import read_svg
+from fabweave.verify.read_template import Template, read_template
 from fabweave.verify.read_viewer import Viewer, read_viewer
+from fabweave.verify.ready import Ready, read_ready
 from fabweave.verify.report import Tally
 from fabweave.verify.threads import edge_of_crossings, thread_passes
 from fabweave.verify.walks import Pass, Walk, WovenMesh, read_obj
@@ -60,6 +62,10 @@ class Job:
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
     manual: tuple[str, ...] | None = None
+    #: The sheets that are to be cut, where they are not the nominal ones.
+    ready: Ready | None = None
+    #: The sheets at full size, by their numbers; None where the settings want none.
+    templates: dict[int, Template] | None = None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -79,14 +85,12 @@ class Job:
     @property
     def boundary(self) -> object:
         """What the settings say that threads do at the boundary; unsaid, they end there."""
-        options = (self.settings or {}).get("job")
-        return options.get("boundary", "end") if isinstance(options, dict) else "end"
+        return _option(self.settings, "boundary", "end")
 
     @property
     def thickness_mm(self) -> float | None:
         """The material's thickness, if the settings state one."""
-        options = (self.settings or {}).get("job")
-        text = options.get("thickness") if isinstance(options, dict) else None
+        text = _option(self.settings, "thickness", None)
         try:
             return float(str(text).removesuffix("mm")) if text is not None else None
         except ValueError:
@@ -98,6 +102,12 @@ class Job:
         if self.map is None or self.model is None:
             return {}
         return develop_pieces(self.map, self.model)
+
+
+def _option(settings: dict[str, Any] | None, name: str, default: object) -> object:
+    """Return one of the job's settings; the default where nothing is said."""
+    options = (settings or {}).get("job")
+    return options.get(name, default) if isinstance(options, dict) else default
 
 
 def sheet_drawing(
@@ -154,6 +164,11 @@ def load_job(directory: Path, tally: Tally) -> Job:
         for path in sorted((directory / "sheets").iterdir()):
             # A sheet left over from an earlier run would be cut too.
             tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
+    settings = read("job.toml", _read_toml)
+    templates: dict[int, Template] | None = None
+    if _option(settings, "template", "none") != "none":
+        found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
+        templates = {number: one for number, one in found.items() if one is not None}
     read("waste.html", _read_text)
     read("render.png", _read_png)
     model, markers = read("model.glb", _read_model) or (None, {})
@@ -164,7 +179,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         markers=markers,
         dxf=dxf,
         svg=svg,
-        settings=read("job.toml", _read_toml),
+        settings=settings,
         crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
         piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
         station_rows=read("stations.csv", lambda path: _read_csv(path, STATION_COLUMNS)),
@@ -174,6 +189,8 @@ def load_job(directory: Path, tally: Tally) -> Job:
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer),
         manual=read("assembly.pdf", read_texts),
+        templates=templates,
+        ready=read_ready(directory, settings, sheets, read, tally),
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fabweave.verify.drawing import ReadError
 
-_STREAM = re.compile(rb"<<([^<>]*)>>\s*stream\r?\n")
+_STREAM = re.compile(rb"\d+ 0 obj\s*((?:(?!endobj).)*?)stream\r?\n", re.DOTALL)
 _SHOWN = re.compile(rb"\(((?:[^()\\]|\\.)*)\)\s*Tj", re.DOTALL)
 _ESCAPED = re.compile(rb"\\([0-7]{1,3}|.)", re.DOTALL)
 _SIGNS = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
@@ -21,18 +21,30 @@ def read_texts(path: Path) -> tuple[str, ...]:
     ReadError
         If it is no complete PDF, a stream cannot be unpacked, or there is no text.
     """
-    data = path.read_bytes()
-    if not data.startswith(b"%PDF-") or not data.rstrip().endswith(b"%%EOF"):
-        raise ReadError("it is not a complete PDF")
     texts: list[str] = []
-    for found in _STREAM.finditer(data):
-        if re.search(rb"/Subtype\s*/Image", found[1]):
-            continue
-        content = _unpacked(found[1], data[found.end() : data.find(b"endstream", found.end())])
+    for content in read_contents(path)[1]:
         texts += [_plain(shown[1]) for shown in _SHOWN.finditer(content)]
     if not texts:
         raise ReadError("it has no text")
     return tuple(texts)
+
+
+def read_contents(path: Path) -> tuple[bytes, tuple[bytes, ...]]:
+    """Return a PDF as it is in the file, and what its pages and forms draw, unpacked.
+
+    Raises
+    ------
+    ReadError
+        If it is no complete PDF, or a stream cannot be unpacked.
+    """
+    data = path.read_bytes()
+    if not data.startswith(b"%PDF-") or not data.rstrip().endswith(b"%%EOF"):
+        raise ReadError("it is not a complete PDF")
+    return data, tuple(
+        _unpacked(found[1], data[found.end() : data.find(b"endstream", found.end())])
+        for found in _STREAM.finditer(data)
+        if not re.search(rb"/Subtype\s*/Image", found[1])
+    )
 
 
 def _unpacked(description: bytes, content: bytes) -> bytes:

@@ -1,0 +1,261 @@
+"""Move outlines outward and holes inward by half the kerf, exactly, arcs as arcs.
+
+A beam that follows a line burns half the kerf on either side of it. To leave a piece as large as
+it is drawn, the beam has to follow the curve at half the kerf from the outline, outside it, and
+from a hole, inside it. Of a path of sides and arcs that is again such a path: straight sides move
+along their normals, arcs keep their centres, and corners go where the moved sides meet.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import FloatArray
+from fabweave.cut.check import MIN_SEGMENT_MM
+from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, SheetDrawing
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.flat.path import Path
+
+#: How far a moved outline may be from where it should be, millimetres: leaving out a side of a
+#: tenth of a millimetre in a hollow costs as much.
+TOLERANCE_MM = 0.03
+#: A corner that would go farther than so many times half the kerf, as one sharper than 29° would,
+#: is cut off square instead, if that leaves a side that is long enough.
+_MITRE = 4.0
+#: A corner never goes farther than so many times half the kerf.
+_MOST_MITRE = 12.0
+#: How often the meeting points of moved sides are improved; each time some digits are won.
+_STEPS = 12
+#: Keeps two sides that meet at almost no angle from sending their meeting point far away.
+_DAMPING = 1e-4
+
+
+def compensated(drawing: SheetDrawing, kerf_mm: float) -> SheetDrawing:
+    """Return a sheet drawn for the middle of a beam that burns a line of some width.
+
+    Outlines grow and cut-outs shrink by half the kerf; what is engraved, and the notes, stay.
+
+    Parameters
+    ----------
+    drawing : SheetDrawing
+        Nominal.
+    kerf_mm : float
+        Width of the burnt line; 0 returns the drawing as it is.
+
+    Returns
+    -------
+    SheetDrawing
+
+    Raises
+    ------
+    InputError
+        If the kerf is negative or no number.
+    CannotMakeError
+        Where a piece has a notch, or a hole, that is narrower than the kerf.
+
+    Examples
+    --------
+    >>> from fabweave.cut.drawing import Polyline
+    >>> square = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]]), True)
+    >>> hole = Circle(Layer.CUT_INNER, 4.5, 4.5, 1.0)
+    >>> sheet = SheetDrawing("sheet 1", 20.0, 10.0, (PieceDrawing("A1", (hole, square)),), ())
+    >>> inner, outer = compensated(sheet, 0.2).pieces[0].entities
+    >>> inner.radius, outer.points.round(6).tolist()
+    (0.9, [[-0.1, -0.1], [9.1, -0.1], [9.1, 9.1], [-0.1, 9.1]])
+    """
+    if not (np.isfinite(kerf_mm) and kerf_mm >= 0.0):
+        raise InputError(f"the kerf is {kerf_mm} mm; it must be a length, such as 0.15mm")
+    if kerf_mm == 0.0:
+        return drawing
+    tight: list[str] = []
+    pieces = []
+    for piece in drawing.pieces:
+        moved = [_moved_entity(entity, kerf_mm / 2.0) for entity in piece.entities]
+        if any(entity is None for entity in moved):
+            tight.append(piece.piece_id)
+        pieces.append(PieceDrawing(piece.piece_id, tuple(one for one in moved if one is not None)))
+    if tight:
+        named = ", ".join(tight[:8]) + (f" and {len(tight) - 8} more" if len(tight) > 8 else "")
+        raise CannotMakeError(
+            f"a kerf of {kerf_mm:g} mm cannot be taken off {len(tight)} piece(s) of "
+            f"{drawing.name}: {named}; they have holes, notches or points that are narrower; "
+            "measure the kerf with fabweave coupon, or leave --kerf out"
+        )
+    return replace(drawing, pieces=tuple(pieces))
+
+
+def _moved_entity(entity: Entity, half_mm: float) -> Entity | None:
+    """Return what is cut, moved; what is engraved as it is; None for what cannot be moved."""
+    if entity.layer not in (Layer.CUT_INNER, Layer.CUT_OUTER):
+        return entity
+    outward = half_mm if entity.layer is Layer.CUT_OUTER else -half_mm
+    if isinstance(entity, Circle):
+        radius = entity.radius + outward
+        return replace(entity, radius=radius) if radius >= MIN_SEGMENT_MM else None
+    bulges = np.zeros(len(entity.points)) if entity.bulges is None else entity.bulges
+    path = offset_path(Path(entity.points, bulges), outward)
+    return None if path is None else replace(entity, points=path.points, bulges=path.bulges)
+
+
+def offset_path(path: Path, outward_mm: float) -> Path | None:
+    """Return the path at a distance from a closed path, in the same sense of turning.
+
+    Parameters
+    ----------
+    path : Path
+        Simple; no side shorter than ``MIN_SEGMENT_MM``.
+    outward_mm : float
+        How far outside it, or inside where negative; small against its sides and radii.
+
+    Returns
+    -------
+    Path or None
+        Corners are mitred, or cut off square where they are sharp; sides that vanish in a notch,
+        or become shorter than ``MIN_SEGMENT_MM``, are left out. None if no such path is within
+        ``TOLERANCE_MM`` of the true offset, because a notch is too narrow or a point too sharp.
+
+    Examples
+    --------
+    An arc keeps its centre:
+
+    >>> disc = Path(np.array([[-1.0, 0], [0, -1], [1, 0], [0, 1]]), np.full(4, np.tan(np.pi / 8)))
+    >>> wide = offset_path(disc, 0.5)
+    >>> wide.points.round(6).tolist(), round(wide.area / np.pi, 6)
+    ([[-1.5, 0.0], [0.0, -1.5], [1.5, 0.0], [0.0, 1.5]], 2.25)
+    """
+    # Outside is to the right of a path that runs counter-clockwise.
+    sense = np.sign(path.area)
+    sides, corners = _blunted(_sides_of(path), path.points, sense * np.sign(outward_mm))
+    sides = sides.moved(sense * outward_mm)
+    while True:
+        corners = _meeting(sides, corners)
+        chords = np.roll(corners, -1, axis=0) - corners
+        length = np.hypot(*chords.T)
+        backward = np.sum(chords * sides.chord, axis=1) <= 0.0
+        size = np.where(backward, -length, length)
+        worst = int(np.argmin(size))
+        if size[worst] >= MIN_SEGMENT_MM:
+            break
+        if len(sides.chord) <= 3:
+            return None
+        # Its two corners become one, near the middle, where its neighbours meet.
+        corners[(worst + 1) % len(corners)] = corners[worst] + chords[worst] / 2.0
+        corners = np.delete(corners, worst, axis=0)
+        sides = sides.without(worst)
+    result = Path(corners, sides.bulges(length))
+    return result if _is_offset(path, result, outward_mm) else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Sides:
+    """Sides as whole lines and circles, which can be moved and met.
+
+    Of each: a point on it, the unit vector to its right there, its curvature (positive to the
+    left, 0 if straight), and the chord from its start to its end.
+    """
+
+    point: FloatArray
+    right: FloatArray
+    curvature: FloatArray
+    chord: FloatArray
+
+    @property
+    def columns(self) -> tuple[FloatArray, ...]:
+        """The four columns."""
+        return self.point, self.right, self.curvature, self.chord
+
+    def rolled(self) -> "_Sides":
+        """Return of each side the one before it."""
+        return _Sides(*(np.roll(value, 1, axis=0) for value in self.columns))
+
+    def moved(self, by_mm: float) -> "_Sides":
+        """Return the sides moved to their right."""
+        return replace(
+            self,
+            point=self.point + by_mm * self.right,
+            curvature=self.curvature / (1.0 + by_mm * self.curvature),
+        )
+
+    def without(self, at: int) -> "_Sides":
+        """Return all sides but one."""
+        return _Sides(*(np.delete(value, at, axis=0) for value in self.columns))
+
+    def distance(self, where: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far right of each side a point is, and the direction in which that grows."""
+        off = where - self.point
+        across = np.sum(off * self.right, axis=1)
+        # From the middle of its circle; for a straight side the middle is infinitely far.
+        spoke = self.right + self.curvature[:, None] * off
+        size = np.hypot(*spoke.T)
+        # (|spoke| - 1) / curvature, without dividing by a curvature that may be 0.
+        distance = (2.0 * across + self.curvature * np.sum(off**2, axis=1)) / (size + 1.0)
+        return distance, spoke / size[:, None]
+
+    def bulges(self, length: FloatArray) -> FloatArray:
+        """Return the bulges that sides with chords of some lengths have."""
+        bent = np.clip(length / 2.0 * np.abs(self.curvature), 0.0, 1.0)
+        return np.sign(self.curvature) * bent / (1.0 + np.sqrt(1.0 - bent**2))
+
+
+def _sides_of(path: Path) -> _Sides:
+    """Return the sides of a path, each with the point in its middle."""
+    start, chord = path.points, np.roll(path.points, -1, axis=0) - path.points
+    length = np.hypot(*chord.T)
+    right = np.stack((chord[:, 1], -chord[:, 0]), axis=1) / length[:, None]
+    # An arc to the left stands off its chord to the right, by half the chord times the bulge.
+    middle = start + chord / 2.0 + (path.bulges * length / 2.0)[:, None] * right
+    curvature = 4.0 * path.bulges / (length * (1.0 + path.bulges**2))
+    return _Sides(middle, right, curvature, chord)
+
+
+def _blunted(sides: _Sides, corners: FloatArray, right: float) -> tuple[_Sides, FloatArray]:
+    """Return sides and corners with a side of no length at each sharp corner, square to it.
+
+    ``right`` is 1 if sides are moved to their right, -1 if to their left.
+    """
+    _, own = sides.distance(corners)
+    _, before = sides.rolled().distance(corners)
+    out = right * (own + before) / 2.0
+    size = np.hypot(*out.T)
+    x, y = before.T
+    turn = right * (x * own[:, 1] - y * own[:, 0])
+    # Halves of unit vectors at an angle: the mitre's length is one over the length of their sum.
+    at = np.flatnonzero((size * _MITRE < 1.0) & (turn > 0.0) & (size > 0.0))
+    square = right * out[at] / size[at, None]
+    blunt = _Sides(
+        corners[at], square, np.zeros(len(at)), np.stack((-square[:, 1], square[:, 0]), 1)
+    )
+    both = [
+        np.insert(value, at, more, axis=0)
+        for value, more in zip(sides.columns, blunt.columns, strict=True)
+    ]
+    return _Sides(*both), np.insert(corners, at, corners[at], axis=0)
+
+
+def _meeting(sides: _Sides, near: FloatArray) -> FloatArray:
+    """Return where each side meets the one before it, near some points (Newton's method)."""
+    before, at = sides.rolled(), near.copy()
+    for _ in range(_STEPS):
+        (f, u), (g, v) = before.distance(at), sides.distance(at)
+        # The least step to both, damped: sides that run on into each other leave it open how far.
+        cosine, own = np.sum(u * v, axis=1), 1.0 + _DAMPING
+        determinant = own**2 - cosine**2
+        at -= ((own * f - cosine * g) / determinant)[:, None] * u
+        at -= ((own * g - cosine * f) / determinant)[:, None] * v
+    return at
+
+
+def _is_offset(path: Path, moved: Path, outward_mm: float) -> bool:
+    """Return whether a path is where it should be, judged by another way to offset."""
+    nominal, drawn = (shapely.Polygon(one.flattened(TOLERANCE_MM / 10.0)) for one in (path, moved))
+    if not (drawn.is_valid and drawn.area > 0.0):
+        return False
+    # The beam keeps its distance everywhere, and goes no farther than corners need.
+    near, far = outward_mm - TOLERANCE_MM, outward_mm + TOLERANCE_MM
+    if outward_mm < 0.0:
+        less, more = nominal.buffer(near, join_style="mitre"), nominal.buffer(far)
+    else:
+        less = nominal.buffer(near)
+        more = nominal.buffer(far, join_style="mitre", mitre_limit=_MOST_MITRE)
+    return bool(drawn.covers(less) and more.covers(drawn))
