@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fabweave.verify.drawing import ReadError
 
-_STREAM = re.compile(rb"\d+ 0 obj\s*((?:(?!endobj).)*?)stream\r?\n", re.DOTALL)
+_STREAM = re.compile(rb"<<((?:(?!endobj|stream).)*)>>\s*stream\r?\n", re.DOTALL)
 _SHOWN = re.compile(rb"\(((?:[^()\\]|\\.)*)\)\s*Tj", re.DOTALL)
 _ESCAPED = re.compile(rb"\\([0-7]{1,3}|.)", re.DOTALL)
 _SIGNS = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
