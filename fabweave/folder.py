@@ -23,6 +23,7 @@ from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
 from fabweave.cut.preview import write_png
 from fabweave.cut.ready import READY_FOLDER
+from fabweave.cut.service import Stuff, kind_files, write_kind_files
 from fabweave.cut.svg import write_svg
 from fabweave.cut.targets import target_named
 from fabweave.cut.template import write_template
@@ -179,6 +180,8 @@ def write_job(
             job.settings.paper,
         )
     )
+    if job.settings.profile == "service":
+        _write_service(job, plan, directory / "service")
     _write_tables(job, plan, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
@@ -204,6 +207,20 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> N
         colours=colours,
         units=settings.svg_units,
         stroke_width_mm=settings.line_mm,
+    )
+
+
+def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
+    """Write a file for each distinct piece, and the table of quantities."""
+    stuff = Stuff(job.material.name, job.material.thickness_mm)
+    kinds = [piece["kind"] for piece in plan["pieces"]]
+    write_kind_files(
+        directory,
+        kind_files(job.made.pieces, kinds, [stuff] * len(kinds)),
+        version=job.settings.dxf,
+        colours=job.settings.preset,
+        units=job.settings.svg_units,
+        stroke_width_mm=job.settings.line_mm,
     )
 
 

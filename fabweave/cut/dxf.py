@@ -8,7 +8,7 @@ arcs; nothing that an importer could read in two ways.
 
 import io
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import count, pairwise
 from pathlib import Path
@@ -40,6 +40,7 @@ def write_dxf(
     *,
     version: str = "R2010",
     colours: Preset | None = None,
+    plain: bool = False,
 ) -> None:
     """Write a sheet as a DXF file.
 
@@ -58,6 +59,8 @@ def write_dxf(
         One of ``DXF_VERSIONS``. R12 has neither units nor true colours; R2000 no true colours.
     colours : Preset or None
         The colours of the layers; None takes the default preset.
+    plain : bool
+        Whether everything stands on layer 0 in colour 7, and nothing says what piece it is of.
 
     Raises
     ------
@@ -75,11 +78,15 @@ def write_dxf(
     ...     [e.dxftype() for e in ezdxf.readfile(Path(folder) / "a.dxf").modelspace()]
     ['LWPOLYLINE']
     """
-    Path(path).write_bytes(dxf_bytes(drawing, version=version, colours=colours))
+    Path(path).write_bytes(dxf_bytes(drawing, version=version, colours=colours, plain=plain))
 
 
 def dxf_bytes(
-    drawing: SheetDrawing, *, version: str = "R2010", colours: Preset | None = None
+    drawing: SheetDrawing,
+    *,
+    version: str = "R2010",
+    colours: Preset | None = None,
+    plain: bool = False,
 ) -> bytes:
     """Return the bytes of the file that ``write_dxf`` writes; see there."""
     if version not in DXF_VERSIONS:
@@ -89,11 +96,12 @@ def dxf_bytes(
     check_drawing(drawing)
     preset = preset_named() if colours is None else colours
     with _fixed_metadata():
-        document = _skeleton(drawing, version, preset)
+        document = _skeleton(drawing, version, None if plain else preset)
         first = int(str(document.entitydb.handles), 16)
         owner = document.modelspace().layout_key
-        writer = _R12Writer(first) if version == "R12" else _Writer(first, owner)
-        body = _entities(drawing, writer)
+        names = dict.fromkeys(Layer, "0") if plain else _NAMES
+        writer = _R12Writer(first, names) if version == "R12" else _Writer(first, names, owner)
+        body = _entities(drawing, writer, marked=not plain)
         # The header must announce a handle that no entity has.
         document.entitydb.handles.reset(f"{next(writer.handles):X}")
         stream = io.StringIO()
@@ -121,8 +129,8 @@ def _fixed_metadata() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _skeleton(drawing: SheetDrawing, version: str, preset: Preset) -> Drawing:
-    """Return a document with header and layers and without entities."""
+def _skeleton(drawing: SheetDrawing, version: str, preset: Preset | None) -> Drawing:
+    """Return a document with header and layers, but without entities; None for layer 0 alone."""
     document = new(version, setup=False, units=_MILLIMETRES)
     document.header["$MEASUREMENT"] = 1
     if version != "R12":
@@ -130,15 +138,15 @@ def _skeleton(drawing: SheetDrawing, version: str, preset: Preset) -> Drawing:
         # those that are there.
         for name in sorted(document.entitydb.dxf_types_in_use()):
             document.classes.add_class(name)
-    document.appids.new(APPID)
     document.layers.remove("Defpoints")
-    for layer in Layer:
-        colour = preset.colours[layer]
-        entry = document.layers.add(
-            layer.value, color=colour.aci, linetype="Continuous", lineweight=0
-        )
-        if version == "R2010":
-            entry.rgb = colour.rgb
+    if preset is not None:
+        document.appids.new(APPID)
+        for layer, colour in preset.colours.items():
+            entry = document.layers.add(
+                layer.value, color=colour.aci, linetype="Continuous", lineweight=0
+            )
+            if version == "R2010":
+                entry.rgb = colour.rgb
     # This forgets the extents: it comes before them.
     document.set_modelspace_vport(
         height=drawing.height_mm * 1.1, center=(drawing.width_mm / 2, drawing.height_mm / 2)
@@ -175,13 +183,14 @@ def extents(drawing: SheetDrawing) -> tuple[FloatArray, FloatArray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def _entities(drawing: SheetDrawing, writer: "_Writer") -> str:
-    """Return the group codes of all entities, in the order of the cut."""
+def _entities(drawing: SheetDrawing, writer: "_Writer", *, marked: bool) -> str:
+    """Return the group codes of all entities, in the order of the cut, maybe marked by pieces."""
     entities = [entity for piece in drawing.pieces for entity in piece.entities]
     marks = [
         mark
         for piece in drawing.pieces
-        for mark in [f"1001\n{APPID}\n1000\n{piece.piece_id}\n"] * len(piece.entities)
+        for mark in [f"1001\n{APPID}\n1000\n{piece.piece_id}\n" if marked else ""]
+        * len(piece.entities)
     ]
     entities.extend(drawing.notes)
     marks.extend([""] * len(drawing.notes))
@@ -208,13 +217,14 @@ def _bent(bulge: float) -> str:
 class _Writer:
     """Write entities as R2000 and later want them; ``mark`` is extended data to append."""
 
-    def __init__(self, first_handle: int, owner: str) -> None:
+    def __init__(self, first_handle: int, names: Mapping[Layer, str], owner: str = "") -> None:
         self.handles = count(first_handle)
+        self._names = names
         self._owner = owner
 
     def entity(self, entity: Entity, numbers: list[float], mark: str) -> str:
         """Return the group codes of one entity, given its coordinates: x, y, x, y and so on."""
-        layer = _NAMES[entity.layer]
+        layer = self._names[entity.layer]
         if isinstance(entity, Circle):
             return self.circle(layer, numbers) + mark
         if len(numbers) == 4 and entity.bulges is None:
@@ -257,9 +267,6 @@ class _Writer:
 
 class _R12Writer(_Writer):
     """Write entities as R12 wants them: no subclasses, and POLYLINE with its vertices."""
-
-    def __init__(self, first_handle: int) -> None:
-        super().__init__(first_handle, "")
 
     def head(self, kind: str, layer: str, subclass: str) -> str:  # noqa: ARG002 - R12 has none
         """Return what every entity begins with."""

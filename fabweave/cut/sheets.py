@@ -116,7 +116,7 @@ def _draw_pieces(
     if cool:
         order, backwards = spread_heat(order, backwards)
     return [
-        _draw_piece(pieces[placement.piece], marks[placement.piece], placement, mirror_mm, way)
+        draw_piece(pieces[placement.piece], marks[placement.piece], placement, mirror_mm, way)
         for placement, way in zip(
             (placements[at] for at in order.tolist()),
             np.where(backwards, -1.0, 1.0).tolist(),
@@ -131,7 +131,7 @@ def _place(points: FloatArray, placement: Placement, mirror_mm: float | None) ->
     return placed if mirror_mm is None else placed * (-1.0, 1.0) + (mirror_mm, 0.0)
 
 
-def _draw_piece(
+def draw_piece(
     piece: Piece, marks: Marks, placement: Placement, mirror_mm: float | None, way: float
 ) -> PieceDrawing:
     """Return a piece's entities on its sheet, mirrored in its width if one is given.

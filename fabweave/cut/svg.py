@@ -18,7 +18,7 @@ import numpy as np
 from fabweave.arrays import FloatArray, offsets_of
 from fabweave.cut.check import check_drawing, on_grid
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
-from fabweave.cut.presets import Preset, preset_named
+from fabweave.cut.presets import HAIRLINE_MM, Preset, preset_named
 from fabweave.errors import InputError
 
 #: What a coordinate may count: millimetres, or pixels of 1/96 inch for importers that ignore the
@@ -46,7 +46,8 @@ def write_svg(
     *,
     colours: Preset | None = None,
     units: str = "mm",
-    stroke_width_mm: float = 0.025,
+    stroke_width_mm: float = HAIRLINE_MM,
+    plain: bool = False,
 ) -> None:
     """Write a sheet as an SVG file.
 
@@ -69,6 +70,8 @@ def write_svg(
         One of ``SVG_UNITS``; the width and height of the page are in millimetres in both.
     stroke_width_mm : float
         Width of the lines; drivers take thin lines for cuts and thick ones for pictures.
+    plain : bool
+        Whether there are no layers and no titles, and everything has the colour of outlines.
 
     Raises
     ------
@@ -88,7 +91,9 @@ def write_svg(
     >>> 'd="M0,10L9,10L9,1L0,1Z"' in text
     True
     """
-    text = svg_text(drawing, colours=colours, units=units, stroke_width_mm=stroke_width_mm)
+    text = svg_text(
+        drawing, colours=colours, units=units, stroke_width_mm=stroke_width_mm, plain=plain
+    )
     Path(path).write_bytes(text.encode("utf-8"))
 
 
@@ -97,7 +102,8 @@ def svg_text(
     *,
     colours: Preset | None = None,
     units: str = "mm",
-    stroke_width_mm: float = 0.025,
+    stroke_width_mm: float = HAIRLINE_MM,
+    plain: bool = False,
 ) -> str:
     """Return the text of the file that ``write_svg`` writes; see there."""
     if units not in SVG_UNITS:
@@ -120,14 +126,18 @@ def svg_text(
         '<svg xmlns="http://www.w3.org/2000/svg"'
         ' xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" version="1.1"'
         f' width="{width_number}mm" height="{height_number}mm" viewBox="{box}">',
-        f"<title>{escape(drawing.name)}</title>",
     ]
-    width = _number(stroke_width_mm * scale)
+    if not plain:
+        lines.append(f"<title>{escape(drawing.name)}</title>")
+    width, outline = _number(stroke_width_mm * scale), preset.colours[_OUTER]
     looks = {
-        layer: f'fill="none" stroke="{entry.colour}" stroke-width="{width}"'
+        layer: f'fill="none" stroke="{(outline if plain else entry).colour}" stroke-width="{width}"'
         for layer, entry in preset.colours.items()
     }
-    for layer, elements in _layers(drawing, mapped, scale, looks).items():
+    for layer, elements in _layers(drawing, mapped, scale, looks, titled=not plain).items():
+        if plain:
+            lines.extend(elements)
+            continue
         lines.append(
             f'<g id="{layer.value}" inkscape:groupmode="layer" inkscape:label="{layer.value}">'
         )
@@ -138,7 +148,12 @@ def svg_text(
 
 
 def _layers(
-    drawing: SheetDrawing, mapped: _Map, scale: float, looks: Mapping[Layer, str]
+    drawing: SheetDrawing,
+    mapped: _Map,
+    scale: float,
+    looks: Mapping[Layer, str],
+    *,
+    titled: bool,
 ) -> dict[Layer, list[str]]:
     """Return the elements of every layer, pieces in their order.
 
@@ -148,11 +163,12 @@ def _layers(
     entities = [entity for piece in drawing.pieces for entity in piece.entities]
     written = _written([*entities, *drawing.notes], mapped, scale)
     for piece in drawing.pieces:
-        title = f"><title>{escape(piece.piece_id)}</title></"
+        title = f"><title>{escape(piece.piece_id)}</title></" if titled else None
         own = islice(written, len(piece.entities))
         for layer, name, (tag, attributes) in _shapes(piece.entities, own):
             identity = quoteattr(f"{piece.piece_id}.{name}")
-            layers[layer].append(f"<{tag} id={identity} {looks[layer]} {attributes}{title}{tag}>")
+            end = "/>" if title is None else f"{title}{tag}>"
+            layers[layer].append(f"<{tag} id={identity} {looks[layer]} {attributes}{end}")
     for layer, name, (tag, attributes) in _shapes(drawing.notes, written):
         layers[layer].append(f'<{tag} id="notes.{name}" {looks[layer]} {attributes}/>')
     return layers

@@ -112,7 +112,7 @@ def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tal
     ):
         return
     drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
-    off = _ring_distance(
+    off = ring_distance(
         np.column_stack([shape.points, drawn]),
         piece.placed_ring(piece.path),
     )
@@ -156,7 +156,7 @@ def _slot_distance(shape: Shape, wanted: Floats) -> float:
     return _side_distance(np.column_stack([shape.points, drawn]), wanted)
 
 
-def _ring_distance(ring: Floats, wanted: Floats) -> float:
+def ring_distance(ring: Floats, wanted: Floats) -> float:
     """Return the largest distance of two rings, whatever their start and direction.
 
     Rings are (N, 3): points and bulges. Vertices and the tops of arcs are compared.

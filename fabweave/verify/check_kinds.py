@@ -24,7 +24,7 @@ def check_kinds(job: Job, tally: Tally) -> None:
         tally.count()
         if other is piece:
             continue
-        off = min(_apart(piece, other, plan, way) for way in (1, -1))
+        off = min(apart(piece, other, plan, way) for way in (1, -1))
         tally.measure(
             "kind_mm",
             off,
@@ -38,7 +38,7 @@ def check_kinds(job: Job, tally: Tally) -> None:
         )
 
 
-def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
+def apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
     """Return how far two pieces differ when superposed by their stations; infinite if at all."""
     ours, theirs = piece.stations[::way], other.stations
     if [s.over for s in ours] != [s.over for s in theirs]:

@@ -1,5 +1,6 @@
 """Check that the drawings have the version, units, colours and widths that are stated."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,11 @@ def _check_settings(cut: Cut, options: Any, tally: Tally) -> None:
 
 
 def check_dxf_looks(
-    where: str, drawing: Drawing, cut: Cut, colours: dict[str, tuple[str, int]], tally: Tally
+    where: str,
+    drawing: Drawing,
+    cut: Cut,
+    colours: Mapping[str, tuple[str | None, int]],
+    tally: Tally,
 ) -> None:
     """Check the version and the layers of a DXF file."""
     tally.expect(
@@ -85,7 +90,11 @@ def check_dxf_looks(
 
 
 def check_svg_looks(
-    where: str, drawing: Drawing, cut: Cut, colours: dict[str, tuple[str, int]], tally: Tally
+    where: str,
+    drawing: Drawing,
+    cut: Cut,
+    colours: Mapping[str, tuple[str | None, int]],
+    tally: Tally,
 ) -> None:
     """Check the unit, the colours and the line widths of an SVG file."""
     unit = _UNITS_MM.get(cut.svg_units, np.nan)

@@ -20,6 +20,7 @@ from fabweave.verify.check_order import check_order
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.check_preflight import check_preflight
 from fabweave.verify.check_ready import check_ready
+from fabweave.verify.check_service import check_service
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space
 from fabweave.verify.check_steps import check_steps
@@ -75,6 +76,7 @@ _TASKS = (
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
+    _Task("service", ("map",), check_service),
     _Task("simple", ("map",), check_simple),
     _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),

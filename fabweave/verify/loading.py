@@ -16,6 +16,8 @@ from fabweave.verify.read_dxf import read_dxf
 from fabweave.verify.read_glb import Strip, read_glb, read_markers
 from fabweave.verify.read_map import read_crossing_map
 from fabweave.verify.read_pdf import read_texts
+from fabweave.verify.read_service import FOLDER as SERVICE
+from fabweave.verify.read_service import Service, read_service
 from fabweave.verify.read_svg import read_svg
 from fabweave.verify.read_template import Template, read_template
 from fabweave.verify.read_viewer import Viewer, read_viewer
@@ -66,6 +68,8 @@ class Job:
     ready: Ready | None = None
     #: The sheets at full size, by their numbers; None where the settings want none.
     templates: dict[int, Template] | None = None
+    #: What is in the folder for a service, if there is one.
+    service: Service | None = None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -191,6 +195,9 @@ def load_job(directory: Path, tally: Tally) -> Job:
         manual=read("assembly.pdf", read_texts),
         templates=templates,
         ready=read_ready(directory, settings, sheets, read, tally),
+        service=read(SERVICE, lambda path: read_service(path, tally.fail))
+        if (directory / SERVICE).is_dir()
+        else None,
     )
 
 

@@ -16,11 +16,12 @@ R12 = "AC1009"
 DRAWN = ("LWPOLYLINE", "POLYLINE", "CIRCLE", "LINE")
 
 
-def read_dxf(path: Path) -> Drawing:
+def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     """Read the entities of a DXF file's model space and judge its declarations.
 
-    Only LWPOLYLINE, POLYLINE, CIRCLE and LINE are drawn; anything else, an unknown layer, another
-    unit than millimetres, a mirrored extrusion or untrue extents is kept as a problem.
+    Only LWPOLYLINE, POLYLINE, CIRCLE and LINE are drawn; anything else, what is on none of
+    ``layers``, another unit than millimetres, a mirrored extrusion or untrue extents is kept as a
+    problem.
 
     Raises
     ------
@@ -33,7 +34,7 @@ def read_dxf(path: Path) -> Drawing:
     nothing = Groups(np.zeros(0, dtype=np.int64), [])
     header = _header(sections.get("HEADER", nothing))
     looks = _looks(Entities(sections.get("TABLES", nothing)))
-    return _drawing(Entities(sections["ENTITIES"]), header, looks)
+    return _drawing(Entities(sections["ENTITIES"]), header, looks, layers)
 
 
 def _looks(tables: Entities) -> dict[str, frozenset[Look]]:
@@ -64,7 +65,12 @@ def _header(groups: Groups) -> Header:
     return header
 
 
-def _drawing(entities: Entities, header: Header, looks: dict[str, frozenset[Look]]) -> Drawing:
+def _drawing(
+    entities: Entities,
+    header: Header,
+    looks: dict[str, frozenset[Look]],
+    layers: tuple[str, ...],
+) -> Drawing:
     """Read every entity and say what is wrong."""
     kind = np.array(entities.kind, dtype=object)
     count = len(kind)
@@ -81,9 +87,9 @@ def _drawing(entities: Entities, header: Header, looks: dict[str, frozenset[Look
     ]
     layer = entities.texts(entities.at(8), "")
     problems += [
-        f"{entities.names[at]} is on layer {layer[at]!r}, which is none of {', '.join(LAYERS)}"
+        f"{entities.names[at]} is on layer {layer[at]!r}, which is none of {', '.join(layers)}"
         for at in shapes.tolist()
-        if layer[at] not in LAYERS
+        if layer[at] not in layers
     ]
     problems += _flaws(entities, drawn)
     start, points, bulges = _points(entities, kind, parent, drawn)

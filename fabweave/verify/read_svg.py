@@ -17,8 +17,10 @@ SILENT = ("defs", "metadata", "title", "desc")
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
 
 
-def read_svg(path: Path) -> Drawing:
+def read_svg(path: Path, *, layered: bool = True) -> Drawing:
     """Read the shapes of an SVG file, with y turned up and lengths in millimetres.
+
+    ``layered`` says whether it must have the layers of a sheet, or none.
 
     A transform, a style, a shape outside a layer, a curve or an unknown element is kept as a
     problem, because it may change what is cut.
@@ -44,7 +46,7 @@ def read_svg(path: Path) -> Drawing:
     if len(box) != 4 or box[2] <= 0.0 or box[3] <= 0.0:
         raise ReadError(f"viewBox is not four numbers: {root.get('viewBox')!r}")
     size = np.array([width, height])
-    reader = _Reader(np.array(box[:2]), size / np.array(box[2:]), size)
+    reader = _Reader(np.array(box[:2]), size / np.array(box[2:]), size, layered=layered)
     if abs(reader.scale[0] / reader.scale[1] - 1.0) > 1e-6:
         reader.problems.append(
             f"one unit of the viewBox is {reader.scale[0]:g} mm wide and {reader.scale[1]:g} high"
@@ -68,7 +70,8 @@ def _millimetres(root: ET.Element, name: str) -> float:
 class _Reader:
     """Walk the elements and collect shapes, layers and problems."""
 
-    def __init__(self, origin: Floats, scale: Floats, size: Floats) -> None:
+    def __init__(self, origin: Floats, scale: Floats, size: Floats, *, layered: bool) -> None:
+        self.known = LAYERS if layered else ("",)
         self.origin = origin
         self.scale = scale
         self.size = size
@@ -118,8 +121,8 @@ class _Reader:
                 label = child.get(f"{INKSCAPE}label")
                 if child.get(f"{INKSCAPE}groupmode") == "layer" and label is not None:
                     self.layers.append(label)
-                    if label not in LAYERS:
-                        self.problems.append(f"layer {label!r} is none of {', '.join(LAYERS)}")
+                    if label not in self.known:
+                        self.problems.append(f"layer {label!r} is none of {', '.join(self.known)}")
                     self.read(child, label)
                 else:
                     self.read(child, layer)
@@ -134,7 +137,7 @@ class _Reader:
         name = element.get("id") or f"<{kind}>"
         title = element.find(f"{SVG}title")
         piece = title.text.strip() if title is not None and title.text else None
-        if not layer:
+        if not layer and layer not in self.known:
             self.problems.append(f"{name} is in no layer")
         if element.get("fill") not in (None, "none"):
             self.problems.append(f"{name} is filled with {element.get('fill')}")

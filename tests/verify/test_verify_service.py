@@ -1,0 +1,226 @@
+"""Files for a service are proved: what is spoilt in them is found."""
+
+import csv
+import io
+import json
+import re
+import shutil
+
+import ezdxf
+import pytest
+
+from fabweave.cli import main
+from fabweave.verify.check_service import check_service
+from fabweave.verify.loading import load_job
+from fabweave.verify.report import Tally
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a job whose pieces are of several kinds, with holes and slots, for a service."""
+    folder = tmp_path_factory.mktemp("service") / "job"
+    options = ("--size", "200mm", "--effort", "quick", "--slots", "--profile", "service")
+    main(["make", "shape:tube?m=6&n=6", *options, "-q", "-o", str(folder)])
+    return folder
+
+
+@pytest.fixture
+def job(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "job")
+
+
+def found(folder) -> str:
+    tally = Tally("service")
+    check_service(load_job(folder, Tally("files")), tally)
+    return " | ".join(tally.result().findings)
+
+
+def table_of(folder):
+    text = (folder / "service" / "parts.csv").read_text()
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def write_table(folder, rows) -> None:
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    (folder / "service" / "parts.csv").write_text(text.getvalue())
+
+
+def file_of(folder, suffix, nth=0):
+    return sorted((folder / "service").rglob(f"*.{suffix}"))[nth]
+
+
+def plan_of(folder):
+    return json.loads((folder / "crossing_map.json").read_text())
+
+
+def test_quantities_are_those_of_the_kinds(made) -> None:
+    assert found(made) == ""
+    plan, rows = plan_of(made), table_of(made)
+    assert sum(int(row["quantity"]) for row in rows) == len(plan["pieces"])
+    kinds = {piece["id"]: piece["kind"] for piece in plan["pieces"]}
+    told = {name: int(row["kind"]) for row in rows for name in row["pieces"].split()}
+    assert told == kinds
+    assert len(rows) == len(set(kinds.values())) < len(kinds)
+    names = [row["file"] for row in rows]
+    assert names == sorted(names)
+    assert any(piece["cutouts"] for piece in plan["pieces"])
+
+
+def test_a_file_holds_cuts_on_one_layer_and_nothing_else(made) -> None:
+    for row in table_of(made):
+        document = ezdxf.readfile(made / "service" / row["file"])
+        # ezdxf adds a layer of its own when it reads.
+        assert {layer.dxf.name for layer in document.layers} <= {"0", "Defpoints"}
+        assert "Defpoints" not in (made / "service" / row["file"]).read_text()
+        assert document.layers.get("0").color == 7
+        entities = list(document.modelspace())
+        assert len(entities) == int(row["holes"]) + 1
+        assert {entity.dxf.layer for entity in entities} == {"0"}
+        assert all(entity.dxf.color == 256 for entity in entities)  # by layer
+        assert all(entity.xdata is None for entity in entities)
+        assert entities[-1].dxftype() == "LWPOLYLINE"
+        # Round holes are circles, slots are closed lines.
+        assert all(e.dxftype() == "CIRCLE" or e.closed for e in entities)
+        assert document.header["$EXTMIN"][:2] == pytest.approx((0.0, 0.0), abs=1e-9)
+        size = (float(row["length_mm"]), float(row["width_mm"]))
+        assert document.header["$EXTMAX"][:2] == pytest.approx(size, abs=1e-3)
+        svg = (made / "service" / row["file"]).with_suffix(".svg").read_text()
+        assert len(re.findall("<(path|circle) ", svg)) == len(entities)
+        assert set(re.findall('stroke="([^"]*)"', svg)) == {"#FF0000"}
+        assert "<title" not in svg
+        assert "<g" not in svg
+
+
+def change_rows(change):
+    def spoil(folder) -> None:
+        rows = table_of(folder)
+        change(rows)
+        write_table(folder, rows)
+
+    return spoil
+
+
+def several(rows):
+    """Return a row for more than one piece."""
+    return next(row for row in rows if int(row["quantity"]) > 1)
+
+
+def forget_a_piece(rows) -> None:
+    row = several(rows)
+    row["pieces"] = row["pieces"].rpartition(" ")[0]
+
+
+def exchange_pieces(rows) -> None:
+    rows[0]["pieces"], rows[-1]["pieces"] = rows[-1]["pieces"], rows[0]["pieces"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda rows: several(rows).update(quantity="1"), "quantities come to"),
+        (forget_a_piece, "are not asked for once each"),
+        (exchange_pieces, "is of kind"),
+        (lambda rows: rows.pop(), "is no piece's"),
+        (lambda rows: rows.append(rows[0]), "a kind has more than one file"),
+        (lambda rows: rows[0].update(kind="99"), "is of kind"),
+        (lambda rows: rows[0].update(pieces="Z9"), "is for 'Z9', no pieces"),
+        (lambda rows: rows[0].update(material="ply"), "belong in ply_0.4mm"),
+        (lambda rows: rows[0].update(thickness_mm="0.5"), "belong in card_0.5mm"),
+        (lambda rows: rows[0].update(length_mm="12.000"), "not from the origin over"),
+        (lambda rows: rows[0].update(area_mm2="12.000"), "area_mm2 is 12.000, but comes to"),
+        (lambda rows: rows[0].update(cut_length_mm="1"), "cut_length_mm is 1, but comes to"),
+        (lambda rows: rows[0].update(holes="77"), "holes is 77, but comes to"),
+        (lambda rows: rows[0].update(file="../job.toml"), "is no piece's"),
+        (lambda rows: rows[0].update(file=rows[1]["file"]), "is for"),
+    ],
+)
+def test_a_spoilt_row_is_found(job, change, words) -> None:
+    change_rows(change)(job)
+    assert words in found(job)
+
+
+def edit(suffix, old, new, nth=0):
+    def spoil(folder) -> None:
+        path = file_of(folder, suffix, nth)
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    spoil.__name__ = f"{suffix} {old!r} to {new!r}"
+    return spoil
+
+
+def swap_files(suffix):
+    def spoil(folder) -> None:
+        one, two = file_of(folder, suffix, 0), file_of(folder, suffix, 1)
+        first = one.read_text()
+        one.write_text(two.read_text())
+        two.write_text(first)
+
+    spoil.__name__ = f"swap {suffix}"
+    return spoil
+
+
+def move_a_hole(folder) -> None:
+    path = file_of(folder, "svg")
+    text = re.sub(
+        'cx="([^"]*)"', lambda m: f'cx="{float(m[1]) + 0.05:.4f}"', path.read_text(), count=1
+    )
+    path.write_text(text)
+
+
+def mirror(folder) -> None:
+    """Lay a piece on its other face."""
+    path = file_of(folder, "svg")
+    text = path.read_text()
+    wide = float(re.findall('width="([0-9.]+)mm"', text)[0])
+    text = re.sub("([ML]|[01] )([-0-9.]+),", lambda m: f"{m[1]}{wide - float(m[2]):.4f},", text)
+    text = re.sub("0 0 ([01]) ", lambda m: f"0 0 {1 - int(m[1])} ", text)
+    path.write_text(re.sub('cx="([^"]*)"', lambda m: f'cx="{wide - float(m[1]):.4f}"', text))
+
+
+def outline_first(folder) -> None:
+    path = file_of(folder, "svg")
+    lines = path.read_text().splitlines()
+    lines[2:-1] = lines[2:-1][::-1]
+    path.write_text("\n".join(lines))
+
+
+LINE = "  0\nLINE\n  8\n0\n 10\n1\n 20\n1\n 11\n5\n 21\n5\n"
+SPOILT = [
+    (edit("dxf", "  2\nENTITIES\n", f"  2\nENTITIES\n{LINE}"), "holds"),
+    (edit("dxf", "LWPOLYLINE\n", "LWPOLYLINE\n 62\n1\n"), "has a colour of its own"),
+    (edit("dxf", "  8\n0\n100\nAcDbPolyline", "  8\nCUT\n100\nAcDbPolyline"), "on layer 'CUT'"),
+    (edit("dxf", "$INSUNITS\n 70\n4", "$INSUNITS\n 70\n1"), "$INSUNITS is 1"),
+    (edit("dxf", "AC1024", "AC1015"), "version AC1015, not R2010"),
+    (edit("svg", 'stroke="#FF0000"', 'stroke="#000000"'), "colour #000000 instead of #FF0000"),
+    (edit("svg", "<path ", '<g inkscape:groupmode="layer" inkscape:label="X"></g><path '), "'X'"),
+    (edit("svg", 'width="', 'width="9'), "says that it is"),
+    (edit("svg", "/>", "><title>A1</title></circle>"), "or named"),
+    (swap_files("dxf"), "off the outline"),
+    (swap_files("svg"), "off the outline"),
+    (move_a_hole, "out of place"),
+    (mirror, "off the outline"),
+    (outline_first, "off the outline"),
+    (lambda folder: file_of(folder, "svg").unlink(), "could not be read"),
+    (lambda folder: file_of(folder, "dxf").write_text(""), "could not be read"),
+    (lambda folder: (folder / "service" / "old.dxf").write_text("x"), "old.dxf is no piece's"),
+    (lambda folder: shutil.rmtree(folder / "service"), "could not be read"),
+    (lambda folder: (folder / "service" / "parts.csv").unlink(), "could not be read"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("spoil", "words"), SPOILT)
+def test_a_spoilt_file_is_found(job, spoil, words) -> None:
+    spoil(job)
+    assert words in found(job)
+
+
+def test_a_service_folder_left_over_is_found(job) -> None:
+    path = job / "crossing_map.json"
+    text = path.read_text()
+    path.write_text(text.replace('"profile": "service"', '"profile": "maker"'))
+    assert "the profile is 'maker', and there is a folder service" in found(job)
