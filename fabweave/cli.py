@@ -198,8 +198,9 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
         markup=False,
     )
     # Widths and bends are among the notes already.
-    told = [flaw for flaw in preflight_job(output).flaws if flaw.rule not in ("width", "bend")]
-    for line in flaw_lines(tuple(told)):
+    found = preflight_job(output)
+    told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
+    for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)
     console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)
 
@@ -266,7 +267,7 @@ def preflight(
         for line in flaw_lines(found.flaws):
             click.echo(line)
         if not found.flaws:
-            click.echo(f"no rule is broken: {found.target.title}, {found.material.title}")
+            click.echo(found.all_clear)
     if strict and found.flaws:
         sys.exit(1)
 

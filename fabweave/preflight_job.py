@@ -22,6 +22,11 @@ class Preflight:
     flaws: tuple[Flaw, ...]
 
     @property
+    def all_clear(self) -> str:
+        """What to say if nothing was found."""
+        return f"no rule is broken: {self.target.title}, {self.material.title}"
+
+    @property
     def record(self) -> dict[str, Any]:
         """The findings as ``preflight.json`` holds them."""
         return preflight_record(self.flaws, self.material, self.target)

@@ -5,6 +5,9 @@ import runpy
 import sys
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
 from fabweave.verify.report import MEANINGS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -73,3 +76,14 @@ def test_weave_any_mesh(tmp_path, capsys, monkeypatch):
 def test_no_example_is_left_out():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested - {"no_example_is_left_out"}
+
+
+def test_the_picture_of_the_readme_is_what_its_example_makes(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["make_pictures.py", str(tmp_path / "woven.png")])
+    runpy.run_path(str(EXAMPLES / "make_pictures.py"))
+    made, kept = (
+        np.asarray(Image.open(path).convert("RGB"), dtype=float)
+        for path in (tmp_path / "woven.png", EXAMPLES / "woven.png")
+    )
+    # Other versions of numpy and Pillow may differ in the last bits, and so in single pixels.
+    assert np.abs(made - kept).mean() < 1.0

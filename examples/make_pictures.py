@@ -1,0 +1,37 @@
+"""Make the picture at the front of the README: plain weave, 2/2 twill and triaxial twill.
+
+Run it with: python examples/make_pictures.py examples/woven.png
+"""
+
+import sys
+
+from PIL import Image
+
+from fabweave.job import complete_settings
+from fabweave.report.pictures import weave_picture
+from fabweave.report.surfaces import ribbon_triangles
+from fabweave.report.view import choose_view
+from fabweave.settings import JobSettings
+from fabweave.weave.colours import thread_colours
+from fabweave.woven import weave_object
+
+OBJECTS = (
+    ("shape:sphere", None, "plain"),
+    ("shape:slit?genus=3", None, "twill"),
+    ("shape:icosahedron", "loop:1", "triaxial"),
+)
+TILE = (480, 420)
+
+picture = Image.new("RGB", (TILE[0] * len(OBJECTS), TILE[1]), "white")
+for number, (shape, refine, pattern) in enumerate(OBJECTS):
+    settings, material = complete_settings(
+        JobSettings(shape, size_mm=400.0, refine=refine, pattern=pattern, effort="quick")
+    )
+    woven = weave_object(settings, material)
+    vertices, triangles, _ = ribbon_triangles(woven.ribbons)
+    colours = thread_colours(woven.bunches, settings.colours)
+    view = choose_view(vertices, triangles)
+    tile = weave_picture(woven.ribbons, colours, size_px=TILE, view=view, samples=3)
+    picture.paste(tile, (number * TILE[0], 0))
+# A palette keeps the file small; the eye sees no difference.
+picture.quantize(256, dither=Image.Dither.NONE).save(sys.argv[1], optimize=True)
