@@ -226,6 +226,27 @@ def test_colours_are_those_of_the_threads_and_earlier_steps_are_faded(tab, torus
     assert np.mean(nearer) > 0.9
 
 
+def test_a_step_that_is_drawn_over_the_last_one_looks_like_the_whole(tab, torus, tmp_path):
+    """Where nothing turns, only what changes is drawn; the picture is that of drawing all."""
+    tab.page.click("#follow")
+    tab.go_to(1)
+    last = len(torus.plan["steps"])
+    for step in (2, 3, 3, last // 2, last - 1, 4, 5):
+        tab.page.evaluate(
+            "step => { const s = document.getElementById('slider'); s.value = step;"
+            "s.dispatchEvent(new Event('input')); }", step,
+        )  # fmt: skip
+        if step == last // 2:
+            # Two changes before the next picture.
+            tab.page.evaluate("document.querySelector('#step-text .chip').click()")
+        tab.page.wait_for_timeout(250)
+        over = pixels_of(tab, tmp_path / "over.png")
+        tab.page.evaluate("fabweave.draw()")
+        whole = pixels_of(tab, tmp_path / "whole.png")
+        assert np.count_nonzero(np.any(over != whole, axis=2)) <= 20, step
+        assert np.ptp(whole) > 100
+
+
 def numbers_of(path):
     return np.array([pair.split() for pair in path.strip("MZ").split("L")], dtype=float)
 

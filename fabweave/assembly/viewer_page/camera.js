@@ -1,5 +1,6 @@
 /** A camera that goes around an object: drag, pinch, wheel; z stays up.
  *
+ * Where drawing is slow, it turns at once.
  * Until somebody comes nearer or moves aside, all the points are kept in view. */
 function makeCamera(canvas, ball, points, firstDeg, tell) {
   const lens = new THREE.PerspectiveCamera(32, 1, 1, 1000);
@@ -52,10 +53,10 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     const away = Math.atan2(Math.sin(goal - turn), Math.cos(goal - turn));
     const up = Math.max(-1.2, Math.min(1.2, Math.asin(Math.max(-1, Math.min(1, direction.z)))));
     const from = [turn, rise, target.clone()], begun = performance.now();
-    const lasts = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : 350;
+    const lasts = tell.slow || matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : 350;
     cancelAnimationFrame(flight);
     (function fly() {
-      const done = Math.min(1, (performance.now() - begun) / lasts);
+      const done = lasts ? Math.min(1, (performance.now() - begun) / lasts) : 1;
       const eased = done * done * (3 - 2 * done);
       turn = from[0] + away * eased;
       rise = from[1] + (up - from[1]) * eased;

@@ -92,8 +92,10 @@
     if (row) row.scrollIntoView({ block: "nearest" });
   }
 
-  function showSheet(how) {
+  /** Show the sheet that is turned up, if anybody sees it. */
+  function showSheet(how, printing = false) {
     const panel = by("panel-sheet"), sheet = plan.sheets[state.sheet];
+    if (panel.hidden && !printing) return;
     if (shown.sheet !== state.sheet) {
       shown.sheet = state.sheet;
       panel.innerHTML = `<p class="turner"><button type="button" data-turn="-1" aria-label="Sheet before">&#9664;</button>
@@ -266,6 +268,7 @@
     }
   });
 
+  window.addEventListener("beforeprint", () => showSheet(codes(), true));
   by("slider").max = last;
   by("facts").textContent = `${plan.pieces.length} pieces, ${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
   const bunches = new Map();

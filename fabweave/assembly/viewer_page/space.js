@@ -62,7 +62,7 @@ function readStrips(space, plan) {
     position: corners, normal: new Float32Array(rungs * 6), piece: new Float32Array(rungs * 2),
     across: new Float32Array(rungs * 2), along: new Float32Array(rungs * 2), dip: new Float32Array(rungs * 2),
   };
-  const index = [], spots = [];
+  const quads = [], spots = [];
   const right = new THREE.Vector3(), left = new THREE.Vector3(), way = new THREE.Vector3();
   const middle = (rung) => {
     right.fromArray(corners, 6 * rung);
@@ -71,7 +71,8 @@ function readStrips(space, plan) {
   let first = 0;
   space.counts.forEach((count, number) => {
     const piece = plan.pieces[number], panels = space.panels[number], last = first + count - 1;
-    const middles = Array.from({ length: count }, (_, k) => middle(first + k));
+    const middles = Array.from({ length: count }, (_, k) => middle(first + k)), own = [];
+    quads.push(own);
     let run = 0;
     for (let k = 0; k < count; k++) {
       const rung = first + k;
@@ -87,7 +88,7 @@ function readStrips(space, plan) {
       }
       if (rung === last) break;
       const [a, b, c, d] = [2 * rung, 2 * rung + 2, 2 * rung + 3, 2 * rung + 1];
-      index.push(...(fromRight[rung] ? [a, c, d, a, b, c] : [a, b, d, b, c, d]));
+      own.push(...(fromRight[rung] ? [a, c, d, a, b, c] : [a, b, d, b, c, d]));
     }
     // How far the strip is over (1) or under (-1), from panel to panel.
     const height = new Float32Array(count);
@@ -116,7 +117,14 @@ function readStrips(space, plan) {
     })));
     first += count;
   });
-  return { made, index, spots };
+  // Triangles in the order in which pieces come: what is there at a step is the first so many.
+  const order = plan.pieces.map((_, piece) => piece).sort((a, b) => plan.stepOf[a] - plan.stepOf[b]);
+  const index = order.flatMap((piece) => quads[piece]), range = [];
+  order.reduce((start, piece) => {
+    range[piece] = [start, start + quads[piece].length];
+    return range[piece][1];
+  }, 0);
+  return { made, index, range, spots };
 }
 
 /** Whether this browser draws in software, where smooth edges take longer than all the rest. */
@@ -140,7 +148,7 @@ function makeSpace(canvas, over, plan, tell) {
   } finally {
     console.error = quiet;
   }
-  const { made, index, spots } = readStrips(plan.data.space, plan);
+  const { made, index, range, spots } = readStrips(plan.data.space, plan);
   const geometry = new THREE.BufferGeometry();
   for (const [name, values] of Object.entries(made))
     geometry.setAttribute(name, new THREE.BufferAttribute(values, values.length / (made.piece.length) === 3 ? 3 : 1));
@@ -172,10 +180,17 @@ function makeSpace(canvas, over, plan, tell) {
   const outer = spots.filter((_, k) => k % every === 0).flatMap((places) => places.map(({ point }) => point));
 
   let drawn = 0, rest = 0, anchors = [], wanted = [], mark = null;
+  // How pieces were shown last, and the triangles that must be drawn over what is seen; null: all.
+  let before = plan.pieces.map(() => HIDDEN), fresh = null;
   const camera = makeCamera(canvas, geometry.boundingSphere, outer, plan.data.view_deg, {
-    changed: draw,
+    slow, changed: drawAll,
     tapped: (x, y) => tell.chosen(pick(x, y)),
   });
+
+  function drawAll() {
+    fresh = null;
+    draw();
+  }
 
   function draw() {
     if (!drawn) drawn = requestAnimationFrame(drawNow);
@@ -184,10 +199,34 @@ function makeSpace(canvas, over, plan, tell) {
   function drawNow() {
     cancelAnimationFrame(drawn);
     drawn = 0;
+    renderer.autoClear = !fresh;
+    reach(fresh || seen());
     renderer.render(scene, camera.lens);
+    renderer.autoClear = true;
+    fresh = [0, 0];
     write();
     clearTimeout(rest);
     rest = setTimeout(() => { place(); write(); }, 160);
+  }
+
+  /** Let only a range of triangles be drawn. */
+  function reach([start, end]) {
+    geometry.setDrawRange(start, end - start);
+  }
+
+  /** The range of triangles of some pieces, and of those that come between them. */
+  function rangeOf(pieces) {
+    return pieces.reduce((all, piece) => joined(all, range[piece]), [0, 0]);
+  }
+
+  /** The range that reaches over two of them; an empty one is [0, 0]. */
+  function joined(one, other) {
+    return one[1] ? [Math.min(one[0], other[0]), Math.max(one[1], other[1])] : other;
+  }
+
+  /** The range of triangles of all that is shown. */
+  function seen() {
+    return [0, rangeOf(before.flatMap((code, piece) => (code === HIDDEN ? [] : [piece])))[1]];
   }
 
   /** Draw the numbers of the pieces instead of their colours, and return them, bottom row first. */
@@ -195,6 +234,7 @@ function makeSpace(canvas, over, plan, tell) {
     const target = new THREE.WebGLRenderTarget(width, height);
     if (full) camera.lens.setViewOffset(full[0], full[1], left, top, width, height);
     mesh.material = numbers;
+    reach(seen());
     renderer.setRenderTarget(target);
     renderer.setClearColor(0x000000, 0);
     renderer.clear();
@@ -274,12 +314,12 @@ function makeSpace(canvas, over, plan, tell) {
     renderer.setPixelRatio(slow ? 1 : Math.min(window.devicePixelRatio || 1, 2));
     renderer.setSize(width, height, false);
     camera.resize(width, height);
-    draw();
+    drawAll();
   }
   new ResizeObserver(resize).observe(canvas.parentElement);
 
   return {
-    home: camera.home, draw: drawNow, lens: camera.lens,
+    home: camera.home, lens: camera.lens,
     /** Show pieces as told: one code for each; labels in order of weight; a station ringed. */
     show(codes, labels, station) {
       codes.forEach((code, piece) => {
@@ -290,12 +330,22 @@ function makeSpace(canvas, over, plan, tell) {
       wanted = labels;
       anchors = anchors.filter((one) => labels.some((label) => label.piece === one.piece));
       mark = station ? spots[station[0]][station[1]].point : null;
+      // Nothing moved: it is enough to draw what looks another way, unless something goes away.
+      const changed = codes.flatMap((code, piece) => (code === before[piece] ? [] : [piece]));
+      if (changed.some((piece) => codes[piece] === HIDDEN)) fresh = null;
+      else if (fresh && changed.length) fresh = joined(fresh, rangeOf(changed));
+      before = codes;
       draw();
     },
     paper(colour) {
       uniforms.paper.value.set(colour);
       renderer.setClearColor(uniforms.paper.value, 1);
-      draw();
+      drawAll();
+    },
+    /** Draw everything at once, not with the next picture of the screen. */
+    draw() {
+      fresh = null;
+      drawNow();
     },
     /** Turn a piece, or one station of it, to the eye unless it looks there already. */
     face(piece, station) {
