@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.order import Order, plan_order
-from fabweave.assembly.steps import order_note
+from fabweave.assembly.steps import build_steps, order_note
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.ready import check_kerf, ready_notes, ready_sheets
@@ -176,7 +176,7 @@ def make_job(
             *all_notes(thing.woven.mesh, weave, thing.ribbons, made, marks, rules),
             *width_notes(thing, settings, material),
             *ribbon_notes(check),
-            order_note(order),
+            order_note(order, build_steps(made, order)),
             *layout.notes,
             *ready_notes(ready, settings.kerf_mm, settings.micro_joints),
         ),

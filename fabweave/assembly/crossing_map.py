@@ -9,7 +9,7 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray
 from fabweave.assembly.order import Order
-from fabweave.assembly.steps import build_steps
+from fabweave.assembly.steps import build_steps, last_tenth
 from fabweave.cut.labels import Label
 from fabweave.cut.marks import Marks
 from fabweave.flat.alike import piece_kinds
@@ -57,6 +57,7 @@ def crossing_map(
     """
     weave = chosen.weave
     owners = find_owners(made.pieces, weave.threads.n_crossings)
+    steps = build_steps(made, order)
     return {
         "schema": SCHEMA,
         "units": "mm",
@@ -98,8 +99,8 @@ def crossing_map(
             }
             for joint in made.joints
         ],
-        "assembly": order.record(),
-        "steps": build_steps(made, order),
+        "assembly": order.record() | {"last_tenth": round(last_tenth(steps), 3)},
+        "steps": steps,
     }
 
 

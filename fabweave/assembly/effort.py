@@ -35,8 +35,8 @@ JOIN = 1.0
 CLOSE = 3.0
 #: Hold a piece in place that touches nothing, or one, two or three things; four hold it well.
 LOOSE = (8.0, 6.0, 3.0, 1.0)
-#: At the last piece of a closed surface no hand comes to the inside: sliding below costs this much
-#: more, from nothing when half of the pieces are in place.
+#: At the last piece of a closed surface no hand comes to the inside: sliding below and joining cost
+#: this much more, from nothing when half of the pieces are in place.
 REACH = 1.0
 
 
@@ -77,10 +77,10 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
     Returns
     -------
     plain : float
-        Laying over, joining, closing, holding.
-    below : float
-        Sliding below strands: each costs more the farther it is from the nearer end, and the more
-        strands hold the piece on the way.
+        Laying over, closing, holding.
+    behind : float
+        What a hand on the inside helps: joining, and sliding below strands, each of which costs
+        more the farther it is from the nearer end, and the more strands hold the piece on the way.
 
     Examples
     --------
@@ -97,9 +97,9 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
     over = (state >> 2 * n_stations | state >> 3 * n_stations) & all_stations
     joined = (state >> 4 * n_stations).bit_count()
     met = over.bit_count() + under.bit_count() + joined
-    plain = over.bit_count() * LAY + joined * JOIN
+    plain = over.bit_count() * LAY
     plain += CLOSE * (joined == 2) + (LOOSE[met] if met < len(LOOSE) else 0.0)
-    below = 0.0
+    behind = joined * JOIN
     half = (n_stations + 1) // 2
     for stations, from_end in ((under & (1 << half) - 1, False), (under >> half, True)):
         held, left = 0, stations
@@ -107,13 +107,13 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
             bit = left.bit_length() - 1 if from_end else (left & -left).bit_length() - 1
             left ^= 1 << bit
             away = n_stations - 1 - half - bit if from_end else bit
-            below += (THREAD + PULL * away if away else TUCK) + DRAG * held
+            behind += (THREAD + PULL * away if away else TUCK) + DRAG * held
             held += 1
-    return plain, below
+    return plain, behind
 
 
 def reach(place: float) -> float:
-    """Return the factor of sliding below when a share ``place`` of a closed surface is there.
+    """Return the factor of work behind strands when a share ``place`` of a closed surface is there.
 
     Examples
     --------

@@ -63,10 +63,10 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
         for other, here, _ in contacts.meets[piece]:
             if rank[other] < at:
                 state ^= here
-        plain, below = piece_effort(contacts.n_stations[piece], state)
+        plain, behind = piece_effort(contacts.n_stations[piece], state)
         own = component[piece]
         placed[own] += 1
-        effort.append(plain + below * (reach(placed[own] / size[own]) if enclosed else 1.0))
+        effort.append(plain + behind * (reach(placed[own] / size[own]) if enclosed else 1.0))
     return Measured(np.array(order, dtype=np.int64), np.array(effort))
 
 

@@ -182,10 +182,33 @@ def _list(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def order_note(order: Order) -> str:
-    """Say what the order costs, and what naive orders would."""
+def last_tenth(steps: Sequence[dict[str, Any]]) -> float:
+    """Return how hard the last pieces are: their mean effort, as a multiple of that of all.
+
+    The last pieces are those of the fewest last steps that have a tenth of all pieces.
+
+    Examples
+    --------
+    >>> steps = [{"pieces": ["A1"] * 9, "effort": 9.0}, {"pieces": ["A2"], "effort": 4.0}]
+    >>> round(last_tenth(steps), 4)
+    3.0769
+    """
+    pieces = sum(len(step["pieces"]) for step in steps)
+    effort = sum(step["effort"] for step in steps)
+    count, spent = 0, 0.0
+    for step in reversed(steps):
+        if 10 * count >= pieces:
+            break
+        count += len(step["pieces"])
+        spent += step["effort"]
+    return float(spent / count / (effort / pieces)) if effort else 1.0
+
+
+def order_note(order: Order, steps: Sequence[dict[str, Any]]) -> str:
+    """Say what the order costs, what naive orders would, and how hard the end is."""
     return (
         f"assembly: effort {order.total:.0f}, where 1 is a strand laid over another, "
         f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
-        f"thread by thread, {order.by_number:.0f} by piece number)"
+        f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
+        f"takes {last_tenth(steps):.1f} times the mean"
     )

@@ -11,6 +11,8 @@ from fabweave.verify.report import Tally
 
 #: Efforts are rounded to a hundredth.
 _SAME_EFFORT = 0.006
+#: The effort of the last pieces is rounded to a thousandth of the mean.
+_SAME_SHARE = 0.0006
 
 
 @dataclass
@@ -196,3 +198,15 @@ def _check_effort(plan: CrossingMap, tally: Tally) -> None:
         math.isclose(total, plan.efforts[0], abs_tol=_SAME_EFFORT * (1 + len(plan.steps))),
         f"the efforts of the steps add up to {total:.2f}, the map says {plan.efforts[0]:.2f}",
     )
+    # The last steps that have a tenth of the pieces.
+    late, spent = 0, 0.0
+    for step in reversed(plan.steps):
+        if 10 * late < len(plan.pieces):
+            late, spent = late + len(step.pieces), spent + step.effort
+    if late and total > 0.0:
+        end = spent / late / (total / len(plan.pieces))
+        tally.expect(
+            math.isclose(end, plan.last_tenth, abs_tol=_SAME_SHARE),
+            f"the last tenth of the pieces takes {end:.3f} times the mean effort, the map says "
+            f"{plan.last_tenth:.3f}",
+        )

@@ -235,6 +235,8 @@ class CrossingMap:
     steps: tuple[Step, ...]
     #: Effort of this order, thread by thread, and by piece number.
     efforts: tuple[float, float, float]
+    #: Mean effort of the last tenth of the pieces, as a multiple of that of all.
+    last_tenth: float
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()

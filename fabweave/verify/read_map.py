@@ -165,6 +165,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
             root["assembly"]["by_thread"].number(),
             root["assembly"]["by_number"].number(),
         ),
+        last_tenth=root["assembly"]["last_tenth"].number(),
     )
 
 

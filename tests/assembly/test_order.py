@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from fabweave.assembly import effort as model
 from fabweave.assembly.contacts import find_contacts
 from fabweave.assembly.effort import State, piece_effort, reach
-from fabweave.assembly.grow import grow_order, measure_order
+from fabweave.assembly.grow import Measured, grow_order, measure_order
 from fabweave.assembly.improve import improve_order
-from fabweave.assembly.order import order_by_number, plan_order
+from fabweave.assembly.order import _easy_end, order_by_number, plan_order
 from fabweave.assembly.steps import build_steps
 from fabweave.errors import InputError
 
@@ -50,17 +50,17 @@ def effort_by_hand(made, order, *, enclosed):
             joined += (joint.pieces[0] == number) * (joint.pieces[1] in there)
             joined += (joint.pieces[1] == number) * (joint.pieces[0] in there)
         met = len(over) + len(under) + joined
-        plain = model.LAY * len(over) + model.JOIN * joined + model.CLOSE * (joined == 2)
+        plain = model.LAY * len(over) + model.CLOSE * (joined == 2)
         plain += dict(enumerate(model.LOOSE)).get(met, 0.0)
-        below = 0.0
+        behind = model.JOIN * joined
         for k in under:
             left = 2 * k <= count - 1
             away = min(k, count - 1 - k)
             outside = sum((2 * j <= count - 1) == left and (j < k) == left and j != k
                           for j in under)  # fmt: skip
-            below += model.TUCK if away == 0 else model.THREAD + model.PULL * away
-            below += model.DRAG * outside
-        result.append(plain + below * (reach((at + 1) / len(order)) if enclosed else 1.0))
+            behind += model.TUCK if away == 0 else model.THREAD + model.PULL * away
+            behind += model.DRAG * outside
+        result.append(plain + behind * (reach((at + 1) / len(order)) if enclosed else 1.0))
     return result
 
 
@@ -214,6 +214,29 @@ def test_three_tenths_below_naive_orders(shape, changed):
         thing.made.pieces, thing.centres, enclosed=thing.enclosed, effort="quick", seed=0
     )
     assert found.saved >= 0.30
+
+
+@pytest.mark.parametrize("shape", ["shape:torus?m=12&n=6", "shape:hypar?m=8&n=8"])
+def test_the_end_is_easier_than_that_of_naive_orders(shape):
+    thing = model_of(shape)
+    pieces, contacts = thing.made.pieces, find_contacts(thing.made.pieces)
+    found = plan_order(pieces, thing.centres, enclosed=thing.enclosed, effort="normal", seed=0)
+    tenth = max(1, len(pieces) // 10)
+    ends = [
+        measure_order(contacts, order, enclosed=thing.enclosed).effort[-tenth:].mean()
+        for order in (range(len(pieces)), order_by_number(pieces).tolist())
+    ]
+    assert found.effort[-tenth:].mean() < 0.8 * min(ends)
+
+
+def test_of_orders_that_cost_nearly_the_same_the_one_with_the_easiest_end_is_taken():
+    def order(*efforts):
+        return Measured(np.arange(len(efforts)), np.array(efforts))
+
+    hard, easy = order(40.0, 40.0, 20.0), order(50.0, 40.5, 10.0)
+    dear = order(60.0, 42.0, 1.0)
+    assert _easy_end([hard, easy, dear]) is easy
+    assert _easy_end([]).total == 0.0
 
 
 def test_two_objects_are_made_one_after_the_other():

@@ -16,10 +16,10 @@ from typing import Any
 from fabweave.assembly.contacts import find_contacts
 from fabweave.assembly.grow import measure_order
 from fabweave.assembly.order import Order, order_by_number, plan_order
-from fabweave.assembly.steps import build_steps
+from fabweave.assembly.steps import build_steps, last_tenth
 
 HERE = Path(__file__).resolve()
-SPOT = HERE.parents[3] / "shared" / "meshes" / "quad/spot_quadrangulated.obj"
+MESHES = HERE.parents[3] / "shared" / "meshes"
 MODELS: dict[str, tuple[str, float, dict[str, Any]]] = {
     "torus": ("shape:torus?m=24&n=12", 400.0, {}),
     "slit": ("shape:slit?genus=3", 400.0, {}),
@@ -27,7 +27,10 @@ MODELS: dict[str, tuple[str, float, dict[str, Any]]] = {
     "twill": ("shape:slit?genus=2", 400.0, {"pattern": "twill"}),
     "triaxial": ("shape:icosahedron", 400.0, {"pattern": "triaxial", "refine": "loop:2"}),
     "hypar": ("shape:hypar?m=16&n=16", 400.0, {}),
-    "spot": (str(SPOT), 400.0, {}),
+    "spot": (str(MESHES / "quad/spot_quadrangulated.obj"), 400.0, {}),
+    "bob": (str(MESHES / "quad/bob_quad.obj"), 400.0, {}),
+    "hexa": (str(MESHES / "ngon/hexaSphere.off"), 400.0, {}),
+    "torus-twill": ("shape:torus?m=24&n=12", 400.0, {"pattern": "twill"}),
     "large": ("shape:torus?m=160&n=120", 6000.0, {}),
 }
 
@@ -40,14 +43,14 @@ def main() -> None:
     options = parser.parse_args()
     model_of = runpy.run_path(str(HERE.parents[1] / "assembly" / "assembly_models.py"))["model_of"]
     print(
-        f"{'model':10}{'pieces':>7}{'steps':>7}  {'effort':8}{'by thread':>10}{'by number':>10}"
+        f"{'model':12}{'pieces':>7}{'steps':>7}  {'effort':8}{'by thread':>10}{'by number':>10}"
         f"{'ours':>9}{'saved':>7}{'below':>7}{'naive':>7}{'last':>6}{'naive':>7}{'seconds':>9}"
         f"{'cpu':>7}"
     )
     for name in options.models:
         mesh, size_mm, changed = MODELS[name]
-        if name == "spot" and not SPOT.exists():
-            print("spot: the shared meshes are not there")
+        if mesh.startswith(str(MESHES)) and not Path(mesh).exists():
+            print(f"{name}: the shared meshes are not there")
             continue
         model = model_of(mesh, size_mm, **changed)
         pieces = model.made.pieces
@@ -70,10 +73,10 @@ def main() -> None:
             seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
             steps = build_steps(model.made, order)
             below = [sum(len(step["under"]) for step in some) for some in (steps, naive_steps)]
-            tenth = max(1, len(pieces) // 10)
-            last = [e[-tenth:].mean() / order.effort.mean() for e in (order.effort, naive.effort)]
+            mean = order.total / naive.total
+            last = last_tenth(steps), last_tenth(naive_steps) / mean
             print(
-                f"{name:10}{len(pieces):7}{len(steps):7}  {effort:8}{order.by_thread:10.0f}"
+                f"{name:12}{len(pieces):7}{len(steps):7}  {effort:8}{order.by_thread:10.0f}"
                 f"{order.by_number:10.0f}{order.total:9.0f}{order.saved:7.1%}{below[0]:7}"
                 f"{below[1]:7}{last[0]:6.1f}{last[1]:7.1f}{seconds:9.1f}{cpu:7.1f}",
                 flush=True,

@@ -99,6 +99,15 @@ def boast(plan):
     plan["assembly"]["effort"] *= 0.5
 
 
+def make_the_end_easy(plan):
+    plan["assembly"]["last_tenth"] = 0.9
+
+
+def leave_the_hard_ones_to_the_end(plan):
+    plan["steps"][0]["effort"] -= 1.0
+    plan["steps"][-1]["effort"] += 1.0
+
+
 def owe_effort(plan):
     plan["assembly"]["by_thread"] = -1.0
 
@@ -127,6 +136,7 @@ SPOILS = [
     number_from_nought, forget_a_crossing, make_a_crossing_twice, make_a_crossing_early,
     go_under_instead_of_over, go_over_instead_of_under, forget_a_joint, join_early, fasten_early,
     fasten_never, close_nothing, close_at_once, make_light_of_a_step, boast, owe_effort,
+    make_the_end_easy, leave_the_hard_ones_to_the_end,
     tell_wrongly("; over ", "; under "), tell_wrongly("; under ", "; over "),
     tell_wrongly(" at #", " at #9"), tell_wrongly("; on A", "; on D"),
     tell_wrongly("Put A", "Put B"), say_nothing, forget_a_neighbour,

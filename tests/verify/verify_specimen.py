@@ -473,7 +473,12 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
         "crossings": list(crossings.values()),
         "pieces": pieces,
         "joints": laps,
-        "assembly": {"effort": 2.5 * len(pieces), "by_thread": 900.0, "by_number": 1000.0},
+        "assembly": {
+            "effort": 2.5 * len(pieces),
+            "by_thread": 900.0,
+            "by_number": 1000.0,
+            "last_tenth": 1.0,
+        },
         "steps": assemble(pieces, laps),
     }
     return Specimen(points, faces, plan, strips, engraving, "turn" if turning else None)
