@@ -178,7 +178,12 @@ def make_job(
             *ribbon_notes(check),
             order_note(order, build_steps(made, order)),
             *layout.notes,
-            *ready_notes(ready, settings.kerf_mm, settings.micro_joints),
+            *ready_notes(
+                ready,
+                settings.kerf_mm,
+                settings.micro_joints,
+                service=settings.profile == "service",
+            ),
         ),
     )
 

@@ -60,9 +60,16 @@ def check_kerf(kerf_mm: float, gap_mm: float) -> None:
 
 
 def ready_notes(
-    ready: Sequence[SheetDrawing], kerf_mm: float, micro_joints: MicroJoints | None
+    ready: Sequence[SheetDrawing],
+    kerf_mm: float,
+    micro_joints: MicroJoints | None,
+    *,
+    service: bool = False,
 ) -> tuple[str, ...]:
-    """Return what a job's notes say of these sheets; nothing where there are none."""
+    """Return what a job's notes say of these sheets; nothing where there are none.
+
+    ``service`` says that there are files for a service, too.
+    """
     done = [f"a kerf of {kerf_mm:g} mm taken off"] if kerf_mm else []
     if micro_joints is not None:
         done.append(f"micro-joints of {micro_joints.width_mm:g} mm in the outlines")
@@ -72,6 +79,11 @@ def ready_notes(
         f"{READY_FOLDER}/ holds the sheets to cut, with {' and '.join(done)}; those in sheets/ are "
         "nominal"
     ]
+    if service and kerf_mm:
+        notes.append(
+            "warning: services take the kerf off themselves, so the files in service/ are nominal; "
+            f"do not send them those in {READY_FOLDER}/"
+        )
     whole = [
         piece.piece_id
         for drawing in ready
