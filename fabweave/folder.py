@@ -24,6 +24,7 @@ from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
 from fabweave.cut.preview import write_png
 from fabweave.cut.ready import READY_FOLDER
 from fabweave.cut.service import Stuff, kind_files, write_kind_files
+from fabweave.cut.stock_notes import draw_offcut
 from fabweave.cut.svg import write_svg
 from fabweave.cut.targets import target_named
 from fabweave.cut.template import write_template
@@ -35,7 +36,7 @@ from fabweave.report.ribbons import ribbon_report
 from fabweave.report.splitting import splitting_record
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.report.view import choose_view
-from fabweave.report.waste import piece_table, waste_page, waste_report
+from fabweave.report.waste import offcut_file, piece_table, waste_page, waste_report
 from fabweave.ribbon.export import woven_glb
 from fabweave.settings import JobSettings, job_toml
 from fabweave.verify import VerifyReport, verify_job
@@ -168,6 +169,10 @@ def write_job(
     written += [
         start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
     ]
+    if job.offcut is not None:
+        (directory / offcut_file()).parent.mkdir()
+        drawing = draw_offcut(job.offcut, job.layout.sheets[job.offcut.sheet])
+        write_dxf(directory / offcut_file(), drawing, version=job.settings.dxf)
     plan = job_plan(job)
     written.append(
         start(
@@ -229,7 +234,9 @@ def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
     thing = job.object
     names = [drawing.name for drawing in job.drawings]
     bill = bill_of_materials(job.made)
-    report = waste_report(job.made.pieces, job.layout, job.drawings, job.material, job.notes)
+    report = waste_report(
+        job.made.pieces, job.layout, job.drawings, job.material, job.notes, job.offcut
+    )
     report |= bill
     report["kerf_mm"] = job.settings.kerf_mm
     report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)

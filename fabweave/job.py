@@ -38,6 +38,9 @@ from fabweave.sheet.material import (
     with_thickness,
 )
 from fabweave.sheet.nest import nest
+from fabweave.sheet.offcut import Offcut, best_offcut
+from fabweave.sheet.stock import stock_for
+from fabweave.sheet.turns import parse_rotations
 from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours
 from fabweave.weave.pattern import Weave
@@ -68,6 +71,8 @@ class Job:
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
     layout: Layout
+    #: What is left of a sheet and worth keeping, as it is drawn.
+    offcut: Offcut | None
     order: Order
     #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
     portrait: Callable[[], bytes]
@@ -147,12 +152,14 @@ def make_job(
     marks = marked()
     order = ordered()
     progress("drawings", 0, 1)
+    offcut, mirrored = _offcut(made, layout, settings), settings.label_side == "inside"
     drawings = draw_sheets(
         made.pieces,
         marks,
         layout,
         title=thing.woven.title,
-        mirrored=settings.label_side == "inside",
+        mirrored=mirrored,
+        offcut=offcut,
         cool=settings.cut_order == "cool",
     )
     ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
@@ -166,6 +173,7 @@ def make_job(
         holes=tuple(hole_findings(made, rules, weave, thing.ribbons, thing.labels)),
         marks=marks,
         layout=layout,
+        offcut=offcut,
         order=order,
         portrait=portrait,
         drawings=drawings,
@@ -207,22 +215,37 @@ def _with_joints(
 def _laid_out(made: Pieces, settings: JobSettings, progress: Progress) -> Layout:
     """Nest the pieces, or take the layout of a finished job."""
     outlines, ids = [piece.outline for piece in made.pieces], [piece.id for piece in made.pieces]
-    gap_mm = _given(settings.gap_mm)
+    gap_mm, turns = _given(settings.gap_mm), parse_rotations(settings.rotations)
     if settings.layout is not None:
         path = Path(settings.layout)
         return read_layout(
-            path, outlines, ids, settings.sheets, margin_mm=settings.margin_mm, gap_mm=gap_mm
+            path,
+            outlines,
+            ids,
+            settings.stock,
+            margin_mm=settings.margin_mm,
+            gap_mm=gap_mm,
+            turns=turns,
         )
     return nest(
         outlines,
-        settings.sheets,
+        settings.stock,
         margin_mm=settings.margin_mm,
         gap_mm=gap_mm,
         effort=settings.effort,
         seed=settings.seed,
         ids=ids,
+        turns=turns,
         progress=progress,
     )
+
+
+def _offcut(made: Pieces, layout: Layout, settings: JobSettings) -> Offcut | None:
+    """Return what is left of a sheet and worth keeping, as it is drawn."""
+    offcut = best_offcut(layout, [piece.outline for piece in made.pieces])
+    if offcut is None or settings.label_side != "inside":
+        return offcut
+    return offcut.mirrored(layout.sheets[offcut.sheet].width_mm)
 
 
 def _plan_order(made: Pieces, thing: WovenObject, settings: JobSettings) -> Order:
@@ -251,7 +274,7 @@ def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
     material = material_named(settings.material)
     if settings.thickness_mm is not None:
         material = with_thickness(material, settings.thickness_mm)
-    sheets = settings.sheets or (SheetSize(*material.sheet_mm),)
+    sheets = stock_for(settings.sheets, material.name) or (SheetSize(*material.sheet_mm),)
     gap_mm = material.gap_mm if settings.gap_mm is None else settings.gap_mm
     check_kerf(settings.kerf_mm, gap_mm)
     return (

@@ -81,6 +81,24 @@ class Stock(click.ParamType[Any]):
             self.fail(str(error), param, ctx)
 
 
+class StockList(click.ParamType[Any]):
+    """A file that lists stock, or the tables that a job.toml keeps of one."""
+
+    name = "FILE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read the list."""
+        if isinstance(value, tuple):
+            return value
+        reader = import_module("fabweave.sheet.stockfile")
+        try:
+            if isinstance(value, dict):
+                return reader.stock_of(value, "the stock in job.toml")
+            return reader.read_stock(Path(value))
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
 class Checked(click.ParamType[str]):
     """A text that a parser of the package accepts; the parser is imported when it is needed."""
 
@@ -288,6 +306,24 @@ _WEAVING = (
         "24x18in:3 for three of them; repeat it for several sizes. [default: the material's]",
     ),
     click.option(
+        "--stock",
+        type=StockList(),
+        metavar="FILE",
+        help="A list of the stock (stock.toml): sheets with quantity, price, grain, material and "
+        "defects, and offcuts with their outlines. Offcuts are used first, the smallest first; "
+        "then the sheets that cost least for their area; sheets without a price, and those of "
+        "--sheet, come last. The last sheet is exchanged for the cheapest that takes its pieces.",
+    ),
+    click.option(
+        "--rotations",
+        type=Checked("RULE", "fabweave.sheet.turns", "parse_rotations"),
+        default=DEFAULTS.rotations,
+        show_default=True,
+        help="At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from "
+        "the grain on); or grain:5deg (their length along the grain, up to 5 degrees off). Grain "
+        "runs along a sheet's width unless the list of stock says otherwise.",
+    ),
+    click.option(
         "--margin",
         type=Length(),
         default=DEFAULTS.margin_mm,
@@ -374,9 +410,10 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
         joint=options["joint"],
         lap_mm=options["lap"],
         slots=options.get("slots", False),
-        sheets=tuple(options["sheet"]),
+        sheets=(*(options["stock"] or ()), *options["sheet"]),
         margin_mm=options["margin"],
         gap_mm=options.get("gap"),
+        rotations=options["rotations"],
         effort=options["effort"],
         seed=options["seed"],
         layout=_layout(options),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray
+from fabweave.errors import CannotMakeError
 from fabweave.flat.candidates import Bed, list_candidates
 from fabweave.flat.curve import LENGTHS, Choice, compare_lengths, knee
 from fabweave.flat.holes import WANTED_SHARE, HoleRule
@@ -15,8 +16,10 @@ from fabweave.flat.split import choose_runs
 from fabweave.ribbon.check import ribbon_widths, thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.settings import JobSettings
-from fabweave.sheet.nest import fits_some_sheet
-from fabweave.sheet.stock import usable_size
+from fabweave.sheet.area import Area, area_of, clear_rectangle
+from fabweave.sheet.fits import fits_rectangle
+from fabweave.sheet.shape import shape_of
+from fabweave.sheet.turns import parse_rotations
 from fabweave.weave.pattern import Weave
 
 #: The shortest of the lengths that are compared, in crossings.
@@ -70,13 +73,25 @@ def plan_pieces(
     """
     # Long laps go on beyond the panels with which the pieces end that are measured here.
     beyond = lap_beyond(ribbons, settings.lap_mm)
-    margin = settings.margin_mm + beyond
+    margin, gap = settings.margin_mm + beyond, settings.gap_mm or 0.0
+    turns = parse_rotations(settings.rotations)
+    whole = [area_of(sheet, margin, gap, turns) for sheet in settings.stock]
+    # Pieces are planned for rectangles; nesting may find more room beside a defect.
+    clear = [Area(clear_rectangle(area, gap), None, area.turns) for area in whole]
 
     def fits(outline: FloatArray) -> bool:
-        return fits_some_sheet(outline, settings.sheets, margin)
+        # A piece lies along its least rectangle.
+        shape = shape_of(outline)[0]
+        return any(fits_rectangle(shape, area) for area in clear)
 
-    usable = tuple(usable_size(sheet, margin) for sheet in settings.sheets)
-    bed = Bed(fits, usable, settings.gap_mm or 0.0)
+    usable = tuple(area.size_mm for area in clear)
+    if not max(max(size) for size in usable) > 0.0:
+        raise CannotMakeError(
+            "no sheet has a free rectangle for any piece between its margin and its defects; take "
+            "a smaller margin, or another sheet"
+        )
+    # Where angles are few, each piece must be asked for.
+    bed = Bed(fits, usable if turns.step_deg is None else (), gap)
     side = max(max(size) for size in usable)
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
     asked = settings.max_length_mm

@@ -15,7 +15,7 @@ from fabweave.errors import InputError
 from fabweave.mesh.resize import Up
 from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.stock import format_stock
+from fabweave.sheet.stock import format_stock, stock_table
 from fabweave.weave.colours import STRATEGIES, Strategy
 
 EFFORTS = ("quick", "normal", "best")
@@ -66,12 +66,11 @@ class JobSettings:
     each distinct piece besides; ``preset`` holds the colours of the layers, and ``hairline_mm`` the
     width of lines in the SVG, ``None`` for the preset's. ``target`` names whose rules the pieces
     are checked against, and ``strict`` refuses a job that breaks one. ``labels`` says how much is
-    engraved, and ``label_side`` on which face. The manual is printed on ``paper``.
-    of every second hole. ``target`` names whose rules the pieces are checked against, and
-    ``strict`` refuses a job that breaks one. ``labels`` says how much is engraved,
-    and ``label_side`` on which face. The manual is printed on ``paper``.
-    ``kerf_mm`` and ``micro_joints`` ask for sheets to cut beside the nominal ones; ``cut_order``
-    is that of little travel or of little heat, and ``template`` the paper of sheets at full size.
+    engraved, and ``label_side`` on which face. The manual is printed on ``paper``. ``kerf_mm`` and
+    ``micro_joints`` ask for sheets to cut beside the nominal ones; ``cut_order`` is that of little
+    travel or of little heat, and ``template`` the paper of sheets at full size. ``sheets`` are the
+    stock, those of a list with their names; ``rotations`` says at which angles pieces stand on
+    them, such as ``"grain:5deg"``.
     ``layout`` names the crossing map of a finished job whose layout is taken.
     """
 
@@ -98,6 +97,7 @@ class JobSettings:
     sheets: tuple[SheetSize, ...] = ()
     margin_mm: float = 10.0
     gap_mm: float | None = None
+    rotations: str = "free"
     effort: str = "normal"
     seed: int = 0
     layout: str | None = None
@@ -116,6 +116,17 @@ class JobSettings:
     micro_joints: MicroJoints | None = None
     cut_order: str = "short"
     template: str = "sheet"
+
+    @property
+    def stock(self) -> tuple[SheetSize, ...]:
+        """The sheets as pieces are nested on them.
+
+        Where the inside is engraved, whole sheets are drawn mirrored; so their outlines are
+        mirrored before, and lie on the bed as they are.
+        """
+        if self.label_side != "inside":
+            return self.sheets
+        return tuple(sheet.mirrored() for sheet in self.sheets)
 
     def __post_init__(self) -> None:
         """Refuse a seed that no job.toml could hold."""
@@ -162,9 +173,11 @@ def _options(settings: JobSettings) -> dict[str, Any]:
         "joint": settings.joint,
         "lap": length(settings.lap_mm),
         "slots": settings.slots,
-        "sheet": [format_stock(sheet) for sheet in settings.sheets],
+        "sheet": [format_stock(sheet) for sheet in settings.sheets if sheet.plain],
+        "stock": stock_table(sheet for sheet in settings.sheets if not sheet.plain),
         "margin": length(settings.margin_mm),
         "gap": length(settings.gap_mm),
+        "rotations": settings.rotations,
         "effort": settings.effort,
         "seed": settings.seed,
         # Beside job.toml, and read from there.

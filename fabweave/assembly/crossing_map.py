@@ -19,7 +19,7 @@ from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import Pieces
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.ribbon.project import Ribbons
-from fabweave.sheet.layout import Layout
+from fabweave.sheet.layout import Layout, SheetSize
 from fabweave.weave.choose import Chosen
 from fabweave.weave.pattern import Weave
 
@@ -65,6 +65,10 @@ def crossing_map(
         "layout": {
             "margin_mm": layout.margin_mm,
             "gap_mm": layout.gap_mm,
+            "rotations": {
+                "step_deg": layout.turns.step_deg,
+                "tolerance_deg": layout.turns.tolerance_deg,
+            },
             "notes": list(layout.notes),
         },
         "cut": dict(cut),
@@ -75,6 +79,7 @@ def crossing_map(
                 "width_mm": sheet.width_mm,
                 "height_mm": sheet.height_mm,
                 "mirrored": mirrored,
+                **_stock(sheet.mirrored() if mirrored else sheet),
             }
             for number, (name, sheet) in enumerate(
                 zip(sheet_names, layout.sheets, strict=True), start=1
@@ -101,6 +106,19 @@ def crossing_map(
         ],
         "assembly": order.record() | {"last_tenth": round(last_tenth(steps), 3)},
         "steps": steps,
+    }
+
+
+def _stock(sheet: SheetSize) -> dict[str, Any]:
+    """Return what a sheet is like, as it lies on the bed."""
+    return {
+        "stock": sheet.name,
+        "offcut": sheet.offcut,
+        "price": sheet.price,
+        "material": sheet.material,
+        "grain_deg": sheet.grain_deg,
+        "outline": [list(point) for point in sheet.ring],
+        "defects": [[list(point) for point in ring] for ring in sheet.defects],
     }
 
 

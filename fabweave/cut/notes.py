@@ -13,6 +13,7 @@ from fabweave.errors import InputError
 #: Lengths that a reference bar may have, the wanted one first.
 _BAR_LENGTHS_MM = (100.0, 50.0, 20.0, 10.0)
 _SMALLEST_TEXT_MM = 1.0
+_ARROW_MM = 20.0
 _ELLIPSIS = ".."
 
 
@@ -23,6 +24,7 @@ def sheet_notes(
     *,
     margin_mm: float = 5.0,
     text_height_mm: float = 2.5,
+    grain_deg: float | None = None,
 ) -> tuple[Entity, ...]:
     """Return the notes of a sheet: its frame, a reference bar of 100 mm, and texts.
 
@@ -40,6 +42,8 @@ def sheet_notes(
         Width of the margin in which no piece stands.
     text_height_mm : float
         Height of the letters, less where the margin is narrow, at least 1 mm.
+    grain_deg : float or None
+        The direction of the grain, which an arrow at the right of the upper margin shows.
 
     Returns
     -------
@@ -83,10 +87,35 @@ def sheet_notes(
     if text_lines:
         _letter(entities, text_lines[0], letter, end, right=right, middle=middle)
     end, top = left, height_mm - middle
+    if grain_deg is not None and top - middle >= 2.0 * letter:
+        right = _grain(entities, grain_deg, letter, left=left, right=right, middle=top)
     # On a sheet hardly higher than its margins there is no upper row beside the lower one.
     for text in text_lines[1:] if top - middle >= 2.0 * letter else ():
         end = _letter(entities, text, letter, end, right=right, middle=top) + 4.0 * letter
     return tuple(entities)
+
+
+def _grain(
+    entities: list[Entity], grain_deg: float, letter: float, *, left: float, right: float,
+    middle: float,
+) -> float:  # fmt: skip
+    """Draw an arrow with two heads along the grain; return where it begins, with its text."""
+    way = np.array([np.cos(np.deg2rad(grain_deg)), np.sin(np.deg2rad(grain_deg))])
+    # As long as the row allows, which is little for a grain across it.
+    length = min(_ARROW_MM, 1.6 * letter / max(abs(way[1]), 1e-9), (right - left) / 3.0)
+    half = length / 2.0 * way
+    centre = np.array([right - abs(half[0]) - letter, middle])
+    back = min(letter, 0.4 * length) * way
+    side = 0.5 * back[::-1] * np.array([-1.0, 1.0])
+    entities.append(Polyline(Layer.NOTES, np.array([centre - half, centre + half])))
+    for tip, inward in ((centre + half, -back), (centre - half, back)):
+        head = np.array([tip + inward + side, tip, tip + inward - side])
+        entities.append(Polyline(Layer.NOTES, head))
+    begin = centre[0] - abs(half[0]) - 2.0 * letter - text_width("GRAIN", letter)
+    if begin <= left:
+        return right
+    _letter(entities, "GRAIN", letter, begin, right=right, middle=middle)
+    return float(begin) - 2.0 * letter
 
 
 def _bar(left: float, y: float, length: float, letter: float) -> FloatArray:

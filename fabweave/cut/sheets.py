@@ -10,9 +10,12 @@ from fabweave.cut.labels import OVER_SIGN, UNDER_SIGN
 from fabweave.cut.lettering import characters
 from fabweave.cut.marks import Marks
 from fabweave.cut.notes import sheet_notes
+from fabweave.cut.stock_notes import outline_note, stock_notes
 from fabweave.cut.travel import short_route, spread_heat
 from fabweave.flat.piece import Piece
-from fabweave.sheet.layout import Layout, Placement
+from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.sheet.offcut import Offcut
+from fabweave.sheet.turns import HALF_TURN_DEG, Turns
 
 
 def sheet_name(number: int) -> str:
@@ -28,6 +31,7 @@ def draw_sheets(
     title: str,
     mirrored: bool = False,
     cool: bool = False,
+    offcut: Offcut | None = None,
 ) -> tuple[SheetDrawing, ...]:
     """Draw every sheet of a layout.
 
@@ -44,6 +48,8 @@ def draw_sheets(
         sheet's width minus x, so that the insides are engraved. Notes are not mirrored.
     cool : bool
         Whether pieces side by side are not to be cut one after another (``spread_heat``).
+    offcut : Offcut or None
+        What is left of one of the sheets, as it is drawn.
 
     Returns
     -------
@@ -69,14 +75,28 @@ def draw_sheets(
             width_mm=sheet.width_mm,
             height_mm=sheet.height_mm,
             pieces=tuple(drawn),
-            notes=sheet_notes(
-                sheet.width_mm,
-                sheet.height_mm,
+            notes=_notes(
+                sheet.mirrored() if mirrored else sheet,
                 [f"{_lettered(title)} SHEET {number}/{count}", *legend],
+                layout.turns,
+                offcut if offcut is not None and offcut.sheet == number - 1 else None,
             ),
         )
         for number, (sheet, drawn) in enumerate(zip(layout.sheets, drawings, strict=True), start=1)
     )
+
+
+def _notes(
+    sheet: SheetSize, texts: Sequence[str], turns: Turns, offcut: Offcut | None
+) -> tuple[Entity, ...]:
+    """Return the notes of a sheet as it lies on the bed."""
+    grain = sheet.grain_deg
+    if grain is None and turns.step_deg == HALF_TURN_DEG:
+        grain = 0.0
+    frame, *others = sheet_notes(sheet.width_mm, sheet.height_mm, texts, grain_deg=grain)
+    if sheet.outline:
+        frame = outline_note(sheet.outline)
+    return (frame, *others, *stock_notes(sheet, offcut))
 
 
 def _lettered(title: str) -> str:

@@ -16,6 +16,7 @@ from fabweave.report.bom import bom_section
 from fabweave.report.splitting import splitting_section
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import Material, sheet_mass_kg
+from fabweave.sheet.offcut import Offcut
 
 SCHEMA = "fabweave.waste/1"
 _DECIMALS = 6
@@ -71,6 +72,7 @@ def waste_report(
     drawings: Sequence[SheetDrawing],
     material: Material,
     notes: Sequence[str],
+    offcut: Offcut | None = None,
 ) -> dict[str, Any]:
     """Account for every sheet and for all together.
 
@@ -87,7 +89,7 @@ def waste_report(
         here = [pieces[p.piece] for p in layout.placements if p.sheet == number]
         outlines = sum(outline_area_mm2(piece) for piece in here)
         holes = sum(hole_area_mm2(piece) for piece in here)
-        area = sheet.width_mm * sheet.height_mm
+        area = sheet.area_mm2
         rows.append(
             {
                 "sheet": number + 1,
@@ -99,11 +101,16 @@ def waste_report(
                 "waste_mm2": area - outlines,
                 "utilisation": outlines / area,
                 "pieces": len(here),
+                "stock": sheet.name,
+                "price": 0.0 if sheet.offcut and sheet.price is None else sheet.price,
             }
         )
     totals: dict[str, Any] = {"sheets": len(rows)}
     for key in ("area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces"):
         totals[key] = sum(row[key] for row in rows)
+    prices = [row["price"] for row in rows]
+    # A sum without a price would be none.
+    totals["price"] = None if None in prices else sum(prices)
     used = totals["piece_area_mm2"] + totals["hole_area_mm2"]
     totals["utilisation"] = used / totals["area_mm2"] if rows else 0.0
     entities = [e for d in drawings for piece in d.pieces for e in piece.entities]
@@ -119,8 +126,14 @@ def waste_report(
         "material": {"name": material.name, "thickness_mm": material.thickness_mm},
         "sheets": [_rounded(row) for row in rows],
         "totals": _rounded(totals),
+        "offcut": None if offcut is None else {"file": offcut_file(), **offcut.record()},
         "notes": list(notes),
     }
+
+
+def offcut_file() -> str:
+    """Return where in a job's folder its offcut is drawn."""
+    return "offcuts/offcut_01.dxf"
 
 
 def length_mm(entities: Sequence[Entity]) -> float:
@@ -173,6 +186,7 @@ li {{ margin: .3rem 0 }}
 <tbody>
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
+{offcut}
 {bill}
 {splitting}
 {notes}
@@ -198,12 +212,15 @@ def waste_page(
         f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
         f"the finished object weighs {totals['mass_g']:.0f} g."
     )
+    if totals["price"]:
+        summary += f" The sheets cost {totals['price']:.2f}."
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in report["notes"])
     return _PAGE.format(
         title=html.escape(title),
         summary=html.escape(summary),
         rows=rows,
         total=_page_row("all", "", totals),
+        offcut=_offcut_section(report["offcut"], sheet_names),
         bill=bom_section(report),
         splitting=splitting_section(report["splitting"]) if "splitting" in report else "",
         notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
@@ -212,6 +229,20 @@ def waste_page(
             "</figure>"
             for name in sheet_names
         ),
+    )
+
+
+def _offcut_section(offcut: dict[str, Any] | None, sheet_names: Sequence[str]) -> str:
+    """Return what is worth keeping as a section of the page."""
+    if offcut is None:
+        return ""
+    (low_x, low_y), (high_x, high_y) = offcut["rectangle"]
+    return (
+        f"<h2>To keep</h2>\n<p>Of {sheet_names[offcut['sheet'] - 1]} an offcut of "
+        f"{offcut['area_mm2'] / 100:.0f} cm² is left; a rectangle of {high_x - low_x:.0f} × "
+        f"{high_y - low_y:.0f} mm fits in it. Its outline is dashed in the sheet's notes and drawn "
+        f'in <a href="{offcut["file"]}">{offcut["file"]}</a>, for the list of stock of a later '
+        "job (<code>--stock</code>).</p>"
     )
 
 

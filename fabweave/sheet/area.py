@@ -7,11 +7,17 @@ import shapely
 from shapely.affinity import translate
 
 from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.raster import clear_radius
+from fabweave.sheet.rectangle import largest_rectangle
 from fabweave.sheet.stock import usable_size
 from fabweave.sheet.turns import FREE, Turns
 
 _NOTHING_MM2 = 1e-6
 _ARC_STEPS = 16  # chords in a quarter circle
+_PIXEL_MM = 2.0  # the largest of any effort
+_SLACK_MM = 1e-3
+#: Pixels of one sheet: a larger one gets larger pixels.
+MAX_PIXELS = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -39,6 +45,30 @@ class Area:
         if self.barred is None:
             return whole
         return whole - float(shapely.box(0.0, 0.0, *self.size_mm).intersection(self.barred).area)
+
+
+def clear_rectangle(area: Area, gap_mm: float) -> tuple[float, float]:
+    """Return width and height of a rectangle such that nesting has a place for whatever fits it.
+
+    Of an area in which nothing is barred it is all; else the largest rectangle at the gap from what
+    is barred, less what pixels may take of it. It may have no size.
+
+    Examples
+    --------
+    >>> clear_rectangle(Area((80.0, 40.0)), 2.0)
+    (80.0, 40.0)
+    >>> clear_rectangle(Area((80.0, 40.0), shapely.box(60.0, 0.0, 80.0, 40.0)), 2.0)[0] < 58.0
+    True
+    """
+    if area.barred is None:
+        return area.size_mm
+    # Twice the gap, less the growth of both that proves it by pixels, and a pixel at either end.
+    pixel = max(_PIXEL_MM, math.sqrt(area.size_mm[0] * area.size_mm[1] / MAX_PIXELS))
+    lost = 4.0 * (clear_radius(gap_mm, pixel) + _SLACK_MM) - 2.0 * gap_mm + 2.0 * pixel
+    around = shapely.buffer(area.barred, gap_mm / math.cos(1.5 * math.pi / (4.0 * _ARC_STEPS)))
+    corners = largest_rectangle(area.size_mm, around)
+    wide, high = (0.0, 0.0) if corners is None else (corners[1] - corners[0] - lost).tolist()
+    return max(wide, 0.0), max(high, 0.0)
 
 
 def area_of(sheet: SheetSize, margin_mm: float, gap_mm: float, turns: Turns = FREE) -> Area:

@@ -7,18 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.arrays import BoolArray
-from fabweave.sheet.area import Area
+from fabweave.sheet.area import MAX_PIXELS, Area, clear_rectangle
 from fabweave.sheet.effort import Effort
 from fabweave.sheet.search import Grid, SheetPixels, grid_of, kernels_of
 from fabweave.sheet.shape import Shape, fitting_angles
-
-_MAX_PIXELS = 2_000_000  # of one sheet: a larger one gets larger pixels
 
 
 def sheet_grid(area: Area, gap_mm: float, effort: Effort) -> Grid:
     """Return the grid of a usable area, with larger pixels if it is very large."""
     wide, high = area.size_mm
-    pixel_mm = max(effort.pixel_mm, math.sqrt(wide * high / _MAX_PIXELS))
+    pixel_mm = max(effort.pixel_mm, math.sqrt(wide * high / MAX_PIXELS))
     return grid_of(area, gap_mm, pixel_mm)
 
 
@@ -40,11 +38,14 @@ def fits_on(
         result[:, number] = [fits_rectangle(shape, area) for shape in shapes]
         if area.barred is None:
             continue
+        clear = Area(clear_rectangle(area, gap_mm), None, area.turns)
         grid = sheet_grid(area, gap_mm, effort)
         # Nothing is put down, and no failure speaks for another shape.
         pixels = SheetPixels(grid, replace(effort, same_size=math.inf), workers=1)
         for row in np.flatnonzero(result[:, number]).tolist():
             shape = shapes[row]
+            if fits_rectangle(shape, clear):
+                continue
             size = np.array([shape.length_mm, shape.width_mm])
             kernels = kernels_of(shape, grid, effort.rotations)
             result[row, number] = pixels.best_position(kernels, size) is not None

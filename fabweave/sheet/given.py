@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from fabweave.errors import InputError
 from fabweave.sheet.check import check_layout
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 from fabweave.sheet.stock import format_stock
+from fabweave.sheet.turns import FREE, Turns
 from fabweave.words import agree
 
 _ROUNDED_MM = 2e-6  # outlines in a crossing map are rounded to a millionth
@@ -27,6 +29,7 @@ def read_layout(
     *,
     margin_mm: float,
     gap_mm: float,
+    turns: Turns = FREE,
 ) -> Layout:
     """Return the layout that a crossing map records, checked from scratch.
 
@@ -42,6 +45,8 @@ def read_layout(
         The stock.
     margin_mm, gap_mm : float
         What the layout must keep.
+    turns : Turns
+        The angles that it must keep.
 
     Returns
     -------
@@ -56,12 +61,12 @@ def read_layout(
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         records = {str(record["id"]): record for record in found["pieces"]}
-        sizes = [
-            SheetSize(float(record["width_mm"]), float(record["height_mm"]), 1)
-            for record in found["sheets"]
-        ]
+        used = _taken(found["sheets"], sheets)
         layout = Layout(
-            sheets=tuple(sizes),
+            sheets=tuple(
+                replace(sheets[number], quantity=1) if isinstance(number, int) else number
+                for number in used
+            ),
             placements=tuple(
                 _placement(number, records[name])
                 for number, name in enumerate(ids)
@@ -71,6 +76,7 @@ def read_layout(
             gap_mm=gap_mm,
             notes=tuple(str(note) for note in found["layout"].get("notes", ())),
             recorded=True,
+            turns=turns,
         )
         known = {name: np.array(record["outline"], dtype=float) for name, record in records.items()}
     except (OSError, UnicodeDecodeError) as error:
@@ -93,7 +99,7 @@ def read_layout(
             f"({', '.join(other[:8])}{', …' if len(other) > 8 else ''}); leave out --layout, or "
             "give the settings of that job"
         )
-    faults = _stock_faults(sizes, sheets) + check_layout(layout, outlines, ids=ids)
+    faults = _stock_faults(used) + check_layout(layout, outlines, ids=ids)
     if faults:
         raise InputError(
             f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
@@ -114,17 +120,29 @@ def _placement(number: int, record: Any) -> Placement:
     )
 
 
-def _stock_faults(used: Sequence[SheetSize], stock: Sequence[SheetSize]) -> list[str]:
-    """Return what the stock does not have of the sheets in use."""
-    left: Counter[int] = Counter()
-    faults = []
-    for sheet in used:
+def _taken(records: Any, stock: Sequence[SheetSize]) -> list[int | SheetSize]:
+    """Return which sheets of the stock records tell of; the size of one that is not there."""
+    taken: Counter[int] = Counter()
+    used: list[int | SheetSize] = []
+    for record in records:
+        width, height = float(record["width_mm"]), float(record["height_mm"])
+        name = str(record.get("stock", ""))
         for number, one in enumerate(stock):
-            near = abs(one.width_mm - sheet.width_mm) + abs(one.height_mm - sheet.height_mm)
-            if near < _SAME_MM and (one.quantity is None or left[number] < one.quantity):
-                left[number] += 1
+            near = abs(one.width_mm - width) + abs(one.height_mm - height) < _SAME_MM
+            left = one.quantity is None or taken[number] < one.quantity
+            if near and left and one.name == name:
+                taken[number] += 1
+                used.append(number)
                 break
         else:
-            size = format_stock(SheetSize(sheet.width_mm, sheet.height_mm))
-            faults.append(f"a sheet of {size} is not (or no more) in stock")
-    return faults
+            used.append(SheetSize(width, height, 1, name=name))
+    return used
+
+
+def _stock_faults(used: Sequence[int | SheetSize]) -> list[str]:
+    """Return what the stock does not have of the sheets in use."""
+    return [
+        f"a sheet of {format_stock(replace(sheet, quantity=None))} is not (or no more) in stock"
+        for sheet in used
+        if isinstance(sheet, SheetSize)
+    ]

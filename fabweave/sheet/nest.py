@@ -20,23 +20,23 @@ from fabweave.sheet.effort import effort_named
 from fabweave.sheet.engine import engine_is_there
 from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.fits import fits_on, fits_rectangle
+from fabweave.sheet.last import finished
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 from fabweave.sheet.reduce import Plan, reduced
 from fabweave.sheet.shape import check_outlines, shape_of, shapes_of
 from fabweave.sheet.stock import check_stock, format_stock, usable_size
+from fabweave.sheet.supply import next_sheet
 from fabweave.sheet.turns import FREE, Turns
 from fabweave.words import agree
 
 _JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
 
 
-def fits_some_sheet(
-    outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float, turns: Turns = FREE
-) -> bool:
+def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
     """Return whether a piece alone fits on a sheet, at some multiple of half a degree.
 
-    Whatever this accepts, `nest` can put on an empty sheet of that size, at every effort.
-    Outlines that are no rectangles, defects and grain are not looked at.
+    Whatever this accepts, `nest` can put on an empty sheet of that size, at every effort, if it
+    may turn freely and nothing is barred there.
 
     Parameters
     ----------
@@ -46,8 +46,6 @@ def fits_some_sheet(
         The stock; quantities do not matter.
     margin_mm : float
         Border of each sheet that stays free.
-    turns : Turns
-        The angles at which it may stand.
 
     Returns
     -------
@@ -64,9 +62,8 @@ def fits_some_sheet(
     False
     """
     check_outlines([outline], ["the piece"])
-    shape = shape_of(outline, upright=turns.step_deg is not None)[0]
-    areas = [Area(usable_size(sheet, margin_mm), None, turns) for sheet in sheets]
-    return any(fits_rectangle(shape, area) for area in areas)
+    shape = shape_of(outline)[0]
+    return any(fits_rectangle(shape, Area(usable_size(sheet, margin_mm))) for sheet in sheets)
 
 
 def nest(
@@ -172,6 +169,7 @@ def nest(
             f"nesting was cut short: the pieces are on {agree(len(plan.used), '{n} sheet[|s]')}; "
             "with more time there might be fewer, and the same settings may give another layout"
         )
+    plan = finished(job, plan)
     recorded = bool(notes) or plan.by_engine
     if settings.engine_tries and outlines:
         notes.append(_engine_note(plan))
@@ -207,7 +205,9 @@ def _greedy(job: NestingJob, seed: int, progress: Progress) -> Plan:
     placements: dict[int, Placement] = {}
     used: list[int] = []
     while queue:
-        choice = _next_sheet(job, queue, used)
+        choice = next_sheet(job, queue, used)
+        if choice is None:
+            raise CannotMakeError(_run_out(job, queue, used))
         placed = filled_sheet(job, queue, choice, len(used))
         placements.update(placed)
         queue = [piece for piece in queue if piece not in placed]
@@ -261,13 +261,9 @@ def _too_large(job: NestingJob, stranded: list[int]) -> str:
     )
 
 
-def _next_sheet(job: NestingJob, queue: list[int], used: list[int]) -> int:
-    """Return the first size in stock that takes the first piece of the queue."""
+def _run_out(job: NestingJob, queue: list[int], used: list[int]) -> str:
+    """Say how many sheets are missing."""
     shape = job.poses[queue[0]].shape
-    for number, sheet in enumerate(job.sheets):
-        left = sheet.quantity is None or used.count(number) < sheet.quantity
-        if left and job.fits[shape, number]:
-            return number
     area = np.array([job.shapes[pose.shape].area_mm2 for pose in job.poses])
     rest = float(area[queue].sum())
     taken = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in used)
@@ -276,7 +272,7 @@ def _next_sheet(job: NestingJob, queue: list[int], used: list[int]) -> int:
     size = job.sheets[wanted]
     count = max(1, math.ceil(rest / (share * size.width_mm * size.height_mm)))
     said = ", ".join(job.names[piece] for piece in queue[:8])
-    raise CannotMakeError(
+    return (
         f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
         f"{agree(len(queue), '[is|are]')} left ({said}{', …' if len(queue) > 8 else ''}) after "
         f"{agree(len(used), '{n} sheet[|s]')}; about {count} more of "

@@ -64,7 +64,7 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
     finder, engine_used = Finder(), False
     barriers = {stock: barrier_of(job.areas[stock], job.gap_mm) for stock in set(plan.used)}
     while len(plan.used) > 1:
-        sheet = int(np.argmin(np.round(plan.areas(job), 6)))
+        sheet = emptiest(job, plan)
         others = [number for number in range(len(plan.used)) if number != sheet]
         offered = sum(_area_offered(job, plan.used[other]) for other in others)
         if _area_needed(job) > job.effort.density * offered:
@@ -109,6 +109,15 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
         yield plan
         if left:
             return
+
+
+def emptiest(job: NestingJob, plan: Plan) -> int:
+    """Return the sheet with the least on it: one that is bought, if there is any."""
+    areas = np.round(plan.areas(job), 6)
+    offcut = np.array([job.sheets[stock].offcut for stock in plan.used])
+    if not offcut.all():
+        areas[offcut] = np.inf
+    return int(np.argmin(areas))
 
 
 def _tell(told: Told, count: int, whole: float, left: float) -> None:

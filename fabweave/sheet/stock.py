@@ -1,13 +1,15 @@
 """Read the sheets of stock that a person has or can buy."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 from fabweave.errors import InputError
 from fabweave.sheet.layout import SheetSize
 from fabweave.units import format_length, parse_length
 
-_MAX_SIDE_MM = 20_000.0  # a longer side is a slip of the unit, not a sheet
+#: A longer side is a slip of the unit, not a sheet.
+MAX_SIDE_MM = 20_000.0
 _STOCK = re.compile(r"(?P<size>[^:*]*?)\s*(?:[:*]\s*(?P<quantity>.*?))?\s*")
 _PAIR = re.compile(r"(?P<width>[^x×]+)[x×](?P<height>[^x×]+)", re.IGNORECASE)
 _BARE = re.compile(r"\s*[\d.eE+-]+\s*")
@@ -58,10 +60,10 @@ def parse_stock(text: str) -> SheetSize:
         parse_length(width, what=f"width of sheet {text!r}:"),
         parse_length(height, what=f"height of sheet {text!r}:"),
     )
-    if max(sides) > _MAX_SIDE_MM:
+    if max(sides) > MAX_SIDE_MM:
         raise InputError(
             f"sheet {text!r} is {format_length(max(sides))} long: more than "
-            f"{format_length(_MAX_SIDE_MM)} is a slip of the unit; write 600x400mm or 60x40cm"
+            f"{format_length(MAX_SIDE_MM)} is a slip of the unit; write 600x400mm or 60x40cm"
         )
     quantity: int | None = None
     if stock["quantity"] is not None:
@@ -84,6 +86,58 @@ def format_stock(sheet: SheetSize) -> str:
     """
     size = f"{round(sheet.width_mm, 3):.10g}x{format_length(sheet.height_mm)}"
     return size if sheet.quantity is None else f"{size}:{sheet.quantity}"
+
+
+def stock_table(sheets: Iterable[SheetSize]) -> dict[str, list[dict[str, Any]]] | None:
+    """Return the tables that `stockfile.stock_of` reads as these sheets; None if there are none.
+
+    Examples
+    --------
+    >>> stock_table([SheetSize(600.0, 400.0, 2, name="A", price=3.0)])
+    {'sheet': [{'name': 'A', 'size': '600x400mm', 'quantity': 2, 'price': 3.0}]}
+    """
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for sheet in sheets:
+        entry = {
+            "name": sheet.name,
+            "size": None
+            if sheet.outline
+            else format_stock(SheetSize(sheet.width_mm, sheet.height_mm)),
+            "outline": [list(point) for point in sheet.outline] or None,
+            "quantity": sheet.quantity,
+            "price": sheet.price,
+            "grain": sheet.grain_deg,
+            "material": sheet.material,
+            "defects": [{"polygon": [list(point) for point in ring]} for ring in sheet.defects]
+            or None,
+        }
+        kept = {key: value for key, value in entry.items() if value is not None}
+        tables.setdefault("offcut" if sheet.offcut else "sheet", []).append(kept)
+    return tables or None
+
+
+def stock_for(sheets: Sequence[SheetSize], material: str) -> tuple[SheetSize, ...]:
+    """Return the sheets that are of a material, or of none in particular.
+
+    Raises
+    ------
+    InputError
+        If there are sheets, but of other materials only.
+
+    Examples
+    --------
+    >>> card, any_sheet = SheetSize(9.0, 9.0, material="card"), SheetSize(8.0, 8.0)
+    >>> len(stock_for([card, any_sheet], "card")), len(stock_for([card, any_sheet], "shim"))
+    (2, 1)
+    """
+    found = tuple(sheet for sheet in sheets if sheet.material in (None, material))
+    if sheets and not found:
+        others = sorted({sheet.material for sheet in sheets if sheet.material is not None})
+        raise InputError(
+            f"the stock has no sheet of {material}, but of {', '.join(others)}; take --material "
+            f"{others[0]}, or add sheets of {material} or without a material"
+        )
+    return found
 
 
 def usable_size(sheet: SheetSize, margin_mm: float) -> tuple[float, float]:
@@ -120,10 +174,10 @@ def check_stock(sheets: Sequence[SheetSize], margin_mm: float) -> None:
     if not sheets:
         raise InputError("no sheet is given: name at least one, such as 600x400mm")
     for sheet in sheets:
-        if not (0.0 < sheet.width_mm <= _MAX_SIDE_MM and 0.0 < sheet.height_mm <= _MAX_SIDE_MM):
+        if not (0.0 < sheet.width_mm <= MAX_SIDE_MM and 0.0 < sheet.height_mm <= MAX_SIDE_MM):
             raise InputError(
                 f"sheet of {sheet.width_mm} × {sheet.height_mm} mm: both sides must be more "
-                f"than 0 and at most {_MAX_SIDE_MM:.0f} mm"
+                f"than 0 and at most {MAX_SIDE_MM:.0f} mm"
             )
         if sheet.quantity is not None and sheet.quantity < 1:
             raise InputError(

@@ -9,6 +9,8 @@ from fabweave.arrays import FloatArray
 from fabweave.errors import InputError
 
 _GRAIN = re.compile(r"grain(?::\s*(?P<degrees>[\d.]+)\s*(?:deg|°)?)?")
+#: The step of a rule for grain.
+HALF_TURN_DEG = 180.0
 #: A wider tolerance is none.
 MOST_TOLERANCE_DEG = 45.0
 
@@ -126,7 +128,7 @@ def parse_rotations(text: str) -> Turns:
         except ValueError:
             tolerance = np.inf
         if tolerance <= MOST_TOLERANCE_DEG:
-            return Turns(180.0, tolerance)
+            return Turns(HALF_TURN_DEG, tolerance)
     raise InputError(
         f"rotations {text!r} are none of free, 90, 180 and grain:5deg (up to "
         f"grain:{MOST_TOLERANCE_DEG:g}deg)"

@@ -3,11 +3,12 @@
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabweave.verify.check_pieces import areas_of
 from fabweave.verify.check_splitting import check_splitting
-from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.loading import Job, Rows
 from fabweave.verify.report import Tally
@@ -48,6 +49,7 @@ def check_sheets(job: Job, tally: Tally) -> None:
                 least=True,
             )
         polygons = shapely.make_valid(np.array([shapely.Polygon(points) for points in placed]))
+        _check_room(sheet, [piece.id for piece in pieces], polygons, plan, tally)
         reach = max(plan.gap_mm - ROUNDING_MM, 0.0)
         # A little beyond the gap, so that the narrowest kept gap is reported too.
         first, second = shapely.STRtree(polygons).query(
@@ -73,6 +75,40 @@ def check_sheets(job: Job, tally: Tally) -> None:
                 )
 
 
+def _check_room(
+    sheet: Sheet,
+    names: list[str],
+    polygons: npt.NDArray[np.object_],
+    plan: CrossingMap,
+    tally: Tally,
+) -> None:
+    """Check that pieces keep the margin from the sheet's outline, and the gap from its defects."""
+    inside = shapely.Polygon(sheet.outline)
+    edge = shapely.distance(polygons, inside.exterior)
+    edge[~shapely.covers(inside, polygons)] = -1.0
+    for name, room in zip(names, edge.tolist(), strict=True):
+        tally.measure(
+            "outline_margin_mm",
+            room,
+            plan.margin_mm - ROUNDING_MM,
+            f"piece {name} on {sheet.name} is "
+            + (f"{room:.4f} mm from the outline" if room >= 0.0 else "not within the outline")
+            + f", not {plan.margin_mm:g}",
+            least=True,
+        )
+    for number, ring in enumerate(sheet.defects, start=1):
+        defect = shapely.make_valid(shapely.Polygon(ring))
+        for name, apart in zip(names, shapely.distance(polygons, defect).tolist(), strict=True):
+            tally.measure(
+                "defect_mm",
+                apart,
+                max(plan.gap_mm - ROUNDING_MM, 1e-9),
+                f"piece {name} on {sheet.name} is {apart:.4f} mm from its defect {number}, not "
+                f"{plan.gap_mm:g}",
+                least=True,
+            )
+
+
 def check_areas(job: Job, tally: Tally) -> None:
     """Recompute pieces.csv and waste.json from outlines and sheets."""
     plan = job.map
@@ -92,7 +128,7 @@ def check_areas(job: Job, tally: Tally) -> None:
         names = [piece.id for piece in plan.pieces if piece.sheet == sheet.number]
         outline = sum(figures[name][0] for name in names)
         holes = sum(figures[name][1] for name in names)
-        area = sheet.width_mm * sheet.height_mm
+        area = sheet.area_mm2
         values = np.array([area, outline, holes, len(names)])
         sums += values
         where = f"waste.json, sheet {sheet.number}"

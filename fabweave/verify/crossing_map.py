@@ -178,7 +178,7 @@ class Joint:
     grip_mm: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sheet:
     """A sheet that is cut."""
 
@@ -187,6 +187,19 @@ class Sheet:
     width_mm: float
     height_mm: float
     mirrored: bool
+    #: What it is called in the stock; empty if it is of a size alone.
+    stock: str
+    offcut: bool
+    price: float | None
+    grain_deg: float | None
+    outline: Floats
+    defects: tuple[Floats, ...]
+
+    @property
+    def area_mm2(self) -> float:
+        """The area inside its outline."""
+        x, y = self.outline.T
+        return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
 
 
 @dataclass(frozen=True)
@@ -226,6 +239,9 @@ class CrossingMap:
     broken: tuple[int, int, int]
     margin_mm: float
     gap_mm: float
+    #: The angles that pieces may have: multiples of the step from the grain on; None for any.
+    step_deg: float | None
+    tolerance_deg: float
     cut: Cut
     sheets: tuple[Sheet, ...]
     threads: tuple[Thread, ...]

@@ -24,6 +24,7 @@ from fabweave.verify.check_service import check_service
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_space import check_space
 from fabweave.verify.check_steps import check_steps
+from fabweave.verify.check_stock import check_stock
 from fabweave.verify.check_tables import check_tables
 from fabweave.verify.check_templates import check_templates
 from fabweave.verify.check_unfolding import check_unfolding
@@ -77,6 +78,7 @@ _TASKS = (
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
+    _Task("stock", ("map",), check_stock),
     _Task("simple", ("map",), check_simple),
     _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),

@@ -4,7 +4,7 @@ import csv
 import json
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -70,6 +70,8 @@ class Job:
     templates: dict[int, Template] | None = None
     #: What is in the folder for a service, if there is one.
     service: Service | None = None
+    #: The drawings of offcuts, by where they are in the folder.
+    offcuts: dict[str, Drawing] = field(default_factory=dict)
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -173,6 +175,12 @@ def load_job(directory: Path, tally: Tally) -> Job:
     if _option(settings, "template", "none") != "none":
         found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
         templates = {number: one for number, one in found.items() if one is not None}
+    offcuts = {}
+    if (directory / "offcuts").is_dir():
+        for path in sorted((directory / "offcuts").iterdir()):
+            name = f"offcuts/{path.name}"
+            if (drawing := read(name, read_dxf)) is not None:
+                offcuts[name] = drawing
     read("waste.html", _read_text)
     read("render.png", _read_png)
     model, markers = read("model.glb", _read_model) or (None, {})
@@ -198,6 +206,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,
+        offcuts=offcuts,
     )
 
 

@@ -130,16 +130,8 @@ def read_crossing_map(path: Path) -> CrossingMap:
     if root["units"].text() != "mm":
         raise ReadError(f"its units are {root['units'].text()!r}, not 'mm'")
     weave, broken = root["weave"], root["weave"]["broken"]
-    sheets = tuple(
-        Sheet(
-            node["sheet"].integer(),
-            node["name"].text(),
-            node["width_mm"].number(),
-            node["height_mm"].number(),
-            node["mirrored"].flag(),
-        )
-        for node in root["sheets"].items()
-    )
+    sheets = tuple(_sheet(node) for node in root["sheets"].items())
+    rotations = root["layout"]["rotations"]
     mirrors = {sheet.number: sheet.width_mm for sheet in sheets if sheet.mirrored}
     return CrossingMap(
         pattern=weave["pattern"].text(),
@@ -153,6 +145,8 @@ def read_crossing_map(path: Path) -> CrossingMap:
         labels=tuple(node.integer() for node in weave.items_of("labels")),
         margin_mm=root["layout"]["margin_mm"].number(),
         gap_mm=root["layout"]["gap_mm"].number(),
+        step_deg=rotations["step_deg"].maybe(_Node.number),
+        tolerance_deg=rotations["tolerance_deg"].number(),
         cut=_cut(root["cut"]),
         sheets=sheets,
         threads=tuple(_thread(node) for node in root["threads"].items()),
@@ -166,6 +160,27 @@ def read_crossing_map(path: Path) -> CrossingMap:
             root["assembly"]["by_number"].number(),
         ),
         last_tenth=root["assembly"]["last_tenth"].number(),
+    )
+
+
+def _sheet(node: _Node) -> Sheet:
+    """Read a sheet."""
+    outline = node["outline"].points(2)
+    defects = tuple(item.points(2) for item in node["defects"].items())
+    if min(len(ring) for ring in (outline, *defects)) < 3:
+        raise ReadError(f"{node.path} has an outline or a defect of fewer than three points")
+    return Sheet(
+        number=node["sheet"].integer(),
+        name=node["name"].text(),
+        width_mm=node["width_mm"].number(),
+        height_mm=node["height_mm"].number(),
+        mirrored=node["mirrored"].flag(),
+        stock=node["stock"].text(),
+        offcut=node["offcut"].flag(),
+        price=node["price"].maybe(_Node.number),
+        grain_deg=node["grain_deg"].maybe(_Node.number),
+        outline=outline,
+        defects=defects,
     )
 
 

@@ -32,6 +32,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "labels": "labels are legible, off edges and holes, in their places, and say what is true",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "service": "each file for a service cuts its piece alone, and quantities are right",
+        "stock": "sheets, angles and prices are those of the stock; the offcut is what is left",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "bom": "fasteners, glue and tape to buy are those that the pieces take",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",

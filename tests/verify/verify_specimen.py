@@ -456,7 +456,11 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
         "schema": "fabweave.crossing-map/1",
         "units": "mm",
         "weave": {"pattern": pattern, "exact": True, "broken": {"edge": 0, "face": 0, "vertex": 0}},
-        "layout": {"margin_mm": MARGIN, "gap_mm": GAP},
+        "layout": {
+            "margin_mm": MARGIN,
+            "gap_mm": GAP,
+            "rotations": {"step_deg": None, "tolerance_deg": 0.0},
+        },
         "cut": {
             "profile": "maker",
             "preset": "own",
@@ -678,6 +682,13 @@ def place_in_rows(pieces):
             "width_mm": SHEET[0],
             "height_mm": SHEET[1],
             "mirrored": False,
+            "stock": "",
+            "offcut": False,
+            "price": None,
+            "material": None,
+            "grain_deg": None,
+            "outline": [[0.0, 0.0], [SHEET[0], 0.0], list(SHEET), [0.0, SHEET[1]]],
+            "defects": [],
         }
         for k in range(1, sheet + 1)
     ]

@@ -1,0 +1,91 @@
+"""Draw what a sheet of stock is like, for people: its outline, its defects, and what is left."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import FloatArray
+from fabweave.cut.drawing import Entity, Layer, Polyline, SheetDrawing
+from fabweave.cut.lettering import place_text
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.offcut import Offcut
+
+_HATCH_MM = 4.0  # between the lines in a defect
+_DASH_MM, _PERIOD_MM = 6.0, 10.0
+_SHORT_MM = 0.15  # shorter sides are not drawn
+_LETTER_MM = 6.0
+
+
+def outline_note(ring: Sequence[tuple[float, float]] | FloatArray) -> Polyline:
+    """Return a closed line on NOTES, its corners at least 0.15 mm apart.
+
+    Examples
+    --------
+    >>> len(outline_note([(0.0, 0.0), (9.0, 0.0), (9.0, 0.1), (0.0, 9.0)]).points)
+    3
+    """
+    kept = [np.asarray(ring[0], dtype=np.float64)]
+    for point in np.asarray(ring, dtype=np.float64)[1:]:
+        if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
+            kept.append(point)
+    while len(kept) > 3 and np.hypot(*(kept[-1] - kept[0])) < _SHORT_MM:
+        kept.pop()
+    return Polyline(Layer.NOTES, np.array(kept), closed=True)
+
+
+def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity, ...]:
+    """Return the notes on a sheet that show its defects, hatched, and its offcut, dashed.
+
+    Examples
+    --------
+    >>> knot = ((10.0, 10.0), (30.0, 10.0), (30.0, 30.0), (10.0, 30.0))
+    >>> notes = stock_notes(SheetSize(100.0, 60.0, defects=(knot,)))
+    >>> notes[0].closed, {note.closed for note in notes[1:]}
+    (True, {False})
+    """
+    notes: list[Entity] = []
+    for ring in sheet.defects:
+        if np.ptp(np.array(ring), axis=0).min() >= 2.0 * _SHORT_MM:
+            notes.append(outline_note(ring))
+            notes.extend(Polyline(Layer.NOTES, line) for line in _hatch(ring))
+    if offcut is not None:
+        notes.extend(Polyline(Layer.NOTES, line) for line in _dashes(offcut.outline))
+        x, y = offcut.rectangle.mean(axis=0).tolist()
+        height = min(_LETTER_MM, min(offcut.rectangle_mm) / 4.0)
+        strokes = place_text("OFFCUT", height, (x, y), 0.0)
+        notes.extend(Polyline(Layer.NOTES, stroke) for stroke in strokes)
+    return tuple(notes)
+
+
+def draw_offcut(offcut: Offcut, sheet: SheetSize) -> SheetDrawing:
+    """Return the drawing of an offcut alone, in the frame of its sheet; nothing in it is cut."""
+    outline = Polyline(Layer.NOTES, offcut.outline, closed=True)
+    return SheetDrawing("offcut_01", sheet.width_mm, sheet.height_mm, (), (outline,))
+
+
+def _hatch(ring: Sequence[tuple[float, float]]) -> list[FloatArray]:
+    """Return lines at 45 degrees across a polygon."""
+    polygon = shapely.make_valid(shapely.Polygon(ring))
+    low_x, low_y, high_x, high_y = polygon.bounds
+    # Each line has one value of y - x; they stand on multiples, so that neighbours line up.
+    step = _HATCH_MM * np.sqrt(2.0)
+    first, last = np.ceil((low_y - high_x) / step), np.floor((high_y - low_x) / step)
+    rise = step * np.arange(first, last + 1.0)
+    ends = np.array([[low_x, high_x]])
+    lines = np.stack([np.broadcast_to(ends, (len(rise), 2)), ends + rise[:, None]], axis=2).reshape(
+        -1, 2, 2
+    )
+    crossed = shapely.get_parts(shapely.intersection(shapely.linestrings(lines), polygon))
+    found = [shapely.get_coordinates(part) for part in crossed]
+    return [one for one in found if len(one) == 2 and np.hypot(*(one[1] - one[0])) > _SHORT_MM]
+
+
+def _dashes(outline: FloatArray) -> list[FloatArray]:
+    """Return dashes along a closed line."""
+    ring = shapely.linearrings(outline)
+    count = max(int(shapely.length(ring) / _PERIOD_MM), 3)
+    begin = np.arange(count) * (shapely.length(ring) / count)
+    ends = shapely.line_interpolate_point(ring, np.stack([begin, begin + _DASH_MM], axis=1))
+    lines = shapely.get_coordinates(ends).reshape(-1, 2, 2)
+    return [line for line in lines if np.hypot(*(line[1] - line[0])) > _SHORT_MM]

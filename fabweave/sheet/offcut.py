@@ -1,0 +1,202 @@
+"""Find what is left of a sheet in one piece, and whether it is worth keeping."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from fabweave.arrays import FloatArray, frozen
+from fabweave.sheet.layout import Layout, SheetSize
+from fabweave.sheet.rectangle import largest_rectangle
+
+_ARM_MM = 10.0  # narrower arms of an offcut are of no use
+_SPARE_MM = 0.25  # beyond the gap, so that roundings and short sides do not count
+_SHORT_MM = 0.12  # no side is shorter
+_SIMPLE_MM = 0.5  # how far its border may be from where it might be
+_GRAIN_MM = 1e-4  # coordinates are rounded to this, as in drawings
+#: An offcut is worth keeping if it holds a square of this side,
+KEPT_SIDE_MM = 100.0
+#: or if it is this share of its sheet, and
+KEPT_SHARE = 0.05
+#: holds a square of this side.
+KEPT_WIDTH_MM = 50.0
+
+
+@dataclass(frozen=True, eq=False)
+class Offcut:
+    """What is left of a sheet in one piece.
+
+    Parameters
+    ----------
+    sheet : int
+        Number of the sheet in the layout.
+    outline : (K, 2) float array
+        In the frame of the sheet, millimetres; without holes, and the gap from every piece.
+    rectangle : (2, 2) float array
+        Least and greatest corner of the largest rectangle in it.
+    """
+
+    sheet: int
+    outline: FloatArray
+    rectangle: FloatArray
+
+    def mirrored(self, width_mm: float) -> "Offcut":
+        """Return it as it is drawn on a sheet of this width that is drawn mirrored."""
+        flip, shift = np.array([-1.0, 1.0]), np.array([width_mm, 0.0])
+        rectangle = np.sort(self.rectangle * flip + shift, axis=0)
+        return Offcut(self.sheet, frozen((self.outline * flip + shift)[::-1].copy()), rectangle)
+
+    def record(self) -> dict[str, Any]:
+        """Return what a report tells of it."""
+        return {
+            "sheet": self.sheet + 1,
+            "area_mm2": round(self.area_mm2, 6),
+            "rectangle": self.rectangle.round(6).tolist(),
+            "outline": self.outline.round(6).tolist(),
+        }
+
+    @property
+    def area_mm2(self) -> float:
+        """Its area."""
+        return float(shapely.area(shapely.polygons(self.outline)))
+
+    @property
+    def rectangle_mm(self) -> tuple[float, float]:
+        """Width and height of its largest rectangle."""
+        wide, high = (self.rectangle[1] - self.rectangle[0]).tolist()
+        return wide, high
+
+
+def offcut_of(
+    sheet: SheetSize, number: int, placed: Sequence[FloatArray], gap_mm: float
+) -> Offcut | None:
+    """Return the largest rest of a sheet; None if there is none to speak of.
+
+    The pieces grow by the gap; crevices narrower than 10 mm and holes are closed; and the border is
+    simplified so that it only moves away from the pieces. The edges of the sheet stay.
+
+    Parameters
+    ----------
+    sheet : SheetSize
+    number : int
+        Of the sheet in its layout.
+    placed : sequence of (K, 2) float arrays
+        The outlines of the pieces on it.
+    gap_mm : float
+        How far the rest stays from them.
+
+    Examples
+    --------
+    >>> left = np.array([[10.0, 10.0], [90.0, 10.0], [90.0, 190.0], [10.0, 190.0]])
+    >>> rest = offcut_of(SheetSize(300.0, 200.0), 0, [left], 2.0)
+    >>> [round(side) for side in rest.rectangle_mm], 41000 < rest.area_mm2 < 42000
+    ([207, 200], True)
+    """
+    whole = shapely.Polygon(sheet.ring)
+    if sheet.outline:
+        # Short sides of a bent edge are left out, which must not lead beyond it.
+        whole = shapely.buffer(whole, -2.0 * _SHORT_MM, join_style="mitre")
+    taken = [shapely.polygons(outline) for outline in placed]
+    taken += [shapely.make_valid(shapely.Polygon(ring)) for ring in sheet.defects]
+    grown = shapely.union_all(shapely.buffer(np.array(taken), gap_mm + _SPARE_MM, quad_segs=8))
+    # Closing: what is nearer than this to pieces on both sides is no longer free.
+    arm = _ARM_MM / 2.0
+    closed = shapely.buffer(shapely.buffer(grown, arm + _SIMPLE_MM, quad_segs=8), -arm, quad_segs=8)
+    covered = shapely.simplify(shapely.union(closed, grown), _SIMPLE_MM - _SPARE_MM)
+    rest = shapely.difference(whole, shapely.union(covered, grown))
+    # Opening, with corners kept: arms along the edge of the sheet go, too.
+    core = shapely.buffer(rest, -arm, join_style="mitre")
+    parts = shapely.get_parts(core)
+    if len(parts) == 0:
+        return None
+    largest = parts[int(np.argmax(np.round(shapely.area(parts), 6)))]
+    body = shapely.intersection(shapely.buffer(largest, arm, join_style="mitre"), rest)
+    bodies = shapely.get_parts(shapely.set_precision(body, _GRAIN_MM))
+    bodies = bodies[shapely.area(bodies) > _ARM_MM**2]
+    if len(bodies) == 0:
+        return None
+    body = _without_holes(bodies[int(np.argmax(np.round(shapely.area(bodies), 6)))])
+    outline = _tidy(shapely.simplify(body, _SHORT_MM))
+    size = (sheet.width_mm, sheet.height_mm)
+    beside = shapely.difference(shapely.box(0.0, 0.0, *size), shapely.polygons(outline))
+    rectangle = largest_rectangle(size, beside)
+    if rectangle is None:
+        return None
+    return Offcut(number, frozen(np.ascontiguousarray(outline)), rectangle)
+
+
+def _tidy(body: shapely.Polygon) -> FloatArray:
+    """Return the corners of a polygon, counter-clockwise from the lowest, with no short side."""
+    ring = shapely.get_coordinates(shapely.orient_polygons(body).exterior)[:-1]
+    ring = np.roll(ring, -int(np.lexsort(ring.T)[0]), axis=0)
+    kept = [ring[0]]
+    for point in ring[1:]:
+        if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
+            kept.append(point)
+    if np.hypot(*(kept[-1] - kept[0])) < _SHORT_MM:
+        kept.pop()
+    return np.array(kept)
+
+
+def _without_holes(body: shapely.Polygon) -> shapely.Polygon:
+    """Return the largest part of a polygon with holes when each is opened to the border.
+
+    Whatever lies beside a hole, across the shorter way to the border, is cut off with it.
+    """
+    while len(body.interiors):
+        low_x, low_y, high_x, high_y = body.bounds
+        x0, y0, x1, y1 = shapely.Polygon(body.interiors[0]).bounds
+        ways = [
+            shapely.box(x0, y0, high_x, y1),
+            shapely.box(low_x, y0, x1, y1),
+            shapely.box(x0, y0, x1, high_y),
+            shapely.box(x0, low_y, x1, y1),
+        ]
+        left = [
+            part
+            for way in ways
+            for part in shapely.get_parts(shapely.difference(body, way))
+            if part.geom_type == "Polygon"
+        ]
+        body = max(left, key=lambda part: round(part.area, 6))
+    return body
+
+
+def worth_keeping(offcut: Offcut, sheet: SheetSize) -> bool:
+    """Return whether an offcut is worth keeping: large enough for pieces of a later job.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [120.0, 0.0], [120.0, 120.0], [0.0, 120.0]])
+    >>> worth_keeping(Offcut(0, square, square[[0, 2]]), SheetSize(3000.0, 1500.0))
+    True
+    """
+    narrow = min(offcut.rectangle_mm)
+    share = offcut.area_mm2 / sheet.area_mm2
+    return narrow >= KEPT_SIDE_MM or (share >= KEPT_SHARE and narrow >= KEPT_WIDTH_MM)
+
+
+def best_offcut(layout: Layout, outlines: Sequence[FloatArray]) -> Offcut | None:
+    """Return the offcut of the sheet with the most room left; None if it is not worth keeping.
+
+    Parameters
+    ----------
+    layout : Layout
+    outlines : sequence of (K, 2) float arrays
+        The pieces in their own coordinates.
+    """
+    if not layout.sheets:
+        return None
+    placed: list[list[FloatArray]] = [[] for _ in layout.sheets]
+    for placement in layout.placements:
+        placed[placement.sheet].append(placement.apply(outlines[placement.piece]))
+    free = [
+        sheet.area_mm2 - float(shapely.area([shapely.polygons(one) for one in here]).sum())
+        for sheet, here in zip(layout.sheets, placed, strict=True)
+    ]
+    number = int(np.argmax(np.round(free, 6)))
+    sheet = layout.sheets[number]
+    offcut = offcut_of(sheet, number, placed[number], layout.gap_mm)
+    return offcut if offcut is not None and worth_keeping(offcut, sheet) else None

@@ -1,0 +1,270 @@
+"""Check that sheets are those of the stock in the settings, and what is left of them."""
+
+import math
+import re
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import shapely
+
+from fabweave.verify.crossing_map import CrossingMap, Sheet
+from fabweave.verify.drawing import NOTES, Drawing, Floats
+from fabweave.verify.loading import Job
+from fabweave.verify.report import Tally
+
+_SAME_MM = 1e-3
+#: Outlines in notes are drawn without sides shorter than this.
+_DRAWN_MM = 0.2
+_ANGLE_DEG = 1e-5
+_PLAIN = re.compile(r"([\d.]+)x([\d.]+)mm(?::(\d+))?")
+_GRAIN = re.compile(r"grain(?::([\d.]+)deg)?")
+
+
+def check_stock(job: Job, tally: Tally) -> None:
+    """Check sheets against the settings and the drawings, angles, and the offcut."""
+    plan = job.map
+    if plan is None:
+        return
+    options = (job.settings or {}).get("job")
+    told = options if isinstance(options, dict) else {}
+    if "sheet" in told or "stock" in told:
+        _check_entries(plan, told, tally)
+    _check_angles(plan, told, tally)
+    for sheet in plan.sheets:
+        _check_shape(sheet, tally)
+        for kind, drawings in (("dxf", job.dxf), ("svg", job.svg)):
+            if (drawing := drawings.get(sheet.number)) is not None:
+                _check_notes(f"{sheet.name}.{kind}", sheet, drawing, tally)
+    if job.waste is not None:
+        _check_prices(plan, job.waste, tally)
+        _check_offcut(plan, job, job.waste.get("offcut"), tally)
+
+
+def _check_entries(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> None:
+    """Check each sheet against its entry in the settings, and how many there are."""
+    entries: dict[tuple[str, float, float], dict[str, Any]] = {}
+    quantities: Counter[tuple[str, float, float]] = Counter()
+    for text in told.get("sheet", []):
+        found = _PLAIN.fullmatch(text)
+        if not tally.expect(found is not None, f"job.toml: sheet {text!r} is no size in mm"):
+            continue
+        width, height, quantity = found.groups() if found else ("0", "0", None)
+        key = ("", float(width), float(height))
+        entries[key] = {}
+        quantities[key] += int(quantity) if quantity else 10**9
+    for kind, tables in told.get("stock", {}).items():
+        for entry in tables:
+            points = entry.get("outline")
+            if points is None:
+                found = _PLAIN.fullmatch(entry["size"])
+                width, height = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
+            else:
+                width, height = np.ptp(np.array(points, dtype=float), axis=0).tolist()
+            key = (str(entry["name"]), round(width, 6), round(height, 6))
+            entries[key] = {**entry, "offcut": kind == "offcut"}
+            quantities[key] += int(entry.get("quantity", 10**9))
+    used: Counter[tuple[str, float, float]] = Counter()
+    for sheet in plan.sheets:
+        near = [
+            key
+            for key in entries
+            if key[0] == sheet.stock
+            and abs(key[1] - sheet.width_mm) <= _SAME_MM
+            and abs(key[2] - sheet.height_mm) <= _SAME_MM
+        ]
+        if tally.expect(
+            near,
+            f"{sheet.name} is {sheet.stock or 'a sheet'} of {sheet.width_mm:g} × "
+            f"{sheet.height_mm:g} mm, which is not in the stock of job.toml",
+        ):
+            used[near[0]] += 1
+            _check_entry(sheet, entries[near[0]], tally)
+    for key, count in used.items():
+        tally.expect(
+            count <= quantities[key],
+            f"{count} sheets of {key[0] or 'stock'} {key[1]:g} × {key[2]:g} mm are used, and "
+            f"{quantities[key]} are in stock",
+        )
+
+
+def _check_entry(sheet: Sheet, entry: dict[str, Any], tally: Tally) -> None:
+    """Check what the map says of a sheet against its entry."""
+    for key, stated in (
+        ("price", sheet.price),
+        ("grain", sheet.grain_deg),
+        ("offcut", sheet.offcut),
+    ):
+        wanted = entry.get(key, False if key == "offcut" else None)
+        tally.expect(
+            stated == wanted, f"{sheet.name}: {key} is {stated} in the map, {wanted} in job.toml"
+        )
+    if "outline" in entry:
+        tally.expect(
+            _apart(sheet.outline, np.array(entry["outline"], dtype=float)) <= _SAME_MM,
+            f"{sheet.name}: its outline is not that of job.toml",
+        )
+    wanted = [np.array(one["polygon"], dtype=float) for one in entry.get("defects", [])]
+    tally.expect(
+        len(wanted) == len(sheet.defects)
+        and all(_apart(a, b) <= _SAME_MM for a, b in zip(sheet.defects, wanted, strict=True)),
+        f"{sheet.name}: its defects are not those of job.toml",
+    )
+
+
+def _apart(one: Floats, two: Floats) -> float:
+    """Return the greatest distance of corresponding corners; infinite for unlike polygons."""
+    return float(np.abs(one - two).max()) if one.shape == two.shape else math.inf
+
+
+def _check_shape(sheet: Sheet, tally: Tally) -> None:
+    """Check that a sheet's outline is simple, and fills its width and height."""
+    low, high = sheet.outline.min(axis=0), sheet.outline.max(axis=0)
+    size = np.array([sheet.width_mm, sheet.height_mm])
+    tally.expect(
+        shapely.is_valid(shapely.Polygon(sheet.outline))
+        and np.abs(low).max() <= _SAME_MM
+        and np.abs(high - size).max() <= _SAME_MM,
+        f"{sheet.name}: its outline crosses itself, or is not {sheet.width_mm:g} × "
+        f"{sheet.height_mm:g} mm",
+    )
+
+
+def _check_angles(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> None:
+    """Check that pieces stand at allowed angles, and that the settings allow the same."""
+    step, tolerance = plan.step_deg, plan.tolerance_deg
+    if "rotations" in told:
+        text = str(told["rotations"]).strip().lower()
+        grain = _GRAIN.fullmatch(text)
+        wanted: tuple[float | None, float] = (None, 0.0)
+        if grain is not None:
+            wanted = (180.0, float(grain[1] or 0.0))
+        elif text != "free":
+            wanted = (float(text.removesuffix("deg")), 0.0)
+        tally.expect(
+            (step, tolerance) == wanted,
+            f"the map allows steps of {step}° ± {tolerance}°, and job.toml {text!r}",
+        )
+    if step is None:
+        return
+    sheets = {sheet.number: sheet for sheet in plan.sheets}
+    for piece in plan.pieces:
+        sheet = sheets.get(piece.sheet)
+        grain_deg = (sheet.grain_deg if sheet is not None else None) or 0.0
+        # A mirrored sheet is turned over: its angles run the other way.
+        turn = piece.rotation_deg if piece.mirror_mm is None else -piece.rotation_deg
+        aside = abs((turn - grain_deg + step / 2.0) % step - step / 2.0)
+        tally.measure(
+            "angle_deg",
+            aside,
+            tolerance + _ANGLE_DEG,
+            f"piece {piece.id} is turned {aside:.4f}° from the nearest of the angles that are "
+            f"allowed, not {tolerance:g}°",
+        )
+
+
+def _check_notes(where: str, sheet: Sheet, drawing: Drawing, tally: Tally) -> None:
+    """Check that the outline and every defect is drawn in the notes."""
+    rings = [
+        drawing.shape(at).points
+        for at in drawing.groups.get((NOTES, None), np.zeros(0, dtype=np.int64)).tolist()
+        if drawing.closed[at]
+    ]
+    if not sheet.stock:
+        return
+    drawn = [shapely.Polygon(ring).exterior for ring in rings if len(ring) > 2]
+    for what, ring in [("outline", sheet.outline), *(("defect", one) for one in sheet.defects)]:
+        wanted = shapely.Polygon(ring).exterior
+        if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:
+            continue
+        tally.expect(
+            any(shapely.hausdorff_distance(wanted, one) <= _DRAWN_MM for one in drawn),
+            f"{where}: no closed line in the notes is the {what} that the map tells",
+        )
+
+
+def _check_prices(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> None:
+    """Check that prices in waste.json are those of the map; offcuts without one cost nothing."""
+    stated = {row.get("sheet"): row for row in waste["sheets"] if isinstance(row, dict)}
+    prices = []
+    for sheet in plan.sheets:
+        price = 0.0 if sheet.price is None and sheet.offcut else sheet.price
+        prices.append(price)
+        row = stated.get(sheet.number, {})
+        tally.expect(
+            _same_price(row.get("price"), price) and row.get("stock", "") == sheet.stock,
+            f"waste.json, sheet {sheet.number}: {row.get('stock')!r} for {row.get('price')}, and "
+            f"{sheet.stock!r} for {price} in the map",
+        )
+    known = [price for price in prices if price is not None]
+    total = sum(known) if len(known) == len(prices) else None
+    tally.expect(
+        _same_price(waste["totals"].get("price"), total),
+        f"waste.json: the sheets cost {waste['totals'].get('price')}, but come to {total}",
+    )
+
+
+def _same_price(stated: Any, wanted: float | None) -> bool:
+    """Return whether two prices are one, or both unknown."""
+    if stated is None or wanted is None:
+        return stated is None and wanted is None
+    return isinstance(stated, int | float) and abs(stated - wanted) <= 1e-6 * max(1.0, wanted)
+
+
+def _check_offcut(plan: CrossingMap, job: Job, offcut: Any, tally: Tally) -> None:
+    """Check that the offcut is on its sheet, off its pieces, and drawn as it is told."""
+    if offcut is None:
+        tally.expect(not job.offcuts, "a file of an offcut is there that waste.json does not tell")
+        return
+    name = str(offcut["file"])
+    tally.expect(
+        set(job.offcuts) == {name}, f"waste.json tells of {name}; there are {sorted(job.offcuts)}"
+    )
+    ring = np.array(offcut["outline"], dtype=float)
+    rest = shapely.Polygon(ring)
+    sheet = next((one for one in plan.sheets if one.number == offcut["sheet"]), None)
+    tally.expect(rest.is_valid, f"{name} crosses itself")
+    if sheet is None:
+        tally.fail(f"{name} is of sheet {offcut['sheet']}, which does not exist")
+        return
+    tally.expect(
+        shapely.Polygon(sheet.outline).buffer(_SAME_MM).covers(rest),
+        f"{name} is not within {sheet.name}",
+    )
+    for piece in plan.pieces:
+        if piece.sheet != sheet.number:
+            continue
+        apart = float(shapely.Polygon(piece.placed(piece.outline)).distance(rest))
+        tally.measure(
+            "offcut_gap_mm",
+            apart,
+            max(plan.gap_mm - _SAME_MM, _SAME_MM),
+            f"{name} is {apart:.4f} mm from piece {piece.id}, not {plan.gap_mm:g}",
+            least=True,
+        )
+    for at, defect in enumerate(sheet.defects, start=1):
+        tally.expect(not shapely.Polygon(defect).intersects(rest), f"{name} overlaps defect {at}")
+    area = float(offcut["area_mm2"])
+    tally.expect(
+        abs(rest.area - area) <= 0.01 + 1e-8 * area,
+        f"{name}: its area is {area} mm², but comes to {rest.area:.3f}",
+    )
+    (low_x, low_y), (high_x, high_y) = np.array(offcut["rectangle"], dtype=float).tolist()
+    tally.expect(
+        low_x < high_x
+        and low_y < high_y
+        and rest.buffer(_SAME_MM).covers(shapely.box(low_x, low_y, high_x, high_y)),
+        f"{name}: its rectangle is not within it",
+    )
+    drawing = job.offcuts.get(name)
+    if drawing is None:
+        return
+    tally.expect(not drawing.problems, f"{name}: {'; '.join(drawing.problems[:2])}")
+    shapes = [drawing.shape(at) for at in range(len(drawing.layer))]
+    tally.expect(
+        len(shapes) == 1
+        and shapes[0].layer == NOTES
+        and shapes[0].closed
+        and _apart(shapes[0].points, ring) <= _SAME_MM,
+        f"{name} does not draw its outline, and nothing else, as one closed line on {NOTES}",
+    )
