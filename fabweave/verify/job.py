@@ -9,6 +9,7 @@ import numpy as np
 from shapely.errors import ShapelyError
 
 from fabweave.verify.check_bom import check_bom
+from fabweave.verify.check_clearance import check_clearance
 from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
@@ -53,6 +54,7 @@ _FILES = {
     "piece_rows": "pieces.csv",
     "station_rows": "stations.csv",
     "waste": "waste.json",
+    "ribbons": "ribbons.json",
     "preflight": "preflight.json",
     "viewer": "assembly.html",
     "manual": "assembly.pdf",
@@ -64,6 +66,7 @@ _TASKS = (
     _Task("over-under", ("map",), check_over_under),
     _Task("pattern", ("map", "mesh"), check_pattern),
     _Task("space", ("map", "mesh", "model"), check_space),
+    _Task("clearance", ("map", "model", "ribbons"), check_clearance),
     _Task("piece-order", ("map",), check_piece_order),
     _Task("joints", ("map", "model"), check_joints),
     _Task("kinds", ("map",), check_kinds),

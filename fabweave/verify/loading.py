@@ -96,7 +96,16 @@ class Job:
     @property
     def thickness_mm(self) -> float | None:
         """The material's thickness, if the settings state one."""
-        text = _option(self.settings, "thickness", None)
+        return self._length("thickness")
+
+    @property
+    def clearance_mm(self) -> float | None:
+        """The air between ribbons that is wanted, if the settings state it."""
+        return self._length("clearance")
+
+    def _length(self, option: str) -> float | None:
+        """Return a length of the settings, in millimetres."""
+        text = _option(self.settings, option, None)
         try:
             return float(str(text).removesuffix("mm")) if text is not None else None
         except ValueError:

@@ -13,19 +13,19 @@ from fabweave.verify import verify_job
 from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
-    "files mesh-walks over-under pattern space piece-order joints crossing-holes unfolding kinds "
-    "outlines-dxf outlines-svg order labels sheets simple bom areas preflight tables steps viewer "
-    "manual"
+    "files mesh-walks over-under pattern space clearance piece-order joints crossing-holes "
+    "unfolding kinds outlines-dxf outlines-svg order labels sheets simple bom areas preflight "
+    "tables steps viewer manual"
 )
 MISSING = {
     "job.toml": "files",
     "woven_mesh.obj": "files mesh-walks pattern space",
-    "model.glb": "files space joints unfolding bom viewer",
+    "model.glb": "files space clearance joints unfolding bom viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
     "stations.csv": "files tables",
-    "ribbons.json": "files",
+    "ribbons.json": "files clearance",
     "preflight.json": "files preflight",
     "waste.json": "files bom areas",
     "waste.html": "files",
@@ -293,7 +293,7 @@ def say_fewer_panels(strips):
 
 
 # Whatever else objects, the viewer shows what the model was before.
-UNREADABLE = "files space joints unfolding bom viewer"
+UNREADABLE = "files space clearance joints unfolding bom viewer"
 STRIPS = [
     (scale, "space unfolding joints viewer"),
     (move_one_thread, "space viewer"),

@@ -26,6 +26,8 @@ CROSSING_COLUMNS = (
     "x", "y", "z",
 )  # fmt: skip
 LAYERS = tuple(COLOURS)
+#: How far apart ribbons are said to be: the coarsest specimen has 0.27 mm.
+LIMITS = {"thickness_mm": 0.2, "clearance_mm": 0.05}
 #: Where the finding about ribbons is.
 PLACE = (12.0, -7.5, 30.25)
 
@@ -383,6 +385,7 @@ def write_ribbons(specimen, folder):
     finding = {"rule": "bend", "severity": "warn", "thread": first, "station": 1,
                "crossing": crossings[1], "other": None, "position": list(PLACE)}  # fmt: skip
     ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
+               "limits": LIMITS,
                "threads": rounded(threads)}  # fmt: skip
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
 

@@ -1,0 +1,176 @@
+"""How near ribbons are is proved from the model: claims that are not true are found out."""
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import igl
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from verify_writers import LIMITS, glb_bytes
+
+from fabweave.job import complete_settings
+from fabweave.ribbon.export import woven_glb
+from fabweave.ribbon.rules import measure_clearance
+from fabweave.settings import JobSettings
+from fabweave.sheet.limits import ribbon_limits
+from fabweave.verify import verify_job
+from fabweave.verify.gaps import triangle_gaps
+from fabweave.verify.loading import load_job
+from fabweave.verify.nearness import cut_steps, near_parts
+from fabweave.verify.read_glb import read_glb
+from fabweave.verify.report import Tally
+from fabweave.weave.colours import thread_colours
+from fabweave.woven import weave_object
+
+COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
+TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)
+
+
+def told(folder) -> dict:
+    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
+
+
+def change(folder, **changes) -> dict:
+    """Change what ribbons.json says of limits, and what it says is too near."""
+    path = folder / "ribbons.json"
+    document = json.loads(path.read_text())
+    document["limits"] |= changes.pop("limits", {})
+    if changes:
+        document["findings"][0] |= changes
+    path.write_text(json.dumps(document))
+    return document
+
+
+def nearest(folder, clearance_mm: float) -> dict:
+    """Say truly what is too near in a specimen at some clearance."""
+    found = load_job(folder, Tally("files"))
+    thickness_mm = LIMITS["thickness_mm"]
+    near = near_parts(cut_steps(found.map, found.model), thickness_mm + clearance_mm)
+    wanted = thickness_mm + np.where(near.parting, 0.0, clearance_mm)
+    at = int(np.argmin(near.gap_mm / wanted))
+    assert not ((near.gap_mm > wanted - 0.01) & (near.gap_mm < wanted + 0.01)).any()
+    count = int((near.gap_mm < wanted).sum())
+    return {"rule": "clearance", "value": near.gap_mm[at], "limit": wanted[at], "count": count}
+
+
+def has_area(triangle: np.ndarray) -> bool:
+    return bool(np.any(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
+
+
+@given(TRIANGLE.filter(has_area), TRIANGLE.filter(has_area))
+def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
+    gap = float(triangle_gaps(one[None], other[None], 99.0)[0])
+    steps = np.arange(25) / 24
+    u, v = (axis.ravel() for axis in np.meshgrid(steps, steps))
+    inside = u + v <= 1 + 1e-12
+    weights = np.column_stack((1 - u - v, u, v))[inside]
+    faces = np.array([[0, 1, 2]])
+    squared = igl.point_mesh_squared_distance(weights @ one, np.ascontiguousarray(other), faces)[0]
+    sampled = float(np.sqrt(squared.min()))
+    longest = max(np.linalg.norm(one[i] - one[i - 1]) for i in range(3))
+    assert gap <= sampled + 1e-9
+    assert sampled <= gap + longest / 24 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("shape", "smooth"),
+    [("torus?m=8&n=4", 0), ("hypar", 3), ("tetrahedron", 3), ("hemisphere", 1)],
+)
+@pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
+def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> None:
+    settings, material = complete_settings(
+        JobSettings(mesh=f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
+    )
+    thing = weave_object(settings, material)
+    ribbons, threads = thing.ribbons, thing.weave.threads
+    longest = int(np.argmax(threads.lengths))
+    moved = slice(*ribbons.offsets[longest : longest + 2])
+    right, left = ribbons.right.copy(), ribbons.left.copy()
+    right[moved] += by
+    left[moved] += by
+    ribbons = replace(ribbons, right=right, left=left)
+    limits = ribbon_limits(material, settings.clearance_mm)
+    measured, near = measure_clearance(ribbons, thing.weave, limits)
+    path = tmp_path / "model.glb"
+    path.write_bytes(woven_glb(ribbons, thing.labels, thread_colours(thing.bunches, "safe"), ()))
+    plan = SimpleNamespace(
+        threads=[
+            SimpleNamespace(
+                id=t,
+                label=label,
+                crossings=tuple(threads.crossing[slice(*threads.offsets[t : t + 2])]),
+            )
+            for t, label in enumerate(thing.labels)
+        ]
+    )
+    found = near_parts(cut_steps(plan, read_glb(path)), 0.502)
+    wanted = 0.4 + np.where(found.parting, 0.0, 0.1)
+    fewest, most = ((found.gap_mm < wanted + slack).sum() for slack in (-0.002, 0.002))
+    assert fewest <= len(near.pairs) <= most
+    assert fewest > 0 or by[0] >= 0
+    if fewest:
+        assert (found.gap_mm / wanted).min() == pytest.approx(measured.margins.min(), abs=1e-4)
+
+
+def test_a_strand_that_is_moved_onto_others_is_found(job, specimen) -> None:
+    folder = job("torus")
+    source = specimen("torus")
+    label = source.plan["threads"][1]["label"]
+    source.strips[label]["rungs"] = source.strips[label]["rungs"] + [3.0, 4.0, -2.0]
+    (folder / "model.glb").write_bytes(glb_bytes(source.strips))
+    found = told(folder)["clearance"]
+    assert all(f"thread {label} after crossing" in one for one in found)
+    assert "ribbons.json does not say so" in found[0]
+
+
+def claimed(job):
+    """Return the folder of a job that wants more air than there is, and says so truly."""
+    folder = job("torus")
+    change(folder, limits={"clearance_mm": 15.0})
+    assert set(told(folder)) == {"clearance"}
+    claim = nearest(folder, 15.0)
+    change(folder, **claim)
+    assert not told(folder)
+    return folder, claim
+
+
+def test_a_true_claim_is_true_and_a_raised_one_is_not(job) -> None:
+    folder, claim = claimed(job)
+    for key, value in (
+        ("value", claim["value"] + 0.02),
+        ("value", claim["value"] - 0.02),
+        ("value", None),
+        ("count", claim["count"] + 1),
+        ("count", claim["count"] - 1),
+        ("count", "many"),
+        ("limit", claim["limit"] + 0.05),
+        ("rule", "bend"),
+    ):
+        change(folder, **(claim | {key: value}))
+        assert set(told(folder)) == {"clearance"}, (key, value)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [{"clearance_mm": None}, {"thickness_mm": "0.5"}, {"thickness_mm": float("nan")},
+     {"clearance_mm": -1.0}],
+)  # fmt: skip
+def test_limits_that_are_none(job, limits) -> None:
+    folder = job()
+    change(folder, limits=limits)
+    assert set(told(folder)) == {"clearance"}
+
+
+@pytest.mark.parametrize("option", ["thickness", "clearance"])
+def test_limits_other_than_the_settings(job, option) -> None:
+    folder = job()
+    path = folder / "job.toml"
+    plain = path.read_text()
+    true = {"thickness": "0.2mm", "clearance": "0.05mm"}
+    path.write_text(f'{plain}[job]\n{option} = "{true[option]}"\n')
+    assert "clearance" not in told(folder)
+    path.write_text(f'{plain}[job]\n{option} = "0.3mm"\n')
+    assert "clearance" in told(folder)
