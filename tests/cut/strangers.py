@@ -64,7 +64,7 @@ def ask_meerk40t(file: Path, folder: Path) -> Meerk40t:
         env={**os.environ, "HOME": str(home)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
         check=True,
     )
     assert "Export succeeded" in run.stdout, run.stdout[-2000:]
@@ -111,7 +111,7 @@ def librecad_pdf(file: Path, folder: Path) -> Path:
         ["librecad", "dxf2pdf", "-c", "-s", "1", "-t", str(folder), str(file)],  # noqa: S607 - on the path
         env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(folder)},
         capture_output=True,
-        timeout=60,
+        timeout=300,
         check=True,
     )
     return folder / f"{file.stem}.pdf"
@@ -122,7 +122,7 @@ def draw_pdf(file: Path, dpi: int, folder: Path) -> Path:
     subprocess.run(
         ["pdftoppm", "-r", str(dpi), "-png", "-singlefile", str(file), str(folder / "page")],  # noqa: S607 - on the path
         capture_output=True,
-        timeout=60,
+        timeout=300,
         check=True,
     )
     return folder / "page.png"
@@ -134,7 +134,7 @@ def rsvg_png(file: Path, dpi: int, folder: Path) -> Path:
     subprocess.run(
         ["rsvg-convert", "-d", scale, "-p", scale, "-b", "white", "-o", target, file],  # noqa: S607 - on the path
         capture_output=True,
-        timeout=60,
+        timeout=300,
         check=True,
     )
     return target

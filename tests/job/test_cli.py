@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -225,11 +224,29 @@ def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, tmp_path):
     folder = tmp_path / "out"
     shutil.copytree(octahedron, folder)
     before = digest(folder)
-    command = [sys.executable, "-m", "fabweave", "make", "shape:torus?m=60&n=40", "--size", "900mm"]
-    process = subprocess.Popen([*command, "-q", "-o", str(folder)], stderr=subprocess.PIPE)
-    time.sleep(4.0)
-    process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=60)
+    # Says on its output what it is doing, and goes on.
+    script = (
+        "import sys, fabweave.cli, fabweave.folder as folder\n"
+        "real = folder.run_job\n"
+        "def told(settings, directory, progress, **rest):\n"
+        "    def aloud(stage, *counts):\n"
+        "        print(stage, flush=True)\n"
+        "        progress(stage, *counts)\n"
+        "    return real(settings, directory, aloud, **rest)\n"
+        "folder.run_job = told\n"
+        "fabweave.cli.main(sys.argv[1:])\n"
+    )
+    options = ["make", "shape:torus?m=16&n=8", "--size", "400mm", "--effort", "quick", "-q"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, *options, "-o", str(folder)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    with process.stdout as stages:
+        # A folder for the new job is there by now, and half full.
+        assert any(line.strip() == b"files" for line in stages)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=300)
     assert process.returncode == 130
     assert b"nothing was written" in error
     assert digest(folder) == before

@@ -393,13 +393,13 @@ def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
     )
     parent = subprocess.Popen([sys.executable, str(script)], stderr=subprocess.PIPE)
     try:
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while not (mark.exists() and mark.read_text().endswith("\n")):
             assert parent.poll() is None, parent.stderr.read()
             assert time.monotonic() < end
             time.sleep(0.02)
         parent.send_signal(how)
-        error = parent.communicate(timeout=30)[1]
+        error = parent.communicate(timeout=300)[1]
     finally:
         parent.kill()
         parent.wait()
