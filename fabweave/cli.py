@@ -148,9 +148,23 @@ def cli() -> None:
     show_default=True,
     help="Paper of the assembly manual.",
 )
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Nest very many pieces on the Dask cluster whose scheduler has this address, such as "
+    "tcp://192.168.1.20:8786; needs the extra cluster. The files are the same. [default: the "
+    "processors of this computer]",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: Any) -> None:
+def make(
+    output: Path,
+    cluster: str | None,
+    as_json: bool,
+    quiet: bool,
+    mesh: str | None,
+    **options: Any,
+) -> None:
     """Weave MESH, a file or a shape:NAME, and write everything that is needed to cut it.
 
     MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
@@ -165,13 +179,17 @@ def make(output: Path, as_json: bool, quiet: bool, mesh: str | None, **options: 
       fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
     # Here and below, heavy imports wait until there is work to do, so that --help is quick.
+    from fabweave.cluster import cluster_at  # noqa: PLC0415
     from fabweave.cut.preflight import flaw_lines  # noqa: PLC0415
     from fabweave.folder import run_job  # noqa: PLC0415
     from fabweave.preflight_job import preflight_job  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
+    executors = None if cluster is None else cluster_at(cluster)
     with _progress(quiet or as_json) as progress:
-        job, proof = run_job(settings, output, progress, workers=os.cpu_count() or 1)
+        job, proof = run_job(
+            settings, output, progress, workers=os.cpu_count() or 1, executors=executors
+        )
     if quiet:
         return
     names = [drawing.name for drawing in job.drawings]

@@ -29,6 +29,7 @@ from fabweave.cut.svg import write_svg
 from fabweave.cut.targets import target_named
 from fabweave.cut.template import write_template
 from fabweave.errors import CannotMakeError, InputError
+from fabweave.executors import Executors, processes
 from fabweave.job import Job, make_job
 from fabweave.mesh.files import write_mesh
 from fabweave.report.bom import bill_of_materials
@@ -100,6 +101,7 @@ def run_job(
     progress: Progress = no_progress,
     *,
     workers: int = 0,
+    executors: Executors | None = None,
 ) -> tuple[Job, VerifyReport]:
     """Make a job, write its folder, and prove the written files.
 
@@ -111,6 +113,8 @@ def run_job(
     progress : callable
     workers : int
         Processes beside this one; the same bytes are written with any number.
+    executors : callable, optional
+        Opens the executor that nests very many pieces, in place of these processes.
 
     Returns
     -------
@@ -127,7 +131,7 @@ def run_job(
     """
     check_destination(directory)
     with side_workers(min(workers, _MOST_WORKERS)) as start:
-        job = make_job(settings, progress, start=start)
+        job = make_job(settings, progress, start=start, executors=executors or processes(workers))
         return job, _write_proved(job, directory, progress, start)
 
 

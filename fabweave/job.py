@@ -14,6 +14,7 @@ from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.ready import check_kerf, ready_notes, ready_sheets
 from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
+from fabweave.executors import Executors, here
 from fabweave.flat.holes import HoleRule
 from fabweave.flat.joint import JointRule, parse_joint
 from fabweave.flat.joints import JointPlan, plan_joints
@@ -93,7 +94,11 @@ class Job:
 
 
 def make_job(
-    settings: JobSettings, progress: Progress = no_progress, *, start: Start = at_once
+    settings: JobSettings,
+    progress: Progress = no_progress,
+    *,
+    start: Start = at_once,
+    executors: Executors = here,
 ) -> Job:
     """Make everything that a job writes: weave, ribbons, pieces, layout and drawings.
 
@@ -104,6 +109,8 @@ def make_job(
         Told what is being done.
     start : callable
         How to start work beside this process, from ``side_workers``; changes no result.
+    executors : callable
+        Opens the executor that nests very many pieces; changes no result.
 
     Returns
     -------
@@ -145,7 +152,7 @@ def make_job(
     portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
     ordered = start(_plan_order, made, thing, settings)
     progress("nesting", 0, len(made.pieces))
-    layout = _laid_out(made, settings, progress)
+    layout = _laid_out(made, settings, executors, progress)
     if layout.recorded:
         settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
@@ -212,7 +219,9 @@ def _with_joints(
         laps = np.concatenate((laps, more))
 
 
-def _laid_out(made: Pieces, settings: JobSettings, progress: Progress) -> Layout:
+def _laid_out(
+    made: Pieces, settings: JobSettings, executors: Executors, progress: Progress
+) -> Layout:
     """Nest the pieces, or take the layout of a finished job."""
     outlines, ids = [piece.outline for piece in made.pieces], [piece.id for piece in made.pieces]
     gap_mm, turns = _given(settings.gap_mm), parse_rotations(settings.rotations)
@@ -236,6 +245,7 @@ def _laid_out(made: Pieces, settings: JobSettings, progress: Progress) -> Layout
         seed=settings.seed,
         ids=ids,
         turns=turns,
+        executors=executors,
         progress=progress,
     )
 

@@ -17,7 +17,7 @@ from fabweave.sheet.shape import Pose, Shape, rotated
 _CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
 
 
-class _KernelCache:
+class KernelCache:
     """The kernels used last, as many as memory allows."""
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class NestingJob:
     workers: int
     areas: tuple[Area, ...]  # of the sheets
     fits: BoolArray  # (shapes, sheets): which shape fits on which sheet
-    cache: _KernelCache = field(default_factory=_KernelCache)
+    cache: KernelCache = field(default_factory=KernelCache)
 
     def grid(self, sheet: int) -> Grid:
         """Return the grid of a sheet size, with larger pixels if it is very large."""
@@ -63,6 +63,22 @@ class NestingJob:
         return self.cache.get(
             (grid, shape), lambda: kernels_of(self.shapes[shape], grid, self.effort.rotations)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Sheets in use, by their number in the stock, and where pieces stand on them."""
+
+    used: tuple[int, ...]
+    placements: dict[int, Placement]
+    by_engine: bool = False
+
+    def areas(self, job: NestingJob) -> list[float]:
+        """Return the area of the pieces on each sheet, square millimetres."""
+        total = [0.0] * len(self.used)
+        for piece, placement in self.placements.items():
+            total[placement.sheet] += job.shapes[job.poses[piece].shape].area_mm2
+        return total
 
 
 def filled_sheet(

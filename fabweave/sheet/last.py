@@ -4,10 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fabweave.sheet.fill import NestingJob, filled_sheet
+from fabweave.sheet.fill import NestingJob, Plan, filled_sheet
 from fabweave.sheet.layout import Placement
 from fabweave.sheet.offcut import offcut_of
-from fabweave.sheet.reduce import Plan
 from fabweave.sheet.shape import rotated
 
 _PULLS = (1.0, 3.0)  # how strongly pieces are drawn aside, in each try

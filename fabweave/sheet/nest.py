@@ -3,33 +3,34 @@
 The sheets are filled one after another. On each, the next few pieces by size are tried at every
 rotation and every free position; the one with the most contact is put down. A piece that does
 not fit is left for a later sheet, and so are those of nearly its size; smaller ones fill up.
-Everything is counted, never timed: same input, same settings and same seed, same layout.
+Then whole sheets are emptied (`reduce`), as far as the effort goes. Very many pieces are nested in
+batches. Everything is counted, never timed: same input, same settings and same seed, same layout.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fabweave.arrays import FloatArray, Progress, no_progress
-from fabweave.errors import CannotMakeError, InputError
+from fabweave.errors import InputError
+from fabweave.executors import Executors, here
 from fabweave.sheet.area import Area, area_of
+from fabweave.sheet.batches import batch_count, nested_in_batches
 from fabweave.sheet.effort import effort_named
 from fabweave.sheet.engine import engine_is_there
-from fabweave.sheet.fill import NestingJob, filled_sheet
+from fabweave.sheet.fill import NestingJob, Plan
 from fabweave.sheet.fits import fits_on, fits_rectangle
+from fabweave.sheet.greedy import greedy, require_all, require_fitting, stage
 from fabweave.sheet.last import finished
-from fabweave.sheet.layout import Layout, Placement, SheetSize
-from fabweave.sheet.reduce import Plan, reduced
+from fabweave.sheet.layout import Layout, SheetSize
+from fabweave.sheet.reduce import reduced
 from fabweave.sheet.shape import check_outlines, shape_of, shapes_of
-from fabweave.sheet.stock import check_stock, format_stock, usable_size
-from fabweave.sheet.supply import next_sheet
+from fabweave.sheet.stock import check_stock, usable_size
 from fabweave.sheet.turns import FREE, Turns
 from fabweave.words import agree
-
-_JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
 
 
 def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
@@ -77,6 +78,7 @@ def nest(
     ids: Sequence[str] | None = None,
     turns: Turns = FREE,
     workers: int = -1,
+    executors: Executors = here,
     progress: Progress = no_progress,
 ) -> Layout:
     """Place every piece on a sheet, the gap apart and the margin from the border.
@@ -101,6 +103,8 @@ def nest(
         The angles at which pieces may stand, on each sheet from its grain on.
     workers : int
         Threads for the transforms, -1 for one for each core; does not change the layout.
+    executors : callable
+        Opens the executor that nests the batches of very many pieces; does not change the layout.
     progress : Progress
         Told how many pieces are placed.
 
@@ -150,25 +154,22 @@ def nest(
         areas=areas,
         fits=fits_on(shapes, areas, gap_mm, settings),
     )
-    plan = _greedy(job, seed, progress)
+    require_fitting(job)
+    plan: Plan | None = None
     notes: list[str] = []
-
-    def told(count: int, share: float) -> None:
-        progress(_stage(job, plan, count), round(share * len(outlines)), len(outlines))
-
     try:
-        # One thread: with more, sums are rounded otherwise, and these matrices are too small to
-        # gain by it.
-        with threadpool_limits(limits=1, user_api="blas"):
-            for better in reduced(job, plan, seed, told):
-                plan = better
-                told(len(plan.used), 0.0)
+        for better in _plans(job, seed, executors, progress):
+            plan = better
     except KeyboardInterrupt:
+        if plan is None:
+            raise
         # What has been found so far is complete: it is kept.
         notes.append(
             f"nesting was cut short: the pieces are on {agree(len(plan.used), '{n} sheet[|s]')}; "
             "with more time there might be fewer, and the same settings may give another layout"
         )
+    if plan is None:
+        raise RuntimeError("nesting ended without a plan")
     plan = finished(job, plan)
     recorded = bool(notes) or plan.by_engine
     if settings.engine_tries and outlines:
@@ -184,6 +185,33 @@ def nest(
     )
 
 
+def _plans(job: NestingJob, seed: int, executors: Executors, progress: Progress) -> Iterator[Plan]:
+    """Yield complete plans, each better than the one before."""
+    pieces = len(job.poses)
+
+    def placed(plan: Plan, done: int) -> None:
+        progress(stage(job, plan, len(plan.used)), done, pieces)
+
+    count = batch_count(job)
+    if count > 1:
+        yield from nested_in_batches(job, seed, count, executors, placed)
+        return
+    plan = greedy(job, seed, progress)
+    require_all(job, plan)
+    yield plan
+
+    def told(sheets: int, share: float) -> None:
+        progress(stage(job, plan, sheets), round(share * pieces), pieces)
+
+    # One thread: with more, sums are rounded otherwise, and these matrices are too small to gain
+    # by it.
+    with threadpool_limits(limits=1, user_api="blas"):
+        for better in reduced(job, plan, seed, told):
+            plan = better
+            yield plan
+            told(len(plan.used), 0.0)
+
+
 def _engine_note(plan: Plan) -> str:
     """Say whether an engine helped, and what follows from that."""
     if plan.by_engine:
@@ -196,86 +224,4 @@ def _engine_note(plan: Plan) -> str:
     return (
         "nesting used its own search only: spyrrow might save a sheet; install it with "
         "pip install 'fabweave[nest]'"
-    )
-
-
-def _greedy(job: NestingJob, seed: int, progress: Progress) -> Plan:
-    """Place every piece, sheet after sheet, and never move it again."""
-    queue = _ordered(job, seed)
-    placements: dict[int, Placement] = {}
-    used: list[int] = []
-    while queue:
-        choice = next_sheet(job, queue, used)
-        if choice is None:
-            raise CannotMakeError(_run_out(job, queue, used))
-        placed = filled_sheet(job, queue, choice, len(used))
-        placements.update(placed)
-        queue = [piece for piece in queue if piece not in placed]
-        used.append(choice)
-        plan = Plan(tuple(used), placements)
-        progress(_stage(job, plan, len(used)), len(placements), len(job.poses))
-    return Plan(tuple(used), placements)
-
-
-def _stage(job: NestingJob, plan: Plan, count: int) -> str:
-    """Say how many sheets there are, and how much of them is used."""
-    whole = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in plan.used)
-    share = sum(plan.areas(job)) / whole if whole else 0.0
-    return f"nesting: {agree(count, '{n} sheet[|s]')}, {share:.0%} used"
-
-
-def _ordered(job: NestingJob, seed: int) -> list[int]:
-    """Return the pieces: those that fit on the fewest sheets first, then the longest."""
-    fitting = job.fits.sum(axis=1)
-    stranded = [piece for piece, pose in enumerate(job.poses) if fitting[pose.shape] == 0]
-    if stranded:
-        raise CannotMakeError(_too_large(job, stranded))
-    # Rounded, so that the last bit of a length does not order congruent pieces.
-    lengths = np.array([shape.length_mm for shape in job.shapes]).round(6)
-    if seed != 0:
-        generator = np.random.default_rng(seed)
-        lengths = lengths * generator.uniform(1.0 - _JITTER, 1.0 + _JITTER, len(lengths))
-
-    def key(piece: int) -> tuple[int, float, float, int, int]:
-        shape = job.poses[piece].shape
-        width = round(job.shapes[shape].width_mm, 6)
-        return (int(fitting[shape]), -float(lengths[shape]), -width, shape, piece)
-
-    return sorted(range(len(job.poses)), key=key)
-
-
-def _too_large(job: NestingJob, stranded: list[int]) -> str:
-    largest = max(job.sheets, key=lambda sheet: sheet.width_mm * sheet.height_mm)
-    width, height = usable_size(largest, job.margin_mm)
-    said = []
-    for piece in stranded[:8]:
-        shape = job.shapes[job.poses[piece].shape]
-        said.append(f"{job.names[piece]} ({shape.length_mm:.1f} × {shape.width_mm:.1f} mm)")
-    more = f" and {len(stranded) - 8} more" if len(stranded) > 8 else ""
-    return (
-        f"{len(stranded)} of {agree(len(job.poses), '{n} piece[|s]')} "
-        f"{agree(len(stranded), '[fits|fit]')} on no sheet at any rotation: "
-        f"{', '.join(said)}{more}; the largest sheet, {format_stock(largest)}, leaves "
-        f"{width:.1f} × {height:.1f} mm inside its margin. "
-        "Take a larger --sheet, a smaller margin, or cut shorter pieces with --max-length"
-    )
-
-
-def _run_out(job: NestingJob, queue: list[int], used: list[int]) -> str:
-    """Say how many sheets are missing."""
-    shape = job.poses[queue[0]].shape
-    area = np.array([job.shapes[pose.shape].area_mm2 for pose in job.poses])
-    rest = float(area[queue].sum())
-    taken = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in used)
-    share = float(area.sum() - rest) / taken if used else 0.4
-    wanted = next(k for k in range(len(job.sheets)) if job.fits[shape, k])
-    size = job.sheets[wanted]
-    count = max(1, math.ceil(rest / (share * size.width_mm * size.height_mm)))
-    said = ", ".join(job.names[piece] for piece in queue[:8])
-    return (
-        f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
-        f"{agree(len(queue), '[is|are]')} left ({said}{', …' if len(queue) > 8 else ''}) after "
-        f"{agree(len(used), '{n} sheet[|s]')}; about {count} more of "
-        f"{format_stock(SheetSize(size.width_mm, size.height_mm))} would take them. Add sheets, "
-        "take larger ones, or try --effort best"
     )

@@ -1,7 +1,7 @@
 """Nest a finished plan on fewer sheets, one sheet less at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,27 +10,9 @@ from fabweave.sheet.arrangement import NOWHERE, Arrangement, arrangement_of, pla
 from fabweave.sheet.barrier import barrier_of
 from fabweave.sheet.body import Body, body_of
 from fabweave.sheet.engine import engine_is_there
-from fabweave.sheet.fill import NestingJob, filled_sheet
+from fabweave.sheet.fill import NestingJob, Plan, filled_sheet
 from fabweave.sheet.finder import Finder
 from fabweave.sheet.improve import Ground, emptied, squeezed
-from fabweave.sheet.layout import Placement
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """Sheets in use, by their number in the stock, and where every piece stands on them."""
-
-    used: tuple[int, ...]
-    placements: dict[int, Placement]
-    by_engine: bool = False
-
-    def areas(self, job: NestingJob) -> list[float]:
-        """Return the area of the pieces on each sheet, square millimetres."""
-        total = [0.0] * len(self.used)
-        for piece, placement in self.placements.items():
-            total[placement.sheet] += job.shapes[job.poses[piece].shape].area_mm2
-        return total
-
 
 _ENGINE_SECONDS = 30  # for one try
 _LAST_PULL = 3.0  # keeps the rest of the last sheet in one piece

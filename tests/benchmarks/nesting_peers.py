@@ -1,7 +1,9 @@
-"""What nesting is compared with: bounding rectangles, a strip packer, a plain raster greedy."""
+"""What nesting is compared with: bounding rectangles, a strip packer, a plain raster greedy.
+
+Each returns how many sheets it fills, as a fraction: the last one counts up to where it is used.
+"""
 
 import math
-import time
 
 import numpy as np
 import rectpack
@@ -9,15 +11,13 @@ import scipy.fft
 import shapely
 
 from fabweave.arrays import FloatArray
-from fabweave.sheet.body import body_of
+from fabweave.sheet.body import Body, body_of
 from fabweave.sheet.engine import packed
 from fabweave.sheet.exact import missing_mm
 from fabweave.sheet.shape import rotated, shape_of
 
 
-def sheets_by_rectpack(
-    pieces: list[FloatArray], usable: tuple[float, float], gap: float
-) -> int | None:
+def sheets_by_rectpack(pieces: list[FloatArray], usable: tuple[float, float], gap: float) -> float:
     """Return the fewest sheets that rectpack needs for the least rectangles of the pieces."""
     sizes = []
     for piece in pieces:
@@ -38,13 +38,20 @@ def sheets_by_rectpack(
         packer.add_bin(*(int((side + gap) * 100) for side in usable), float("inf"))
         packer.pack()
         if len(packer.rect_list()) == len(pieces):
-            counts.append(len(packer))
-    return min(counts, default=None)
+            ends = [
+                min(
+                    max(rect.x + rect.width for rect in sheet) / sheet.width,
+                    max(rect.y + rect.height for rect in sheet) / sheet.height,
+                )
+                for sheet in packer
+            ]
+            counts.append(len(ends) - 1 + min(ends))
+    return min(counts, default=math.inf)
 
 
 def sheets_by_spyrrow(
     pieces: list[FloatArray], usable: tuple[float, float], gap: float, seconds: float
-) -> int:
+) -> float:
     """Return how many sheets spyrrow needs, one after another, longest pieces first.
 
     Each sheet takes three tries to find how many pieces it holds; the time is shared evenly.
@@ -54,9 +61,9 @@ def sheets_by_spyrrow(
     area = sum(body.area_mm2 for body in bodies)
     guess = max(1, math.ceil(area / (0.45 * usable[0] * usable[1])))
     each = max(1, round(seconds / (3 * guess)))
-    share, count = 0.45, 0
+    share, count, end = 0.45, 0, 1.0
     while left:
-        placed = 0
+        placed, end = 0, 1.0
         for _ in range(3):
             total = np.cumsum([body.area_mm2 for body in left]) / (usable[0] * usable[1])
             number = max(1, int(np.searchsorted(total, share)))
@@ -65,13 +72,22 @@ def sheets_by_spyrrow(
             if poses is not None and missing_mm(chosen, poses, usable, gap) < 1.0:
                 placed = max(placed, number)
                 if number == len(left):
+                    end = _end(chosen, poses) / usable[0]
                     break
                 share *= 1.06
             else:
                 share *= 0.9
         left = left[max(placed, 1) :]  # one piece always fits: the peer is given that
         count += 1
-    return count
+    return count - 1 + min(end, 1.0)
+
+
+def _end(bodies: list[Body], poses: FloatArray) -> float:
+    """Return how far to the right bodies come."""
+    return max(
+        float((rotated(body.outline, np.rad2deg(pose[2:]))[0, :, 0] + pose[0]).max())
+        for body, pose in zip(bodies, poses, strict=True)
+    )
 
 
 def sheets_by_raster(
@@ -80,9 +96,8 @@ def sheets_by_raster(
     gap: float,
     pixel: float = 2.0,
     rotations: int = 24,
-) -> tuple[int, float]:
-    """Return the sheets and the seconds of the plain raster greedy: longest first, most contact."""
-    start = time.perf_counter()
+) -> float:
+    """Return the sheets of the plain raster greedy: longest first, most contact."""
     bodies = [body_of(shape_of(piece)[0], gap) for piece in pieces]
     left = sorted(bodies, key=lambda body: -float(np.ptp(body.outline, axis=0).max()))
     radius = gap / 2.0 + pixel * math.sqrt(0.5)
@@ -106,7 +121,8 @@ def sheets_by_raster(
             raise SystemExit("the raster greedy cannot place a piece")
         left = rest
         count += 1
-    return count, time.perf_counter() - start
+    columns_used = np.flatnonzero(full[pad:-pad, pad:-pad].any(axis=0)).max() + 1
+    return count - 1 + columns_used / columns
 
 
 def _put(body, full, wall, usable, pixel, rotations, radius, pad) -> bool:

@@ -1,0 +1,175 @@
+"""Work in parts is done wherever it can be, and again where a worker was lost."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from concurrent.futures import BrokenExecutor, Executor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fabweave import cluster
+from fabweave.cluster import cluster_at, versions
+from fabweave.errors import CannotMakeError, InputError
+from fabweave.executors import finished, here, processes
+from fabweave.sheet import batches
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.nest import nest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("executors", [here, processes(0), processes(2)])
+def test_executors_do_work_and_hand_on_errors(executors):
+    with executors() as executor:
+        assert isinstance(executor, Executor)
+        assert sorted(finished(executor, divmod, [(7, 2), (9, 4)])) == [(0, (3, 1)), (1, (2, 1))]
+        with pytest.raises(ZeroDivisionError):
+            list(finished(executor, divmod, [(7, 0)]))
+        assert executor.submit(max, 2, 3, key=abs).result() == 3
+
+
+def test_a_killed_process_costs_only_its_part_which_is_done_again(tmp_path):
+    # The part kills the process that does it, unless that has been done before.
+    once = (
+        "import os, pathlib, signal\n"
+        f"mark = pathlib.Path({str(tmp_path / 'mark')!r})\n"
+        "if not mark.exists():\n"
+        "    mark.touch()\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    with processes(2)() as executor:
+        first = {executor.submit(os.getpid).result() for _ in range(4)}
+        parts = [executor.submit(exec, once), executor.submit(time.sleep, 0.2)]
+        assert [part.result() for part in parts] == [None, None]
+        after = {executor.submit(os.getpid).result() for _ in range(8)}
+    assert (tmp_path / "mark").exists()
+    assert len(first & after) == len(first) - 1 or len(first) == 1
+    assert os.getpid() not in first | after
+
+
+def test_a_part_that_costs_every_process_is_given_up():
+    with processes(1)() as executor:
+        with pytest.raises(BrokenExecutor, match="3 processes ended"):
+            executor.submit(os._exit, 1).result()
+        with pytest.raises(CannotMakeError, match=r"was lost .* memory"):
+            list(finished(executor, os._exit, [(1,)]))
+        assert executor.submit(abs, -2).result() == 2  # others are done all the same
+
+
+def test_no_process_is_left_when_the_block_ends_by_an_exception():
+    pids = set()
+
+    def interrupted():
+        with processes(2)() as executor:
+            pids.update(executor.submit(os.getpid).result() for _ in range(4))
+            executor.submit(time.sleep, 600)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert pids
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+@pytest.fixture
+def dask_cluster(tmp_path, monkeypatch):
+    """Start a scheduler and two workers; give the address and the workers' processes."""
+    distributed = pytest.importorskip("distributed", reason="the extra cluster is not installed")
+    monkeypatch.setattr(cluster, "_ANSWER_S", 60.0)  # for a busy machine
+    address = f"tcp://127.0.0.1:{free_port()}"
+    paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1"}
+
+    def started(*command: str) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli." + command[0], *command[1:]],
+            cwd=tmp_path, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+
+    port = address.rsplit(":", 1)[1]
+    common = ("--host", "127.0.0.1", "--no-dashboard")
+    running = [started("dask_scheduler", *common, "--port", port)]
+    running += [
+        started("dask_worker", address, *common, "--nthreads", "1", "--no-nanny", "--name", name)
+        for name in ("one", "two")
+    ]
+    try:
+        with distributed.Client(address, timeout=60, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
+        yield address, running[1:]
+    finally:
+        for process in running:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.slow
+# Dask's own clean-up when a worker dies is no business of ours.
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore:.*unclosed.*")
+def test_a_cluster_comes_to_the_same_bytes_though_a_worker_is_killed(
+    dask_cluster, piece_sets, monkeypatch
+):
+    address, (worker, _) = dask_cluster
+    monkeypatch.setattr(batches, "_PIECES", 25)
+    monkeypatch.setattr(batches, "_LEAST_SHEETS", 1)
+    pieces = [0.2 * piece for piece in piece_sets["measured_set"](200)]
+    rules = {"margin_mm": 3.0, "gap_mm": 1.0, "effort": "quick"}
+    stock = [SheetSize(120, 80)]
+    expected = nest(pieces, stock, **rules)
+    said = []
+
+    def killing(_what, done, _total):
+        said.append(done)
+        if len(said) == 2:  # two batches are done, and six are not
+            worker.send_signal(signal.SIGKILL)
+
+    layout = nest(pieces, stock, executors=cluster_at(address), progress=killing, **rules)
+    assert worker.wait(10) == -signal.SIGKILL
+    assert layout == expected
+    np.testing.assert_array_equal(
+        [(p.x_mm, p.y_mm, p.rotation_deg) for p in layout.placements],
+        [(p.x_mm, p.y_mm, p.rotation_deg) for p in expected.placements],
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore:.*unclosed.*")
+def test_a_cluster_that_would_come_to_something_else_is_refused(dask_cluster):
+    address, _ = dask_cluster
+    with cluster_at(address)() as executor:
+        assert executor.submit(divmod, 7, 2).result() == (3, 1)
+        found = executor.submit(versions).result()
+    cluster.require_same(address, {"tcp://one": found})
+    with pytest.raises(InputError, match=r"1 of 2 workers .* tcp://two \(numpy 1\.0\); install"):
+        cluster.require_same(address, {"tcp://one": found, "tcp://two": {**found, "numpy": "1.0"}})
+    with pytest.raises(InputError, match=r"tcp://one \(no fabweave: No module"):
+        cluster.require_same(address, {"tcp://one": ModuleNotFoundError("No module")})
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", "tcp://"])
+def test_where_no_cluster_answers_it_is_said_what_to_start(address, monkeypatch):
+    pytest.importorskip("distributed", reason="the extra cluster is not installed")
+    monkeypatch.setattr(cluster, "_ANSWER_S", 0.3)
+    opened = cluster_at(address)()
+    with pytest.raises(InputError, match=r"no Dask scheduler answers .*dask worker"):
+        opened.__enter__()
+
+
+def test_without_dask_it_is_said_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    opened = cluster_at("tcp://127.0.0.1:1")()
+    with pytest.raises(InputError, match=r"pip install 'fabweave\[cluster\]'"):
+        opened.__enter__()
