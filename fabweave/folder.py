@@ -18,6 +18,7 @@ from fabweave.assembly.manual_cover import Facts
 from fabweave.assembly.stations import station_table
 from fabweave.assembly.viewer import viewer_page
 from fabweave.assembly.viewer_space import space_record
+from fabweave.cut.code import code_of
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
@@ -286,7 +287,7 @@ def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
 def job_plan(job: Job) -> dict[str, Any]:
     """Return the crossing map of a job."""
     thing = job.object
-    return crossing_map(
+    plan = crossing_map(
         thing.woven.halfedges,
         thing.chosen,
         thing.bunches,
@@ -298,8 +299,12 @@ def job_plan(job: Job) -> dict[str, Any]:
         [drawing.name for drawing in job.drawings],
         job.order,
         mirrored=job.settings.label_side == "inside",
-        cut=cut_record(job.settings),
+        cut=cut_record(job.settings) | {"code": job.code},
     )
+    for sheet, drawing in zip(plan["sheets"], job.drawings, strict=True):
+        code = code_of(drawing)
+        sheet["code"] = None if code is None else code._asdict()
+    return plan
 
 
 def cut_record(settings: JobSettings) -> dict[str, Any]:

@@ -9,6 +9,8 @@ import numpy as np
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.order import Order, plan_order
 from fabweave.assembly.steps import build_steps, order_note
+from fabweave.command import command_text
+from fabweave.cut.code import code_notes, with_code
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.marks import Marks, mark_pieces
 from fabweave.cut.ready import check_kerf, ready_notes, ready_sheets
@@ -78,6 +80,8 @@ class Job:
     #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
     portrait: Callable[[], bytes]
     drawings: tuple[SheetDrawing, ...]
+    #: What the sheets' QR code says.
+    code: str
     #: The sheets with kerf and micro-joints; none where the others are to be cut as they are.
     ready: tuple[SheetDrawing, ...]
     notes: tuple[str, ...]
@@ -165,10 +169,14 @@ def make_job(
         marks,
         layout,
         title=thing.woven.title,
+        material=f"{material.name} {material.thickness_mm:g} mm",
         mirrored=mirrored,
         offcut=offcut,
         cool=settings.cut_order == "cool",
     )
+    usual, _ = complete_settings(JobSettings(settings.mesh, material=settings.material))
+    code = command_text(settings, usual)
+    drawings = tuple(with_code(drawing, code) for drawing in drawings)
     ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     return Job(
         settings=settings,
@@ -184,6 +192,7 @@ def make_job(
         order=order,
         portrait=portrait,
         drawings=drawings,
+        code=code,
         ready=ready,
         notes=(
             *thing.woven.notes,
@@ -193,6 +202,7 @@ def make_job(
             *ribbon_notes(check),
             order_note(order, build_steps(made, order)),
             *layout.notes,
+            *code_notes(drawings),
             *ready_notes(
                 ready,
                 settings.kerf_mm,

@@ -140,6 +140,13 @@ def _check_layers(drawing: SheetDrawing, ranks: IntArray, owners: _Owners) -> No
     _refuse("piece(s) have no outline", named(uncut), "give each piece a closed line on CUT_OUTER")
     strays = [layers[rank].value for rank in ranks[~ours & (ranks != notes)].tolist()]
     _refuse("note(s) are on a layer of the pieces", strays, "put notes on the layer NOTES")
+    wide = [
+        piece.piece_id
+        for piece in drawing.pieces
+        for entity in piece.entities
+        if isinstance(entity, Polyline) and entity.width_mm is not None
+    ]
+    _refuse("line(s) of pieces are wide", wide, "only notes may be: cut and engrave hairlines")
 
 
 def _check_polylines(

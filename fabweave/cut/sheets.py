@@ -29,6 +29,7 @@ def draw_sheets(
     layout: Layout,
     *,
     title: str,
+    material: str = "",
     mirrored: bool = False,
     cool: bool = False,
     offcut: Offcut | None = None,
@@ -43,6 +44,8 @@ def draw_sheets(
         Where each piece stands.
     title : str
         Name of the job, lettered in the margin.
+    material : str
+        What the sheets are of, lettered beside it, such as ``"card 0.4 mm"``.
     mirrored : bool
         Whether pieces lie face down: what stands at x on a sheet of the layout is drawn at the
         sheet's width minus x, so that the insides are engraved. Notes are not mirrored.
@@ -77,7 +80,7 @@ def draw_sheets(
             pieces=tuple(drawn),
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
-                [f"{_lettered(title)} SHEET {number}/{count}", *legend],
+                [f"{_lettered(title)} SHEET {number}/{count} {material}".rstrip(), *legend],
                 layout.turns,
                 offcut if offcut is not None and offcut.sheet == number - 1 else None,
             ),
@@ -100,9 +103,9 @@ def _notes(
 
 
 def _lettered(title: str) -> str:
-    """Return a job's title without characters that cannot be lettered."""
+    """Return a job's title with ? in place of characters that cannot be lettered."""
     known = set(characters())
-    return "".join(sign for sign in title.upper() if sign in known)
+    return "".join(sign if sign in known else "?" for sign in title.upper())
 
 
 def _legend(marks: Sequence[Marks], *, mirrored: bool) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
 
-from fabweave.cut.drawing import Circle, Entity, Layer, SheetDrawing
+from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 
 #: Paper to tile on: width and height in millimetres, upright.
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
@@ -121,11 +121,24 @@ def _draw(canvas: Canvas, drawing: SheetDrawing) -> None:
     for layer, (grey, width_mm) in _INK.items():
         path = canvas.beginPath()
         for entity in entities:
-            if entity.layer is layer:
+            if entity.layer is layer and _own_width(entity) is None:
                 _trace(path, entity)
         canvas.setStrokeGray(grey)
         canvas.setLineWidth(width_mm * _POINTS)
         canvas.drawPath(path, stroke=1, fill=0)
+    canvas.setLineCap(0)
+    canvas.setStrokeGray(0.0)
+    for entity in entities:
+        if (own_mm := _own_width(entity)) is not None:
+            canvas.setLineWidth(own_mm * _POINTS)
+            path = canvas.beginPath()
+            _trace(path, entity)
+            canvas.drawPath(path, stroke=1, fill=0)
+
+
+def _own_width(entity: Entity) -> float | None:
+    """Return how wide an entity is to be shown, where it says so."""
+    return entity.width_mm if isinstance(entity, Polyline) else None
 
 
 def _trace(path: PDFPathObject, entity: Entity) -> None:

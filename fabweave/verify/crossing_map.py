@@ -194,6 +194,8 @@ class Sheet:
     grain_deg: float | None
     outline: Floats
     defects: tuple[Floats, ...]
+    #: Of its QR code: the lower left corner, and the size of a dot.
+    code: tuple[float, float, float] | None = None
 
     @property
     def area_mm2(self) -> float:
@@ -212,6 +214,7 @@ class Cut:
     svg_units: str
     hairline_mm: float
     colours: dict[str, tuple[str, int]]
+    code: str | None = None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from shapely.errors import ShapelyError
 
 from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_clearance import check_clearance
+from fabweave.verify.check_code import check_code
 from fabweave.verify.check_drawings import check_dxf, check_svg
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
@@ -78,6 +79,7 @@ _TASKS = (
     _Task("looks", ("map",), check_looks),
     _Task("cut", ("map",), check_ready),
     _Task("templates", ("map",), check_templates),
+    _Task("code", ("map",), check_code),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),

@@ -181,7 +181,13 @@ def _sheet(node: _Node) -> Sheet:
         grain_deg=node["grain_deg"].maybe(_Node.number),
         outline=outline,
         defects=defects,
+        code=node["code"].maybe(_code) if node.has("code") else None,
     )
+
+
+def _code(node: _Node) -> tuple[float, float, float]:
+    """Read where a sheet has its code."""
+    return node["x_mm"].number(), node["y_mm"].number(), node["dot_mm"].number()
 
 
 def _cut(node: _Node) -> Cut:
@@ -193,7 +199,8 @@ def _cut(node: _Node) -> Cut:
         item["layer"].text(): (item["colour"].text(), item["aci"].integer())
         for item in node["layers"].items()
     }
-    return Cut(profile, preset, dxf, units, node["hairline_mm"].number(), colours)
+    code = node["code"].text() if node.has("code") else None
+    return Cut(profile, preset, dxf, units, node["hairline_mm"].number(), colours, code)
 
 
 def _step(node: _Node) -> Step:

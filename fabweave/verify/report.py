@@ -29,6 +29,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "looks": "drawings have the version, units, colours and line widths that were asked for",
         "cut": "the sheets with kerf and micro-joints stand off the pieces by half the kerf",
         "templates": "the sheets at full size show every piece where it stands",
+        "code": "the QR code of each sheet says what settings do, and nothing stands on it",
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
         "labels": "labels are legible, off edges and holes, in their places, and say what is true",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",

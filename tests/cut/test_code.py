@@ -1,0 +1,183 @@
+"""The QR code on a sheet is read back by a stranger, stands clear, and makes the same job."""
+
+import io
+import shlex
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+import zxingcpp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from strangers import rsvg_png
+
+from fabweave.cli import cli
+from fabweave.command import command_text, settings_digest
+from fabweave.cut.check import check_drawing
+from fabweave.cut.code import DOTS_MM, QUIET_DOTS, Code, code_notes, code_of, draw_code, with_code
+from fabweave.cut.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
+from fabweave.cut.presets import preset_named
+from fabweave.cut.preview import png_bytes
+from fabweave.cut.svg import SVG_UNITS, write_svg
+from fabweave.errors import InputError
+from fabweave.job import complete_settings
+from fabweave.options import job_settings
+from fabweave.settings import JobSettings, settings_table
+
+TEXT = "fabweave make 'shape:torus?m=8&n=4' --size 300mm -o again"
+
+
+def read(image) -> list[str]:
+    return [found.text for found in zxingcpp.read_barcodes(image.convert("L"))]
+
+
+@given(st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), min_size=1,
+               max_size=90))  # fmt: skip
+@settings(max_examples=30)
+def test_a_stranger_reads_what_the_lines_say(text) -> None:
+    lines = draw_code(text, Code(0.0, 0.0, 1.0))
+    points = np.concatenate([line.points for line in lines])
+    size = round(float(points.max()))
+    picture = Image.new("L", ((size + 8) * 4,) * 2, 255)
+    pixels = np.array(picture)
+    for line in lines:
+        (left, y), (right, same) = line.points.tolist()
+        assert y == same
+        assert right - left >= 1.0
+        row = round((size - y - 0.5 + 4) * 4)
+        pixels[row : row + 4, round((left + 4) * 4) : round((right + 4) * 4)] = 0
+    assert read(Image.fromarray(pixels)) == [text]
+
+
+@given(st.data())
+@settings(max_examples=40)
+def test_a_code_stands_on_nothing(sheets, data) -> None:
+    sheet = data.draw(sheets)
+    coded = with_code(sheet, TEXT)
+    check_drawing(coded)
+    code = code_of(coded)
+    if code is None:
+        assert coded is sheet
+        return
+    assert code.dot_mm in DOTS_MM
+    own = coded.notes[len(sheet.notes) :]
+    assert coded.notes[: len(sheet.notes)] == sheet.notes
+    assert coded.pieces == sheet.pieces
+    assert {line.width_mm for line in own} == {code.dot_mm}
+    points = np.concatenate([line.points for line in own])
+    side = float(np.ptp(points[:, 0])) + 2 * QUIET_DOTS * code.dot_mm
+    low = np.array([code.x_mm, code.y_mm]) - QUIET_DOTS * code.dot_mm
+    box = shapely.box(*low, *(low + side))
+    assert shapely.box(0.0, 0.0, sheet.width_mm, sheet.height_mm).covers(box.buffer(0.9))
+    for entity in [e for piece in sheet.pieces for e in piece.entities if hasattr(e, "points")]:
+        shape = shapely.Polygon(entity.points) if entity.closed else entity.points
+        shape = shapely.LineString(shape) if isinstance(shape, np.ndarray) else shape
+        assert shape.distance(box) > 0.4
+    for note in sheet.notes[1:]:
+        assert shapely.LineString(note.points).distance(box) > 0.4
+
+
+def block(low, high):
+    ring = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    return PieceDrawing("A1", (Polyline(Layer.CUT_OUTER, ring, closed=True),))
+
+
+def test_it_is_as_large_as_there_is_room_for_and_else_left_out() -> None:
+    # 37 dots and twice 4 of border: 45 mm, 36 mm, 27 mm, and a millimetre on either side.
+    found = {}
+    for free in (49.0, 40.0, 31.0, 26.0):
+        sheet = SheetDrawing("s", 200.0, 100.0, (block((0.0, 0.0), (200.0 - free, 100.0)),), ())
+        found[free] = code_of(with_code(sheet, TEXT))
+    assert [code and code.dot_mm for code in found.values()] == [1.0, 0.8, 0.6, None]
+    # Of an irregular sheet, its first note is the outline: the code stands inside it.
+    ring = np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 90.0], [40.0, 90.0], [0.0, 30.0]])
+    rest = SheetDrawing("s", 90.0, 90.0, (), (Polyline(Layer.NOTES, ring, closed=True),))
+    code = code_of(with_code(rest, TEXT))
+    assert code is not None
+    side = code.dot_mm * (37 + 2 * QUIET_DOTS)
+    low = np.array([code.x_mm, code.y_mm]) - QUIET_DOTS * code.dot_mm
+    assert shapely.Polygon(ring).buffer(-0.4).covers(shapely.box(*low, *(low + side)))
+    bare = SheetDrawing("sheet_02", 9.0, 9.0, (), ())
+    assert with_code(bare, TEXT) is bare
+    (note,) = code_notes([bare, with_code(SheetDrawing("s", 90.0, 90.0, (), ()), TEXT)])
+    assert "1 sheet has no room" in note
+    assert "(sheet_02)" in note
+    assert code_notes([with_code(SheetDrawing("s", 90.0, 90.0, (), ()), TEXT)]) == ()
+
+
+def test_a_stranger_reads_the_picture_of_a_sheet(sheet) -> None:
+    for dot in DOTS_MM:
+        notes = (*sheet.notes[:2], *draw_code(TEXT, Code(120.3, 7.7, dot)))
+        coded = replace(sheet, pieces=(), notes=notes)
+        assert read(Image.open(io.BytesIO(png_bytes(coded)))) == [TEXT]
+
+
+@pytest.mark.apt
+@pytest.mark.skipif(not shutil.which("rsvg-convert"), reason="librsvg is not installed")
+@pytest.mark.parametrize("units", SVG_UNITS)
+def test_a_stranger_reads_the_svg(units, tmp_path) -> None:
+    coded = with_code(SheetDrawing("s", 100.0, 80.0, (), ()), TEXT)
+    write_svg(tmp_path / "s.svg", coded, units=units)
+    assert read(Image.open(rsvg_png(tmp_path / "s.svg", 150, tmp_path))) == [TEXT]
+
+
+def test_what_is_cut_is_no_wide_line() -> None:
+    wide = replace(block((0.0, 0.0), (9.0, 9.0)).entities[0], width_mm=1.0)
+    sheet = SheetDrawing("s", 20.0, 20.0, (PieceDrawing("Q7", (wide,)),), ())
+    with pytest.raises(InputError, match=r"1 line.*wide, in Q7"):
+        check_drawing(sheet)
+
+
+# ---- what it says ---------------------------------------------------------------------------
+
+
+def typed(text):
+    """Return the complete settings that a command line comes to."""
+    words = shlex.split(text)
+    assert words[:2] == ["fabweave", "make"]
+    context = cli.commands["make"].make_context("make", words[2:])
+    with context:
+        return complete_settings(job_settings(context.params.pop("mesh"), context.params))[0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        "",
+        "--size 300mm --effort quick --seed 7",
+        "--sheet 600x400mm:2 --sheet 620x450mm --margin 0mm --gap 3mm --material birch-veneer",
+        "--slots --strict --hole none --labels none --label-side inside --preset epilog",
+        "--width 6mm..14mm --max-length 20cm --joint rivet:2 --lap 30mm --svg-units px96",
+        "--hairline 0.001in --profile service --dxf R12 --refine catmull-clark:2 --scale 2.5",
+        "--material card --thickness 0.5mm --pattern 3/1 --boundary turn --up y --fair 50",
+    ],
+)
+def test_the_command_makes_the_same_job(options) -> None:
+    settings = typed(f"fabweave make 'shape:torus?m=8&n=4' {options} -o out")
+    usual, _ = complete_settings(JobSettings(settings.mesh, material=settings.material))
+    text = command_text(settings, usual)
+    assert typed(text) == settings
+    assert len(text) < 170
+    # What is usual is not told.
+    assert text.count("--") <= options.count("--")
+
+
+def test_what_is_too_long_or_lies_beside_is_told_by_a_digest() -> None:
+    usual, _ = complete_settings(JobSettings("m" * 200))
+    for change in (
+        {},
+        {"mesh": "a", "layout": "crossing_map.json"},
+        {"mesh": "a", "preset": replace(preset_named(), hairline_mm=0.1)},
+    ):
+        settings = replace(usual, **change)
+        text = command_text(settings, usual)
+        digest = settings_digest(settings_table(settings))[:16]
+        assert text == f"fabweave make --config job.toml -o again # sha256 {digest}"
