@@ -103,7 +103,7 @@ def code_of(drawing: SheetDrawing) -> Code | None:
     --------
     >>> sheet = with_code(SheetDrawing("sheet 1", 60.0, 40.0, (), ()), "HELLO")
     >>> code_of(sheet)
-    Code(x_mm=34.0, y_mm=5.0, dot_mm=1.0)
+    Code(x_mm=32.0, y_mm=7.0, dot_mm=1.0)
     """
     lines = [note for note in drawing.notes if isinstance(note, Polyline) and note.width_mm]
     if not lines:

@@ -91,7 +91,7 @@ def block(low, high):
 
 
 def test_it_is_as_large_as_there_is_room_for_and_else_left_out() -> None:
-    # 37 dots and twice 4 of border: 45 mm, 36 mm, 27 mm, and a millimetre on either side.
+    # 33 dots and twice 4 of border: 41 mm, 33 mm, 25 mm, and some room on either side.
     found = {}
     for free in (49.0, 40.0, 31.0, 26.0):
         sheet = SheetDrawing("s", 200.0, 100.0, (block((0.0, 0.0), (200.0 - free, 100.0)),), ())
@@ -102,7 +102,7 @@ def test_it_is_as_large_as_there_is_room_for_and_else_left_out() -> None:
     rest = SheetDrawing("s", 90.0, 90.0, (), (Polyline(Layer.NOTES, ring, closed=True),))
     code = code_of(with_code(rest, TEXT))
     assert code is not None
-    side = code.dot_mm * (37 + 2 * QUIET_DOTS)
+    side = code.dot_mm * (33 + 2 * QUIET_DOTS)
     low = np.array([code.x_mm, code.y_mm]) - QUIET_DOTS * code.dot_mm
     assert shapely.Polygon(ring).buffer(-0.4).covers(shapely.box(*low, *(low + side)))
     bare = SheetDrawing("sheet_02", 9.0, 9.0, (), ())

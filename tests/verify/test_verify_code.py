@@ -113,8 +113,12 @@ def test_a_spoilt_code_is_found(job, spoil, words) -> None:
     document = ezdxf.readfile(path)
     space = document.modelspace()
     plan = json.loads((job / "crossing_map.json").read_text())
-    x = plan["sheets"][0]["code"]["x_mm"]
-    spoil(space, [e for e in space.query('LINE[layer=="NOTES"]') if e.dxf.start.x >= x])
+    code = plan["sheets"][0]["code"]
+    low = ezdxf.math.Vec2(code["x_mm"], code["y_mm"])
+    box = ezdxf.math.BoundingBox2d([low, low + ezdxf.math.Vec2(29, 29) * code["dot_mm"]])
+    lines = [e for e in space.query("LINE") if box.inside(e.dxf.start) and box.inside(e.dxf.end)]
+    assert {e.dxf.layer for e in lines} == {"NOTES"}
+    spoil(space, lines)
     document.saveas(path)
     assert words in found(job)
 
