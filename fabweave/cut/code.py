@@ -70,6 +70,7 @@ def _dots(text: str) -> Any:
     made = segno.make(
         text,
         error="l",
+        mode="byte",
         encoding=None if plain else "utf-8",
         eci=not plain,
         micro=False,

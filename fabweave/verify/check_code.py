@@ -6,19 +6,20 @@ import shlex
 from typing import Any
 
 import numpy as np
-import segno
 import shapely
-from scipy.spatial import KDTree
 
 from fabweave.verify.check_drawings import SAME_MM
 from fabweave.verify.crossing_map import CrossingMap, Sheet
-from fabweave.verify.drawing import NOTES, Drawing, Floats, Ints
+from fabweave.verify.drawing import NOTES, Drawing, Floats, ReadError
 from fabweave.verify.loading import Job
+from fabweave.verify.read_code import read_code
 from fabweave.verify.report import Tally
 
 #: Readers want a border of so many dots to be free.
 _QUIET = 4
 _WIDTH_MM = 1e-3
+#: Codes of more dots are not read.
+_MOST_DOTS = 54.0
 _DIGEST = "# sha256 "
 
 
@@ -89,41 +90,36 @@ def _is_number(word: str) -> bool:
 def _check_dots(
     where: str, text: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, tally: Tally
 ) -> None:
-    """Check that all dots are drawn, and nothing else is where the code and its border are."""
-    x, y, dot = sheet.code or (0.0, 0.0, 0.0)
-    utf8 = not text.isascii()
-    symbol = segno.make(
-        text, error="l", encoding="utf-8" if utf8 else None, eci=utf8, micro=False,
-        boost_error=False,
-    )  # fmt: skip
-    rows = [list(row) for row in symbol.matrix]
-    wanted = []
-    for number, row in enumerate(rows):
-        height = y + dot * (len(rows) - number - 0.5)
-        edges = [k for k in range(len(row) + 1) if [*row, 0][k] != [0, *row][k]]
-        wanted += [
-            (x + dot * left, height, x + dot * right, height)
-            for left, right in zip(edges[::2], edges[1::2], strict=True)
-        ]
+    """Check that the dots say the text, and nothing else is where the code and its border are."""
+    x, y, dot = sheet.code or (0.0, 0.0, 1.0)
     notes = drawing.groups.get((NOTES, None), np.zeros(0, dtype=np.int64))
     two = notes[(drawing.sizes[notes] == 2) & ~drawing.closed[notes]]
-    lines = np.concatenate(
-        [drawing.points[drawing.start[two]], drawing.points[drawing.start[two] + 1]], axis=1
-    )
-    matched = _matched(np.array(wanted), lines)
-    lost = int(np.sum(matched < 0))
-    tally.count(len(wanted))
-    tally.expect(
-        lost == 0, f"{where}: {lost} of {len(wanted)} lines of the code are missing or out of place"
-    )
-    side = dot * (len(rows) + 2 * _QUIET)
-    box = shapely.box(*(np.array([x, y, x, y]) - dot * _QUIET + [0.0, 0.0, side, side]))
+    first = drawing.start[two]
+    ends = np.sort(np.stack([drawing.points[first], drawing.points[first + 1]], axis=1), axis=1)
+    # From the corner of the code, in dots; those that lie on its grid are its own.
+    grid = (ends - [x, y]) / dot - [0.0, 0.5]
+    near = np.abs(grid - np.rint(grid)).max(axis=(1, 2), initial=0.0) * dot <= SAME_MM
+    level = np.ptp(grid[:, :, 1], axis=1) * dot <= SAME_MM
+    inside = (grid > -0.5).all(axis=(1, 2)) & (grid < _MOST_DOTS).all(axis=(1, 2))
+    own = near & level & inside
+    runs = np.rint(grid[own]).astype(np.int64)
+    size = int(runs.max(initial=0))
+    dots = np.zeros((size, size), dtype=bool)
+    for (left, row), (right, _) in runs.tolist():
+        dots[size - 1 - min(row, size - 1), left:right] = True
+    tally.count(len(runs))
+    try:
+        said = read_code(dots)
+        tally.expect(said == text, f"{where}: the code says {said!r}, and the map {text!r}")
+    except ReadError as error:
+        tally.fail(f"{where}: the code cannot be read: {error}")
+    low, side = np.array([x, y]) - dot * _QUIET, dot * (size + 2 * _QUIET)
+    box = shapely.box(*low, *(low + side))
     outline = sheet.outline * [-1.0, 1.0] + [sheet.width_mm, 0.0]
     material = shapely.Polygon(outline if sheet.mirrored else sheet.outline)
     tally.expect(shapely.make_valid(material).covers(box), f"{where}: the code leaves the sheet")
-    others = np.setdiff1d(notes, two[matched[matched >= 0]])
-    runs = [drawing.shape(at) for at in others.tolist()]
-    on = [run.name for run in runs if box.intersects(_line(run.points, closed=run.closed))]
+    others = [drawing.shape(at) for at in np.setdiff1d(notes, two[own]).tolist()]
+    on = [one.name for one in others if box.intersects(_line(one.points, closed=one.closed))]
     on += [
         piece.id
         for piece in plan.pieces
@@ -131,14 +127,6 @@ def _check_dots(
         and box.intersects(shapely.make_valid(shapely.Polygon(piece.placed(piece.outline))))
     ]
     tally.expect(not on, f"{where}: the code overlaps {', '.join(on[:5])}")
-
-
-def _matched(wanted: Floats, lines: Floats) -> Ints:
-    """Return for each wanted line the place of the one that is it; -1 for none."""
-    if not len(lines):
-        return np.full(len(wanted), -1)
-    distance, place = KDTree(lines).query(wanted)
-    return np.where(distance <= SAME_MM, place, -1)
 
 
 def _line(points: Floats, *, closed: bool) -> Any:

@@ -58,16 +58,16 @@ def change_code(old, new):
     ("change", "words"),
     [
         (change_code("90mm", "95mm"), "the code says size 95mm, and job.toml '90mm'"),
-        (change_code("90mm", "95mm"), "lines of the code are missing"),
+        (change_code("90mm", "95mm"), "the code says 'fabweave make shape:octahedron --size 90mm"),
         (change_code("octahedron", "cube"), "not 'shape:octahedron'"),
         (change_code("--slots", "--strict"), "the code says strict , and job.toml False"),
         (change_code("fabweave make", "rm"), "the code makes nothing"),
         (change_code("-o", "# sha256"), "the code's digest is again"),
         (lambda plan: plan["cut"].pop("code"), "the map does not say which"),
         (lambda plan: plan["sheets"][0].update(code=None), "and dots [] mm"),
-        (lambda plan: plan["sheets"][0]["code"].update(x_mm=100.0), "missing or out of place"),
+        (lambda plan: plan["sheets"][0]["code"].update(x_mm=100.0), "the code cannot be read"),
         (lambda plan: plan["sheets"][0]["code"].update(dot_mm=0.5), "and dots [0.5] mm"),
-        (lambda plan: plan["sheets"][0]["code"].update(x_mm=210.0), "the code leaves the sheet"),
+        (lambda plan: plan["sheets"][0]["code"].update(x_mm=1.0), "the code leaves the sheet"),
     ],
 )
 def test_a_map_that_says_something_else_is_found(job, change, words) -> None:
@@ -103,8 +103,8 @@ def add_a_line(space, lines) -> None:
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (drop_a_line, "1 of "),
-        (shift_a_line, "missing or out of place"),
+        (drop_a_line, "the code cannot be read"),
+        (shift_a_line, "the code cannot be read"),
         (add_a_line, "the code overlaps LINE"),
     ],
 )
