@@ -25,6 +25,7 @@ from fabweave.options import (
     Direction,
     Hole,
     Length,
+    LengthByBunch,
     job_settings,
     weaving_options,
 )
@@ -69,7 +70,9 @@ def cli() -> None:
     "up small errors.",
 )
 @click.option(
-    "--gap", type=Length(), help="Least distance between pieces. [default: the material's]"
+    "--gap",
+    type=LengthByBunch(),
+    help="Least distance between pieces, or by bunch: warp=2mm,weft=4mm. [default: the material's]",
 )
 @click.option(
     "--layout",

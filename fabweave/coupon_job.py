@@ -11,9 +11,10 @@ from fabweave.cut.preview import png_bytes
 from fabweave.cut.svg import svg_text
 from fabweave.errors import InputError
 from fabweave.outfiles import write_files
+from fabweave.preflight_job import supplies_of
 from fabweave.settings import read_job_options
-from fabweave.sheet.material import material_named, with_thickness
-from fabweave.units import parse_length
+from fabweave.sheet.material import with_thickness
+from fabweave.sheet.supplies import Supplies, sort_of_material
 
 
 def coupon_for(
@@ -37,13 +38,22 @@ def coupon_for(
         If there is neither a material nor a job, or a job's file cannot be read.
     """
     told = _read_job(directory) if directory is not None else {}
-    name = material or told.get("material")
-    if name is None:
+    own: Supplies | None = told.get("supplies")
+    if material is not None:
+        sheet = sort_of_material(material)
+    elif own is None:
         raise InputError("no material: say --material NAME, or name a finished job's folder")
-    # A job's thickness is that of its own material.
-    thick = thickness_mm or (told.get("thickness_mm") if material is None else None)
-    sheet = material_named(name)
-    sheet = sheet if thick is None else with_thickness(sheet, thick)
+    elif own.several:
+        # A coupon is cut from one sheet.
+        raise InputError(
+            f"the job has {len(own.each)} materials, and a coupon is of one: say which, with "
+            + " or ".join(
+                f"--material {m.name} --thickness {m.thickness_mm:g}mm" for m in own.materials
+            )
+        )
+    else:
+        sheet = own.only
+    sheet = sheet if thickness_mm is None else with_thickness(sheet, thickness_mm)
     return plan_coupon(
         sheet,
         hole_mm=hole_mm if hole_mm is not None else told.get("hole_mm"),
@@ -69,8 +79,7 @@ def _read_job(directory: Path) -> dict[str, Any]:
         widths = [thread["narrowest_mm"] for thread in ribbons["threads"]]
         bends = [one["bend_mm"] for one in ribbons["threads"] if one["bend_mm"] is not None]
         return {
-            "material": options["material"],
-            "thickness_mm": parse_length(options["thickness"]),
+            "supplies": supplies_of(options),
             "hole_mm": max(holes, default=None),
             "lap_mm": median(laps) if laps else None,
             "width_mm": median(widths) if widths else None,

@@ -222,11 +222,12 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> N
 
 def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
     """Write a file for each distinct piece, and the table of quantities."""
-    stuff = Stuff(job.material.name, job.material.thickness_mm)
+    each = [Stuff(one.name, one.thickness_mm) for one in job.supplies.materials]
+    stuff = [each[index] for index in job.allotment.of_pieces(job.made.pieces)]
     kinds = [piece["kind"] for piece in plan["pieces"]]
     write_kind_files(
         directory,
-        kind_files(job.made.pieces, kinds, [stuff] * len(kinds)),
+        kind_files(job.made.pieces, kinds, stuff),
         version=job.settings.dxf,
         colours=job.settings.preset,
         units=job.settings.svg_units,
@@ -240,7 +241,7 @@ def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
     names = [drawing.name for drawing in job.drawings]
     bill = bill_of_materials(job.made)
     report = waste_report(
-        job.made.pieces, job.layout, job.drawings, job.material, job.notes, job.offcut
+        job.made.pieces, job.layout, job.drawings, job.allotment, job.notes, job.offcut
     )
     report |= bill
     report["kerf_mm"] = job.settings.kerf_mm
@@ -267,20 +268,23 @@ def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
     _write(directory / "assembly.html", job_viewer(job, plan))
     _write(
         directory / "pieces.csv",
-        piece_table(job.made.pieces, job.layout, thing.labels, job.material),
+        piece_table(job.made.pieces, job.layout, thing.labels, job.allotment),
     )
     ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
     _write(directory / "ribbons.json", json_text(ribbons))
     target = target_named(job.settings.target)
-    flaws = preflight(plan, ribbons, job.material, target)
+    supplies = job.supplies
+    materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
+    flaws = preflight(plan, ribbons, materials, target)
     if job.settings.strict and flaws:
         lines = "\n".join(f"  {line}" for line in flaw_lines(flaws))
         raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
-    _write(directory / "preflight.json", json_text(preflight_record(flaws, job.material, target)))
+    record = preflight_record(flaws, supplies.materials, target)
+    _write(directory / "preflight.json", json_text(record))
     _write(directory / "waste.json", json_text(report))
     _write(
         directory / "waste.html",
-        waste_page(report, title=thing.woven.title, material=job.material, sheet_names=names),
+        waste_page(report, title=thing.woven.title, supplies=supplies, sheet_names=names),
     )
 
 
@@ -298,6 +302,7 @@ def job_plan(job: Job) -> dict[str, Any]:
         job.layout,
         [drawing.name for drawing in job.drawings],
         job.order,
+        job.allotment,
         mirrored=job.settings.label_side == "inside",
         cut=cut_record(job.settings) | {"code": job.code},
     )
@@ -327,7 +332,7 @@ def job_facts(job: Job) -> Facts:
     return Facts(
         title=job.object.woven.title,
         size_mm=tuple(np.ptp(job.object.woven.mesh.vertices, axis=0).tolist()),
-        material=f"{job.material.title}, {job.material.thickness_mm:g} mm",
+        material=job.supplies.told,
         bill=bill_of_materials(job.made),
         colours=job.colours,
         portrait=job.portrait(),
@@ -339,9 +344,11 @@ def job_viewer(job: Job, plan: dict[str, Any]) -> str:
     ribbons = job.object.ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     view = choose_view(vertices, triangles)
+    thickness = job.supplies.thickness_mm(job.object.bunches).tolist()
+    layer = thickness if job.supplies.several else thickness[0]
     return viewer_page(
         plan,
-        space_record(ribbons, job.weave, job.made.pieces, layer_mm=job.material.thickness_mm),
+        space_record(ribbons, job.weave, job.made.pieces, layer_mm=layer),
         title=job.object.woven.title,
         colours=job.colours,
         view_deg=(view.azimuth_deg, view.elevation_deg),

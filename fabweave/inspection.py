@@ -21,8 +21,8 @@ from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.check import require_width, ribbon_widths, thread_lengths
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import JobSettings
-from fabweave.sheet.material import Material
 from fabweave.sheet.stock import format_stock
+from fabweave.sheet.supplies import Supplies
 from fabweave.weave.anneal import couple
 from fabweave.weave.bound import irregular_seeds, prove_bound
 from fabweave.weave.bunches import find_bunches, thread_graph
@@ -88,11 +88,11 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
     InputError, CannotMakeError
         If the mesh cannot be woven at all.
     """
-    settings, material = complete_settings(settings)
-    thing = weave_object(settings, material, progress)
-    thing, pieces = _planned(thing, settings, material, progress)
+    settings, supplies = complete_settings(settings)
+    thing = weave_object(settings, supplies, progress)
+    thing, pieces = _planned(thing, settings, supplies, progress)
     progress("checks", 0, 1)
-    check = check_object(thing, settings, material)
+    check = check_object(thing, settings, supplies)
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
     threads = thing.weave.threads
     progress("twill", 0, 1)
@@ -106,7 +106,7 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         "pieces": pieces,
         "checks": {
             **ribbon_report(check, thing.ribbons, thing.labels),
-            "notes": [*width_notes(thing, settings, material), *ribbon_notes(check)],
+            "notes": [*width_notes(thing, settings, supplies), *ribbon_notes(check)],
         },
         "notes": [*thing.woven.notes, *thing.chosen.notes],
     }
@@ -254,7 +254,7 @@ def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str])
 
 
 def _planned(
-    thing: WovenObject, settings: JobSettings, material: Material, progress: Progress
+    thing: WovenObject, settings: JobSettings, supplies: Supplies, progress: Progress
 ) -> tuple[WovenObject, dict[str, Any]]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
     progress("pieces", 0, 1)
@@ -262,10 +262,10 @@ def _planned(
     try:
         require_width(thing.ribbons, thing.labels, thing.size_mm)
         require_no_loop(threads, thing.woven.halfedges)
-        require_stiffness(thing, settings, material)
-        rules = hole_rules(settings, material)
-        plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules)
-        thing = keep_clear(thing, settings, material, plan.runs.laps(threads))
+        require_stiffness(thing, settings, supplies)
+        rules = hole_rules(settings, supplies)
+        plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
+        thing = keep_clear(thing, settings, supplies, plan.runs.laps(threads))
     except FabweaveError as error:
         return thing, {"count": None, "because": str(error), "sheets": sheets}
     return thing, {

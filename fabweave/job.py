@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.assembly.order import Order, plan_order
 from fabweave.assembly.steps import build_steps, order_note
+from fabweave.bybunch import by_bunch, split_by_bunch
 from fabweave.command import command_text
 from fabweave.cut.code import code_notes, with_code
 from fabweave.cut.drawing import SheetDrawing
@@ -18,10 +18,11 @@ from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
 from fabweave.executors import Executors, here
 from fabweave.flat.holes import HoleRule
-from fabweave.flat.joint import JointRule, parse_joint
+from fabweave.flat.joint import parse_joint
 from fabweave.flat.joints import JointPlan, plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
 from fabweave.flat.runs import Runs
+from fabweave.laying import lay_out
 from fabweave.plan import Plan, plan_pieces
 from fabweave.report.notes import all_notes
 from fabweave.report.portrait import portrait_png
@@ -31,19 +32,10 @@ from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import CHOICES, LAYOUT_FILE, JobSettings
-from fabweave.sheet.given import read_layout
-from fabweave.sheet.layout import Layout, SheetSize
-from fabweave.sheet.material import (
-    Material,
-    hole_edge_mm,
-    material_named,
-    min_hole_mm,
-    with_thickness,
-)
-from fabweave.sheet.nest import nest
+from fabweave.sheet.layout import Layout
+from fabweave.sheet.material import hole_edge_mm, min_hole_mm
 from fabweave.sheet.offcut import Offcut, best_offcut
-from fabweave.sheet.stock import stock_for
-from fabweave.sheet.turns import parse_rotations
+from fabweave.sheet.supplies import Allotment, Supplies, allot, plan_supplies
 from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours
 from fabweave.weave.pattern import Weave
@@ -66,7 +58,8 @@ class Job:
     """Everything that a job makes, before it is written."""
 
     settings: JobSettings
-    material: Material
+    #: What each bunch is cut from.
+    supplies: Supplies
     object: WovenObject
     check: RibbonCheck
     plan: Plan
@@ -76,6 +69,8 @@ class Job:
     layout: Layout
     #: What is left of a sheet and worth keeping, as it is drawn.
     offcut: Offcut | None
+    #: Which supply every thread and sheet is of.
+    allotment: Allotment
     order: Order
     #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
     portrait: Callable[[], bytes]
@@ -128,18 +123,17 @@ def make_job(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    settings, material = complete_settings(settings)
-    thing = weave_object(settings, material, progress)
-    weave, rules = thing.weave, hole_rules(settings, material)
+    settings, supplies = complete_settings(settings)
+    thing = weave_object(settings, supplies, progress)
+    weave, rules = thing.weave, hole_rules(settings, supplies)
     require_width(thing.ribbons, thing.labels, thing.size_mm)
     require_no_loop(weave.threads, thing.woven.halfedges)
-    require_stiffness(thing, settings, material)
+    require_stiffness(thing, settings, supplies)
     progress("pieces", 0, 1)
-    plan = plan_pieces(thing.ribbons, weave, thing.labels, settings, rules)
-    rule = parse_joint(settings.joint, lap_mm=settings.lap_mm, thickness_mm=material.thickness_mm)
-    thing, joints = _with_joints(thing, plan.runs, rule, settings, material)
+    plan = plan_pieces(thing.ribbons, weave, thing.labels, settings, rules, supplies)
+    thing, joints = _with_joints(thing, plan.runs, settings, supplies)
     progress("checks", 0, 1)
-    check = check_object(thing, settings, material)
+    check = check_object(thing, settings, supplies)
     made = build_pieces(
         thing.ribbons, weave, plan.runs, thing.labels, rules, joints, slots=settings.slots
     )
@@ -156,7 +150,8 @@ def make_job(
     portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
     ordered = start(_plan_order, made, thing, settings)
     progress("nesting", 0, len(made.pieces))
-    layout = _laid_out(made, settings, executors, progress)
+    layout = lay_out(made.pieces, settings, supplies, thing.bunches, executors, progress)
+    allotment = allot(supplies, thing.bunches, layout, made.pieces)
     if layout.recorded:
         settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
@@ -169,7 +164,7 @@ def make_job(
         marks,
         layout,
         title=thing.woven.title,
-        material=f"{material.name} {material.thickness_mm:g} mm",
+        captions=allotment.captions(),
         mirrored=mirrored,
         offcut=offcut,
         cool=settings.cut_order == "cool",
@@ -180,7 +175,7 @@ def make_job(
     ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     return Job(
         settings=settings,
-        material=material,
+        supplies=supplies,
         object=thing,
         check=check,
         plan=plan,
@@ -189,6 +184,7 @@ def make_job(
         marks=marks,
         layout=layout,
         offcut=offcut,
+        allotment=allotment,
         order=order,
         portrait=portrait,
         drawings=drawings,
@@ -198,7 +194,7 @@ def make_job(
             *thing.woven.notes,
             *thing.chosen.notes,
             *all_notes(thing.woven.mesh, weave, thing.ribbons, made, marks, rules),
-            *width_notes(thing, settings, material),
+            *width_notes(thing, settings, supplies),
             *ribbon_notes(check),
             order_note(order, build_steps(made, order)),
             *layout.notes,
@@ -214,50 +210,21 @@ def make_job(
 
 
 def _with_joints(
-    thing: WovenObject, runs: Runs, rule: JointRule, settings: JobSettings, material: Material
+    thing: WovenObject, runs: Runs, settings: JobSettings, supplies: Supplies
 ) -> tuple[WovenObject, JointPlan]:
     """Plan the joints, and lay the ribbons again with room for laps where they are."""
-    laps = plan_joints(thing.ribbons, thing.weave, runs, rule).laps
+    rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
+    thickness = supplies.thickness_mm(thing.bunches)
+    laps = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness).laps
     while True:
-        thing = keep_clear(thing, settings, material, laps)
-        joints = plan_joints(thing.ribbons, thing.weave, runs, rule)
+        thing = keep_clear(thing, settings, supplies, laps)
+        joints = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness)
         # Panels keep their shape when the strands move apart; but where ribbons were narrowed,
         # there may be room for nothing but a lap.
         more = np.setdiff1d(joints.laps, laps)
         if not len(more):
             return thing, joints
         laps = np.concatenate((laps, more))
-
-
-def _laid_out(
-    made: Pieces, settings: JobSettings, executors: Executors, progress: Progress
-) -> Layout:
-    """Nest the pieces, or take the layout of a finished job."""
-    outlines, ids = [piece.outline for piece in made.pieces], [piece.id for piece in made.pieces]
-    gap_mm, turns = _given(settings.gap_mm), parse_rotations(settings.rotations)
-    if settings.layout is not None:
-        path = Path(settings.layout)
-        return read_layout(
-            path,
-            outlines,
-            ids,
-            settings.stock,
-            margin_mm=settings.margin_mm,
-            gap_mm=gap_mm,
-            turns=turns,
-        )
-    return nest(
-        outlines,
-        settings.stock,
-        margin_mm=settings.margin_mm,
-        gap_mm=gap_mm,
-        effort=settings.effort,
-        seed=settings.seed,
-        ids=ids,
-        turns=turns,
-        executors=executors,
-        progress=progress,
-    )
 
 
 def _offcut(made: Pieces, layout: Layout, settings: JobSettings) -> Offcut | None:
@@ -279,7 +246,7 @@ def _plan_order(made: Pieces, thing: WovenObject, settings: JobSettings) -> Orde
     )
 
 
-def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
+def complete_settings(settings: JobSettings) -> tuple[JobSettings, Supplies]:
     """Fill in what was left to fabweave: thickness, gap and sheet.
 
     Raises
@@ -291,27 +258,32 @@ def complete_settings(settings: JobSettings) -> tuple[JobSettings, Material]:
         value = getattr(settings, name)
         if value not in choices:
             raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
-    material = material_named(settings.material)
-    if settings.thickness_mm is not None:
-        material = with_thickness(material, settings.thickness_mm)
-    sheets = stock_for(settings.sheets, material.name) or (SheetSize(*material.sheet_mm),)
-    gap_mm = material.gap_mm if settings.gap_mm is None else settings.gap_mm
-    check_kerf(settings.kerf_mm, gap_mm)
+    supplies = plan_supplies(
+        split_by_bunch(settings.material, what="material"),
+        by_bunch(settings.thickness_mm),
+        by_bunch(settings.gap_mm),
+        settings.sheets,
+    )
+    check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     return (
         replace(
             settings,
-            thickness_mm=material.thickness_mm,
-            sheets=sheets,
-            gap_mm=gap_mm,
+            thickness_mm=supplies.by_bunch(lambda one: one.material.thickness_mm),
+            sheets=supplies.sheets,
+            gap_mm=supplies.by_bunch(lambda one: one.gap_mm),
         ),
-        material,
+        supplies,
     )
 
 
-def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...]:
-    """Return the holes that may be used, the largest first; none if none are wanted."""
+def hole_rules(settings: JobSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
+    """Return the holes that may be used, the largest first; none if none are wanted.
+
+    A fastener goes through both strands of a crossing, so a hole suits all materials.
+    """
     if settings.hole_mm == 0:
         return ()
+    material = max(supplies.materials, key=min_hole_mm)
     least = min_hole_mm(material)
     if settings.hole_mm is not None:
         if settings.hole_mm < least:
@@ -323,11 +295,7 @@ def hole_rules(settings: JobSettings, material: Material) -> tuple[HoleRule, ...
         holes: Sequence[float] = (settings.hole_mm,)
     else:
         holes = [hole for hole in HOLES_MM if hole >= least] or [least]
-    return tuple(HoleRule(hole, hole_edge_mm(material, hole)) for hole in holes)
-
-
-def _given(value: float | None) -> float:
-    """Return a setting that complete_settings has filled in."""
-    if value is None:
-        raise ValueError("settings must be completed first")
-    return value
+    return tuple(
+        HoleRule(hole, max(hole_edge_mm(material, hole) for material in supplies.materials))
+        for hole in holes
+    )

@@ -99,10 +99,10 @@ def write_model(
         For what cannot be woven, or yarns that have no room.
     """
     suffix = check_suffix(path)
-    completed, material = complete_settings(settings)
-    thing = weave_object(completed, material, progress)
+    completed, supplies = complete_settings(settings)
+    thing = weave_object(completed, supplies, progress)
     if yarn is None:
-        thing = keep_clear(thing, completed, material)
+        thing = keep_clear(thing, completed, supplies)
     colours = thread_colours(thing.bunches, settings.colours)
     facts: dict[str, Any] = {
         "file": str(path),
@@ -115,10 +115,10 @@ def write_model(
     if yarn is not None:
         bodies, facts["radius_mm"] = _spun(thing, colours, yarn, progress)
     elif suffix in _PRINTED:
-        facts["kind"] = f"solid ribbons, {material.thickness_mm:g} mm thick"
-        bodies = ribbon_bodies(
-            thing.ribbons, thing.labels, colours, thickness_mm=material.thickness_mm
-        )
+        each = dict.fromkeys(f"{one.thickness_mm:g}" for one in supplies.materials)
+        facts["kind"] = f"solid ribbons, {' and '.join(each)} mm thick"
+        thickness = supplies.thickness_mm(thing.bunches)
+        bodies = ribbon_bodies(thing.ribbons, thing.labels, colours, thickness_mm=thickness)
         facts["notes"] += _clashes(bodies)
     else:
         bodies = ribbon_bodies(thing.ribbons, thing.labels, colours)

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import click
 from click.core import ParameterSource
 
+from fabweave.bybunch import split_by_bunch
 from fabweave.cut.bridges import MicroJoints, parse_micro_joints
 from fabweave.errors import InputError
 from fabweave.report.view import View
@@ -46,6 +47,24 @@ class Length(click.ParamType[float]):
             )
         except InputError as error:
             self.fail(str(error), param, ctx)
+
+
+class LengthByBunch(Length):
+    """A length with a unit, or one for each bunch."""
+
+    name = "length"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read what was typed: a number, or pairs of a bunch's name and a number."""
+        if not isinstance(value, str) or "=" not in value:
+            return value if isinstance(value, tuple) else super().convert(value, param, ctx)
+        try:
+            pairs = split_by_bunch(value, what=param.human_readable_name if param else "length")
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+        return tuple(
+            (name, super(LengthByBunch, self).convert(one, param, ctx)) for name, one in pairs
+        )
 
 
 class Hole(Length):
@@ -235,12 +254,15 @@ _WEAVING = (
         metavar="NAME",
         default=DEFAULTS.material,
         show_default=True,
-        help="What it is cut from; fabweave materials lists all.",
+        help="What it is cut from; fabweave materials lists all. For each bunch its own: "
+        "warp=card,weft=birch-veneer, or by number (0=card,1=card,2=birch-veneer) where there are "
+        "more than two. What is equal is nested together; card:red and card:blue are not.",
     ),
     click.option(
         "--thickness",
-        type=Length(),
-        help="Measured thickness. [default: the material's]",
+        type=LengthByBunch(),
+        help="Measured thickness, such as 0.5mm, or by bunch: warp=0.5mm,weft=0.8mm. "
+        "[default: the material's]",
     ),
     click.option(
         "--width",
@@ -303,7 +325,8 @@ _WEAVING = (
         metavar="WxH[:N]",
         multiple=True,
         help="Sheet stock, e.g. 600x400mm, or "
-        "24x18in:3 for three of them; repeat it for several sizes. [default: the material's]",
+        "24x18in:3 for three of them; repeat it for several sizes. For one bunch only: "
+        "weft=600x400mm. [default: the material's]",
     ),
     click.option(
         "--stock",

@@ -19,6 +19,7 @@ from fabweave.settings import JobSettings
 from fabweave.sheet.area import Area, area_of, clear_rectangle
 from fabweave.sheet.fits import fits_rectangle
 from fabweave.sheet.shape import shape_of
+from fabweave.sheet.supplies import Supplies
 from fabweave.sheet.turns import parse_rotations
 from fabweave.weave.pattern import Weave
 
@@ -51,6 +52,7 @@ def plan_pieces(
     labels: tuple[str, ...],
     settings: JobSettings,
     rules: Sequence[HoleRule],
+    supplies: Supplies,
 ) -> Plan:
     """Split ribbons so that every piece fits the stock, at the least predicted cost.
 
@@ -65,6 +67,8 @@ def plan_pieces(
         Complete settings.
     rules : sequence of HoleRule
         The holes that joints may have, the preferred first.
+    supplies : Supplies
+        What it is cut from; with several materials, every piece fits the stock of each.
 
     Raises
     ------
@@ -73,26 +77,35 @@ def plan_pieces(
     """
     # Long laps go on beyond the panels with which the pieces end that are measured here.
     beyond = lap_beyond(ribbons, settings.lap_mm)
-    margin, gap = settings.margin_mm + beyond, settings.gap_mm or 0.0
+    margin = settings.margin_mm + beyond
     turns = parse_rotations(settings.rotations)
-    whole = [area_of(sheet, margin, gap, turns) for sheet in settings.stock]
     # Pieces are planned for rectangles; nesting may find more room beside a defect.
-    clear = [Area(clear_rectangle(area, gap), None, area.turns) for area in whole]
+    clear = [
+        [
+            Area(clear_rectangle(area, supply.gap_mm), None, area.turns)
+            for area in (
+                area_of(sheet, margin, supply.gap_mm, turns)
+                for sheet in settings.as_nested(supply.sheets)
+            )
+        ]
+        for supply in supplies.each
+    ]
 
     def fits(outline: FloatArray) -> bool:
         # A piece lies along its least rectangle.
         shape = shape_of(outline)[0]
-        return any(fits_rectangle(shape, area) for area in clear)
+        return all(any(fits_rectangle(shape, area) for area in own) for own in clear)
 
-    usable = tuple(area.size_mm for area in clear)
-    if not max(max(size) for size in usable) > 0.0:
+    sides = [max(max(area.size_mm) for area in own) for own in clear]
+    if not min(sides) > 0.0:
         raise CannotMakeError(
             "no sheet has a free rectangle for any piece between its margin and its defects; take "
             "a smaller margin, or another sheet"
         )
-    # Where angles are few, each piece must be asked for.
-    bed = Bed(fits, usable if turns.step_deg is None else (), gap)
-    side = max(max(size) for size in usable)
+    # Where angles are few, or sheets of several materials differ, each piece must be asked for.
+    easy = turns.step_deg is None and not supplies.several
+    bed = Bed(fits, tuple(area.size_mm for area in clear[0]) if easy else (), supplies.gap_mm)
+    side = min(sides)
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)

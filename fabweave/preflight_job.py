@@ -1,15 +1,19 @@
 """Check a finished job's folder against the rules of those who cut it."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from fabweave.bybunch import split_by_bunch
 from fabweave.cut.preflight import Flaw, preflight, preflight_record
 from fabweave.cut.targets import Target, target_named
 from fabweave.errors import InputError
 from fabweave.settings import read_job_options
-from fabweave.sheet.material import Material, material_named, with_thickness
+from fabweave.sheet.supplies import Supplies, plan_supplies
 from fabweave.units import parse_length
 
 
@@ -17,19 +21,19 @@ from fabweave.units import parse_length
 class Preflight:
     """What was found, and against whose rules."""
 
-    material: Material
+    supplies: Supplies
     target: Target
     flaws: tuple[Flaw, ...]
 
     @property
     def all_clear(self) -> str:
         """What to say if nothing was found."""
-        return f"no rule is broken: {self.target.title}, {self.material.title}"
+        return f"no rule is broken: {self.target.title}, {self.supplies.titles}"
 
     @property
     def record(self) -> dict[str, Any]:
         """The findings as ``preflight.json`` holds them."""
-        return preflight_record(self.flaws, self.material, self.target)
+        return preflight_record(self.flaws, self.supplies.materials, self.target)
 
 
 def preflight_job(directory: Path, target: str | None = None) -> Preflight:
@@ -48,13 +52,14 @@ def preflight_job(directory: Path, target: str | None = None) -> Preflight:
     """
     options = read_job_options(directory / "job.toml")
     try:
-        material = with_thickness(
-            material_named(options["material"]), parse_length(options["thickness"])
-        )
+        supplies = supplies_of(options)
         named = target_named(target or options.get("target", "default"))
         plan = json.loads((directory / "crossing_map.json").read_text(encoding="utf-8"))
         ribbons = json.loads((directory / "ribbons.json").read_text(encoding="utf-8"))
-        return Preflight(material, named, preflight(plan, ribbons, material, named))
+        bunches = np.array([thread["bunch"] for thread in plan["threads"]], dtype=np.int64)
+        supplies.require(bunches)
+        materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
+        return Preflight(supplies, named, preflight(plan, ribbons, materials, named))
     except (OSError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
@@ -62,3 +67,20 @@ def preflight_job(directory: Path, target: str | None = None) -> Preflight:
             f"{directory} is no finished job that can be checked "
             f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
         ) from error
+
+
+def supplies_of(options: Mapping[str, Any]) -> Supplies:
+    """Return the materials that a job.toml names, with their thickness, but without its sheets.
+
+    Raises
+    ------
+    InputError, KeyError
+        If they are not told as fabweave tells them.
+    """
+    thickness = split_by_bunch(str(options["thickness"]), what="thickness")
+    return plan_supplies(
+        split_by_bunch(str(options["material"]), what="material"),
+        tuple((name, parse_length(text)) for name, text in thickness),
+        (("", None),),
+        (),
+    )

@@ -8,6 +8,7 @@ from typing import Any
 import tomli_w
 
 from fabweave import __version__
+from fabweave.bybunch import ByBunch, by_bunch, format_by_bunch
 from fabweave.cut.bridges import MicroJoints
 from fabweave.cut.labels import LABELS, SIDES
 from fabweave.cut.presets import Preset, check_hairline, preset_named, preset_names
@@ -72,6 +73,9 @@ class JobSettings:
     stock, those of a list with their names; ``rotations`` says at which angles pieces stand on
     them, such as ``"grain:5deg"``.
     ``layout`` names the crossing map of a finished job whose layout is taken.
+    ``material``, ``thickness_mm`` and ``gap_mm`` are of all threads or of each bunch: the first as
+    on the command line, such as ``"warp=card,weft=birch-veneer"``, the others as pairs of a name
+    and a length.
     """
 
     mesh: str
@@ -84,7 +88,7 @@ class JobSettings:
     pattern: str = "plain"
     boundary: str = "end"
     material: str = "card"
-    thickness_mm: float | None = None
+    thickness_mm: float | ByBunch[float] | None = None
     width: WidthRule = WidthRule(auto=True)  # noqa: RUF009 - a frozen value
     smooth: int = 3
     crossing: float = 0.7
@@ -96,7 +100,7 @@ class JobSettings:
     slots: bool = False
     sheets: tuple[SheetSize, ...] = ()
     margin_mm: float = 10.0
-    gap_mm: float | None = None
+    gap_mm: float | ByBunch[float] | None = None
     rotations: str = "free"
     effort: str = "normal"
     seed: int = 0
@@ -117,16 +121,15 @@ class JobSettings:
     cut_order: str = "short"
     template: str = "sheet"
 
-    @property
-    def stock(self) -> tuple[SheetSize, ...]:
-        """The sheets as pieces are nested on them.
+    def as_nested(self, sheets: tuple[SheetSize, ...]) -> tuple[SheetSize, ...]:
+        """Return sheets as pieces are nested on them.
 
         Where the inside is engraved, whole sheets are drawn mirrored; so their outlines are
         mirrored before, and lie on the bed as they are.
         """
         if self.label_side != "inside":
-            return self.sheets
-        return tuple(sheet.mirrored() for sheet in self.sheets)
+            return sheets
+        return tuple(sheet.mirrored() for sheet in sheets)
 
     def __post_init__(self) -> None:
         """Refuse a seed that no job.toml could hold."""
@@ -149,8 +152,10 @@ def settings_table(settings: JobSettings) -> dict[str, Any]:
 def _options(settings: JobSettings) -> dict[str, Any]:
     """Return all options; None where nothing was said."""
 
-    def length(value: float | None) -> str | None:
-        return None if value is None else f"{value:.10g}mm"
+    def length(value: float | ByBunch[float] | None) -> str | None:
+        if value is None:
+            return None
+        return format_by_bunch(by_bunch(value), lambda one: f"{one:.10g}mm")
 
     return {
         "mesh": settings.mesh,

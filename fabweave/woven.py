@@ -11,6 +11,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.findings import RibbonCheck, check_ribbons, require_pliable
+from fabweave.ribbon.heights import crossing_heights
 from fabweave.ribbon.narrow import Narrowed, narrow_ribbons
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.remedy import is_too_stiff
@@ -19,8 +20,8 @@ from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
 from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits, thickness_for_bend
-from fabweave.sheet.material import Material
+from fabweave.sheet.limits import thinner_supply, thread_limits
+from fabweave.sheet.supplies import Supplies
 from fabweave.source import WovenMesh, load_mesh
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.choose import Chosen, weave_pattern
@@ -72,7 +73,7 @@ class WovenObject:
 
 
 def weave_object(
-    settings: JobSettings, material: Material, progress: Progress = no_progress
+    settings: JobSettings, supplies: Supplies, progress: Progress = no_progress
 ) -> WovenObject:
     """Bring the mesh of a job to the loom, weave it, and lay its ribbons as wide as asked.
 
@@ -92,6 +93,7 @@ def weave_object(
     threads = trace_threads(woven.halfedges, turn=settings.boundary == "turn")
     labels = thread_labels(threads.n_threads)
     bunches = part_bunches(threads)
+    supplies.require(bunches)
     chosen = weave_pattern(
         settings.pattern,
         woven.halfedges,
@@ -104,7 +106,7 @@ def weave_object(
         progress=progress,
     )
     progress("ribbons", 0, 1)
-    ribbons = lay_ribbons(woven, chosen.weave, settings, material)
+    ribbons = lay_ribbons(woven, chosen.weave, settings, supplies.thickness_mm(bunches))
     if ribbons.n_rungs == 0:
         raise CannotMakeError(
             "nothing crosses anything on this mesh: no edge lies between two faces; "
@@ -117,7 +119,7 @@ def lay_ribbons(
     woven: WovenMesh,
     weave: Weave,
     settings: JobSettings,
-    material: Material,
+    thickness_mm: FloatArray,
     laps: IntArray | None = None,
     narrowing: FloatArray | None = None,
 ) -> Ribbons:
@@ -127,22 +129,20 @@ def lay_ribbons(
     ----------
     woven, weave
         The mesh and its weave.
-    settings, material
-        Width, clearance and thickness.
+    settings : JobSettings
+        Width and clearance.
+    thickness_mm : (T,) float array
+        Of each thread's material.
     laps : (N,) int array, optional
         The crossings at which a joint laps; before pieces are planned it may be any.
     narrowing : (P,) float array, optional
         Factor on the width at each pass.
     """
-    thickness = material.thickness_mm
-    height = np.full(weave.threads.n_crossings, (thickness + settings.clearance_mm) / 2)
-    # A lap is two layers thick, around the same middle: half a layer more between the strands.
-    height[slice(None) if laps is None else laps] += thickness / 4
     ribbons = project_ribbons(
         woven.mesh,
         woven.halfedges,
         weave,
-        height_mm=height,
+        height_mm=crossing_heights(weave, thickness_mm, settings.clearance_mm, laps),
         length=settings.crossing,
         width=settings.width,
         narrowing=narrowing,
@@ -151,26 +151,28 @@ def lay_ribbons(
 
 
 def keep_clear(
-    thing: WovenObject, settings: JobSettings, material: Material, laps: IntArray | None = None
+    thing: WovenObject, settings: JobSettings, supplies: Supplies, laps: IntArray | None = None
 ) -> WovenObject:
     """Lay the ribbons of a woven object again, with room for laps where joints are.
 
     If the width is left to fabweave, they get narrower where they would be too near to others.
     """
+    thickness = supplies.thickness_mm(thing.bunches)
 
     def lay(factor: FloatArray | None = None) -> Ribbons:
-        return lay_ribbons(thing.woven, thing.weave, settings, material, laps, factor)
+        return lay_ribbons(thing.woven, thing.weave, settings, thickness, laps, factor)
 
     if not settings.width.auto:
         return replace(thing, ribbons=lay(), laps=laps)
-    limits = ribbon_limits(material, settings.clearance_mm)
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
     narrowed = narrow_ribbons(lay, thing.weave, limits)
     return replace(thing, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
 
 
-def check_object(thing: WovenObject, settings: JobSettings, material: Material) -> RibbonCheck:
-    """Check the ribbons of a woven object against its material, and look for remedies."""
-    limits = ribbon_limits(material, settings.clearance_mm)
+def check_object(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> RibbonCheck:
+    """Check the ribbons of a woven object against their materials, and look for remedies."""
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(thing.bunches)
     narrowed = thing.narrowed
 
     def lay(size_mm: float, narrower: float, narrowest: bool) -> Ribbons:
@@ -187,11 +189,11 @@ def check_object(thing: WovenObject, settings: JobSettings, material: Material) 
                 growth = 1.0
             factor, stuck = narrowed.factor.copy(), narrowed.stuck
             factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
-        return lay_ribbons(woven, thing.weave, changed, material, thing.laps, factor)
+        return lay_ribbons(woven, thing.weave, changed, thickness, thing.laps, factor)
 
     def settle(size_mm: float) -> tuple[Ribbons, Nearness | None]:
         woven = replace(thing.woven, mesh=_scaled(thing.woven.mesh, size_mm / thing.size_mm))
-        found = keep_clear(replace(thing, woven=woven), settings, material, thing.laps).narrowed
+        found = keep_clear(replace(thing, woven=woven), settings, supplies, thing.laps).narrowed
         if found is None:
             raise ValueError("ribbons are narrowed only where their width is left to fabweave")
         return found.ribbons, found.clearance[1] if found.clearance is not None else None
@@ -223,16 +225,18 @@ def _scaled(mesh: PolyMesh, factor: float) -> PolyMesh:
     return PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices)
 
 
-def require_stiffness(thing: WovenObject, settings: JobSettings, material: Material) -> None:
+def require_stiffness(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> None:
     """Raise CannotMakeError if a material is too stiff for an object."""
-    along = measure_along(thing.ribbons, ribbon_limits(material, settings.clearance_mm))
-    if is_too_stiff(along["bend"]):
-        check = check_object(thing, settings, material)
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    if is_too_stiff(measure_along(thing.ribbons, limits)["bend"]):
+        check = check_object(thing, settings, supplies)
         for found in check.refused:
-            require_pliable(check, material.title, thickness_for_bend(material, found.value))
+            own = int(supplies.of(thing.bunches)[thing.labels.index(found.thread)])
+            thinner = thinner_supply(supplies, own, found.value)
+            require_pliable(check, supplies.materials[own].title, thinner)
 
 
-def width_notes(thing: WovenObject, settings: JobSettings, material: Material) -> list[str]:
+def width_notes(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> list[str]:
     """Say where ribbons were narrowed, and how wide ribbons of one width could be."""
     notes = []
     factor = thing.narrowed.factor if thing.narrowed is not None else np.ones(1)
@@ -242,18 +246,19 @@ def width_notes(thing: WovenObject, settings: JobSettings, material: Material) -
             f"narrower, down to {factor.min():.0%}, to keep clear of one another"
         )
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(thing.bunches)
     room = widest_width(mesh, halfedges, thing.weave, length=settings.crossing)
 
     def lay(width_mm: float) -> Ribbons:
         changed = replace(settings, width=WidthRule(least_mm=width_mm, most_mm=width_mm))
-        return lay_ribbons(thing.woven, thing.weave, changed, material, thing.laps)
+        return lay_ribbons(thing.woven, thing.weave, changed, thickness, thing.laps)
 
-    limits = ribbon_limits(material, settings.clearance_mm)
     widest = widest_clear(lay, thing.weave, limits, room)
     if widest is None:
         notes.append(
             f"width: ribbons of one width have no room, or do not keep clear of one another, at "
-            f"any width from {limits.width_mm:g} mm, the least to handle"
+            f"any width from {np.max(limits.width_mm):g} mm, the least to handle"
         )
     else:
         # Rounded down: what is said has room.

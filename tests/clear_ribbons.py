@@ -36,13 +36,13 @@ class Laid:
 
 def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
-    settings, material = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm, **options))
-    thing = weave_object(settings, material)
-    rules = hole_rules(settings, material)
-    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules)
+    settings, supplies = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm, **options))
+    thing = weave_object(settings, supplies)
+    rules = hole_rules(settings, supplies)
+    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
     laps = plan.runs.laps(thing.weave.threads)
-    thing = keep_clear(thing, settings, material, laps)
-    limits = ribbon_limits(material, settings.clearance_mm)
+    thing = keep_clear(thing, settings, supplies, laps)
+    limits = ribbon_limits(supplies.only, settings.clearance_mm)
     near, _ = measure_clearance(thing.ribbons, thing.weave, limits)
-    check = check_object(thing, settings, material)
+    check = check_object(thing, settings, supplies)
     return Laid(thing, check, len(near.value), intersecting(thing.ribbons))

@@ -13,6 +13,7 @@ from fabweave.assembly.steps import build_steps, last_tenth
 from fabweave.cut.labels import Label
 from fabweave.cut.marks import Marks
 from fabweave.flat.alike import piece_kinds
+from fabweave.flat.layers import grips_mm
 from fabweave.flat.owners import Owners, find_owners
 from fabweave.flat.path import Path
 from fabweave.flat.piece import Piece
@@ -20,6 +21,7 @@ from fabweave.flat.pieces import Pieces
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.layout import Layout, SheetSize
+from fabweave.sheet.supplies import Allotment
 from fabweave.weave.choose import Chosen
 from fabweave.weave.pattern import Weave
 
@@ -41,6 +43,7 @@ def crossing_map(
     layout: Layout,
     sheet_names: Sequence[str],
     order: Order,
+    allotment: Allotment,
     *,
     mirrored: bool = False,
     cut: Mapping[str, Any],
@@ -58,6 +61,7 @@ def crossing_map(
     weave = chosen.weave
     owners = find_owners(made.pieces, weave.threads.n_crossings)
     steps = build_steps(made, order)
+    grip = grips_mm(made)
     return {
         "schema": SCHEMA,
         "units": "mm",
@@ -80,6 +84,8 @@ def crossing_map(
                 "height_mm": sheet.height_mm,
                 "mirrored": mirrored,
                 **_stock(sheet.mirrored() if mirrored else sheet),
+                "material": allotment.of_sheet(number - 1).material.name,
+                "thickness_mm": allotment.of_sheet(number - 1).material.thickness_mm,
             }
             for number, (name, sheet) in enumerate(
                 zip(sheet_names, layout.sheets, strict=True), start=1
@@ -87,7 +93,7 @@ def crossing_map(
         ],
         "threads": _threads(weave, bunches, labels, made),
         "crossings": _crossings(halfedges, weave, ribbons, made, owners),
-        "pieces": _pieces(made, marks, layout, owners),
+        "pieces": _pieces(made, marks, layout, owners, allotment.of_pieces(made.pieces)),
         "joints": [
             {
                 "id": joint.id,
@@ -98,9 +104,7 @@ def crossing_map(
                 "hole_mm": None if np.isnan(joint.hole_mm) else joint.hole_mm,
                 "lap_mm": round(joint.lap_mm, _DECIMALS),
                 # Both laps and the strand above.
-                "grip_mm": round(3 * made.plan.rule.thickness_mm, _DECIMALS)
-                if len(joint.holes)
-                else None,
+                "grip_mm": float(grip[joint.crossing]) if len(joint.holes) else None,
             }
             for joint in made.joints
         ],
@@ -115,7 +119,6 @@ def _stock(sheet: SheetSize) -> dict[str, Any]:
         "stock": sheet.name,
         "offcut": sheet.offcut,
         "price": sheet.price,
-        "material": sheet.material,
         "grain_deg": sheet.grain_deg,
         "outline": [list(point) for point in sheet.ring],
         "defects": [[list(point) for point in ring] for ring in sheet.defects],
@@ -219,11 +222,15 @@ def _crossings(
 
 
 def _pieces(
-    made: Pieces, marks: Sequence[Marks], layout: Layout, owners: Owners
+    made: Pieces,
+    marks: Sequence[Marks],
+    layout: Layout,
+    owners: Owners,
+    stuff: Sequence[int],
 ) -> list[dict[str, Any]]:
     """Return the pieces with their outline, stations, labels and placement."""
     result = []
-    kinds = piece_kinds(made.pieces).tolist()
+    kinds = piece_kinds(made.pieces, stuff).tolist()
     for index, (piece, placement) in enumerate(zip(made.pieces, layout.placements, strict=True)):
         if placement.piece != index:
             raise ValueError("placements must be in the order of the pieces")

@@ -125,6 +125,7 @@ def levelled(outline: FloatArray) -> FloatArray:
 
 def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawing]) -> None:
     """Draw every sheet with the names of its pieces, and list them to be ticked when peeled."""
+    several = len({(sheet["material"], sheet["thickness_mm"]) for sheet in plan["sheets"]}) > 1
     for sheet, drawing in zip(plan["sheets"], drawings, strict=True):
         titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
         drawn = drawn_pieces(drawing)
@@ -139,12 +140,13 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
             book.y -= 14.0
             part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
             mirrored = ", mirrored, as it is cut" if sheet["mirrored"] else ""
+            told = f", {sheet['material']} {sheet['thickness_mm']:g} mm" if several else ""
             turned = ", its left edge below" if frame.quarter else ""
             book.text(
                 book.left,
                 book.y,
-                f"{sheet['name']}{part}: {drawing.width_mm:g} x {drawing.height_mm:g} mm{mirrored}"
-                f"{turned}, scale 1 : {72.0 / 25.4 / frame.scale:.1f}",
+                f"{sheet['name']}{part}: {drawing.width_mm:g} x {drawing.height_mm:g} mm{told}"
+                f"{mirrored}{turned}, scale 1 : {72.0 / 25.4 / frame.scale:.1f}",
                 bold=True,
             )
             frame.border()

@@ -16,7 +16,7 @@ _STEPS = 65535
 
 
 def space_record(
-    ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], *, layer_mm: float
+    ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], *, layer_mm: float | list[float]
 ) -> dict[str, Any]:
     """Return every piece's stretch of ribbon in space, as the viewer reads it.
 
@@ -28,8 +28,9 @@ def space_record(
         The ribbons, and who is on top.
     pieces : sequence of Piece
         All pieces of the job.
-    layer_mm : float
-        Thickness of the material: the layers of a lap are drawn this far apart.
+    layer_mm : float or list of float
+        Thickness of the material, or of each thread's: the layers of a lap are drawn this far
+        apart.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Check a job's pieces against the rules of those who cut them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -70,9 +70,12 @@ class _Cuts(NamedTuple):
 
 
 def preflight(
-    plan: Mapping[str, Any], ribbons: Mapping[str, Any], material: Material, target: Target
+    plan: Mapping[str, Any],
+    ribbons: Mapping[str, Any],
+    materials: Sequence[Material],
+    target: Target,
 ) -> tuple[Flaw, ...]:
-    """Check every piece of a plan against the rules of a material and a target.
+    """Check every piece of a plan against the rules of its material and a target.
 
     Parameters
     ----------
@@ -80,7 +83,8 @@ def preflight(
         What ``crossing_map.json`` holds.
     ribbons : mapping
         What ``ribbons.json`` holds; its findings about widths and bends count as rules, too.
-    material : Material
+    materials : sequence of Material
+        That of each thread.
     target : Target
 
     Returns
@@ -89,9 +93,10 @@ def preflight(
         For each rule and piece that breaks it the worst place; by rules, then by pieces.
     """
     cuts = _read_cuts(plan)
+    own = [materials[piece["thread"]] for piece in plan["pieces"]]
     return (
-        *_holes(cuts, material, target),
-        *_webs(cuts, material, target),
+        *_holes(cuts, own, target),
+        *_webs(cuts, own, target),
         *_gaps(cuts, target),
         *_sizes(cuts, plan, target),
         *_segments(cuts),
@@ -99,13 +104,15 @@ def preflight(
     )
 
 
-def preflight_record(flaws: tuple[Flaw, ...], material: Material, target: Target) -> dict[str, Any]:
-    """Return what ``preflight.json`` holds."""
+def preflight_record(
+    flaws: tuple[Flaw, ...], materials: Sequence[Material], target: Target
+) -> dict[str, Any]:
+    """Return what ``preflight.json`` holds; a job of several materials lists them all."""
+    each = [{"material": one.name, "thickness_mm": one.thickness_mm} for one in materials]
     return {
         "schema": SCHEMA,
         "units": "mm",
-        "material": material.name,
-        "thickness_mm": material.thickness_mm,
+        **(each[0] if len(each) == 1 else {"materials": each}),
         "target": target.name,
         "flaws": [
             {
@@ -255,34 +262,40 @@ def _worst(
         )  # fmt: skip
 
 
-def _holes(cuts: _Cuts, material: Material, target: Target) -> Iterator[Flaw]:
+def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
     """Check diameters, and how far holes are from edges."""
-    thickness = material.thickness_mm
-    least = max(target.hole_t * thickness, target.hole_mm)
     piece, at, hole = cuts.hole_piece, cuts.hole_at, cuts.hole_mm
-    wanted = np.full(len(hole), least)
-    yield from _worst(cuts, "hole", piece, at, hole, wanted, f"--hole {_up(least)}mm")
+    own = [materials[index] for index in piece.tolist()]
+    wanted = np.array([max(target.hole_t * one.thickness_mm, target.hole_mm) for one in own])
+    # One hole serves the whole job.
+    least = max((target.hole_t * one.thickness_mm for one in materials), default=0.0)
+    remedy = f"--hole {_up(max(least, target.hole_mm))}mm"
+    yield from _worst(cuts, "hole", piece, at, hole, wanted, remedy)
     # Fasteners want some of the piece around them, and the beam some material at all.
-    rim = max(target.edge_t * thickness, target.edge_mm)
-    wanted = np.array([max(hole_edge_mm(material, d), rim + d / 2) for d in hole.tolist()])
+    wanted = np.array(
+        [
+            max(hole_edge_mm(one, d), max(target.edge_t * one.thickness_mm, target.edge_mm) + d / 2)
+            for one, d in zip(own, hole.tolist(), strict=True)
+        ]
+    )
     rings = shapely.get_exterior_ring(cuts.polygons)
     edge = np.asarray(shapely.distance(shapely.points(at), rings[piece]))
     remedy = "a smaller --hole, a larger --size or wider ribbons (--width)"
     yield from _worst(cuts, "hole-edge", piece, at, edge, wanted, remedy)
 
 
-def _webs(cuts: _Cuts, material: Material, target: Target) -> Iterator[Flaw]:
+def _webs(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
     """Check what is left between holes of a piece, and where a piece has a thin neck."""
-    least = max(target.web_t * material.thickness_mm, target.web_mm)
+    least = np.array([max(target.web_t * one.thickness_mm, target.web_mm) for one in materials])
     remedy = "a larger --size or wider ribbons (--width)"
     parts = [_between_holes(cuts, least), _necks(cuts, least)]
     piece, at, value = (np.concatenate(column) for column in zip(*parts, strict=True))
-    yield from _worst(cuts, "web", piece, at, value, np.full(len(value), least), remedy)
+    yield from _worst(cuts, "web", piece, at, value, least[piece], remedy)
 
 
-def _between_holes(cuts: _Cuts, least: float) -> tuple[IntArray, FloatArray, FloatArray]:
+def _between_holes(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return pairs of holes of one piece that are near each other: piece, place, web."""
-    reach = least + float(cuts.hole_mm.max(initial=0.0))
+    reach = float(least.max(initial=0.0)) + float(cuts.hole_mm.max(initial=0.0))
     points = shapely.points(cuts.hole_at)
     one, other = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
     keep = (one < other) & (cuts.hole_piece[one] == cuts.hole_piece[other])
@@ -292,14 +305,14 @@ def _between_holes(cuts: _Cuts, least: float) -> tuple[IntArray, FloatArray, Flo
     return cuts.hole_piece[one], (cuts.hole_at[one] + cuts.hole_at[other]) / 2, web
 
 
-def _necks(cuts: _Cuts, least: float) -> tuple[IntArray, FloatArray, FloatArray]:
+def _necks(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return where pieces are thinner than the least web: piece, place, width.
 
     A piece that is eaten away by half of the web from all its edges stays in one if it has no
     neck; how much it takes until it does not is found by halving.
     """
     piece = np.flatnonzero(_in_one(cuts.polygons, least / 2) == 0)
-    low, high = np.zeros(len(piece)), np.full(len(piece), least / 2)
+    low, high = np.zeros(len(piece)), least[piece] / 2
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         whole = _in_one(cuts.polygons[piece], middle) == 1

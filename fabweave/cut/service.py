@@ -49,7 +49,8 @@ class Stuff:
         >>> Stuff("card", 0.4).folder
         'card_0.4mm'
         """
-        return f"{self.material}_{self.thickness_mm:g}mm"
+        # No colon, which names of folders may not have everywhere.
+        return f"{self.material.replace(':', '-')}_{self.thickness_mm:g}mm"
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,7 @@ def draw_sheets(
     layout: Layout,
     *,
     title: str,
-    material: str = "",
+    captions: Sequence[str] = (),
     mirrored: bool = False,
     cool: bool = False,
     offcut: Offcut | None = None,
@@ -44,8 +44,8 @@ def draw_sheets(
         Where each piece stands.
     title : str
         Name of the job, lettered in the margin.
-    material : str
-        What the sheets are of, lettered beside it, such as ``"card 0.4 mm"``.
+    captions : sequence of str
+        What else is lettered on each sheet, such as its material; by default nothing.
     mirrored : bool
         Whether pieces lie face down: what stands at x on a sheet of the layout is drawn at the
         sheet's width minus x, so that the insides are engraved. Notes are not mirrored.
@@ -72,6 +72,7 @@ def draw_sheets(
     ]
     count = len(layout.sheets)
     legend = _legend(marks, mirrored=mirrored)
+    told = [f" {_lettered(caption)}" if caption else "" for caption in captions] or [""] * count
     return tuple(
         SheetDrawing(
             name=sheet_name(number),
@@ -80,7 +81,7 @@ def draw_sheets(
             pieces=tuple(drawn),
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
-                [f"{_lettered(title)} SHEET {number}/{count} {material}".rstrip(), *legend],
+                [f"{_lettered(title)} SHEET {number}/{count}{told[number - 1]}", *legend],
                 layout.turns,
                 offcut if offcut is not None and offcut.sheet == number - 1 else None,
             ),

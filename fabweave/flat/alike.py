@@ -13,7 +13,7 @@ from fabweave.flat.piece import Piece
 SAME_MM = 0.02
 
 
-def piece_kinds(pieces: Sequence[Piece]) -> IntArray:
+def piece_kinds(pieces: Sequence[Piece], stuff: Sequence[int] | None = None) -> IntArray:
     """Give each piece the number of its kind, from 1 in the order of their first piece.
 
     Two pieces are of one kind if a motion of the plane takes the outline, the stations with their
@@ -24,6 +24,9 @@ def piece_kinds(pieces: Sequence[Piece]) -> IntArray:
     Parameters
     ----------
     pieces : sequence of Piece
+    stuff : sequence of int, optional
+        What each is cut from: pieces of different stuff are of different kinds. By default all
+        are of one.
 
     Returns
     -------
@@ -33,7 +36,7 @@ def piece_kinds(pieces: Sequence[Piece]) -> IntArray:
     buckets: dict[tuple[int, ...], list[int]] = {}
     kinds = np.zeros(len(pieces), dtype=np.int64)
     for index, piece in enumerate(pieces):
-        key = _invariants(piece)
+        key = np.append(0 if stuff is None else stuff[index], _invariants(piece))
         for nearby in _cells(key):
             same = next(
                 (n for n in buckets.get(nearby, ()) if superpose(piece, pieces[first_of[n]])), None

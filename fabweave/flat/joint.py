@@ -30,8 +30,6 @@ class JointRule:
         How many hold a riveted joint.
     lap_mm : float or None
         Length of the lap; None for what the kind needs.
-    thickness_mm : float
-        Of the material.
 
     Examples
     --------
@@ -42,7 +40,6 @@ class JointRule:
     kind: str = "rivet"
     fasteners: int = 1
     lap_mm: float | None = None
-    thickness_mm: float = 0.5
 
     def __post_init__(self) -> None:
         """Refuse what is no joint."""
@@ -63,7 +60,7 @@ class JointRule:
             )
 
 
-def parse_joint(text: str, *, lap_mm: float | None = None, thickness_mm: float = 0.5) -> JointRule:
+def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
     """Read what is typed for a joint: a kind, and for rivets maybe their number.
 
     Raises
@@ -83,4 +80,4 @@ def parse_joint(text: str, *, lap_mm: float | None = None, thickness_mm: float =
             "fasteners a joint"
         )
     count = match["count"]
-    return JointRule(match["kind"], 1 if count is None else int(count), lap_mm, thickness_mm)
+    return JointRule(match["kind"], 1 if count is None else int(count), lap_mm)

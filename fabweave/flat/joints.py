@@ -65,10 +65,12 @@ class JointPlan:
         Area of the lap.
     room_mm : (J,) float array
         From the middle of the crossing panel to its nearest edge.
-    needed_mm : float
+    needed_mm : (J,) float array
         What ``room_mm`` must be for the kind that was asked; 0 where any will do.
     ends : tuple of Interlock or None
         How the ends are shaped, in the frame of the station; None where they are cut straight.
+    thickness_mm : (T,) float array
+        Of each thread's material.
     """
 
     rule: JointRule
@@ -80,12 +82,16 @@ class JointPlan:
     lap_mm: FloatArray
     lap_mm2: FloatArray
     room_mm: FloatArray
-    needed_mm: float
+    needed_mm: FloatArray
     ends: tuple[Interlock | None, ...]
+    thickness_mm: FloatArray
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("crossing", "passes", "begin", "end", "lap_mm", "lap_mm2", "room_mm"):
+        for name in (
+            "crossing", "passes", "begin", "end", "lap_mm", "lap_mm2", "room_mm", "needed_mm",
+            "thickness_mm",
+        ):  # fmt: skip
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def are(self, kinds: Sequence[str]) -> BoolArray:
@@ -98,7 +104,13 @@ class JointPlan:
         return np.asarray(self.crossing[self.are(LAPPED)])
 
 
-def plan_joints(ribbons: Ribbons, weave: Weave, runs: Runs, rule: JointRule) -> JointPlan:
+def plan_joints(
+    ribbons: Ribbons,
+    weave: Weave,
+    runs: Runs,
+    rule: JointRule,
+    thickness_mm: float | FloatArray = 0.5,
+) -> JointPlan:
     """Decide how each joint is made and where its pieces end.
 
     A lap is as long as its crossing panel unless another length is asked for; it then reaches as
@@ -111,6 +123,8 @@ def plan_joints(ribbons: Ribbons, weave: Weave, runs: Runs, rule: JointRule) -> 
     ribbons, weave, runs
         The ribbons, who is on top, and which passes each piece carries.
     rule : JointRule
+    thickness_mm : float or (T,) float array
+        Of the material, or of each thread's: tongues and slots are cut to their own thread's.
 
     Returns
     -------
@@ -127,15 +141,17 @@ def plan_joints(ribbons: Ribbons, weave: Weave, runs: Runs, rule: JointRule) -> 
         # On a slanting panel a cross-line may meet the rails again: then the panel is the lap.
         bent = ~_simple(strips, entry, begin, end)
         begin[bent], end[bent], lap[bent] = 0.0, 1.0, panel_mm[bent]
-    kinds, needed = [rule.kind] * len(passes), 0.0
+    kinds, needed = [rule.kind] * len(passes), np.zeros(len(passes))
+    thickness = np.array(np.broadcast_to(thickness_mm, weave.threads.n_threads))
     ends: list[Interlock | None] = [None] * len(passes)
     if rule.kind in _SHAPES:
         fits, make = _SHAPES[rule.kind]
-        needed = fits(rule.thickness_mm)
+        own = thickness[weave.threads.thread_of_pass[passes]]
+        needed = np.array([fits(thick) for thick in own.tolist()])
         # However long the lap, tongues stay in the flat panel.
         reach = np.minimum(room, lap / 2)
         for index in np.flatnonzero(reach >= needed).tolist():
-            ends[index] = shape = make(float(reach[index]), rule.thickness_mm)
+            ends[index] = shape = make(float(reach[index]), float(own[index]))
             end[index] = 1.0
             if shape.begin_mm is not None:
                 begin[index] = 0.0
@@ -153,6 +169,7 @@ def plan_joints(ribbons: Ribbons, weave: Weave, runs: Runs, rule: JointRule) -> 
         room_mm=room,
         needed_mm=needed,
         ends=tuple(ends),
+        thickness_mm=thickness,
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.arrays import IntArray
+from fabweave.flat.layers import count_layers, grips_mm
 from fabweave.flat.pieces import Pieces
 from fabweave.words import agree
 
@@ -18,9 +18,10 @@ LEAST_SPARES = 2
 def bill_of_materials(made: Pieces) -> dict[str, Any]:
     """Count fasteners, glue and tape.
 
-    A fastener's grip is the thickness of all layers that it goes through: two at a crossing,
-    three at a lap. Glue covers the laps of all glued joints, once each. Tape runs across the
-    seams of pieces that meet end to end: each is as long as the ribbon is wide, square to it.
+    A fastener's grip is the thickness of all layers that it goes through, each with that of its
+    own material: two at a crossing, three at a lap. Glue covers the laps of all glued joints, once
+    each. Tape runs across the seams of pieces that meet end to end: each is as long as the ribbon
+    is wide, square to it.
 
     Parameters
     ----------
@@ -29,25 +30,25 @@ def bill_of_materials(made: Pieces) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``fasteners`` (one row for each diameter and grip, with ``needed``, ``spare`` and
-        ``buy``), ``glue`` and ``tape``, as ``waste.json`` holds them.
+        ``fasteners`` (one row for each diameter, number of layers and grip, with ``needed``,
+        ``spare`` and ``buy``), ``glue`` and ``tape``, as ``waste.json`` holds them.
     """
-    thickness = made.plan.rule.thickness_mm
-    needed: Counter[tuple[float, int]] = Counter()
-    layers = _layers(made)
+    needed: Counter[tuple[float, int, float]] = Counter()
+    layers, grip = count_layers(made), grips_mm(made)
     for piece in made.pieces:
         # Each fastener is counted once, by the strand above; slots are holes in a strand below.
         for station, _, _, diameter in piece.holes.tolist():
             if piece.over[int(station)]:
-                needed[diameter, int(layers[piece.crossings[int(station)]])] += 1
+                crossing = piece.crossings[int(station)]
+                needed[diameter, int(layers[crossing]), float(grip[crossing])] += 1
     rows = []
-    for (diameter, count), number in sorted(needed.items()):
+    for (diameter, count, grip_mm), number in sorted(needed.items()):
         spare = max(LEAST_SPARES, int(np.ceil(SPARE_SHARE * number)))
         rows.append(
             {
                 "diameter_mm": diameter,
                 "layers": count,
-                "grip_mm": round(count * thickness, 6),
+                "grip_mm": grip_mm,
                 "needed": number,
                 "spare": spare,
                 "buy": number + spare,
@@ -64,13 +65,6 @@ def bill_of_materials(made: Pieces) -> dict[str, Any]:
         },
         "tape": {"joints": len(taped), "length_mm": round(float(tape), 3)},
     }
-
-
-def _layers(made: Pieces) -> IntArray:
-    """Return how many layers lie on one another at each crossing, (X,)."""
-    return np.bincount(
-        np.concatenate([piece.crossings for piece in made.pieces]), minlength=len(made.room_mm)
-    )
 
 
 def _breadth(made: Pieces, index: int) -> float:

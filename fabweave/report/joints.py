@@ -44,12 +44,13 @@ def joint_notes(made: Pieces, size_mm: float) -> list[str]:
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
     what = f"rivet:{rule.fasteners}" if rule.kind == "rivet" else rule.kind
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanting for {what} ({some})"
-    if made.plan.needed_mm > 0:
-        least = float(np.min(made.plan.room_mm))
+    if np.any(made.plan.needed_mm > 0):
+        worst = int(np.argmin(made.plan.room_mm / made.plan.needed_mm))
+        least, needed = (float(v[worst]) for v in (made.plan.room_mm, made.plan.needed_mm))
         note += (
             f": the narrowest has {least:.1f} mm from its middle to an edge, "
-            f"{made.plan.needed_mm:.1f} mm are wanted; "
-            f"with --size {size_for(least, made.plan.needed_mm, size_mm)}mm all would do"
+            f"{needed:.1f} mm are wanted; "
+            f"with --size {size_for(least, needed, size_mm)}mm all would do"
         )
     return [note]
 

@@ -15,6 +15,7 @@ from fabweave.ribbon.finding import Finding, finding_record, sentence
 from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.remedy import SIZED
+from fabweave.ribbon.rules import Limits
 from fabweave.weave.pattern import Weave
 
 SCHEMA = "fabweave.ribbons/1"
@@ -82,6 +83,7 @@ def ribbon_report(
     angle between neighbouring facets (``fold_deg``); the greatest twist over a length that equals
     the width, spread from crossing to crossing (``twist_deg``); and how much the unfolded middle
     line turns, on average from crossing to crossing (``wave_deg``). None where there is no figure.
+    What materials take stands under ``limits``: of all threads, or of each if they differ.
 
     Parameters
     ----------
@@ -99,19 +101,30 @@ def ribbon_report(
         As JSON takes it.
     """
     limits = check.limits
+    records = _thread_records(ribbons, labels)
+    several = isinstance(limits.thickness_mm, np.ndarray)
+    if several:
+        number = {label: thread for thread, label in enumerate(labels)}
+        for record in records:
+            record["limits"] = _limit_record(limits.of(np.array([number[record["thread"]]])))
     return {
         "schema": SCHEMA,
         "units": "mm",
-        "limits": {
-            "thickness_mm": limits.thickness_mm,
-            "bend_mm": round(limits.bend_mm, 4),
-            "width_mm": limits.width_mm,
-            "twist_deg": round(limits.twist_deg, 4),
-            "clearance_mm": limits.clearance_mm,
-        },
+        "limits": ({} if several else _limit_record(limits))
+        | {"clearance_mm": limits.clearance_mm},
         "smallest_size_mm": check.smallest_mm,
         "findings": [finding_record(found) for found in (*check.findings, *holes)],
-        "threads": _thread_records(ribbons, labels),
+        "threads": records,
+    }
+
+
+def _limit_record(limits: Limits) -> dict[str, float]:
+    """Return what one material takes."""
+    return {
+        "thickness_mm": float(np.max(limits.thickness_mm)),
+        "bend_mm": round(float(np.max(limits.bend_mm)), 4),
+        "width_mm": float(np.max(limits.width_mm)),
+        "twist_deg": round(float(np.max(limits.twist_deg)), 4),
     }
 
 
@@ -178,7 +191,10 @@ def _bend_note(check: RibbonCheck) -> str:
     """Say how tight the tightest bend is against what the material takes."""
     bend = check.measured["bend"]
     least = float(bend.value.min(initial=np.inf))
-    takes = f"the material takes {check.limits.bend_mm:.1f} mm"
+    limits = np.unique(check.limits.bend_mm)
+    takes = f"the material takes {limits[0]:.1f} mm"
+    if len(limits) > 1:
+        takes = "the materials take " + " and ".join(f"{limit:.1f} mm" for limit in limits)
     if not np.isfinite(least):
         return f"bend: none; {takes}"
     return f"bend: radius {least:.1f} mm or more; {takes}"

@@ -15,8 +15,9 @@ from fabweave.flat.piece import Piece
 from fabweave.report.bom import bom_section
 from fabweave.report.splitting import splitting_section
 from fabweave.sheet.layout import Layout
-from fabweave.sheet.material import Material, sheet_mass_kg
+from fabweave.sheet.material import sheet_mass_kg
 from fabweave.sheet.offcut import Offcut
+from fabweave.sheet.supplies import Allotment, Supplies
 
 SCHEMA = "fabweave.waste/1"
 _DECIMALS = 6
@@ -34,7 +35,7 @@ def hole_area_mm2(piece: Piece) -> float:
 
 
 def piece_table(
-    pieces: Sequence[Piece], layout: Layout, labels: Sequence[str], material: Material
+    pieces: Sequence[Piece], layout: Layout, labels: Sequence[str], allotment: Allotment
 ) -> str:
     """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
 
@@ -44,12 +45,14 @@ def piece_table(
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(
-        ("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind")
-    )
-    kinds = piece_kinds(pieces).tolist()
+        ("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
+         "material", "thickness_mm")
+    )  # fmt: skip
+    kinds = piece_kinds(pieces, allotment.of_pieces(pieces)).tolist()
     for piece, placement, kind in zip(pieces, layout.placements, kinds, strict=True):
         length, width = np.ptp(piece.outline, axis=0)
         area = outline_area_mm2(piece) - hole_area_mm2(piece)
+        material = allotment.of_thread(piece.thread).material
         rows.writerow(
             (
                 piece.id,
@@ -61,6 +64,8 @@ def piece_table(
                 f"{1000 * sheet_mass_kg(material, area):.3f}",
                 len(piece.holes) + len(piece.slots),
                 kind,
+                material.name,
+                f"{material.thickness_mm:.10g}",
             )
         )
     return text.getvalue()
@@ -70,14 +75,15 @@ def waste_report(
     pieces: Sequence[Piece],
     layout: Layout,
     drawings: Sequence[SheetDrawing],
-    material: Material,
+    allotment: Allotment,
     notes: Sequence[str],
     offcut: Offcut | None = None,
 ) -> dict[str, Any]:
     """Account for every sheet and for all together.
 
     On each sheet the areas of pieces (without holes), holes and waste add up to the sheet.
-    Utilisation is the nominal area of the pieces' outlines over the area of the sheet.
+    Utilisation is the nominal area of the pieces' outlines over the area of the sheet. The totals
+    of each material stand under ``materials``.
 
     Returns
     -------
@@ -103,8 +109,46 @@ def waste_report(
                 "pieces": len(here),
                 "stock": sheet.name,
                 "price": 0.0 if sheet.offcut and sheet.price is None else sheet.price,
+                "material": allotment.of_sheet(number).material.name,
+                "thickness_mm": allotment.of_sheet(number).material.thickness_mm,
             }
         )
+    totals = sum_rows(rows)
+    materials = material_records(rows, allotment)
+    entities = [e for d in drawings for piece in d.pieces for e in piece.entities]
+    cut = [e for e in entities if e.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
+    engraved = [e for e in entities if e.layer in (Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK)]
+    totals["cut_length_mm"] = length_mm(cut)
+    totals["engrave_length_mm"] = length_mm(engraved)
+    totals["holes"] = sum(entity.layer is Layer.CUT_INNER for entity in entities)
+    totals["mass_g"] = sum(record["mass_g"] for record in materials)
+    only = materials[0] if len(materials) == 1 else None
+    return {
+        "schema": SCHEMA,
+        "units": "mm",
+        # What several materials have in common is nothing.
+        "material": only and {"name": only["material"], "thickness_mm": only["thickness_mm"]},
+        "materials": [_rounded(record) for record in materials],
+        "sheets": [_rounded(row) for row in rows],
+        "totals": _rounded(totals),
+        "offcut": None if offcut is None else _offcut_record(offcut, allotment),
+        "notes": list(notes),
+    }
+
+
+def _offcut_record(offcut: Offcut, allotment: Allotment) -> dict[str, Any]:
+    """Return where the offcut is drawn, of what it is, and its figures."""
+    material = allotment.of_sheet(offcut.sheet).material.name
+    return {"file": offcut_file(), "material": material, **offcut.record()}
+
+
+def offcut_file() -> str:
+    """Return where in a job's folder its offcut is drawn."""
+    return "offcuts/offcut_01.dxf"
+
+
+def sum_rows(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return how many sheets there are, and what their areas and pieces sum up to."""
     totals: dict[str, Any] = {"sheets": len(rows)}
     for key in ("area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces"):
         totals[key] = sum(row[key] for row in rows)
@@ -113,27 +157,35 @@ def waste_report(
     totals["price"] = None if None in prices else sum(prices)
     used = totals["piece_area_mm2"] + totals["hole_area_mm2"]
     totals["utilisation"] = used / totals["area_mm2"] if rows else 0.0
-    entities = [e for d in drawings for piece in d.pieces for e in piece.entities]
-    cut = [e for e in entities if e.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
-    engraved = [e for e in entities if e.layer in (Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK)]
-    totals["cut_length_mm"] = length_mm(cut)
-    totals["engrave_length_mm"] = length_mm(engraved)
-    totals["holes"] = sum(entity.layer is Layer.CUT_INNER for entity in entities)
-    totals["mass_g"] = 1000 * sheet_mass_kg(material, totals["piece_area_mm2"])
-    return {
-        "schema": SCHEMA,
-        "units": "mm",
-        "material": {"name": material.name, "thickness_mm": material.thickness_mm},
-        "sheets": [_rounded(row) for row in rows],
-        "totals": _rounded(totals),
-        "offcut": None if offcut is None else {"file": offcut_file(), **offcut.record()},
-        "notes": list(notes),
-    }
+    return totals
 
 
-def offcut_file() -> str:
-    """Return where in a job's folder its offcut is drawn."""
-    return "offcuts/offcut_01.dxf"
+def material_records(rows: Sequence[dict[str, Any]], allotment: Allotment) -> list[dict[str, Any]]:
+    """Return what each material comes to: its sheets, areas, price and mass.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        The records of all sheets.
+    allotment : Allotment
+    """
+    records = []
+    for index, supply in enumerate(allotment.supplies.each):
+        material = supply.material
+        own = sum_rows(
+            [rows[sheet] for sheet in np.flatnonzero(allotment.sheets == index).tolist()]
+        )
+        records.append(
+            {
+                "material": material.name,
+                "thickness_mm": material.thickness_mm,
+                "density_kg_m3": material.density_kg_m3,
+                "bunches": list(supply.bunches),
+                **own,
+                "mass_g": 1000 * sheet_mass_kg(material, own["piece_area_mm2"]),
+            }
+        )
+    return records
 
 
 def length_mm(entities: Sequence[Entity]) -> float:
@@ -186,7 +238,7 @@ li {{ margin: .3rem 0 }}
 <tbody>
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
-{offcut}
+{materials}{offcut}
 {bill}
 {splitting}
 {notes}
@@ -197,16 +249,16 @@ li {{ margin: .3rem 0 }}
 
 
 def waste_page(
-    report: dict[str, Any], *, title: str, material: Material, sheet_names: Sequence[str]
+    report: dict[str, Any], *, title: str, supplies: Supplies, sheet_names: Sequence[str]
 ) -> str:
     """Return the report as a small web page that opens from the job's folder."""
     totals = report["totals"]
     rows = "\n".join(
-        _page_row(name, f"{row['width_mm']:g} × {row['height_mm']:g}", row)
+        _page_row(name, _size(row, told=supplies.several), row)
         for name, row in zip(sheet_names, report["sheets"], strict=True)
     )
     summary = (
-        f"{totals['pieces']} pieces of {material.title}, {material.thickness_mm:g} mm, on "
+        f"{totals['pieces']} pieces of {supplies.told}, on "
         f"{totals['sheets']} sheets: {totals['utilisation']:.0%} of the material is used, "
         f"{totals['cut_length_mm'] / 1000:.1f} m are cut and "
         f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
@@ -221,6 +273,7 @@ def waste_page(
         rows=rows,
         total=_page_row("all", "", totals),
         offcut=_offcut_section(report["offcut"], sheet_names),
+        materials=_material_section(report, supplies) if supplies.several else "",
         bill=bom_section(report),
         splitting=splitting_section(report["splitting"]) if "splitting" in report else "",
         notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
@@ -243,6 +296,38 @@ def _offcut_section(offcut: dict[str, Any] | None, sheet_names: Sequence[str]) -
         f"{high_y - low_y:.0f} mm fits in it. Its outline is dashed in the sheet's notes and drawn "
         f'in <a href="{offcut["file"]}">{offcut["file"]}</a>, for the list of stock of a later '
         "job (<code>--stock</code>).</p>"
+    )
+
+
+def _size(row: dict[str, Any], *, told: bool) -> str:
+    """Return the size of a sheet, and its material if that is to be told."""
+    size = f"{row['width_mm']:g} × {row['height_mm']:g}"
+    return f"{size}, {row['material']} {row['thickness_mm']:g}" if told else size
+
+
+def _material_section(report: dict[str, Any], supplies: Supplies) -> str:
+    """Return what each material comes to, as a section of a web page."""
+    rows, priced = [], any(record["price"] for record in report["materials"])
+    for record, supply in zip(report["materials"], supplies.each, strict=True):
+        cells = [
+            f"{supply.told} ({', '.join(supply.bunches)})",
+            record["sheets"],
+            record["pieces"],
+            f"{record['area_mm2'] / 100:.1f}",
+            f"{record['piece_area_mm2'] / 100:.1f}",
+            f"{record['waste_mm2'] / 100:.1f}",
+            f"{record['utilisation']:.1%}",
+            f"{record['mass_g']:.1f}",
+        ]
+        if priced:
+            cells.append("unknown" if record["price"] is None else f"{record['price']:.2f}")
+        row = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells)
+        rows.append(f"<tr>{row}</tr>")
+    body = "\n".join(rows)
+    return (
+        "<h2>Materials</h2>\n<table><thead><tr><th>Material</th><th>Sheets</th><th>Pieces</th>"
+        "<th>Sheets, cm²</th><th>Pieces, cm²</th><th>Waste, cm²</th><th>Used</th><th>Mass, g</th>"
+        f"{'<th>Price of sheets</th>' * priced}</tr></thead>\n<tbody>\n{body}\n</tbody></table>\n"
     )
 
 

@@ -59,7 +59,7 @@ def ribbon_bodies(
     labels: Sequence[str],
     colours: Colours,
     *,
-    thickness_mm: float = 0.0,
+    thickness_mm: float | FloatArray = 0.0,
 ) -> tuple[Body, ...]:
     """Return the ribbons as sheets, or as closed solids as thick as their material.
 
@@ -74,8 +74,8 @@ def ribbon_bodies(
         Names of the threads.
     colours : (T, 3) uint8 array
         Their colours.
-    thickness_mm : float
-        0 makes sheets.
+    thickness_mm : float or (T,) float array
+        Of all threads, or of each; 0 makes sheets.
 
     Returns
     -------
@@ -85,7 +85,11 @@ def ribbon_bodies(
     following = following_rung(ribbons.offsets, ribbons.closed)
     panel = np.zeros(ribbons.n_rungs, dtype=bool)
     panel[ribbons.entry] = True
-    shift = thickness_mm / 2 * _corner_shifts(ribbons, following, panel) if thickness_mm else None
+    shift = None
+    if np.any(thickness_mm):
+        every = np.broadcast_to(thickness_mm, len(labels))
+        half = np.repeat(every, np.diff(ribbons.offsets))[:, None, None] / 2
+        shift = half * _corner_shifts(ribbons, following, panel)
     bodies = []
     for thread, label in enumerate(labels):
         start, end = ribbons.offsets[thread : thread + 2].tolist()

@@ -10,7 +10,7 @@ from fabweave.errors import CannotMakeError
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.remedy import TOO_STIFF, Lay, Search, Settle, is_too_stiff
+from fabweave.ribbon.remedy import TOO_STIFF, Lay, Search, Settle, is_too_stiff, stiffest
 from fabweave.ribbon.rules import (
     Limits,
     Measured,
@@ -65,7 +65,8 @@ def check_ribbons(
     The rules: a ribbon is nowhere narrower than ``limits.width_mm``; between two crossings it need
     not bend more tightly than the material takes; it is not twisted more than its edges can
     stretch; at a crossing the strands are at least one thickness apart, middle to middle, and
-    ribbons that do not cross there one thickness and the clearance.
+    ribbons that do not cross there one thickness and the clearance. Where threads are of several
+    materials, each is held to its own, and one thickness is half of either's.
 
     Parameters
     ----------
@@ -140,12 +141,13 @@ def _why_near(
 def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
     """Describe the worst place of a rule that does not hold."""
     broken = one.broken
-    at = int(broken[0])
+    refused = one.rule == "bend" and is_too_stiff(one)
+    # Where a material is refused, the worst place is that material's.
+    at = int(broken[np.isin(broken, stiffest(one))][0] if refused else broken[0])
     threads = weave.threads
     own, other = int(one.passes[at]), int(one.others[at])
     thread = int(threads.thread_of_pass[own])
     x, y, z = (round(float(value), 3) for value in one.position[at])
-    refused = one.rule == "bend" and is_too_stiff(one)
     return Finding(
         rule=one.rule,
         severity="refuse" if refused else "warn",
@@ -162,7 +164,7 @@ def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
     )
 
 
-def require_pliable(check: RibbonCheck, material: str, thin_mm: float | None = None) -> None:
+def require_pliable(check: RibbonCheck, material: str, thinner: str | None = None) -> None:
     """Raise CannotMakeError if a material is too stiff, and say at which size it would do.
 
     Parameters
@@ -170,11 +172,11 @@ def require_pliable(check: RibbonCheck, material: str, thin_mm: float | None = N
     check : RibbonCheck
     material : str
         What it is called.
-    thin_mm : float, optional
-        A thickness at which it would do.
+    thinner : str, optional
+        How a thickness is asked for at which it would do.
     """
     for found in check.refused:
-        bend = check.measured["bend"].value
+        bend = check.measured["bend"].value[stiffest(check.measured["bend"])]
         hard = int(np.count_nonzero(bend * TOO_STIFF < found.limit))
         sizes = []
         if found.may_be_mm is not None:
@@ -182,8 +184,8 @@ def require_pliable(check: RibbonCheck, material: str, thin_mm: float | None = N
                 f"--size {found.may_be_mm}mm (with care; bends within the limit everywhere"
             )
             sizes[0] += f" from {found.size_mm}mm)" if found.size_mm is not None else " at no size)"
-        if thin_mm is not None:
-            sizes.append(f"--thickness {thin_mm:g}mm")
+        if thinner is not None:
+            sizes.append(thinner)
         sizes.append("another material")
         raise CannotMakeError(
             f"{material} is too stiff: it bends to a radius of {found.limit:.0f} mm, and in {hard} "

@@ -11,7 +11,14 @@ from fabweave.ribbon.bends import measure_bends
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.remedy import is_too_stiff
-from fabweave.ribbon.rules import Limits, Measured, measure_along, measure_clearance, pass_of_rungs
+from fabweave.ribbon.rules import (
+    Limits,
+    Measured,
+    by_thread,
+    measure_along,
+    measure_clearance,
+    pass_of_rungs,
+)
 from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.weave.pattern import Weave
 
@@ -136,11 +143,12 @@ def _least_factors(ribbons: Ribbons, limits: Limits) -> FloatArray:
     width = measure_bends(ribbons).width_mm
     given = ~np.isnan(width)
     own = pass_of_rungs(ribbons)[given]
+    thread = np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets))
     following = following_rung(ribbons.pass_offsets, ribbons.closed)[own]
     least = np.full(len(ribbons.entry), np.inf)
     np.minimum.at(least, own, width[given])
     np.minimum.at(least, following[following >= 0], width[given][following >= 0])
-    return _HANDLED * limits.width_mm / np.maximum(least, 1e-9)
+    return _HANDLED * by_thread(limits.width_mm, thread) / np.maximum(least, 1e-9)
 
 
 def _tapered(factor: FloatArray, following: IntArray) -> FloatArray:

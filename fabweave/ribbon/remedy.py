@@ -12,7 +12,13 @@ from fabweave.arrays import IntArray
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.rules import Limits, Measured, excerpt, measure_along, measure_clearance
+from fabweave.ribbon.rules import (
+    Limits,
+    Measured,
+    measure_along,
+    measure_between,
+    measure_clearance,
+)
 from fabweave.ribbon.sizing import FARTHEST, smallest_size
 from fabweave.weave.pattern import Weave
 
@@ -46,11 +52,25 @@ def is_too_stiff(bend: Measured) -> bool:
 
 
 def stiffness(bend: Measured) -> float:
-    """Return a margin that is below 1 where a material is too stiff for these spans."""
+    """Return a margin that is below 1 where a material is too stiff for these spans.
+
+    Of several materials the one counts that is the farthest from bending so: see `stiffest`.
+    """
     if not len(bend.value):
         return math.inf
-    tight = np.quantile(bend.margins, STIFF_SHARE, method="higher")
+    tight = np.quantile(bend.margins[stiffest(bend)], STIFF_SHARE, method="higher")
     return float(tight) * TOO_STIFF + 1e-9
+
+
+def stiffest(bend: Measured) -> IntArray:
+    """Return the spans of the material that is worst off: all, if it is the only one.
+
+    Materials that bend alike count as one.
+    """
+    limits = np.broadcast_to(bend.limit, len(bend.value))
+    groups = [np.flatnonzero(limits == limit) for limit in np.unique(limits).tolist()]
+    tight = [np.quantile(bend.margins[own], STIFF_SHARE, method="higher") for own in groups]
+    return groups[int(np.argmin(tight))]
 
 
 def _tightest(measured: dict[str, Measured], n_passes: int) -> IntArray | None:
@@ -182,9 +202,11 @@ class Search:
         key = (size, watched)
         if key not in self._known:
             ribbons = self._ribbons(size)
-            if watched and self._watched is not None:
-                ribbons = excerpt(ribbons, self._watched)
-            along = measure_along(ribbons, self._limits)
+            along = (
+                measure_between(ribbons, self._watched, self._limits)
+                if watched and self._watched is not None
+                else measure_along(ribbons, self._limits)
+            )
             self._known[key] = {rule: one.margin for rule, one in along.items()}
             self._known[key]["stiff"] = stiffness(along["bend"])
         return min(self._known[key][rule] for rule in rules)

@@ -7,6 +7,7 @@ import numpy as np
 from fabweave.arrays import FloatArray, IntArray, offsets_of
 from fabweave.ribbon.bends import Bends, Spans, measure_bends, measure_spans
 from fabweave.ribbon.clearance import Nearness, near_pairs
+from fabweave.ribbon.heights import crossing_threads, strand_passes
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.weave.pattern import Weave
@@ -19,27 +20,54 @@ _TOUCHING = 1e-6
 
 @dataclass(frozen=True)
 class Limits:
-    """What a material takes.
+    """What the material of all threads takes, or that of each.
 
     Parameters
     ----------
-    thickness_mm : float
-        Two middle surfaces that are nearer collide.
-    bend_mm : float
+    thickness_mm : float or (T,) float array
+        Two middle surfaces that are nearer collide; of two thicknesses, half of either counts.
+    bend_mm : float or (T,) float array
         The tightest radius to which it bends without damage.
-    width_mm : float
+    width_mm : float or (T,) float array
         Anything narrower is too weak to handle.
-    twist_deg : float
+    twist_deg : float or (T,) float array
         How far it may be twisted over a length that equals its width.
     clearance_mm : float
         Air between ribbons that do not cross; that is wanted, not what the material takes.
     """
 
-    thickness_mm: float
-    bend_mm: float
-    width_mm: float
-    twist_deg: float
+    thickness_mm: float | FloatArray
+    bend_mm: float | FloatArray
+    width_mm: float | FloatArray
+    twist_deg: float | FloatArray
     clearance_mm: float = 0.0
+
+    def of(self, threads: IntArray) -> "Limits":
+        """Return the limits of some threads, one after another."""
+        return Limits(
+            by_thread(self.thickness_mm, threads),
+            by_thread(self.bend_mm, threads),
+            by_thread(self.width_mm, threads),
+            by_thread(self.twist_deg, threads),
+            self.clearance_mm,
+        )
+
+    def between(self, one: IntArray, other: IntArray) -> float | FloatArray:
+        """Return half the thickness of either of two threads, together, pair by pair."""
+        if not isinstance(self.thickness_mm, np.ndarray):
+            return self.thickness_mm
+        return np.asarray(self.thickness_mm[one] + self.thickness_mm[other]) / 2
+
+
+def by_thread(value: float | FloatArray, threads: IntArray) -> float | FloatArray:
+    """Return a value of all threads as it is, or those of some threads.
+
+    Examples
+    --------
+    >>> by_thread(0.5, np.array([1])), by_thread(np.array([0.5, 0.8]), np.array([1])).tolist()
+    (0.5, [0.8])
+    """
+    return value[threads] if isinstance(value, np.ndarray) else value
 
 
 def twist_limit_deg(thickness_mm: float, bend_mm: float) -> float:
@@ -137,18 +165,26 @@ def measure_along(
     middle = (ribbons.right + ribbons.left) / 2
     passes = np.arange(len(ribbons.entry))
     ends = ribbons.entry + 1
+    own_limits = limits.of(np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets)))
     found = {}
     for rule, unit, value, limit, at_least, own, place in (
-        ("width", "mm", bends.width_mm, limits.width_mm, True, pass_of_rungs(ribbons), middle),
-        ("bend", "mm", spans.radius_mm, limits.bend_mm, True, passes, middle[ends]),
-        ("twist", "degrees", spans.twist_deg, limits.twist_deg, False, passes, middle[ends]),
+        ("width", "mm", bends.width_mm, own_limits.width_mm, True, pass_of_rungs(ribbons), middle),
+        ("bend", "mm", spans.radius_mm, own_limits.bend_mm, True, passes, middle[ends]),
+        ("twist", "degrees", spans.twist_deg, own_limits.twist_deg, False, passes, middle[ends]),
     ):
         there = np.flatnonzero(~np.isnan(value))
         found[rule] = Measured(
-            rule, unit, value[there], limit, at_least, own[there],
+            rule, unit, value[there], by_thread(limit, own[there]), at_least, own[there],
             np.full(len(there), -1, dtype=np.int64), place[there],
         )  # fmt: skip
     return found
+
+
+def measure_between(ribbons: Ribbons, passes: IntArray, limits: Limits) -> dict[str, Measured]:
+    """Measure what lies between some passes and the next ones, as `measure_along` does."""
+    thread = np.searchsorted(ribbons.pass_offsets, passes, side="right") - 1
+    goes_on = following_rung(ribbons.pass_offsets, ribbons.closed)[passes] >= 0
+    return measure_along(excerpt(ribbons, passes), limits.of(thread[goes_on]))
 
 
 def excerpt(ribbons: Ribbons, passes: IntArray) -> Ribbons:
@@ -202,11 +238,8 @@ def measure_layers(ribbons: Ribbons, weave: Weave, limits: Limits) -> Measured:
     over = weave.over
     np.minimum.at(low, crossing[over], heights.min(axis=0)[over])
     np.maximum.at(high, crossing[~over], heights.max(axis=0)[~over])
-    upper, lower = (np.zeros(len(low), dtype=np.int64) for _ in range(2))
-    upper[crossing[over]] = np.flatnonzero(over)
-    lower[crossing[~over]] = np.flatnonzero(~over)
-    apart = low - high
-    return Measured("layers", "mm", apart, limits.thickness_mm, True, upper, lower, ribbons.centre)
+    apart, wanted = low - high, limits.between(*crossing_threads(weave))
+    return Measured("layers", "mm", apart, wanted, True, *strand_passes(weave), ribbons.centre)
 
 
 def measure_clearance(
@@ -214,16 +247,18 @@ def measure_clearance(
 ) -> tuple[Measured, Nearness]:
     """Measure how near ribbons come that do not cross there; only what is too near is listed.
 
-    Their middle surfaces are to be one thickness and the clearance apart. Two stretches that part
-    from the same crossing begin just so far apart, and need not be farther apart than one
-    thickness.
+    Their middle surfaces are to be one thickness (half of either's) and the clearance apart. Two
+    stretches that part from the same crossing begin just so far apart, and need not be farther
+    apart than one thickness.
     """
     crossing = weave.threads.crossing
-    near = near_pairs(ribbons, crossing, limits.thickness_mm + limits.clearance_mm, among)
+    thickest = float(np.max(limits.thickness_mm, initial=0.0))
+    near = near_pairs(ribbons, crossing, thickest + limits.clearance_mm, among)
     passes = ends_of_stretches(ribbons, near.pairs)
     met = crossing[passes]
     parting = np.any(met[:, 0, :, None] == met[:, 1, None, :], axis=(1, 2))
-    wanted = limits.thickness_mm + np.where(parting, 0.0, limits.clearance_mm)
+    threads = weave.threads.thread_of_pass[passes[:, :, 0]]
+    wanted = limits.between(*threads.T) + np.where(parting, 0.0, limits.clearance_mm)
     kept = near.distance_mm < wanted * (1 - _TOUCHING)
     near = Nearness(near.pairs[kept], near.distance_mm[kept], near.place[kept])
     own, other = passes[kept, :, 0].T

@@ -56,7 +56,8 @@ def widest_clear(
         At this width all have been measured; at one that is 2 % greater some are too near, or
         have no room. None if some are too near even at the least width to handle.
     """
-    if not limits.width_mm <= room_mm < np.inf:
+    least = float(np.max(limits.width_mm, initial=0.0))
+    if not least <= room_mm < np.inf:
         return None
 
     def near(width_mm: float, among: IntArray | None = None) -> IntArray:
@@ -66,7 +67,7 @@ def widest_clear(
     among = found
     while len(found):
         # The pairs that are too near decide on a width; then all are measured there.
-        low = limits.width_mm
+        low = least
         if len(near(low, among)):
             return None
         while high > low * (1 + _CLOSE):

@@ -64,7 +64,7 @@ def read_layout(
         used = _taken(found["sheets"], sheets)
         layout = Layout(
             sheets=tuple(
-                replace(sheets[number], quantity=1) if isinstance(number, int) else number
+                replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
                 for number in used
             ),
             placements=tuple(
@@ -99,13 +99,31 @@ def read_layout(
             f"({', '.join(other[:8])}{', …' if len(other) > 8 else ''}); leave out --layout, or "
             "give the settings of that job"
         )
+    require_kept(path, layout, outlines, ids, sheets)
+    return layout
+
+
+def require_kept(
+    path: Path,
+    layout: Layout,
+    outlines: Sequence[FloatArray],
+    ids: Sequence[str],
+    sheets: Sequence[SheetSize],
+) -> None:
+    """Raise InputError if a layout that was read breaks a rule, or takes what is not in stock."""
+    used = _taken(
+        [
+            {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm, "stock": sheet.name}
+            for sheet in layout.sheets
+        ],
+        sheets,
+    )
     faults = _stock_faults(used) + check_layout(layout, outlines, ids=ids)
     if faults:
         raise InputError(
             f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
             + "; ".join(faults[:4])
         )
-    return layout
 
 
 def _placement(number: int, record: Any) -> Placement:

@@ -36,6 +36,8 @@ class SheetSize:
         Its outline if that is no rectangle.
     defects : tuple of Ring
         Polygons that pieces keep the gap from.
+    bunch : str
+        The bunch of threads that alone is cut from it; empty for any.
     """
 
     width_mm: float
@@ -48,11 +50,12 @@ class SheetSize:
     offcut: bool = False
     outline: Ring = ()
     defects: tuple[Ring, ...] = ()
+    bunch: str = ""
 
     @property
     def plain(self) -> bool:
-        """Whether there is nothing to know but the size and how many there are."""
-        return self == SheetSize(self.width_mm, self.height_mm, self.quantity)
+        """Whether there is nothing to know but size, number and bunch."""
+        return self == SheetSize(self.width_mm, self.height_mm, self.quantity, bunch=self.bunch)
 
     @property
     def ring(self) -> Ring:

@@ -2,8 +2,10 @@
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
+from fabweave.bybunch import bunch_number
 from fabweave.errors import InputError
 from fabweave.sheet.layout import SheetSize
 from fabweave.units import format_length, parse_length
@@ -20,12 +22,13 @@ def parse_stock(text: str) -> SheetSize:
     """Return the sheet that a text such as ``600x400mm:3`` describes.
 
     The unit may stand once, at the end, for both sides; no unit means millimetres. A number
-    after ``:`` or ``*`` says how many such sheets there are; without it there are enough.
+    after ``:`` or ``*`` says how many such sheets there are; without it there are enough. The name
+    of a bunch and ``=`` before it say that the sheet is for that one only.
 
     Parameters
     ----------
     text : str
-        ``WIDTHxHEIGHT``, with an optional unit and an optional quantity.
+        ``WIDTHxHEIGHT``, with an optional unit, an optional quantity and an optional bunch.
 
     Returns
     -------
@@ -44,7 +47,14 @@ def parse_stock(text: str) -> SheetSize:
     (600.0, 400.0, 3)
     >>> parse_stock("24 x 18 in").height_mm
     457.2
+    >>> parse_stock("weft=600x400mm").bunch
+    'weft'
     """
+    if "=" in text:
+        bunch, _, size = text.partition("=")
+        bunch = bunch.strip().lower()
+        bunch_number(bunch)
+        return replace(parse_stock(size), bunch=bunch)
     stock = _STOCK.fullmatch(text)
     pair = _PAIR.fullmatch(stock["size"]) if stock else None
     if stock is None or pair is None:
@@ -85,6 +95,8 @@ def format_stock(sheet: SheetSize) -> str:
     '609.6x457.2mm:2'
     """
     size = f"{round(sheet.width_mm, 3):.10g}x{format_length(sheet.height_mm)}"
+    if sheet.bunch:
+        size = f"{sheet.bunch}={size}"
     return size if sheet.quantity is None else f"{size}:{sheet.quantity}"
 
 

@@ -1,5 +1,6 @@
 """Check the shopping list: fasteners by diameter and grip, glue and tape."""
 
+import math
 from collections import Counter
 from typing import Any
 
@@ -15,6 +16,8 @@ from fabweave.verify.report import Tally
 _FEWEST_SPARES, _MOST_SPARES = 0.05, 0.10
 #: Small lists round up.
 _ROUND_UP = 2
+#: Grips are sums of thicknesses, told to this.
+_GRIP_DECIMALS = 5
 #: Lengths agree to this, areas to this much along their whole edge.
 _SAME_MM = 0.02
 
@@ -28,7 +31,7 @@ def check_bom(job: Job, tally: Tally) -> None:
     tally.expect(len(told) in (0, 3), f"waste.json tells only of {' and '.join(told)}")
     if "fasteners" not in waste:
         return
-    _check_fasteners(plan, waste["fasteners"], job.thickness_mm, tally)
+    _check_fasteners(job, waste["fasteners"], tally)
     area, edge, length = _laps(plan, job)
     counts = Counter(joint.kind for joint in plan.joints)
     for name, kind, key, value, slack in (
@@ -48,19 +51,27 @@ def check_bom(job: Job, tally: Tally) -> None:
         tally.expect(good, f"waste.json: {name}.{key} is {stated}, but comes to {value:.3f}")
 
 
-def _check_fasteners(
-    plan: CrossingMap, rows: list[dict[str, Any]], thickness: float | None, tally: Tally
-) -> None:
+def _check_fasteners(job: Job, rows: list[dict[str, Any]], tally: Tally) -> None:
     """Check the rows of fasteners against the holes of the pieces."""
-    wanted = _fasteners(plan)
-    stated = {(round(row["diameter_mm"], 3), row["layers"]): row for row in rows}
+    wanted = _fasteners(job)
+    # Where no thickness is told, nor can a grip be checked.
+    told = all(not math.isnan(thick) for _, thick in job.layers.values())
+    stated = {
+        (
+            round(row["diameter_mm"], 3),
+            row["layers"],
+            round(row["grip_mm"], _GRIP_DECIMALS) if told else None,
+        ): row
+        for row in rows
+    }
     tally.expect(len(stated) == len(rows), "waste.json lists a kind of fastener twice")
     tally.expect(
         sorted(stated) == sorted(wanted),
-        f"waste.json lists fasteners {sorted(stated)}, the pieces have holes for {sorted(wanted)}",
+        f"waste.json lists fasteners {sorted(stated)}, the pieces have holes for {sorted(wanted)} "
+        "(diameter, layers, grip)",
     )
     for key, row in stated.items():
-        where = f"waste.json, fasteners of {key[0]:g} mm through {key[1]} layers"
+        where = f"waste.json, fasteners of {key[0]:g} mm through {key[1]} layers of {key[2]} mm"
         needed, spare = row["needed"], row["spare"]
         tally.expect(
             needed == wanted[key], f"{where}: {needed} needed, the pieces take {wanted[key]}"
@@ -70,21 +81,18 @@ def _check_fasteners(
             f"{where}: {spare} spare for {needed}",
         )
         tally.expect(row["buy"] == needed + spare, f"{where}: buy {row['buy']}")
-        tally.expect(
-            thickness is None or abs(row["grip_mm"] - key[1] * thickness) < 1e-6,
-            f"{where}: grip {row['grip_mm']} mm in material of {thickness} mm",
-        )
 
 
-def _fasteners(plan: CrossingMap) -> Counter[tuple[float, int]]:
-    """Count fasteners by diameter and layers, from the holes of the uppermost layers."""
-    layers = Counter(s.crossing for piece in plan.pieces for s in piece.stations)
-    found: Counter[tuple[float, int]] = Counter()
-    for piece in plan.pieces:
+def _fasteners(job: Job) -> Counter[tuple[float, int, float | None]]:
+    """Count fasteners by diameter, layers and grip, from the holes of the uppermost layers."""
+    found: Counter[tuple[float, int, float | None]] = Counter()
+    for piece in job.map.pieces if job.map is not None else ():
         for one in piece.cutouts or ():
             station = piece.stations[one.station]
             if one.circle is not None and station.over:
-                found[round(one.circle[2], 3), layers[station.crossing]] += 1
+                count, thick = job.layers[station.crossing]
+                grip = None if math.isnan(thick) else round(thick, _GRIP_DECIMALS)
+                found[round(one.circle[2], 3), count, grip] += 1
     return found
 
 

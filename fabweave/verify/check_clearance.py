@@ -17,28 +17,30 @@ GAP_MM = 0.002
 def check_clearance(job: Job, tally: Tally) -> None:
     """Check that no two ribbons are nearer than is said.
 
-    Middle surfaces that do not cross there are to be one thickness and the clearance apart, one
-    thickness if they part from the same crossing. If no finding says otherwise, all are. If one
-    does, the gap that falls shortest of what is wanted, and how many places do, are as it says.
+    Middle surfaces that do not cross there are to be one thickness (half of either's) and the
+    clearance apart, one thickness if they part from the same crossing. If no finding says
+    otherwise, all are. If one does, the gap that falls shortest of what is wanted, and how many
+    places do, are as it says.
     """
     if job.map is None or job.model is None or job.ribbons is None:
         return
-    limits = job.ribbons.get("limits")
-    thickness, clearance = _number(limits, "thickness_mm"), _number(limits, "clearance_mm")
-    for name, value, stated in (
-        ("thickness", thickness, job.thickness_mm),
+    thickness, clearance = _thicknesses(job), _number(job.ribbons.get("limits"), "clearance_mm")
+    stated = {(value, job.supplies[key].thickness_mm) for key, value in thickness.items()}
+    for name, value, told_mm in (
+        *(("thickness", *pair) for pair in stated),
         ("clearance", clearance, job.clearance_mm),
     ):
         tally.expect(
-            np.isfinite(value) and value >= 0 and stated in (None, value),
-            f"ribbons.json states a {name} of {value:g} mm, and job.toml {stated} mm",
+            np.isfinite(value) and value >= 0 and told_mm in (None, value),
+            f"ribbons.json states a {name} of {value:g} mm, and job.toml {told_mm} mm",
         )
-    if not (np.isfinite(thickness) and np.isfinite(clearance)):
+    if not np.isfinite([*thickness.values(), clearance]).all():
         return
     steps = cut_steps(job.map, job.model)
     tally.count(len(steps.part))
-    near = near_parts(steps, thickness + clearance + GAP_MM)
-    wanted = thickness + np.where(near.parting, 0.0, clearance)
+    near = near_parts(steps, max(thickness.values(), default=0.0) + clearance + GAP_MM)
+    layers = np.array([thickness[key] for key in near.parts[:, [0, 2]].ravel().tolist()])
+    wanted = layers.reshape(-1, 2).sum(axis=1) / 2.0 + np.where(near.parting, 0.0, clearance)
     told = [one for one in job.ribbons["findings"] if one.get("rule") == "clearance"]
     tally.expect(len(told) <= 1, f"ribbons.json has {len(told)} findings about clearance")
     if told:
@@ -49,6 +51,24 @@ def check_clearance(job: Job, tally: Tally) -> None:
             f"{_names(job.map, near, at)} are {near.gap_mm[at]:.3f} mm apart, middle to middle, "
             f"where {wanted[at]:g} mm are wanted, and ribbons.json does not say so"
         )
+
+
+def _thicknesses(job: Job) -> dict[int, float]:
+    """Return the thickness by which each thread was held, as ribbons.json states it.
+
+    One that is stated for a thread by itself counts more than one for all.
+    """
+    if job.map is None or job.ribbons is None:
+        return {}
+    common = _number(job.ribbons.get("limits"), "thickness_mm")
+    own = {
+        str(record.get("thread")): _number(record["limits"], "thickness_mm")
+        for record in job.ribbons["threads"]
+        if "limits" in record
+    }
+    return {
+        thread.id: own.get(thread.label, common) for thread in job.map.threads if thread.crossings
+    }
 
 
 def _check_told(found: dict[str, Any], near: Near, wanted: Floats, tally: Tally) -> None:

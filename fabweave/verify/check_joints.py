@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from math import isnan, nan
 
 import numpy as np
 import shapely
@@ -34,7 +35,6 @@ def check_joints(job: Job, tally: Tally) -> None:
     if plan is None or job.model is None:
         return
     developed = job.developed
-    thickness = job.thickness_mm
     for joint in plan.joints:
         first, second = (developed.get(name) for name in joint.pieces)
         if first is None or second is None:
@@ -53,10 +53,11 @@ def check_joints(job: Job, tally: Tally) -> None:
             f"{where}: the two copies of its panel differ by {shape:.4f} mm",
         )
         _check_holes(where, joint, plan, motion, slack, tally)
-        _check_statement(where, joint, thickness, tally)
+        _check_statement(where, joint, job.layers.get(joint.crossing, (0, nan))[1], tally)
         # A ring that is cut from one piece cannot be laid on itself as a whole.
         if joint.pieces[0] != joint.pieces[1]:
-            _check_fit(where, joint, _Laid(plan, joint, first, motion, slack), thickness, tally)
+            own = job.supplies[plan.piece[joint.pieces[0]].thread].thickness_mm
+            _check_fit(where, joint, _Laid(plan, joint, first, motion, slack), own, tally)
     check_layers(plan, developed, tally)
 
 
@@ -76,7 +77,7 @@ def _check_holes(
         tally.measure("hole_mm", off, HOLE_MM + slack, told)
 
 
-def _check_statement(where: str, joint: Joint, thickness: float | None, tally: Tally) -> None:
+def _check_statement(where: str, joint: Joint, layers_mm: float, tally: Tally) -> None:
     """Check what the map says of a joint against itself."""
     if not tally.expect(joint.kind in KINDS, f"{where}: there is no joint of kind {joint.kind!r}"):
         return
@@ -90,10 +91,10 @@ def _check_statement(where: str, joint: Joint, thickness: float | None, tally: T
         lap is None or (lap > 0.0 if lapped else lap == 0.0),
         f"{where}: a joint of kind {joint.kind} laps by {lap} mm",
     )
-    if joint.grip_mm is not None and thickness is not None:
+    if joint.grip_mm is not None and not isnan(layers_mm):
         tally.expect(
-            len(joint.holes) > 0 and abs(joint.grip_mm - 3.0 * thickness) < 1e-6,
-            f"{where}: its fasteners grip {joint.grip_mm} mm, three layers are {3 * thickness:g}",
+            len(joint.holes) > 0 and abs(joint.grip_mm - layers_mm) < 2e-6,
+            f"{where}: its fasteners grip {joint.grip_mm} mm, the layers are {layers_mm:g}",
         )
 
 

@@ -24,6 +24,10 @@ def check_kinds(job: Job, tally: Tally) -> None:
         tally.count()
         if other is piece:
             continue
+        tally.expect(
+            job.supplies[piece.thread] == job.supplies[other.thread],
+            f"piece {piece.id} is of kind {piece.kind} as {other.id} is, but of another material",
+        )
         off = min(apart(piece, other, plan, way) for way in (1, -1))
         tally.measure(
             "kind_mm",

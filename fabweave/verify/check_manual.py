@@ -20,9 +20,15 @@ def check_manual(job: Job, tally: Tally) -> None:
     written = set(texts)
     for piece in plan.pieces:
         tally.expect(piece.id in written, f"assembly.pdf does not name piece {piece.id}")
+    several = len({(sheet.material, sheet.thickness_mm) for sheet in plan.sheets}) > 1
     for sheet in plan.sheets:
-        named = any(text.startswith((f"{sheet.name}:", f"{sheet.name},")) for text in texts)
-        tally.expect(named, f"assembly.pdf has no page for sheet {sheet.name}")
+        own = [text for text in texts if text.startswith((f"{sheet.name}:", f"{sheet.name},"))]
+        tally.expect(bool(own), f"assembly.pdf has no page for sheet {sheet.name}")
+        told = f" mm, {sheet.material} {sheet.thickness_mm:g} mm" if several else ""
+        tally.expect(
+            all(told in text for text in own),
+            f"assembly.pdf: the page of {sheet.name} does not say that it is of {sheet.material}",
+        )
     _check_steps(plan, texts, tally)
     _check_tables(plan, texts, tally)
 

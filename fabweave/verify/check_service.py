@@ -90,17 +90,18 @@ def _check_row(
         numbers and numbers.groups() == (str(kind), str(quantity)),
         f"{where} is for {quantity} pieces of kind {kind}",
     )
-    folder = f"{row['material']}_{float(row['thickness_mm']):g}mm"
+    folder = f"{row['material'].replace(':', '-')}_{float(row['thickness_mm']):g}mm"
     tally.expect(
         row["file"].startswith(f"{folder}/"), f"{where} is for pieces that belong in {folder}"
     )
-    options = (job.settings or {}).get("job")
-    material = options.get("material") if isinstance(options, dict) else None
-    tally.expect(
-        material in (None, row["material"])
-        and job.thickness_mm in (None, float(row["thickness_mm"])),
-        f"{where}: {row['thickness_mm']} mm of {row['material']} are not job.toml's",
-    )
+    for piece in pieces:
+        own = job.supplies[piece.thread]
+        tally.expect(
+            own.material in (None, row["material"])
+            and own.thickness_mm in (None, float(row["thickness_mm"])),
+            f"{where}: {row['thickness_mm']} mm of {row['material']} are not job.toml's for piece "
+            f"{piece.id}",
+        )
     for piece in pieces:
         tally.expect(piece.kind == kind, f"{where}: piece {piece.id} is of kind {piece.kind}")
         tally.measure(

@@ -50,7 +50,9 @@ def check_sheets(job: Job, tally: Tally) -> None:
             )
         polygons = shapely.make_valid(np.array([shapely.Polygon(points) for points in placed]))
         _check_room(sheet, [piece.id for piece in pieces], polygons, plan, tally)
-        reach = max(plan.gap_mm - ROUNDING_MM, 0.0)
+        own = [job.supplies[piece.thread].gap_mm for piece in pieces]
+        gap = min((gap for gap in own if gap is not None), default=plan.gap_mm)
+        reach = max(gap - ROUNDING_MM, 0.0)
         # A little beyond the gap, so that the narrowest kept gap is reported too.
         first, second = shapely.STRtree(polygons).query(
             polygons, predicate="dwithin", distance=reach + 1.0
@@ -246,18 +248,31 @@ def _rectangles(outline: Floats) -> Floats:
 def _check_masses(
     job: Job, names: list[str], masses: Floats, areas: Floats, slack: float, tally: Tally
 ) -> None:
-    """Check that all masses have one weight for an area, the settings' own if they state it."""
+    """Check that all masses have one weight for an area, if one is stated that of their material.
+
+    Where none is, neither in waste.json nor in the settings, they agree with one another.
+    """
     if len(masses) == 0 or areas.sum() <= 0.0:
         return
-    stated = _weight(job.settings or {})
-    weight = stated if stated is not None else float(masses.sum() / areas.sum())
+    own = _weight(job.settings or {})
+    weight = np.full(len(masses), masses.sum() / areas.sum() if own is None else own)
+    records = (job.waste or {}).get("materials") or []
+    told = {
+        (record["material"], record["thickness_mm"]): record["thickness_mm"]
+        * record["density_kg_m3"]
+        * 1e-6
+        for record in records
+    }
+    if job.map is not None and told:
+        sheet = {sheet.number: (sheet.material, sheet.thickness_mm) for sheet in job.map.sheets}
+        weight = np.array([told[sheet[job.map.piece[name].sheet]] for name in names])
     off = np.abs(masses - weight * areas)
     tally.count(len(masses))
-    tally.expect(weight > 0.0, "pieces.csv: the pieces weigh nothing")
+    tally.expect(np.all(weight > 0.0), "pieces.csv: the pieces weigh nothing")
     for at in np.flatnonzero(~(off <= slack)):
         tally.fail(
             f"pieces.csv, piece {names[at]}: mass_g is {masses[at]:g}, but its "
-            f"area at {weight * 1e6:.4g} g/m² makes {weight * areas[at]:.4f}"
+            f"area at {weight[at] * 1e6:.4g} g/m² makes {weight[at] * areas[at]:.4f}"
         )
 
 

@@ -3,7 +3,9 @@
 import numpy as np
 
 from fabweave.verify.course import Panels, edge_quads, follows_walk, measure_panels
+from fabweave.verify.crossing_map import Crossing
 from fabweave.verify.drawing import Floats
+from fabweave.verify.ends import LAPPED
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
 from fabweave.verify.turning import check_turns
@@ -21,9 +23,10 @@ def check_space(job: Job, tally: Tally) -> None:
     """Check every crossing in the model.
 
     The two panels look outward, the over strand's centre stands outside the under strand's along
-    the outward normal and nowhere else, the stated position is midway and at the crossing's edge,
-    and both strands run across the edge the way their threads walk. Where threads turn back at the
-    boundary, their ribbons follow the boundary edges, each within its own triangle.
+    the outward normal and nowhere else, as far as both layers (where a joint laps, both of its)
+    and the clearance of the settings take; the stated position is midway and at the crossing's
+    edge, and both strands run across the edge the way their threads walk. Where threads turn back
+    at the boundary, their ribbons follow the boundary edges, each within its own triangle.
     """
     plan, mesh, model = job.map, job.mesh, job.model
     if plan is None or mesh is None or model is None:
@@ -77,6 +80,15 @@ def check_space(job: Job, tally: Tally) -> None:
             f"{where}: the over strand stands {apart[at]:.4f} mm outside the under strand",
             least=True,
         )
+        wanted = _layers_mm(job, crossing)
+        tally.measure(
+            "air_mm",
+            apart[at] - wanted,
+            -CENTRED_MM,
+            f"{where}: the strands are {apart[at]:.4f} mm apart, middle to middle, and their "
+            f"layers take {wanted:.4f}",
+            least=True,
+        )
         tally.measure(
             "off_centre_mm",
             beside[at],
@@ -93,6 +105,27 @@ def check_space(job: Job, tally: Tally) -> None:
             astray[at] <= PLACE_SHARE * quads.size[at],
             f"{where}: stated {astray[at]:.3f} mm from the middle of edge {crossing.edge}",
         )
+
+
+def _layers_mm(job: Job, crossing: Crossing) -> float:
+    """Return how far apart the middles of two strands must be; 0 if the settings do not say.
+
+    Half of the strand above, half of what lies below (twice its thickness where it laps), and the
+    clearance.
+    """
+    plan, options = job.map, (job.settings or {}).get("job")
+    if plan is None or not isinstance(options, dict):
+        return 0.0
+    above, below = (
+        job.supplies[strand.thread].thickness_mm for strand in (crossing.over, crossing.under)
+    )
+    if above is None or below is None:
+        return 0.0
+    station = plan.piece[crossing.under.piece].stations[crossing.under.station]
+    joint = None if station.joint is None else plan.joint.get(station.joint)
+    laps = joint is not None and joint.kind in (*LAPPED, "slot")
+    clearance = float(str(options.get("clearance", "0mm")).removesuffix("mm"))
+    return (above + below * (2 if laps else 1)) / 2.0 + clearance
 
 
 def _check_course(

@@ -46,7 +46,8 @@ def _check_entries(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> Non
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
     quantities: Counter[tuple[str, float, float]] = Counter()
     for text in told.get("sheet", []):
-        found = _PLAIN.fullmatch(text)
+        # A sheet may be for one bunch only, which is checked with the materials.
+        found = _PLAIN.fullmatch(text.rpartition("=")[2])
         if not tally.expect(found is not None, f"job.toml: sheet {text!r} is no size in mm"):
             continue
         width, height, quantity = found.groups() if found else ("0", "0", None)

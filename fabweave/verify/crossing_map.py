@@ -39,6 +39,7 @@ class Thread:
     crossings: tuple[int, ...]
     over: tuple[bool, ...]
     pieces: tuple[str, ...]
+    bunch: int = 0
 
     @cached_property
     def places(self) -> dict[int, list[int]]:
@@ -202,6 +203,10 @@ class Sheet:
         """The area inside its outline."""
         x, y = self.outline.T
         return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
+
+    #: What it is of, where the map states it.
+    material: str | None = None
+    thickness_mm: float | None = None
 
 
 @dataclass(frozen=True)

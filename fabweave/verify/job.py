@@ -18,6 +18,7 @@ from fabweave.verify.check_kinds import check_kinds
 from fabweave.verify.check_labels import check_labels
 from fabweave.verify.check_looks import check_looks
 from fabweave.verify.check_manual import check_manual
+from fabweave.verify.check_materials import check_materials
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_outcome import check_outcome
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
@@ -88,6 +89,7 @@ _TASKS = (
     _Task("simple", ("map",), check_simple),
     _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),
+    _Task("materials", ("map",), check_materials),
     _Task("outcome", (), check_outcome),
     _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),

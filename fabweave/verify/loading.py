@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from fabweave.verify.read_template import Template, read_template
 from fabweave.verify.read_viewer import Viewer, read_viewer
 from fabweave.verify.ready import Ready, read_ready
 from fabweave.verify.report import Tally
+from fabweave.verify.supplies import Supply, thread_supplies
 from fabweave.verify.threads import edge_of_crossings, thread_passes
 from fabweave.verify.walks import Pass, Walk, WovenMesh, read_obj
 
@@ -35,6 +37,7 @@ CROSSING_COLUMNS = (
 )  # fmt: skip
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
+    "material", "thickness_mm",
 )  # fmt: skip
 STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
@@ -93,19 +96,30 @@ class Job:
         """What the settings say that threads do at the boundary; unsaid, they end there."""
         return _option(self.settings, "boundary", "end")
 
-    @property
-    def thickness_mm(self) -> float | None:
-        """The material's thickness, if the settings state one."""
-        return self._length("thickness")
+    @cached_property
+    def supplies(self) -> dict[int, Supply]:
+        """What each thread is cut from, as the settings say."""
+        return {} if self.map is None else thread_supplies(self.settings, self.map)
+
+    @cached_property
+    def layers(self) -> dict[int, tuple[int, float]]:
+        """How many layers lie at each crossing, and how thick they are together.
+
+        The thickness is not a number where the settings do not tell that of all threads.
+        """
+        found: dict[int, tuple[int, float]] = {}
+        for piece in self.map.pieces if self.map is not None else ():
+            supply = self.supplies.get(piece.thread, Supply())
+            thick = math.nan if supply.thickness_mm is None else supply.thickness_mm
+            for station in piece.stations:
+                count, total = found.get(station.crossing, (0, 0.0))
+                found[station.crossing] = (count + 1, total + thick)
+        return found
 
     @property
     def clearance_mm(self) -> float | None:
         """The air between ribbons that is wanted, if the settings state it."""
-        return self._length("clearance")
-
-    def _length(self, option: str) -> float | None:
-        """Return a length of the settings, in millimetres."""
-        text = _option(self.settings, option, None)
+        text = _option(self.settings, "clearance", None)
         try:
             return float(str(text).removesuffix("mm")) if text is not None else None
         except ValueError:

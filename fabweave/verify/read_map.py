@@ -181,6 +181,8 @@ def _sheet(node: _Node) -> Sheet:
         grain_deg=node["grain_deg"].maybe(_Node.number),
         outline=outline,
         defects=defects,
+        material=node["material"].maybe(_Node.text) if node.has("material") else None,
+        thickness_mm=node["thickness_mm"].number() if node.has("thickness_mm") else None,
         code=node["code"].maybe(_code) if node.has("code") else None,
     )
 
@@ -263,7 +265,6 @@ def _pair(node: _Node) -> tuple[str, str]:
 
 def _thread(node: _Node) -> Thread:
     """Read a thread."""
-    node["bunch"].integer()
     return Thread(
         node["id"].integer(),
         node["label"].text(),
@@ -271,6 +272,7 @@ def _thread(node: _Node) -> Thread:
         tuple(item.integer() for item in node["crossings"].items()),
         tuple(item.flag() for item in node["over"].items()),
         tuple(item.text() for item in node["pieces"].items()),
+        node["bunch"].integer(),
     )
 
 

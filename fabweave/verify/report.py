@@ -38,6 +38,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "bom": "fasteners, glue and tape to buy are those that the pieces take",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
+        "materials": "every piece is on a sheet of its thread's material; each material adds up",
         "outcome": "job.toml and the notes of the layout tell what came out",
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",

@@ -24,14 +24,16 @@ class Model:
 @cache
 def model_of(mesh, size_mm=300.0, **changed):
     """Return the pieces of a model, once."""
-    settings, material = complete_settings(JobSettings(mesh, size_mm=size_mm, **changed))
-    thing = weave_object(settings, material)
-    rules = hole_rules(settings, material)
-    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules)
+    settings, supplies = complete_settings(JobSettings(mesh, size_mm=size_mm, **changed))
+    thing = weave_object(settings, supplies)
+    rules = hole_rules(settings, supplies)
+    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
     laps = plan.runs.laps(thing.weave.threads)
-    ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
-    rule = parse_joint(settings.joint, thickness_mm=material.thickness_mm)
-    joints = plan_joints(ribbons, thing.weave, plan.runs, rule)
+    ribbons = lay_ribbons(
+        thing.woven, thing.weave, settings, supplies.thickness_mm(thing.bunches), laps
+    )
+    rule, thickness = parse_joint(settings.joint), supplies.thickness_mm(thing.bunches)
+    joints = plan_joints(ribbons, thing.weave, plan.runs, rule, thickness)
     made = build_pieces(ribbons, thing.weave, plan.runs, thing.labels, rules, joints)
     closed = bool(np.all(thing.woven.halfedges.twin >= 0))
     return Model(made, ribbons.centre, closed)

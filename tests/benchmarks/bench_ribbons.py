@@ -31,12 +31,12 @@ SIZE_MM = 400.0
 
 def timed(mesh: str, size_mm: float) -> tuple[float, int]:
     """Return the processor time of ribbons and checks, and the number of crossings."""
-    settings, material = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm))
-    thing = weave_object(settings, material)
+    settings, supplies = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm))
+    thing = weave_object(settings, supplies)
     start = process_time()
     laps = np.arange(0, thing.weave.threads.n_crossings, 12)
-    thing = keep_clear(thing, settings, material, laps)
-    check_object(thing, settings, material)
+    thing = keep_clear(thing, settings, supplies, laps)
+    check_object(thing, settings, supplies)
     return process_time() - start, thing.weave.threads.n_crossings
 
 

@@ -133,8 +133,8 @@ def facts(strips: Strips) -> tuple[int, float, float, list[shapely.Polygon]]:
 
 def compare(name: str, settings: JobSettings, *, nested: bool) -> None:
     """Print one table row for each way."""
-    completed, material = complete_settings(settings)
-    thing: WovenObject = weave_object(completed, material)
+    completed, supplies = complete_settings(settings)
+    thing: WovenObject = weave_object(completed, supplies)
     weave, ribbons = thing.weave, thing.ribbons
     longest = max(USABLE)
     every = np.arange(weave.threads.n_threads)
@@ -167,8 +167,8 @@ def compare(name: str, settings: JobSettings, *, nested: bool) -> None:
 def large() -> None:
     """Time the splitting of a torus of 224 × 224 quads."""
     settings = JobSettings("shape:torus?m=224&n=224", size_mm=2000.0, sheets=(SHEET,), gap_mm=GAP)
-    completed, material = complete_settings(settings)
-    thing = weave_object(completed, material)
+    completed, supplies = complete_settings(settings)
+    thing = weave_object(completed, supplies)
     start = time.process_time()
     every = np.arange(thing.weave.threads.n_threads)
     found = list_candidates(thing.ribbons, thing.weave, BED, 290.0, every)

@@ -25,6 +25,7 @@ def piece(name, outline, holes=(), *, sheet=1, turn=0.0, at=(0.0, 0.0)):
     """Return a piece of a crossing map with holes (x, y, diameter)."""
     return {
         "id": name,
+        "thread": 0,
         "sheet": sheet,
         "placement": {"rotation_deg": turn, "x_mm": at[0], "y_mm": at[1]},
         "joints": [None, None],
@@ -49,7 +50,8 @@ def plan(*pieces, width=600.0, height=400.0):
 
 
 def found(job, material=CARD, target=DEFAULT, ribbons=CLEAN):
-    return preflight(job, ribbons, material, target)
+    materials = [material] * (1 + max(one["thread"] for one in job["pieces"]))
+    return preflight(job, ribbons, materials, target)
 
 
 def test_a_sound_piece_has_no_flaw() -> None:
@@ -172,7 +174,7 @@ def test_lines_name_the_worst_place_of_each_rule() -> None:
         "hole: 3 holes smaller than can be cut on 2 pieces; worst 1.00 mm instead of 3.00 mm on "
         "B1, sheet 1 at (50.0, 50.0). --hole 3mm would help"
     )
-    record = preflight_record(found(job, PLY), PLY, DEFAULT)
+    record = preflight_record(found(job, PLY), [PLY], DEFAULT)
     assert [(flaw["piece"], flaw["count"]) for flaw in record["flaws"]] == [("A1", 2), ("B1", 1)]
 
 

@@ -25,8 +25,8 @@ TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(n
 
 def woven(shape: str, **options):
     options = {"size_mm": 300.0, **options}
-    settings, material = complete_settings(JobSettings(mesh=f"shape:{shape}", **options))
-    return weave_object(settings, material)
+    settings, supplies = complete_settings(JobSettings(mesh=f"shape:{shape}", **options))
+    return weave_object(settings, supplies)
 
 
 def has_area(triangle: np.ndarray) -> bool:

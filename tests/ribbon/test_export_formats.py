@@ -26,10 +26,10 @@ THICKNESS = 0.8
 
 
 def woven(shape: str, boundary: str = "end"):
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(f"shape:{shape}", size_mm=200.0, boundary=boundary)
     )
-    return weave_object(settings, material)
+    return weave_object(settings, supplies)
 
 
 def bodies_of(kind: str):
@@ -230,7 +230,7 @@ def test_solid_ribbons_are_closed_and_as_heavy_as_their_sheets(shape, boundary):
 @pytest.mark.parametrize("shape", SOLID)
 def test_solid_ribbons_of_the_material_keep_clear_of_one_another(shape):
     _, solids, _ = solid_and_sheet(
-        shape, thickness=complete_settings(JobSettings(""))[1].thickness_mm
+        shape, thickness=complete_settings(JobSettings(""))[1].only.thickness_mm
     )
     assert len(clashing_facets(solids)) == 0
 

@@ -24,12 +24,13 @@ from fabweave.ribbon.sizing import smallest_size
 from fabweave.ribbon.width import WidthRule
 from fabweave.settings import JobSettings
 from fabweave.sheet.limits import ribbon_limits
-from fabweave.sheet.material import Material, material_library, material_named
+from fabweave.sheet.material import material_library, material_named
+from fabweave.sheet.supplies import Supplies
 
 
-def woven(mesh: str, **options) -> tuple[WovenObject, JobSettings, Material]:
-    settings, material = complete_settings(JobSettings(mesh=f"shape:{mesh}", **options))
-    return weave_object(settings, material), settings, material
+def woven(mesh: str, **options) -> tuple[WovenObject, JobSettings, Supplies]:
+    settings, supplies = complete_settings(JobSettings(mesh=f"shape:{mesh}", **options))
+    return weave_object(settings, supplies), settings, supplies
 
 
 def checked(mesh: str, **options) -> RibbonCheck:
@@ -89,11 +90,11 @@ def test_at_the_size_proposed_every_rule_just_holds(mesh, material, size) -> Non
 
 
 def test_a_material_too_stiff_is_refused_with_the_size_that_would_do() -> None:
-    thing, settings, material = woven("sphere?n=6", material="stainless-304", size_mm=300.0)
-    check = check_object(thing, settings, material)
+    thing, settings, supplies = woven("sphere?n=6", material="stainless-304", size_mm=300.0)
+    check = check_object(thing, settings, supplies)
     (found,) = check.refused
     with pytest.raises(CannotMakeError, match=f"--size {found.may_be_mm}mm") as error:
-        require_stiffness(thing, settings, material)
+        require_stiffness(thing, settings, supplies)
     assert f"{found.size_mm}mm" in str(error.value)
     options = {"material": "stainless-304"}
     do = checked("sphere?n=6", size_mm=float(found.may_be_mm), **options)
@@ -102,7 +103,7 @@ def test_a_material_too_stiff_is_refused_with_the_size_that_would_do() -> None:
     assert checked("sphere?n=6", size_mm=0.98 * found.may_be_mm, **options).refused
     # So would the thinner sheet.
     thin = float(str(error.value).split("--thickness ")[1].split("mm")[0])
-    assert thin < material.thickness_mm
+    assert thin < supplies.only.thickness_mm
     assert not checked("sphere?n=6", size_mm=300.0, thickness_mm=thin, **options).findings
 
 
@@ -127,17 +128,17 @@ def spoil(ribbons: Ribbons, thread: int, by: np.ndarray) -> Ribbons:
 
 
 def test_a_ribbon_that_sags_onto_its_partner_is_found_at_its_crossing() -> None:
-    thing, _, material = woven("torus?m=12&n=8", size_mm=300.0)
+    thing, _, supplies = woven("torus?m=12&n=8", size_mm=300.0)
     ribbons, threads = thing.ribbons, thing.weave.threads
     at = int(np.flatnonzero(thing.weave.over)[7])
     crossing = int(threads.crossing[at])
     right, left = ribbons.right.copy(), ribbons.left.copy()
     rungs = ribbons.entry[at] + np.array([0, 1])
     # Only just touching: the middles are half a thickness apart.
-    drop = 0.9 * material.thickness_mm * ribbons.normal[crossing]
+    drop = 0.9 * supplies.only.thickness_mm * ribbons.normal[crossing]
     right[rungs] -= drop
     left[rungs] -= drop
-    limits = ribbon_limits(material)
+    limits = ribbon_limits(supplies.only)
     labels = thing.labels
     good = check_ribbons(ribbons, thing.weave, labels, limits, size_mm=300.0)
     assert not good.findings
@@ -149,14 +150,16 @@ def test_a_ribbon_that_sags_onto_its_partner_is_found_at_its_crossing() -> None:
     assert (found.crossing, found.count, found.thread) == (crossing, 1, labels[owner])
     assert found.station == at - threads.offsets[owner]
     assert found.position == pytest.approx(ribbons.centre[crossing], abs=1e-3)
-    gap = good.measured["layers"].value[crossing] - 0.9 * material.thickness_mm
+    gap = good.measured["layers"].value[crossing] - 0.9 * supplies.only.thickness_mm
     assert found.value == pytest.approx(gap, abs=1e-6)
 
 
 def test_a_shifted_ribbon_is_found_by_name() -> None:
-    thing, _, material = woven("sphere?n=4", size_mm=300.0)
+    thing, _, supplies = woven("sphere?n=4", size_mm=300.0)
     spoilt = spoil(thing.ribbons, 3, np.array([8.0, 5.0, 2.0]))
-    check = check_ribbons(spoilt, thing.weave, thing.labels, ribbon_limits(material), size_mm=300.0)
+    check = check_ribbons(
+        spoilt, thing.weave, thing.labels, ribbon_limits(supplies.only), size_mm=300.0
+    )
     found = rules(check)["clearance"]
     assert found.value == 0
     measured = check.measured["clearance"]
@@ -171,14 +174,14 @@ def test_a_shifted_ribbon_is_found_by_name() -> None:
 
 
 def test_a_pinched_ribbon_is_found_at_its_place() -> None:
-    thing, _, material = woven("sphere?n=4", size_mm=300.0)
+    thing, _, supplies = woven("sphere?n=4", size_mm=300.0)
     ribbons, threads = thing.ribbons, thing.weave.threads
     at = 29
     rung = int(ribbons.entry[at])
     left = ribbons.left.copy()
     left[rung] = ribbons.right[rung] + 0.04 * (left[rung] - ribbons.right[rung])
     check = check_ribbons(
-        replace(ribbons, left=left), thing.weave, thing.labels, ribbon_limits(material),
+        replace(ribbons, left=left), thing.weave, thing.labels, ribbon_limits(supplies.only),
         size_mm=300.0,
     )  # fmt: skip
     found = rules(check)["width"]
@@ -201,8 +204,8 @@ def test_clearance_is_mended_by_the_width_proposed() -> None:
 
 
 def test_twist_is_mended_by_the_width_proposed() -> None:
-    thing, settings, material = woven("torus?m=24&n=12", size_mm=2000.0, material="stainless-304")
-    found = rules(check_object(thing, settings, material)).get("twist")
+    thing, settings, supplies = woven("torus?m=24&n=12", size_mm=2000.0, material="stainless-304")
+    found = rules(check_object(thing, settings, supplies)).get("twist")
     assert found is not None
     assert found.limit == pytest.approx(twist_limit_deg(0.5, 235.0))
     assert found.width_factor is not None
@@ -250,8 +253,8 @@ def test_limits_follow_the_material(material: str) -> None:
 
 
 def test_the_report_gives_each_thread_its_figures() -> None:
-    thing, settings, material = woven("torus?m=12&n=8", size_mm=300.0)
-    check = check_object(thing, settings, material)
+    thing, settings, supplies = woven("torus?m=12&n=8", size_mm=300.0)
+    check = check_object(thing, settings, supplies)
     report = ribbon_report(check, thing.ribbons, thing.labels)
     assert [one["thread"] for one in report["threads"]] == list(thing.labels)
     assert sum(one["crossings"] for one in report["threads"]) == 2 * thing.weave.threads.n_crossings

@@ -36,17 +36,17 @@ ROOMY = (
 
 def object_and_limits(mesh: str, **options):
     options = {"size_mm": 400.0, **options}
-    settings, material = complete_settings(JobSettings(mesh=mesh, **options))
-    thing = weave_object(settings, material)
-    return thing, settings, material, ribbon_limits(material, settings.clearance_mm)
+    settings, supplies = complete_settings(JobSettings(mesh=mesh, **options))
+    thing = weave_object(settings, supplies)
+    return thing, settings, supplies, ribbon_limits(supplies.only, settings.clearance_mm)
 
 
 def assert_clear(mesh: str, **options) -> WovenObject:
-    thing, settings, material, limits = object_and_limits(mesh, **options)
+    thing, settings, supplies, limits = object_and_limits(mesh, **options)
     # With laps everywhere, and with laps at some crossings only, as a job has them.
     some = np.arange(0, thing.weave.threads.n_crossings, 5)
     for laps in (None, some):
-        clear = keep_clear(thing, settings, material, laps)
+        clear = keep_clear(thing, settings, supplies, laps)
         assert len(measure_clearance(clear.ribbons, thing.weave, limits)[0].value) == 0
         assert intersecting(clear.ribbons) == 0
     return clear
@@ -69,18 +69,18 @@ def test_neither_do_they_with_other_cross_lines(smooth: int) -> None:
 
 
 def test_a_width_that_is_asked_for_is_kept_and_the_collision_told() -> None:
-    thing, settings, material, _ = object_and_limits("shape:tetrahedron", width=WidthRule(0.65))
-    kept = keep_clear(thing, settings, material)
+    thing, settings, supplies, _ = object_and_limits("shape:tetrahedron", width=WidthRule(0.65))
+    kept = keep_clear(thing, settings, supplies)
     assert kept.narrowed is None
     assert np.array_equal(kept.ribbons.right, thing.ribbons.right)
-    findings = check_object(kept, settings, material).findings
+    findings = check_object(kept, settings, supplies).findings
     assert "clearance" in {found.rule for found in findings}
 
 
 @pytest.mark.parametrize("shape", ["torus?m=12&n=6", "hypar", "cube"])
 def test_where_all_have_room_nothing_changes(shape: str) -> None:
-    thing, settings, material, _ = object_and_limits(f"shape:{shape}")
-    clear = keep_clear(thing, settings, material)
+    thing, settings, supplies, _ = object_and_limits(f"shape:{shape}")
+    clear = keep_clear(thing, settings, supplies)
     assert clear.narrowed.factor.min() == 1.0
     for name in ("right", "left", "from_right"):
         assert np.array_equal(getattr(clear.ribbons, name), getattr(thing.ribbons, name))
@@ -88,10 +88,10 @@ def test_where_all_have_room_nothing_changes(shape: str) -> None:
 
 def test_only_what_is_too_near_gets_narrower() -> None:
     # Of the five solids only the tetrahedron has too little room.
-    thing, settings, material, limits = object_and_limits(
+    thing, settings, supplies, limits = object_and_limits(
         str(shared_mesh("ngon/platonic_shelf.obj"))
     )
-    clear = keep_clear(thing, settings, material)
+    clear = keep_clear(thing, settings, supplies)
     threads = thing.weave.threads
     changed = np.unique(threads.thread_of_pass[clear.narrowed.factor < 1])
     assert len(changed) == 3
@@ -101,8 +101,8 @@ def test_only_what_is_too_near_gets_narrower() -> None:
 
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "ngon/spot_control_mesh.obj"])
 def test_ribbons_taper_and_stay_fit_to_be_handled(name: str) -> None:
-    thing, settings, material, limits = object_and_limits(str(shared_mesh(name)))
-    clear = keep_clear(thing, settings, material)
+    thing, settings, supplies, limits = object_and_limits(str(shared_mesh(name)))
+    clear = keep_clear(thing, settings, supplies)
     factor, least = clear.narrowed.factor, np.minimum(clear.narrowed.least, 1.0)
     assert (factor >= least).all()
     following = following_rung(clear.ribbons.pass_offsets, clear.ribbons.closed)
@@ -118,12 +118,12 @@ def test_ribbons_taper_and_stay_fit_to_be_handled(name: str) -> None:
 
 @pytest.mark.parametrize("shape", ["tetrahedron", "torus?m=12&n=6", "icosahedron"])
 def test_the_widest_width_is_clear_and_a_wider_one_is_not(shape: str) -> None:
-    thing, settings, material, limits = object_and_limits(f"shape:{shape}")
+    thing, settings, supplies, limits = object_and_limits(f"shape:{shape}")
 
     def lay(width_mm: float) -> Ribbons:
         rule = WidthRule(least_mm=width_mm, most_mm=width_mm)
         changed = JobSettings(**{**vars(settings), "width": rule})
-        return lay_ribbons(thing.woven, thing.weave, changed, material)
+        return lay_ribbons(thing.woven, thing.weave, changed, supplies.thickness_mm(thing.bunches))
 
     def near(width_mm: float) -> int:
         return len(measure_clearance(lay(width_mm), thing.weave, limits)[0].value)
@@ -169,8 +169,8 @@ def test_quads_become_convex_and_keep_their_middle(corners) -> None:
 
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
 def test_at_sharp_edges_panels_do_not_fold_over(name: str) -> None:
-    thing, settings, material, _ = object_and_limits(str(shared_mesh(name)), smooth=0)
-    ribbons = keep_clear(thing, settings, material).ribbons
+    thing, settings, supplies, _ = object_and_limits(str(shared_mesh(name)), smooth=0)
+    ribbons = keep_clear(thing, settings, supplies).ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
     assert len(self_intersections(mesh)) == 0

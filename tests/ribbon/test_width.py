@@ -85,16 +85,18 @@ def test_widths_that_make_no_sense_are_refused(text: str, words: str) -> None:
 
 
 def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(mesh="shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
     )
-    thing = weave_object(settings, material)
-    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, ()).runs
+    thing = weave_object(settings, supplies)
+    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, (), supplies).runs
     threads = thing.weave.threads
     laps = runs.laps(threads)
     # Every ring is jointed, each joint where its thread goes under, and no crossing twice.
     assert len(laps) == len(runs.thread) == len(np.unique(laps))
-    ribbons = lay_ribbons(thing.woven, thing.weave, settings, material, laps)
+    ribbons = lay_ribbons(
+        thing.woven, thing.weave, settings, supplies.thickness_mm(thing.bunches), laps
+    )
     corners = ribbons.right[ribbons.entry] + ribbons.right[ribbons.entry + 1]
     corners = corners + ribbons.left[ribbons.entry] + ribbons.left[ribbons.entry + 1]
     height = np.einsum(
@@ -102,18 +104,18 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
     )
     apart = np.zeros(threads.n_crossings)
     np.add.at(apart, threads.crossing, np.where(thing.weave.over, height, -height))
-    layers = material.thickness_mm + settings.clearance_mm
+    layers = supplies.only.thickness_mm + settings.clearance_mm
     expected = np.full(threads.n_crossings, layers)
-    expected[laps] += material.thickness_mm / 2
+    expected[laps] += supplies.only.thickness_mm / 2
     assert apart == pytest.approx(expected, abs=1e-9)
 
 
 def test_runs_of_open_threads_lap_only_between_pieces() -> None:
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         replace(JobSettings(mesh="shape:hypar", size_mm=400.0), max_length_mm=150.0)
     )
-    thing = weave_object(settings, material)
-    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, ()).runs
+    thing = weave_object(settings, supplies)
+    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, (), supplies).runs
     crossed = np.count_nonzero(thing.weave.threads.lengths)
     assert len(runs.laps(thing.weave.threads)) == len(runs.thread) - crossed
 

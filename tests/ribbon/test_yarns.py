@@ -35,10 +35,10 @@ SHAPES = {
 
 
 def woven(shape: str, pattern: str = "plain", boundary: str = "end", size: float = 200.0):
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)
     )
-    return weave_object(settings, material)
+    return weave_object(settings, supplies)
 
 
 def spun(thing: WovenObject, **options) -> Yarns:

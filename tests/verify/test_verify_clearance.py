@@ -81,10 +81,10 @@ def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
 )
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
 def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> None:
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(mesh=f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
     )
-    thing = weave_object(settings, material)
+    thing = weave_object(settings, supplies)
     ribbons, threads = thing.ribbons, thing.weave.threads
     longest = int(np.argmax(threads.lengths))
     moved = slice(*ribbons.offsets[longest : longest + 2])
@@ -92,7 +92,7 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
     right[moved] += by
     left[moved] += by
     ribbons = replace(ribbons, right=right, left=left)
-    limits = ribbon_limits(material, settings.clearance_mm)
+    limits = ribbon_limits(supplies.only, settings.clearance_mm)
     measured, near = measure_clearance(ribbons, thing.weave, limits)
     path = tmp_path / "model.glb"
     path.write_bytes(woven_glb(ribbons, thing.labels, thread_colours(thing.bunches, "safe"), ()))

@@ -14,7 +14,8 @@ from fabweave.verify.report import MEANINGS
 
 MAP_CHECKS = (
     "files mesh-walks over-under pattern space clearance piece-order joints crossing-holes "
-    "unfolding kinds outlines-dxf outlines-svg order labels sheets simple bom areas preflight "
+    "unfolding kinds outlines-dxf outlines-svg order labels sheets simple bom areas materials "
+    "preflight "
     "tables steps viewer manual"
 )
 MISSING = {

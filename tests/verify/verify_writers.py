@@ -16,6 +16,7 @@ from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
+    "material", "thickness_mm",
 )  # fmt: skip
 STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
@@ -279,7 +280,7 @@ def write_tables(specimen, folder):
             mass = (outline - hole) * THICKNESS * DENSITY * 1e-6
             rows.writerow([piece["id"], piece["thread"], piece["sheet"], f"{length:.2f}",
                            f"{width:.2f}", f"{outline - hole:.2f}", f"{mass:.3f}",
-                           len(holes), piece["kind"]])  # fmt: skip
+                           len(holes), piece["kind"], "card", THICKNESS])  # fmt: skip
     joint_at = {joint["crossing"]: joint["id"] for joint in plan["joints"]}
     with (folder / "crossing_map.csv").open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)

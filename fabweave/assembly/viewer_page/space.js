@@ -107,8 +107,10 @@ function readStrips(space, plan) {
       for (const rung of [first + at, first + at + 1])
         for (let k = 6 * rung; k < 6 * rung + 6; k++) corners[k] += by * made.normal[k];
     };
-    if (piece.joints[0] !== null) lift(panels[0], space.layer_mm / 2);
-    if (piece.joints[1] !== null) lift(panels[panels.length - 1], -space.layer_mm / 2);
+    // Of several materials each thread has its own thickness.
+    const layer = Array.isArray(space.layer_mm) ? space.layer_mm[piece.thread] : space.layer_mm;
+    if (piece.joints[0] !== null) lift(panels[0], layer / 2);
+    if (piece.joints[1] !== null) lift(panels[panels.length - 1], -layer / 2);
     // Where a label may stand, and which way the strip looks there: on panels, then between them.
     const places = panels.concat(panels.slice(1).map((next, k) => (panels[k] + next) >> 1));
     spots.push(places.map((at) => ({

@@ -1,0 +1,27 @@
+"""Tell how many layers lie on one another at each crossing, and how thick they are together."""
+
+import numpy as np
+
+from fabweave.arrays import FloatArray, IntArray
+from fabweave.flat.pieces import Pieces
+
+_DECIMALS = 6
+
+
+def count_layers(made: Pieces) -> IntArray:
+    """Return how many layers lie on one another at each crossing, (X,): three at a lap."""
+    return np.bincount(
+        np.concatenate([piece.crossings for piece in made.pieces]), minlength=len(made.room_mm)
+    )
+
+
+def grips_mm(made: Pieces) -> FloatArray:
+    """Return how thick the layers at each crossing are together, (X,): the grip of a fastener.
+
+    Each layer counts with the thickness of its own thread's material.
+    """
+    stations = [len(piece.crossings) for piece in made.pieces]
+    thread = np.repeat([piece.thread for piece in made.pieces], stations)
+    crossing = np.concatenate([piece.crossings for piece in made.pieces])
+    grip = np.bincount(crossing, made.plan.thickness_mm[thread], len(made.room_mm))
+    return np.asarray(np.round(grip, _DECIMALS))

@@ -1,0 +1,427 @@
+"""A warp of one material and a weft of another: heights, grips, sheets, masses, and their proof."""
+
+import csv
+import json
+import shutil
+import tomllib
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fabweave.bybunch import split_by_bunch
+from fabweave.cli import main
+from fabweave.errors import InputError
+from fabweave.flat.alike import piece_kinds
+from fabweave.folder import run_job
+from fabweave.job import complete_settings
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.shapes import parse_shape
+from fabweave.ribbon.heights import crossing_heights
+from fabweave.ribbon.remedy import is_too_stiff
+from fabweave.ribbon.rules import measure_along, measure_between, measure_layers
+from fabweave.settings import JobSettings, job_toml
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.limits import ribbon_limits, thread_limits
+from fabweave.sheet.supplies import plan_supplies
+from fabweave.verify import verify_job
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.pattern import plain_weave
+from fabweave.weave.threads import trace_threads
+from fabweave.woven import weave_object
+
+WARP, WEFT = 0.4, 0.7
+SETTINGS = JobSettings(
+    "shape:torus?m=6&n=4",
+    size_mm=260.0,
+    effort="quick",
+    material="warp=card,weft=birch-veneer",
+    thickness_mm=(("warp", WARP), ("weft", WEFT)),
+    gap_mm=(("warp", 1.5), ("weft", 3.0)),
+    sheets=(SheetSize(600.0, 400.0), SheetSize(610.0, 410.0, 9, bunch="weft")),
+)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a job of two materials and its folder, written once."""
+    folder = tmp_path_factory.mktemp("two") / "job"
+    job, proof = run_job(SETTINGS, folder)
+    assert proof.ok
+    return job, folder
+
+
+def read(folder: Path, name: str) -> dict:
+    return json.loads((folder / name).read_text(encoding="utf-8"))
+
+
+def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
+    job, _ = made
+    threads, ribbons = job.weave.threads, job.object.ribbons
+    thickness = np.where(job.object.bunches == 0, WARP, WEFT)[threads.thread_of_pass]
+    lapped = {joint.crossing for joint in job.made.joints if joint.lap_mm > 0}
+    corners = [rail[ribbons.entry + at] for rail in (ribbons.right, ribbons.left) for at in (0, 1)]
+    away = np.mean(corners, axis=0) - ribbons.centre[threads.crossing]
+    height = np.einsum("pd,pd->p", away, ribbons.normal[threads.crossing])
+    for crossing in range(threads.n_crossings):
+        (one, other) = np.flatnonzero(threads.crossing == crossing)
+        over, under = (one, other) if job.weave.over[one] else (other, one)
+        # Faces, not middles: the under side of the upper layer, the upper side of what lies below.
+        lower_face = height[over] - thickness[over] / 2
+        upper_face = height[under] + thickness[under] * (1.0 if crossing in lapped else 0.5)
+        assert lower_face - upper_face == pytest.approx(0.1, abs=1e-9)
+
+
+def test_one_thickness_gives_the_heights_that_it_always_gave() -> None:
+    weave = plain_weave(trace_threads(build_halfedges(parse_shape("shape:octahedron"))))
+    laps = np.array([1, 4])
+    height = crossing_heights(weave, np.full(4, 0.5), 0.1, laps)
+    expected = np.full(12, 0.3)
+    expected[laps] = 0.425
+    assert np.array_equal(height, expected)
+
+
+def test_sheets_pieces_and_fasteners_are_of_their_threads_materials(made) -> None:
+    job, folder = made
+    plan, waste = read(folder, "crossing_map.json"), read(folder, "waste.json")
+    bunch = {thread["id"]: thread["bunch"] for thread in plan["threads"]}
+    sheets = {sheet["sheet"]: sheet for sheet in plan["sheets"]}
+    names = ("card", "birch-veneer")
+    for piece in plan["pieces"]:
+        sheet = sheets[piece["sheet"]]
+        assert sheet["material"] == names[bunch[piece["thread"]]]
+        assert sheet["thickness_mm"] == (WARP, WEFT)[bunch[piece["thread"]]]
+    # Sheets are numbered through, the warp's first.
+    assert [sheet["sheet"] for sheet in plan["sheets"]] == list(range(1, len(sheets) + 1))
+    order = [sheet["material"] for sheet in plan["sheets"]]
+    assert order == sorted(order, key=names.index)
+    assert set(order) == set(names)
+    with (folder / "pieces.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    area: Counter[str] = Counter()
+    mass: Counter[str] = Counter()
+    for row in rows:
+        assert row["material"] == sheets[int(row["sheet"])]["material"]
+        area[row["material"]] += float(row["area_mm2"])
+        mass[row["material"]] += float(row["mass_g"])
+    density = {"card": 750.0, "birch-veneer": job.supplies.materials[1].density_kg_m3}
+    for record in waste["materials"]:
+        name = record["material"]
+        weight = area[name] * record["thickness_mm"] * density[name] * 1e-6
+        assert mass[name] == pytest.approx(weight, rel=1e-3)
+        assert record["mass_g"] == pytest.approx(weight, rel=1e-6)
+    assert waste["totals"]["mass_g"] == pytest.approx(sum(mass.values()), rel=1e-3)
+    grips = {(row["layers"], row["grip_mm"]) for row in waste["fasteners"]}
+    assert grips <= {(2, 1.1), (3, 1.5), (3, 1.8)}
+    assert {layers for layers, _ in grips} == {2, 3}
+    assert sum(row["needed"] for row in waste["fasteners"] if row["layers"] == 3) == len(
+        [joint for joint in plan["joints"] if joint["grip_mm"]]
+    )
+
+
+def test_each_material_keeps_its_own_gap(made) -> None:
+    job, folder = made
+    assert read(folder, "crossing_map.json")["layout"]["gap_mm"] == 1.5
+    with (folder / "job.toml").open("rb") as file:
+        assert tomllib.load(file)["job"]["gap"] == "warp=1.5mm,weft=3mm"
+    assert [supply.gap_mm for supply in job.supplies.each] == [1.5, 3.0]
+
+
+def test_the_same_job_from_its_settings_and_from_its_layout(made, tmp_path, capsys) -> None:
+    _, folder = made
+    main(["make", "--config", str(folder / "job.toml"), "-q", "-o", str(tmp_path / "again")])
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.suffix != ".pdf":
+            same = (tmp_path / "again" / path.relative_to(folder)).read_bytes()
+            assert path.read_bytes() == same, path.name
+    capsys.readouterr()
+    # A sheet that only the weft has is not in stock for the warp.
+    plan = read(folder, "crossing_map.json")
+    for sheet in plan["sheets"]:
+        sheet["width_mm"], sheet["height_mm"] = 610.0, 410.0
+    changed = tmp_path / "map.json"
+    changed.write_text(json.dumps(plan), encoding="utf-8")
+    with pytest.raises(SystemExit) as stop:
+        main(["make", "--config", str(folder / "job.toml"), "--layout", str(changed), "-q",
+              "-o", str(tmp_path / "other")])  # fmt: skip
+    assert stop.value.code == 2
+    assert "not (or no more) in stock" in " ".join(capsys.readouterr().err.split())
+
+
+def spoil_map(folder: Path, change) -> None:
+    plan = read(folder, "crossing_map.json")
+    change(plan)
+    (folder / "crossing_map.json").write_text(json.dumps(plan), encoding="utf-8")
+
+
+def spoil_json(name: str, change):
+    def spoil(folder: Path) -> None:
+        document = read(folder, name)
+        change(document)
+        (folder / name).write_text(json.dumps(document), encoding="utf-8")
+
+    return spoil
+
+
+def spoil_text(name: str, old: str, new: str):
+    def spoil(folder: Path) -> None:
+        text = (folder / name).read_text(encoding="utf-8")
+        assert old in text
+        (folder / name).write_text(text.replace(old, new), encoding="utf-8")
+
+    return spoil
+
+
+SPOILS = {
+    "a sheet is of another material": (
+        spoil_json("crossing_map.json", lambda p: p["sheets"][0].update(material="birch-veneer")),
+        {"materials", "areas", "manual"},
+    ),
+    "a sheet is thicker": (
+        spoil_json("crossing_map.json", lambda p: p["sheets"][-1].update(thickness_mm=0.8)),
+        {"materials", "areas", "manual"},
+    ),
+    "bunches are exchanged": (
+        spoil_json(
+            "crossing_map.json",
+            lambda p: [thread.update(bunch=1 - thread["bunch"]) for thread in p["threads"]],
+        ),
+        {"materials", "joints", "space"},
+    ),
+    "a thread is in the other bunch": (
+        spoil_json("crossing_map.json", lambda p: p["threads"][0].update(bunch=1)),
+        {"materials", "joints", "space", "bom", "kinds"},
+    ),
+    "the weft is thicker than there is room": (
+        spoil_text("job.toml", "weft=0.7mm", "weft=0.9mm"),
+        {"materials", "space", "bom", "joints"},
+    ),
+    "another material was asked for": (
+        spoil_text("job.toml", "weft=birch-veneer", "weft=museum-board"),
+        {"materials"},
+    ),
+    "a third bunch": (spoil_text("job.toml", "warp=card,", "warp=card,2=card,"), {"materials"}),
+    "a larger gap": (spoil_text("job.toml", "warp=1.5mm", "warp=30mm"), {"materials", "sheets"}),
+    "the table's material": (spoil_text("pieces.csv", "birch-veneer", "card"), {"materials"}),
+    "a sub-total's mass": (
+        spoil_json("waste.json", lambda w: w["materials"][0].update(mass_g=1.0)), {"materials"},
+    ),
+    "a sub-total's sheets": (
+        spoil_json("waste.json", lambda w: w["materials"][1].update(sheets=9)), {"materials"},
+    ),
+    "a density": (
+        spoil_json("waste.json", lambda w: w["materials"][1].update(density_kg_m3=1000.0)),
+        {"materials", "areas"},
+    ),
+    "no sub-totals": (
+        spoil_json("waste.json", lambda w: w.pop("materials")), {"materials", "areas"},
+    ),
+    "a total mass": (
+        spoil_json("waste.json", lambda w: w["totals"].update(mass_g=1.0)), {"materials"},
+    ),
+    "a small sheet under the warp": (
+        spoil_text("job.toml", '"600x400mm",', '"weft=600x400mm",'), {"materials"},
+    ),
+    "an offcut of another material": (
+        spoil_json("waste.json", lambda w: w["offcut"].update(material="x")), {"materials"},
+    ),
+    "a price": (
+        spoil_json("waste.json", lambda w: w["materials"][0].update(price=3.0)), {"materials"},
+    ),
+    "a sheet of the report": (
+        spoil_json("waste.json", lambda w: w["sheets"][0].update(material="x")), {"materials"},
+    ),
+    "a grip": (
+        spoil_json("waste.json", lambda w: w["fasteners"][0].update(grip_mm=1.3)), {"bom"},
+    ),
+    "a thread's limits": (
+        spoil_json("ribbons.json", lambda r: r["threads"][0]["limits"].update(thickness_mm=0.5)),
+        {"materials"},
+    ),
+    "the preflight's thickness": (
+        spoil_json("preflight.json", lambda r: r["materials"][0].update(thickness_mm=0.5)),
+        {"materials"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SPOILS)
+def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None:
+    spoil, expected = SPOILS[name]
+    folder = Path(shutil.copytree(made[1], tmp_path / "job"))
+    spoil(folder)
+    told = {check.name for check in verify_job(folder).checks if not check.ok}
+    # The viewer holds the map itself, and so it objects to any other.
+    assert expected <= told <= expected | {"viewer"}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--material", "warp=card"), "nothing is said of weft"),
+        (("--material", "0=card,1=card,2=card"), "there is no bunch 2"),
+        (("--material", "warp=card,woof=card"), "'woof' is no bunch"),
+        (("--material", "warp=card,warp=card"), "names bunch 0 twice"),
+        (("--material", "warp=card,0=card"), "names bunch 0 twice"),
+        (("--material", "warp=card,weft=paper"), "no material is called 'paper'"),
+        (("--material", "warp=card,weft="), "is not NAME=VALUE"),
+        (("--thickness", "warp=0.5mm"), "nothing is said of weft"),
+        (("--thickness", "warp=0.5mm,weft=0.8pt"), "unknown unit 'pt'"),
+        (
+            ("--material", "warp=card,weft=card", "--thickness", "weft=1mm"),
+            "the thickness is given for weft, and other settings for warp, weft",
+        ),
+        (("--sheet", "weft=600x400mm"), "there is one material for all"),
+        (
+            ("--material", "warp=card,weft=card", "--sheet", "2=600x400mm"),
+            "a sheet is for 2, and materials are for warp, weft",
+        ),
+        (("--material", "card:red;blue"), "names no sort of card"),
+    ],
+)
+def test_what_does_not_fit_the_bunches_is_refused(options, words, tmp_path, capsys) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["make", "shape:torus?m=4&n=4", "--size", "200mm", *options,
+              "-q", "-o", str(tmp_path / "out")])  # fmt: skip
+    assert stop.value.code == 2
+    error = " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert words in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_warp_and_weft_name_two_bunches_only() -> None:
+    settings, supplies = complete_settings(
+        JobSettings("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
+    )
+    with pytest.raises(InputError, match="there is no bunch warp, weft and nothing is said of 2"):
+        weave_object(settings, supplies)
+
+
+def test_bunches_by_number() -> None:
+    # A cube has four threads, each of which crosses the others.
+    names = "0=card,1=birch-veneer,2=card,3=polypropylene"
+    settings, supplies = complete_settings(JobSettings("shape:cube", size_mm=300.0, material=names))
+    thing = weave_object(settings, supplies)
+    bunches = thing.bunches
+    assert sorted(bunches.tolist()) == [0, 1, 2, 3]
+    told = [supplies.materials[index].name for index in supplies.of(bunches)]
+    assert told == [dict(split_by_bunch(names, what="material"))[str(b)] for b in bunches.tolist()]
+    assert [supply.bunches for supply in supplies.each] == [("0", "2"), ("1",), ("3",)]
+    upper, lower = (
+        measure_layers(thing.ribbons, thing.weave, thread_limits(supplies, bunches)).__dict__[key]
+        for key in ("passes", "others")
+    )
+    thick = supplies.thickness_mm(bunches)[thing.weave.threads.thread_of_pass]
+    wanted = measure_layers(thing.ribbons, thing.weave, thread_limits(supplies, bunches)).limit
+    assert wanted == pytest.approx((thick[upper] + thick[lower]) / 2)
+
+
+NONE = (("", None),)
+
+
+def test_what_is_equal_is_one_supply_unless_its_sort_or_its_sheets_differ() -> None:
+    both = (("warp", "card"), ("weft", "card"))
+    one = plan_supplies(both, NONE, NONE, ())
+    assert not one.several
+    assert one.each[0].bunches == ("warp", "weft")
+    red = plan_supplies((("warp", "card:red"), ("weft", "card:blue")), NONE, NONE, ())
+    assert [m.name for m in red.materials] == ["card:red", "card:blue"]
+    own = plan_supplies(
+        both, NONE, NONE, [SheetSize(600.0, 400.0), SheetSize(9.0, 9.0, 1, bunch="weft")]
+    )
+    assert [len(supply.sheets) for supply in own.each] == [1, 2]
+    # Settings keep the stock as it was given, and the default of a bunch that has none.
+    assert own.sheets == tuple(sheets)
+    alone = plan_supplies(both, NONE, NONE, sheets[1:])
+    assert alone.sheets == (sheets[1], SheetSize(1000.0, 700.0, bunch="warp"))
+
+
+def test_sheets_of_a_material_are_for_its_threads_only() -> None:
+    both = (("warp", "card:red"), ("weft", "birch-veneer"))
+    card, veneer, other, any_of = (
+        SheetSize(500.0, 400.0, 2, name=name, material=name)
+        for name in ("card", "birch-veneer", "birch-ply-3", None)
+    )
+    made = plan_supplies(both, NONE, NONE, [card, veneer, other])
+    assert [supply.sheets for supply in made.each] == [(card,), (veneer,)]
+    assert made.sheets == (card, veneer)
+    with pytest.raises(InputError, match="the stock has no sheet of birch-veneer"):
+        plan_supplies(both, NONE, NONE, [card])
+    # Two sheets that might be of either cannot be counted twice.
+    with pytest.raises(InputError, match="could be of any of 2 materials"):
+        plan_supplies(both, NONE, NONE, [replace(any_of, name="A")])
+
+
+def test_equal_materials_by_bunch_make_the_job_of_one_material() -> None:
+    plain, _ = complete_settings(JobSettings("shape:torus", material="card"))
+    named, _ = complete_settings(JobSettings("shape:torus", material="warp=card,weft=card"))
+    assert (
+        tomllib.loads(job_toml(named, {}))["job"] | {"material": "card"}
+        == (tomllib.loads(job_toml(plain, {}))["job"])
+    )
+
+
+def test_every_thread_is_held_to_its_own_limits() -> None:
+    settings, supplies = complete_settings(SETTINGS)
+    thing = weave_object(settings, supplies)
+    mixed = measure_along(thing.ribbons, thread_limits(supplies, thing.bunches))
+    thread = thing.weave.threads.thread_of_pass
+    for index, material in enumerate(supplies.materials):
+        alone = measure_along(thing.ribbons, ribbon_limits(material))
+        for rule, measured in mixed.items():
+            own = supplies.of(thing.bunches)[thread[measured.passes]] == index
+            assert measured.margins[own] == pytest.approx(alone[rule].margins[own])
+    # An excerpt knows whose passes they are.
+    some = np.arange(0, len(thread), 3)
+    between = measure_between(thing.ribbons, some, thread_limits(supplies, thing.bunches))
+    assert between["bend"].margins.min() >= mixed["bend"].margins.min() - 1e-9
+    assert set(np.unique(between["bend"].limit)) == set(np.unique(mixed["bend"].limit))
+
+
+def test_one_stiff_material_of_two_is_enough_to_refuse(tmp_path, capsys) -> None:
+    command = ["make", "shape:torus?m=6&n=4", "--size", "120mm", "-q", "-o", str(tmp_path / "o")]
+    with pytest.raises(SystemExit) as stop:
+        main([*command, "--material", "warp=spring-shim-0.1,weft=stainless-304"])
+    assert stop.value.code == 1
+    error = " ".join(capsys.readouterr().err.split())
+    assert "Stainless steel 1.4301" in error or "tainless" in error
+    assert "--thickness warp=0.1mm,weft=" in error or "another material" in error
+
+
+def test_bunches_of_the_torus_are_those_that_the_map_tells(made) -> None:
+    job, folder = made
+    told = [thread["bunch"] for thread in read(folder, "crossing_map.json")["threads"]]
+    assert told == part_bunches(job.weave.threads).tolist()
+    assert not is_too_stiff(job.check.measured["bend"])
+
+
+def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
+    job, _ = made
+    piece = job.made.pieces[0]
+    assert piece_kinds([piece, piece]).tolist() == [1, 1]
+    assert piece_kinds([piece, piece, piece], [0, 1, 0]).tolist() == [1, 2, 1]
+
+
+def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
+    settings = replace(
+        SETTINGS, material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"
+    )
+    _, proof = run_job(settings, tmp_path / "job")
+    assert proof.ok
+    folders = {path.name for path in (tmp_path / "job").glob("*/*") if path.is_dir()}
+    assert {"card-red_0.4mm", "card-blue_0.4mm"} <= folders
+    # One mesh, one thickness: warp and weft differ in nothing but their colour.
+    plan = read(tmp_path / "job", "crossing_map.json")
+    bunch = {thread["id"]: thread["bunch"] for thread in plan["threads"]}
+    of_kind = {(piece["kind"], bunch[piece["thread"]]) for piece in plan["pieces"]}
+    assert len({kind for kind, _ in of_kind}) == len(of_kind)
+    kind = plan["pieces"][0]["kind"]
+    other = next(piece for piece in plan["pieces"] if bunch[piece["thread"]] == 1)
+    for piece in plan["pieces"]:
+        if piece["kind"] == other["kind"]:
+            piece["kind"] = kind
+    (tmp_path / "job" / "crossing_map.json").write_text(json.dumps(plan), encoding="utf-8")
+    failed = {check.name: check for check in verify_job(tmp_path / "job").checks if not check.ok}
+    assert "another material" in " ".join(failed["kinds"].findings)
