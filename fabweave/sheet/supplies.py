@@ -320,7 +320,8 @@ def _require_apart(each: Sequence[Supply]) -> None:
             f"{agree(len(shared), '{n} [entry|entries]')} of the stock (such as "
             f"{shared[0].name or format_stock(shared[0])}) could be of any of "
             f"{len(each)} materials, and their number is limited: say for which bunch, as in "
-            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or of what material in the list"
+            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or in the list of what "
+            "material"
         )
 
 

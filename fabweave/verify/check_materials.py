@@ -155,12 +155,13 @@ def _check_waste(job: Job, plan: CrossingMap, waste: dict[str, Any], tally: Tall
             if (sheet.material, sheet.thickness_mm) == key
         ]
         known = [price for price in prices if price is not None]
-        stated = [record["price"] for record in own if record["price"] is not None]
+        told_prices = [record["price"] for record in own if record["price"] is not None]
+        wrong = abs(sum(told_prices) - sum(known)) > _SAME
+        if len(told_prices) < len(own):
+            wrong = len(known) == len(prices)
         tally.expect(
-            len(known) < len(prices)
-            if len(stated) < len(own)
-            else len(known) == len(prices) and abs(sum(stated) - sum(known)) <= _SAME,
-            f"waste.json, material {key[0]}: its sheets cost {stated}, in the map {prices}",
+            not wrong and (len(told_prices) < len(own) or len(known) == len(prices)),
+            f"waste.json, material {key[0]}: its sheets cost {told_prices}, in the map {prices}",
         )
         for record in own:
             used = record["piece_area_mm2"] + record["hole_area_mm2"]

@@ -188,7 +188,7 @@ SPOILS = {
             "crossing_map.json",
             lambda p: [thread.update(bunch=1 - thread["bunch"]) for thread in p["threads"]],
         ),
-        {"materials", "joints", "space"},
+        {"materials", "joints", "space", "sheets"},
     ),
     "a thread is in the other bunch": (
         spoil_json("crossing_map.json", lambda p: p["threads"][0].update(bunch=1)),
@@ -328,9 +328,8 @@ def test_what_is_equal_is_one_supply_unless_its_sort_or_its_sheets_differ() -> N
     assert one.each[0].bunches == ("warp", "weft")
     red = plan_supplies((("warp", "card:red"), ("weft", "card:blue")), NONE, NONE, ())
     assert [m.name for m in red.materials] == ["card:red", "card:blue"]
-    own = plan_supplies(
-        both, NONE, NONE, [SheetSize(600.0, 400.0), SheetSize(9.0, 9.0, 1, bunch="weft")]
-    )
+    sheets = [SheetSize(600.0, 400.0), SheetSize(9.0, 9.0, 1, bunch="weft")]
+    own = plan_supplies(both, NONE, NONE, sheets)
     assert [len(supply.sheets) for supply in own.each] == [1, 2]
     # Settings keep the stock as it was given, and the default of a bunch that has none.
     assert own.sheets == tuple(sheets)
