@@ -188,15 +188,15 @@ SPOILS = {
             "crossing_map.json",
             lambda p: [thread.update(bunch=1 - thread["bunch"]) for thread in p["threads"]],
         ),
-        {"materials", "joints", "space", "sheets"},
+        {"materials", "joints", "space", "sheets", "clearance"},
     ),
     "a thread is in the other bunch": (
         spoil_json("crossing_map.json", lambda p: p["threads"][0].update(bunch=1)),
-        {"materials", "joints", "space", "bom", "kinds"},
+        {"materials", "joints", "space", "bom", "kinds", "clearance"},
     ),
     "the weft is thicker than there is room": (
         spoil_text("job.toml", "weft=0.7mm", "weft=0.9mm"),
-        {"materials", "space", "bom", "joints"},
+        {"materials", "space", "bom", "joints", "clearance"},
     ),
     "another material was asked for": (
         spoil_text("job.toml", "weft=birch-veneer", "weft=museum-board"),
@@ -238,7 +238,7 @@ SPOILS = {
     ),
     "a thread's limits": (
         spoil_json("ribbons.json", lambda r: r["threads"][0]["limits"].update(thickness_mm=0.5)),
-        {"materials"},
+        {"clearance"},
     ),
     "the preflight's thickness": (
         spoil_json("preflight.json", lambda r: r["materials"][0].update(thickness_mm=0.5)),
