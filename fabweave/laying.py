@@ -86,7 +86,13 @@ def lay_out(
         )
         for supply, group in zip(supplies.each, groups, strict=True)
     ]
-    return parts[0] if len(parts) == 1 else joined(parts, groups)
+    if len(parts) == 1:
+        return parts[0]
+    named = [
+        replace(part, notes=tuple(f"{supply.material.caption}: {note}" for note in part.notes))
+        for part, supply in zip(parts, supplies.each, strict=True)
+    ]
+    return joined(named, groups)
 
 
 def part_of(layout: Layout, group: Sequence[int]) -> Layout:
@@ -132,6 +138,6 @@ def joined(parts: Sequence[Layout], groups: Sequence[Sequence[int]]) -> Layout:
         sheets=tuple(sheet for part in parts for sheet in part.sheets),
         placements=tuple(placements[piece] for piece in sorted(placements)),
         gap_mm=min(part.gap_mm for part in parts),
-        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        notes=tuple(note for part in parts for note in part.notes),
         recorded=any(part.recorded for part in parts),
     )

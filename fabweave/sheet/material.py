@@ -57,6 +57,11 @@ class Material:
     assumed: tuple[str, ...] = ()
     notes: str = ""
 
+    @property
+    def caption(self) -> str:
+        """Its name and thickness, in few letters."""
+        return f"{self.name} {self.thickness_mm:g} mm"
+
     def __post_init__(self) -> None:
         """Refuse values that no material has."""
         for field, value, zero_ok in (

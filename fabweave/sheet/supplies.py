@@ -215,8 +215,7 @@ class Allotment:
         """Return what to letter on each sheet, (S,): nothing if all are of one material."""
         if not self.supplies.several:
             return ("",) * len(self.sheets)
-        each = [supply.material for supply in self.supplies.each]
-        told = [f"{material.name} {material.thickness_mm:g} mm" for material in each]
+        told = [material.caption for material in self.supplies.materials]
         return tuple(told[index] for index in self.sheets.tolist())
 
 
