@@ -212,9 +212,7 @@ class Allotment:
         return self.supplies.each[int(self.sheets[sheet])]
 
     def captions(self) -> tuple[str, ...]:
-        """Return what to letter on each sheet, (S,): nothing if all are of one material."""
-        if not self.supplies.several:
-            return ("",) * len(self.sheets)
+        """Return what each sheet is of, (S,), in few letters."""
         told = [material.caption for material in self.supplies.materials]
         return tuple(told[index] for index in self.sheets.tolist())
 

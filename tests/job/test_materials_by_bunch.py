@@ -203,7 +203,9 @@ SPOILS = {
         {"materials"},
     ),
     "a third bunch": (spoil_text("job.toml", "warp=card,", "warp=card,2=card,"), {"materials"}),
-    "a larger gap": (spoil_text("job.toml", "warp=1.5mm", "warp=30mm"), {"materials", "sheets", "outcome"}),
+    "a larger gap": (
+        spoil_text("job.toml", "warp=1.5mm", "warp=30mm"), {"materials", "sheets", "outcome"},
+    ),
     "the table's material": (spoil_text("pieces.csv", "birch-veneer", "card"), {"materials"}),
     "a sub-total's mass": (
         spoil_json("waste.json", lambda w: w["materials"][0].update(mass_g=1.0)), {"materials"},
