@@ -60,8 +60,9 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
 
 def draw_offcut(offcut: Offcut, sheet: SheetSize) -> SheetDrawing:
     """Return the drawing of an offcut alone, in the frame of its sheet; nothing in it is cut."""
-    outline = Polyline(Layer.NOTES, offcut.outline, closed=True)
-    return SheetDrawing("offcut_01", sheet.width_mm, sheet.height_mm, (), (outline,))
+    rings = (offcut.outline, *offcut.holes)
+    lines = tuple(Polyline(Layer.NOTES, ring, closed=True) for ring in rings)
+    return SheetDrawing("offcut_01", sheet.width_mm, sheet.height_mm, (), lines)
 
 
 def _hatch(ring: Sequence[tuple[float, float]]) -> list[FloatArray]:

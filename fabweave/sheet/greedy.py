@@ -1,14 +1,12 @@
 """Place pieces greedily: the sheets are filled one after another, largest pieces first."""
 
-import math
-
 import numpy as np
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.errors import CannotMakeError
 from fabweave.sheet.fill import NestingJob, Plan, filled_sheet
-from fabweave.sheet.layout import Placement, SheetSize
-from fabweave.sheet.stock import format_stock, usable_size
+from fabweave.sheet.layout import Placement
+from fabweave.sheet.refusal import run_out, too_large
 from fabweave.sheet.supply import next_sheet
 from fabweave.words import agree
 
@@ -50,7 +48,7 @@ def greedy(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan
 
 def stage(job: NestingJob, plan: Plan, count: int) -> str:
     """Say how many sheets there are, and how much of them is used."""
-    whole = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in plan.used)
+    whole = sum(job.sheets[k].area_mm2 for k in plan.used)
     share = sum(plan.areas(job)) / whole if whole else 0.0
     return f"nesting: {agree(count, '{n} sheet[|s]')}, {share:.0%} used"
 
@@ -76,41 +74,12 @@ def require_fitting(job: NestingJob) -> None:
     """Raise CannotMakeError if a piece fits on no sheet, even an empty one."""
     fitting = job.fits.sum(axis=1)
     stranded = [piece for piece, pose in enumerate(job.poses) if fitting[pose.shape] == 0]
-    if not stranded:
-        return
-    largest = max(job.sheets, key=lambda sheet: sheet.width_mm * sheet.height_mm)
-    width, height = usable_size(largest, job.margin_mm)
-    said = []
-    for piece in stranded[:8]:
-        shape = job.shapes[job.poses[piece].shape]
-        said.append(f"{job.names[piece]} ({shape.length_mm:.1f} × {shape.width_mm:.1f} mm)")
-    more = f" and {len(stranded) - 8} more" if len(stranded) > 8 else ""
-    raise CannotMakeError(
-        f"{len(stranded)} of {agree(len(job.poses), '{n} piece[|s]')} "
-        f"{agree(len(stranded), '[fits|fit]')} on no sheet at any rotation: "
-        f"{', '.join(said)}{more}; the largest sheet, {format_stock(largest)}, leaves "
-        f"{width:.1f} × {height:.1f} mm inside its margin. "
-        "Take a larger --sheet, a smaller margin, or cut shorter pieces with --max-length"
-    )
+    if stranded:
+        raise CannotMakeError(too_large(job, stranded))
 
 
 def require_all(job: NestingJob, plan: Plan) -> None:
     """Raise CannotMakeError if the sheets ran out before every piece had a place."""
     queue = [piece for piece in _ordered(job, 0) if piece not in plan.placements]
-    if not queue:
-        return
-    area = np.array([job.shapes[pose.shape].area_mm2 for pose in job.poses])
-    rest = float(area[queue].sum())
-    taken = sum(job.sheets[k].width_mm * job.sheets[k].height_mm for k in plan.used)
-    share = float(area.sum() - rest) / taken if taken else 0.4
-    fitting = job.fits[job.poses[queue[0]].shape]
-    size = job.sheets[int(np.argmax(fitting))]
-    count = max(1, math.ceil(rest / (share * size.width_mm * size.height_mm)))
-    said = ", ".join(job.names[piece] for piece in queue[:8])
-    raise CannotMakeError(
-        f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
-        f"{agree(len(queue), '[is|are]')} left ({said}{', …' if len(queue) > 8 else ''}) after "
-        f"{agree(len(plan.used), '{n} sheet[|s]')}; about {count} more of "
-        f"{format_stock(SheetSize(size.width_mm, size.height_mm))} would take them. Add sheets, "
-        "take larger ones, or try --effort best"
-    )
+    if queue:
+        raise CannotMakeError(run_out(job, queue, plan.used))

@@ -160,6 +160,8 @@ def nest(
     try:
         for better in _plans(job, seed, executors, progress):
             plan = better
+        if plan is not None:
+            plan = finished(job, plan)
     except KeyboardInterrupt:
         if plan is None:
             raise
@@ -170,7 +172,6 @@ def nest(
         )
     if plan is None:
         raise RuntimeError("nesting ended without a plan")
-    plan = finished(job, plan)
     recorded = bool(notes) or plan.by_engine
     if settings.engine_tries and outlines:
         notes.append(_engine_note(plan))

@@ -33,20 +33,26 @@ class Offcut:
     sheet : int
         Number of the sheet in the layout.
     outline : (K, 2) float array
-        In the frame of the sheet, millimetres; without holes, and the gap from every piece.
+        In the frame of the sheet, millimetres; the gap from every piece.
+    holes : tuple of (H, 2) float arrays
+        What is no good in it: defects, and pieces that stand in its midst.
     rectangle : (2, 2) float array
         Least and greatest corner of the largest rectangle in it.
     """
 
     sheet: int
     outline: FloatArray
+    holes: tuple[FloatArray, ...]
     rectangle: FloatArray
 
     def mirrored(self, width_mm: float) -> "Offcut":
         """Return it as it is drawn on a sheet of this width that is drawn mirrored."""
         flip, shift = np.array([-1.0, 1.0]), np.array([width_mm, 0.0])
-        rectangle = np.sort(self.rectangle * flip + shift, axis=0)
-        return Offcut(self.sheet, frozen((self.outline * flip + shift)[::-1].copy()), rectangle)
+        outline, *holes = (
+            frozen((ring * flip + shift)[::-1].copy()) for ring in (self.outline, *self.holes)
+        )
+        rectangle = frozen(np.sort(self.rectangle * flip + shift, axis=0))
+        return Offcut(self.sheet, outline, tuple(holes), rectangle)
 
     def record(self) -> dict[str, Any]:
         """Return what a report tells of it."""
@@ -55,12 +61,13 @@ class Offcut:
             "area_mm2": round(self.area_mm2, 6),
             "rectangle": self.rectangle.round(6).tolist(),
             "outline": self.outline.round(6).tolist(),
+            "holes": [ring.round(6).tolist() for ring in self.holes],
         }
 
     @property
     def area_mm2(self) -> float:
-        """Its area."""
-        return float(shapely.area(shapely.polygons(self.outline)))
+        """Its area, holes not counted."""
+        return float(shapely.Polygon(self.outline, self.holes).area)
 
     @property
     def rectangle_mm(self) -> tuple[float, float]:
@@ -74,8 +81,9 @@ def offcut_of(
 ) -> Offcut | None:
     """Return the largest rest of a sheet; None if there is none to speak of.
 
-    The pieces grow by the gap; crevices narrower than 10 mm and holes are closed; and the border is
-    simplified so that it only moves away from the pieces. The edges of the sheet stay.
+    The pieces grow by the gap; crevices narrower than 10 mm are closed; and the border is
+    simplified so that it only moves away from the pieces. The edges of the sheet stay. Defects are
+    left out as holes, if they do not lie at the border.
 
     Parameters
     ----------
@@ -99,7 +107,6 @@ def offcut_of(
         # Short sides of a bent edge are left out, which must not lead beyond it.
         whole = shapely.buffer(whole, -2.0 * _SHORT_MM, join_style="mitre")
     taken = [shapely.polygons(outline) for outline in placed]
-    taken += [shapely.make_valid(shapely.Polygon(ring)) for ring in sheet.defects]
     grown = shapely.union_all(shapely.buffer(np.array(taken), gap_mm + _SPARE_MM, quad_segs=8))
     # Closing: what is nearer than this to pieces on both sides is no longer free.
     arm = _ARM_MM / 2.0
@@ -113,55 +120,38 @@ def offcut_of(
         return None
     largest = parts[int(np.argmax(np.round(shapely.area(parts), 6)))]
     body = shapely.intersection(shapely.buffer(largest, arm, join_style="mitre"), rest)
+    flaws = [shapely.make_valid(shapely.Polygon(ring)) for ring in sheet.defects]
+    spoilt = shapely.union_all(shapely.buffer(np.array(flaws), _SPARE_MM)) if flaws else None
+    body = body if spoilt is None else shapely.difference(body, spoilt)
     bodies = shapely.get_parts(shapely.set_precision(body, _GRAIN_MM))
     bodies = bodies[shapely.area(bodies) > _ARM_MM**2]
     if len(bodies) == 0:
         return None
-    body = _without_holes(bodies[int(np.argmax(np.round(shapely.area(bodies), 6)))])
-    outline = _tidy(shapely.simplify(body, _SHORT_MM))
+    body = bodies[int(np.argmax(np.round(shapely.area(bodies), 6)))]
+    simple = shapely.simplify(body, _SHORT_MM)
+    outline, *holes = (_tidy(ring) for ring in (simple.exterior, *simple.interiors))
+    tidy = shapely.Polygon(outline, holes)
     size = (sheet.width_mm, sheet.height_mm)
-    beside = shapely.difference(shapely.box(0.0, 0.0, *size), shapely.polygons(outline))
+    beside = shapely.difference(shapely.box(0.0, 0.0, *size), shapely.make_valid(tidy))
     rectangle = largest_rectangle(size, beside)
-    if rectangle is None:
+    if rectangle is None or not tidy.is_valid:
         return None
-    return Offcut(number, frozen(np.ascontiguousarray(outline)), rectangle)
+    return Offcut(number, outline, tuple(holes), rectangle)
 
 
-def _tidy(body: shapely.Polygon) -> FloatArray:
-    """Return the corners of a polygon, counter-clockwise from the lowest, with no short side."""
-    ring = shapely.get_coordinates(shapely.orient_polygons(body).exterior)[:-1]
-    ring = np.roll(ring, -int(np.lexsort(ring.T)[0]), axis=0)
-    kept = [ring[0]]
-    for point in ring[1:]:
+def _tidy(ring: shapely.LinearRing) -> FloatArray:
+    """Return the corners of a ring, counter-clockwise from the lowest, with no short side."""
+    points = shapely.get_coordinates(ring)[:-1]
+    if not shapely.is_ccw(ring):
+        points = points[::-1]
+    points = np.roll(points, -int(np.lexsort(points.T)[0]), axis=0)
+    kept = [points[0]]
+    for point in points[1:]:
         if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
             kept.append(point)
     if np.hypot(*(kept[-1] - kept[0])) < _SHORT_MM:
         kept.pop()
-    return np.array(kept)
-
-
-def _without_holes(body: shapely.Polygon) -> shapely.Polygon:
-    """Return the largest part of a polygon with holes when each is opened to the border.
-
-    Whatever lies beside a hole, across the shorter way to the border, is cut off with it.
-    """
-    while len(body.interiors):
-        low_x, low_y, high_x, high_y = body.bounds
-        x0, y0, x1, y1 = shapely.Polygon(body.interiors[0]).bounds
-        ways = [
-            shapely.box(x0, y0, high_x, y1),
-            shapely.box(low_x, y0, x1, y1),
-            shapely.box(x0, y0, x1, high_y),
-            shapely.box(x0, low_y, x1, y1),
-        ]
-        left = [
-            part
-            for way in ways
-            for part in shapely.get_parts(shapely.difference(body, way))
-            if part.geom_type == "Polygon"
-        ]
-        body = max(left, key=lambda part: round(part.area, 6))
-    return body
+    return frozen(np.array(kept))
 
 
 def worth_keeping(offcut: Offcut, sheet: SheetSize) -> bool:
@@ -170,7 +160,7 @@ def worth_keeping(offcut: Offcut, sheet: SheetSize) -> bool:
     Examples
     --------
     >>> square = np.array([[0.0, 0.0], [120.0, 0.0], [120.0, 120.0], [0.0, 120.0]])
-    >>> worth_keeping(Offcut(0, square, square[[0, 2]]), SheetSize(3000.0, 1500.0))
+    >>> worth_keeping(Offcut(0, square, (), square[[0, 2]]), SheetSize(3000.0, 1500.0))
     True
     """
     narrow = min(offcut.rectangle_mm)

@@ -48,7 +48,11 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     try:
         document = readfile(path)
         scale = _scale(document, path)
-        rings = [scale * ring for entity in document.modelspace() for ring in _rings(entity)]
+        rings = [
+            scale * ring
+            for entity in document.modelspace()
+            for ring in _rings(entity, _CHORD_MM / scale)
+        ]
     except OSError as error:
         told = error.strerror or error
         raise InputError(f"cannot read the outline in {path}: {told}") from error
@@ -92,14 +96,14 @@ def _scale(document: Drawing, path: Path) -> float:
     return known[unit]
 
 
-def _rings(entity: Any) -> list[FloatArray]:
-    """Return the closed line that an entity draws, if it does."""
+def _rings(entity: Any, chord: float) -> list[FloatArray]:
+    """Return the closed line that an entity draws, if it does; arcs with chords so near."""
     kind = entity.dxftype()
     if kind == "CIRCLE":
         radius = float(entity.dxf.radius)
         if not 0.0 < radius < math.inf:
             return []
-        count = int(np.clip(np.pi / np.sqrt(2.0 * _CHORD_MM / radius), 16, 720))
+        count = int(np.clip(np.pi / np.sqrt(2.0 * chord / radius), 16, 720))
         angle = np.arange(count) * (2.0 * np.pi / count)
         centre = np.array([entity.dxf.center.x, entity.dxf.center.y])
         # Around it: where it is a hole, nothing of it is forgotten.
@@ -120,5 +124,5 @@ def _rings(entity: Any) -> list[FloatArray]:
     if not closed or len(rows) < 2 or len(rows) > _MOST_CORNERS:
         return []
     values = np.array(rows, dtype=np.float64)
-    ring = flattened(values[:, :2], values[:, 2], _CHORD_MM, closed=True)
+    ring = flattened(values[:, :2], values[:, 2], chord, closed=True)
     return [ring] if len(ring) >= 3 else []

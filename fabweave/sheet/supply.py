@@ -1,5 +1,6 @@
 """Choose which sheet of the stock is taken next: offcuts first, then what costs least."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -36,10 +37,10 @@ def next_sheet(job: NestingJob, queue: Sequence[int], used: Sequence[int]) -> in
     An offcut is taken if any piece of the queue fits it, another sheet if the first one does.
     """
     shapes = np.unique([job.poses[piece].shape for piece in queue])
-    first = job.poses[queue[0]].shape
+    first, taken = job.poses[queue[0]].shape, Counter(used)
     for number in order_of_use(job.sheets):
         sheet = job.sheets[number]
-        if sheet.quantity is not None and list(used).count(number) >= sheet.quantity:
+        if sheet.quantity is not None and taken[number] >= sheet.quantity:
             continue
         if job.fits[first, number] or (sheet.offcut and job.fits[shapes, number].any()):
             return number

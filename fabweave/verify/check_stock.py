@@ -221,8 +221,8 @@ def _check_offcut(plan: CrossingMap, job: Job, offcut: Any, tally: Tally) -> Non
     tally.expect(
         set(job.offcuts) == {name}, f"waste.json tells of {name}; there are {sorted(job.offcuts)}"
     )
-    ring = np.array(offcut["outline"], dtype=float)
-    rest = shapely.Polygon(ring)
+    rings = [np.array(ring, dtype=float) for ring in (offcut["outline"], *offcut["holes"])]
+    rest = shapely.Polygon(rings[0], rings[1:])
     sheet = next((one for one in plan.sheets if one.number == offcut["sheet"]), None)
     tally.expect(rest.is_valid, f"{name} crosses itself")
     if sheet is None:
@@ -263,9 +263,10 @@ def _check_offcut(plan: CrossingMap, job: Job, offcut: Any, tally: Tally) -> Non
     tally.expect(not drawing.problems, f"{name}: {'; '.join(drawing.problems[:2])}")
     shapes = [drawing.shape(at) for at in range(len(drawing.layer))]
     tally.expect(
-        len(shapes) == 1
-        and shapes[0].layer == NOTES
-        and shapes[0].closed
-        and _apart(shapes[0].points, ring) <= _SAME_MM,
-        f"{name} does not draw its outline, and nothing else, as one closed line on {NOTES}",
+        len(shapes) == len(rings)
+        and all(
+            shape.layer == NOTES and shape.closed and _apart(shape.points, ring) <= _SAME_MM
+            for shape, ring in zip(shapes, rings, strict=True)
+        ),
+        f"{name} does not draw its outline and holes, and nothing else, as closed lines on {NOTES}",
     )

@@ -227,7 +227,7 @@ def test_piece_too_large_names_it_its_size_and_the_cure():
 
 
 def test_stock_that_runs_out_says_what_is_left_and_what_is_missing():
-    with pytest.raises(CannotMakeError, match=r"2 of 5 pieces are left .* about 2 more of 80x80mm"):
+    with pytest.raises(CannotMakeError, match=r"2 of 5 pieces are left .* 2 more of 80x80mm"):
         nest([bar(70, 60)] * 5, [SheetSize(80, 80, 3)], margin_mm=2, gap_mm=2, effort="quick")
 
 

@@ -1,0 +1,253 @@
+"""Lists of stock: what they say, what is refused and where, and that they come back the same."""
+
+import math
+import string
+import tomllib
+
+import ezdxf
+import numpy as np
+import pytest
+import shapely
+import tomli_w
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.errors import InputError
+from fabweave.sheet.layout import SheetSize
+from fabweave.sheet.outline_file import read_outline
+from fabweave.sheet.stock import stock_for, stock_table
+from fabweave.sheet.stockfile import read_stock, stock_of
+
+LIST = """
+[[sheet]]
+size = "60x40cm"
+quantity = 3
+price = 4.5
+grain = "270deg"
+material = "card"
+defects = [
+  {x = 100, y = 50, diameter = 20},
+  {x = "1in", y = 0, width = 10, height = 5},
+  {polygon = [[300, 300], [310, 300], [300, 320]]},
+]
+
+[[offcut]]
+name = "from the lamp"
+outline = [[10, 20], [210, 20], [110, 120]]
+defects = [{x = 100, y = 60, diameter = 4}]
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "stock.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_list_says_what_it_says(tmp_path):
+    offcut, sheet = read_stock(written(tmp_path, LIST))
+    assert (sheet.width_mm, sheet.height_mm, sheet.quantity) == (600.0, 400.0, 3)
+    assert (sheet.name, sheet.price, sheet.grain_deg) == ("sheet 1", 4.5, 90.0)
+    assert (sheet.material, sheet.offcut, sheet.outline) == ("card", False, ())
+    disc, box, triangle = (shapely.Polygon(ring) for ring in sheet.defects)
+    # The polygon goes around the circle, not much beyond it.
+    circle = shapely.Point(100, 50).buffer(10, quad_segs=64)
+    assert disc.buffer(1e-3).covers(circle)
+    assert disc.area < 1.02 * math.pi * 100
+    assert box.equals(shapely.box(25.4, 0, 35.4, 5))
+    assert triangle.area == pytest.approx(100)
+    # An outline moves to the corner of its rectangle, and its defects with it.
+    assert (offcut.width_mm, offcut.height_mm, offcut.quantity) == (200.0, 100.0, 1)
+    assert offcut.outline == ((0.0, 0.0), (200.0, 0.0), (100.0, 100.0))
+    assert shapely.Polygon(offcut.defects[0]).centroid.distance(shapely.Point(90, 40)) < 1e-3
+    assert offcut.area_mm2 == pytest.approx(10_000)
+    assert (offcut.name, offcut.offcut, offcut.plain) == ("from the lamp", True, False)
+
+
+def test_stock_of_other_materials_is_left_out_and_none_at_all_is_refused():
+    card, any_of = SheetSize(9, 9, material="card"), SheetSize(8, 8, name="x")
+    assert stock_for([card, any_of], "card") == (card, any_of)
+    assert stock_for([card, any_of], "shim") == (any_of,)
+    assert stock_for([], "shim") == ()
+    with pytest.raises(InputError, match="no sheet of shim, but of card; take --material card"):
+        stock_for([card], "shim")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[sheet]\n", "line 1"),
+        ("", "lists no stock"),
+        ("sheets = 3", "sheets; write entries [[sheet]]"),
+        ("sheet = 3", "no list of stock"),
+        ("\n\n[[sheet]]\n", 'line 3, [[sheet]] 1: there is no size; write size = "600x400mm"'),
+        ("[[sheet]]\nsize = 3", "size is 3"),
+        ('[[sheet]]\nsize = "600"', "is not WIDTHxHEIGHT"),
+        ('[[sheet]]\nsize = "9x9mm:2"', "write quantity = 2"),
+        ('[[sheet]]\nsize = "9x9mm"\nqantity = 2', "no 'qantity'; known are quantity"),
+        ('[[sheet]]\nsize = "9x9mm"\nquantity = 0', "whole number of at least 1"),
+        ('[[sheet]]\nsize = "9x9mm"\nquantity = true', "whole number of at least 1"),
+        ('[[sheet]]\nsize = "9x9mm"\nprice = -1', "price is -1; it must be zero or more"),
+        ('[[sheet]]\nsize = "9x9mm"\nprice = "4 EUR"', "price is '4 EUR', which is no number"),
+        ('[[sheet]]\nsize = "9x9mm"\nprice = nan', "price is nan"),
+        ('[[sheet]]\nsize = "9x9mm"\ngrain = "up"', "grain is 'up'; write degrees"),
+        ('[[sheet]]\nsize = "9x9mm"\nname = ""', "name is ''; write a text"),
+        ('[[sheet]]\nsize = "9x9mm"\ndefects = [3]', "defects is no list of tables"),
+        ('[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1}]', "defect 1 has x; forms are"),
+        (
+            '[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1, y = 1, diameter = 0}]',
+            "defect 1 has no size",
+        ),
+        (
+            '[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 50, y = 1, diameter = 2}]',
+            "defect 1 lies outside the sheet",
+        ),
+        (
+            '[[sheet]]\nsize = "9x9mm"\ndefects = [{polygon = [[0,0],[4,4],[4,0],[0,4]]}]',
+            "the polygon of defect 1 crosses itself",
+        ),
+        ("[[offcut]]\noutline = [[0, 0], [1, 0]]", "no list of 3 to"),
+        ("[[offcut]]\noutline = [[0, 0], [9, 9], [9, 0], [0, 9]]", "crosses itself"),
+        ("[[offcut]]\noutline = [[0, 0], [9, 0], [3, 0]]", "has no area"),
+        ("[[offcut]]\noutline = [[0, 0], [90000, 0], [0, 9]]", "slip of the unit"),
+        ("[[offcut]]\noutline = [[0, 0], [inf, 0], [0, 9]]", "no length"),
+        ('[[offcut]]\noutline = "none.dxf"', "cannot read the outline in"),
+        ('[[offcut]]\noutline = "stock.toml"', "cannot read the outline in"),
+        ('[[offcut]]\nsize = "9x9mm"\noutline = "a.dxf"', "a size and an outline"),
+        ('[[sheet]]\nsize="9x9mm"\nname="a"\n[[offcut]]\nsize="9x9mm"\nname="a"', "its own name"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_place(tmp_path, text, words):
+    with pytest.raises(InputError) as stop:
+        read_stock(written(tmp_path, text))
+    message = str(stop.value)
+    assert words in message
+    assert "stock.toml" in message
+    assert "\n" not in message
+
+
+number = st.one_of(
+    st.integers(-5, 900), st.floats(-10, 900), st.sampled_from([math.nan, math.inf, 1e300, 10**400])
+)
+value = st.one_of(
+    number,
+    st.booleans(),
+    st.sampled_from(["600x400mm", "24x18in", "12mm", "90deg", "card", "", "x", "9x9mm:2"]),
+    st.lists(st.lists(number, min_size=1, max_size=3), max_size=5),
+    st.lists(
+        st.dictionaries(
+            st.sampled_from(["x", "y", "diameter", "width", "height", "polygon"]), number
+        ),
+        max_size=2,
+    ),
+)
+keys = st.sampled_from(
+    ["name", "size", "outline", "quantity", "price", "grain", "material", "defects", "colour"]
+)
+entry = st.dictionaries(keys, value, max_size=5)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.dictionaries(st.sampled_from(["sheet", "offcut"]), st.lists(entry, max_size=3)))
+def test_any_tables_are_read_or_refused(document):
+    try:
+        sheets = stock_of(document, "here")
+    except InputError:
+        return
+    for sheet in sheets:
+        assert shapely.Polygon(sheet.ring).is_valid
+        assert sheet.area_mm2 > 0.0
+        assert sheet.quantity is None or sheet.quantity >= 1
+        assert sheet.name
+    assert stock_of(stock_table(sheets), "again") == sheets
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.text(alphabet=string.printable + "é×", max_size=80))
+def test_any_text_is_read_or_refused(tmp_path_factory, text):
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    path.write_bytes((LIST[:60] + text).encode())
+    try:
+        read_stock(path)
+    except InputError as error:
+        assert str(error)
+
+
+def test_a_list_comes_back_from_toml_to_the_last_bit(tmp_path):
+    sheets = read_stock(written(tmp_path, LIST))
+    text = tomli_w.dumps(stock_table(sheets))
+    assert stock_of(tomllib.loads(text), "again") == sheets
+
+
+def drawn(tmp_path, draw, *, version="R2010", units=4):
+    document = ezdxf.new(version, units=units)
+    draw(document.modelspace())
+    path = tmp_path / "offcut.dxf"
+    document.saveas(path)
+    return path
+
+
+@pytest.mark.parametrize("version", ["R2010", "R12"])
+def test_outlines_with_arcs_holes_and_units_are_read(tmp_path, version):
+    def draw(space):
+        corners = [(0, 0, 0), (40, 0, 1), (40, 20, 0), (0, 20, 0)]
+        if version == "R12":
+            space.add_polyline2d(corners, format="xyb", close=True)
+        else:
+            space.add_lwpolyline(corners, format="xyb", close=True)
+        space.add_circle((10, 10), 3)
+        space.add_line((0, 0), (40, 20))
+        space.add_text("to keep")
+
+    outline, holes = read_outline(drawn(tmp_path, draw, version=version, units=5))
+    # R12 says nothing of units.
+    scale = 10.0 if version == "R2010" else 1.0
+    area = scale**2 * (40 * 20 + math.pi * 50)
+    assert shapely.Polygon(outline).area == pytest.approx(area, rel=1e-3)
+    (hole,) = holes
+    disc = shapely.Point(10 * scale, 10 * scale).buffer(3 * scale, quad_segs=99)
+    assert shapely.Polygon(hole).buffer(1e-6).covers(disc)
+    assert shapely.Polygon(hole).area == pytest.approx(disc.area, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("draw", "units", "words"),
+    [
+        (lambda space: space.add_line((0, 0), (9, 9)), 4, "draws no closed line"),
+        (lambda space: space.add_lwpolyline([(0, 0), (9, 0), (9, 9)]), 4, "draws no closed line"),
+        (
+            lambda space: space.add_lwpolyline([(0, 0), (9, 9), (9, 0), (0, 9)], close=True),
+            4,
+            "draws no closed line",
+        ),
+        (
+            lambda space: space.add_lwpolyline([(0, 0), (9, 9), (9, 0), (0, 5)], close=True),
+            4,
+            "crosses itself",
+        ),
+        (lambda space: [space.add_circle((x, 0), 3) for x in (0, 9)], 4, "beside the outline"),
+        (lambda space: space.add_circle((0, 0), 3), 18, "has unit 18"),
+    ],
+)
+def test_drawings_that_are_no_outline_are_refused(tmp_path, draw, units, words):
+    with pytest.raises(InputError, match=words):
+        read_outline(drawn(tmp_path, draw, units=units))
+
+
+def test_a_spoiled_drawing_is_read_or_refused(tmp_path):
+    path = drawn(tmp_path, lambda space: space.add_circle((5, 5), 5))
+    whole = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(25):
+        data = bytearray(whole)
+        if rng.random() < 0.5:
+            del data[int(rng.integers(len(data))) :]
+        for at in rng.integers(0, max(len(data), 1), 20).tolist() if data else ():
+            data[at] = int(rng.integers(256))
+        path.write_bytes(bytes(data))
+        try:
+            outline, _ = read_outline(path)
+        except InputError as error:
+            assert "offcut.dxf" in str(error)
+        else:
+            assert np.isfinite(outline).all()
