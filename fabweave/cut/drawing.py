@@ -4,8 +4,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
+import numpy as np
+
 from fabweave.arrays import FloatArray, frozen
 from fabweave.flat.path import flattened
+
+#: An outline in the notes may have lost its short sides.
+_SAME_MM = 0.5
 
 
 class Layer(Enum):
@@ -88,3 +93,20 @@ class SheetDrawing:
     pieces: tuple[PieceDrawing, ...]
     notes: tuple[Entity, ...]
     open_outlines: bool = False
+
+    @property
+    def edge(self) -> FloatArray:
+        """The corners of the sheet: of the first note, if that is its outline, (N, 2).
+
+        Examples
+        --------
+        >>> SheetDrawing("sheet 1", 20.0, 10.0, (), ()).edge.tolist()
+        [[0.0, 0.0], [20.0, 0.0], [20.0, 10.0], [0.0, 10.0]]
+        """
+        wide, high = self.width_mm, self.height_mm
+        first = self.notes[0] if self.notes else None
+        if isinstance(first, Polyline) and first.closed:
+            size = np.ptp(first.points, axis=0)
+            if np.abs(size - (wide, high)).max() < _SAME_MM:
+                return first.points
+        return np.array([[0.0, 0.0], [wide, 0.0], [wide, high], [0.0, high]])

@@ -65,8 +65,7 @@ class Painter:
 
     def paint(self, drawing: SheetDrawing) -> None:
         """Paint the sheet and all that is on it."""
-        wide, high = drawing.width_mm, drawing.height_mm
-        frame = Polyline(Layer.NOTES, np.array([[0, 0], [wide, 0], [wide, high], [0, high]]), True)
+        frame = Polyline(Layer.NOTES, drawing.edge, True)
         entities = [entity for piece in drawing.pieces for entity in piece.entities]
         places = self._places([frame, *entities, *drawing.notes])
         edge = next(places)

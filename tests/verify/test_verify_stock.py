@@ -4,6 +4,7 @@ import json
 import tomllib
 from copy import deepcopy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import shapely
@@ -93,7 +94,7 @@ def spoilt(jobs, tmp_path, change):
     waste = json.loads((folder / "waste.json").read_text())
     job = load_job(folder, Tally("files"))
     settings = deepcopy(job.settings)
-    change(plan, waste, settings)
+    change(SimpleNamespace(plan=plan, waste=waste, settings=settings))
     path = tmp_path / "map.json"
     path.write_text(json.dumps(plan))
     job = replace(job, map=read_crossing_map(path), waste=waste, settings=settings)
@@ -115,41 +116,41 @@ def narrower(plan):
 
 
 CHANGES = [
-    (lambda p, w, s: None, None),
-    (lambda p, w, s: p["sheets"][0].update(price=3.0), "price is 3.0 in the map, 3.5 in job.toml"),
-    (lambda p, w, s: p["sheets"][0].update(grain_deg=0.0), "grain is 0.0 in the map, 90.0"),
-    (lambda p, w, s: p["sheets"][0].update(grain_deg=0.0), "from the nearest of the angles"),
-    (lambda p, w, s: p["sheets"][0].update(offcut=True), "offcut is True in the map"),
-    (lambda p, w, s: p["sheets"][0].update(stock="other"), "not in the stock of job.toml"),
-    (lambda p, w, s: p["sheets"][0].update(defects=[]), "its defects are not those of job.toml"),
-    (lambda p, w, s: nearer_defect(p), "from its defect 1, not"),
-    (lambda p, w, s: narrower(p), "not within the outline"),
-    (lambda p, w, s: narrower(p), "is the outline that the map tells"),
-    (lambda p, w, s: narrower(p), "waste.json, sheet 1: area_mm2 is"),
+    (lambda _: None, None),
+    (lambda j: j.plan["sheets"][0].update(price=3.0), "price is 3.0 in the map, 3.5 in job.toml"),
+    (lambda j: j.plan["sheets"][0].update(grain_deg=0.0), "grain is 0.0 in the map, 90.0"),
+    (lambda j: j.plan["sheets"][0].update(grain_deg=0.0), "from the nearest of the angles"),
+    (lambda j: j.plan["sheets"][0].update(offcut=True), "offcut is True in the map"),
+    (lambda j: j.plan["sheets"][0].update(stock="other"), "not in the stock of job.toml"),
+    (lambda j: j.plan["sheets"][0].update(defects=[]), "its defects are not those of job.toml"),
+    (lambda j: nearer_defect(j.plan), "from its defect 1, not"),
+    (lambda j: narrower(j.plan), "not within the outline"),
+    (lambda j: narrower(j.plan), "is the outline that the map tells"),
+    (lambda j: narrower(j.plan), "waste.json, sheet 1: area_mm2 is"),
     (
-        lambda p, w, s: s["job"]["stock"]["sheet"][0].update(size="400x300mm"),
+        lambda j: j.settings["job"]["stock"]["sheet"][0].update(size="400x300mm"),
         "not in the stock of job.toml",
     ),
-    (lambda p, w, s: s["job"]["stock"]["sheet"][0].update(quantity=0), "and 0 are in stock"),
-    (lambda p, w, s: s["job"].update(rotations="90"), "and job.toml '90'"),
-    (lambda p, w, s: p["layout"]["rotations"].update(tolerance_deg=0.0), "not 0°"),
-    (lambda p, w, s: w["sheets"][0].update(price=9.0), "waste.json, sheet 1: 'board' for 9.0"),
-    (lambda p, w, s: w["totals"].update(price=1.0), "the sheets cost 1.0, but come to"),
-    (lambda p, w, s: w.update(offcut=None), "an offcut is there that waste.json does not tell"),
-    (lambda p, w, s: w["offcut"].update(area_mm2=5.0), "its area is 5.0 mm², but comes to"),
-    (lambda p, w, s: w["offcut"].update(sheet=7), "is of sheet 7, which does not exist"),
-    (lambda p, w, s: w["offcut"].update(file="offcuts/x.dxf"), "waste.json tells of offcuts/x"),
-    (lambda p, w, s: w["offcut"]["rectangle"][0].__setitem__(0, -9.0), "rectangle is not within"),
+    (lambda j: j.settings["job"]["stock"]["sheet"][0].update(quantity=0), "and 0 are in stock"),
+    (lambda j: j.settings["job"].update(rotations="90"), "and job.toml '90'"),
+    (lambda j: j.plan["layout"]["rotations"].update(tolerance_deg=0.0), "not 0°"),
+    (lambda j: j.waste["sheets"][0].update(price=9.0), "waste.json, sheet 1: 'board' for 9.0"),
+    (lambda j: j.waste["totals"].update(price=1.0), "the sheets cost 1.0, but come to"),
+    (lambda j: j.waste.update(offcut=None), "an offcut is there that waste.json does not tell"),
+    (lambda j: j.waste["offcut"].update(area_mm2=5.0), "its area is 5.0 mm², but comes to"),
+    (lambda j: j.waste["offcut"].update(sheet=7), "is of sheet 7, which does not exist"),
+    (lambda j: j.waste["offcut"].update(file="offcuts/x.dxf"), "waste.json tells of offcuts/x"),
+    (lambda j: j.waste["offcut"]["rectangle"][0].__setitem__(0, -9.0), "rectangle is not within"),
     (
-        lambda p, w, s: w["offcut"].update(outline=[[0, 0], [420, 0], [420, 300], [0, 300]]),
+        lambda j: j.waste["offcut"].update(outline=[[0, 0], [420, 0], [420, 300], [0, 300]]),
         "mm from piece",
     ),
     (
-        lambda p, w, s: w["offcut"].update(outline=[[0, 0], [500, 0], [420, 300], [0, 300]]),
+        lambda j: j.waste["offcut"].update(outline=[[0, 0], [500, 0], [420, 300], [0, 300]]),
         "is not within sheet_02",
     ),
-    (lambda p, w, s: w["offcut"].update(holes=[]), "overlaps defect 1"),
-    (lambda p, w, s: w["offcut"].update(holes=[]), "does not draw its outline and holes"),
+    (lambda j: j.waste["offcut"].update(holes=[]), "overlaps defect 1"),
+    (lambda j: j.waste["offcut"].update(holes=[]), "does not draw its outline and holes"),
 ]
 
 
