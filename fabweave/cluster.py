@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from importlib.metadata import version
 
-from fabweave.errors import InputError
+from fabweave.errors import CannotMakeError, InputError
 from fabweave.executors import Executors
 
 _ANSWER_S = 30.0  # how long to wait for a scheduler and a first worker
@@ -24,7 +24,8 @@ def cluster_at(address: str) -> Executors:
     -------
     callable
         Raises InputError, when it is called, if nobody answers there, if Dask is not installed,
-        or if a worker has another version of anything that decides the result.
+        or if a worker has another version of anything that decides the result. When it has lost
+        its last worker, it waits for the next one.
 
     References
     ----------
@@ -35,7 +36,7 @@ def cluster_at(address: str) -> Executors:
     @contextmanager
     def opened() -> Iterator[Executor]:
         try:
-            from distributed import Client  # noqa: PLC0415 -- an extra, and slow to import
+            from distributed import Client, KilledWorker  # noqa: PLC0415 -- an extra, and slow to import
         except ImportError as error:
             raise InputError(
                 "--cluster needs Dask: install it with pip install 'fabweave[cluster]'"
@@ -60,6 +61,11 @@ def cluster_at(address: str) -> Executors:
             executor = client.get_executor(pure=False)
             try:
                 yield executor
+            except KilledWorker as error:
+                raise CannotMakeError(
+                    f"a part of the work was lost on the cluster at {address}, again and again "
+                    f"({error}); see that its workers have enough memory"
+                ) from error
             finally:
                 executor.shutdown(wait=False)
 

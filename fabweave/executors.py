@@ -199,14 +199,17 @@ def finished(
     ...     sorted(finished(executor, max, [(2, 3), (5, 4)]))
     [(0, 3), (1, 5)]
     """
-    numbers: dict[Future[Any], int] = {}
+    waiting: dict[Future[Any], int] = {}
     try:
         for number, task in enumerate(tasks):
-            numbers[executor.submit(function, *task)] = number
-        for future in as_completed(numbers):
-            yield numbers[future], _result(future)
+            waiting[executor.submit(function, *task)] = number
+            # Where work is done here, it is done by now: it is not to wait for the rest.
+            for future in [future for future in waiting if future.done()]:
+                yield waiting.pop(future), _result(future)
+        for future in as_completed(waiting):
+            yield waiting[future], _result(future)
     finally:
-        for future in numbers:
+        for future in waiting:
             future.cancel()
 
 

@@ -19,7 +19,6 @@ from fabweave.sheet.arrangement import NOWHERE, Arrangement
 from fabweave.sheet.barrier import Barrier
 from fabweave.sheet.body import Body
 from fabweave.sheet.crowd import crowd_of, stand_at
-from fabweave.sheet.engine import packed
 from fabweave.sheet.exact import missing_mm
 from fabweave.sheet.finder import Finder, Found, Terrain, pixels_of, terrain_of
 from fabweave.sheet.settle import settle
@@ -244,7 +243,7 @@ def emptied(
         changed places: those left are not those that were on the sheet, but have less area.
     """
     state = start.copy()
-    others = _sheets_to_fill(ground, state, sheet)
+    others = sheets_to_fill(ground, state, sheet)
     state.where[state.where == sheet] = NOWHERE
     search = _Search(ground, state, others, np.random.default_rng(seed))
     if not others:
@@ -264,53 +263,7 @@ def emptied(
     return state
 
 
-def squeezed(
-    ground: Ground, start: Arrangement, sheet: int, *, tries: int, seconds: int, seed: int
-) -> Arrangement:
-    """Ask an engine to pack sheets anew together with the pieces that stand nowhere.
-
-    Parameters
-    ----------
-    ground, start, sheet
-        As for `emptied`, which left some pieces standing nowhere.
-    tries, seconds : int
-        How often to ask, and for how long.
-    seed : int
-        For the engine.
-
-    Returns
-    -------
-    Arrangement
-        With fewer pieces that stand nowhere, or the same; all others keep the gap, proved.
-    """
-    state = start.copy()
-    asked = 0
-    for piece in sorted(state.on(NOWHERE), key=lambda piece: ground.bodies[piece].area_mm2):
-        for other in _sheets_to_fill(ground, state, sheet):
-            if asked == tries:
-                return state
-            if ground.areas[other].barred is not None:
-                continue  # the engine knows rectangles only
-            asked += 1
-            pieces = [*state.on(other), piece]
-            bodies, area = [ground.bodies[one] for one in pieces], ground.areas[other]
-            poses = packed(
-                bodies,
-                area.size_mm,
-                ground.gap_mm,
-                seconds=seconds,
-                seed=seed + asked,
-                turns=area.turns,
-            )
-            settled = None if poses is None else ground.settled(pieces, poses, other, None)
-            if settled is not None:
-                state.poses[pieces] = settled
-                state.where[piece] = other
-                break
-    return state
-
-
-def _sheets_to_fill(ground: Ground, state: Arrangement, sheet: int) -> list[int]:
+def sheets_to_fill(ground: Ground, state: Arrangement, sheet: int) -> list[int]:
     """Return the other sheets in use, the emptiest first."""
     standing = state.where != NOWHERE
     where = state.where[standing]

@@ -12,9 +12,12 @@ from fabweave.sheet.body import Body, body_of
 from fabweave.sheet.engine import engine_is_there
 from fabweave.sheet.fill import NestingJob, Plan, filled_sheet
 from fabweave.sheet.finder import Finder
-from fabweave.sheet.improve import Ground, emptied, squeezed
+from fabweave.sheet.improve import Ground, emptied
+from fabweave.sheet.squeeze import compressed, squeezed
 
 _ENGINE_SECONDS = 30  # for one try
+_TURNS = 3  # how often engine and rounds take turns, at most
+_SHARE = 3  # of the rounds, one part in so many is done in each turn
 _LAST_PULL = 3.0  # keeps the rest of the last sheet in one piece
 
 #: Told how many sheets there are, and what share of the pieces of one has found room elsewhere.
@@ -71,14 +74,7 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
         )
         if found.on(NOWHERE) and job.effort.engine_tries and engine_is_there():
             engine_used = True
-            found = squeezed(
-                ground,
-                found,
-                sheet,
-                tries=job.effort.engine_tries,
-                seconds=_ENGINE_SECONDS,
-                seed=seed,
-            )
+            found = _in_turns(job, ground, found, sheet, seed, partial(_tell, told, count, whole))
         left = found.on(NOWHERE)
         plan_found = _plan(job, plan, found, bodies, [*others, sheet], left)
         if plan_found is not None and engine_used:
@@ -91,6 +87,46 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
         yield plan
         if left:
             return
+
+
+def _in_turns(
+    job: NestingJob,
+    ground: Ground,
+    found: Arrangement,
+    sheet: int,
+    seed: int,
+    told: Callable[[float], None],
+) -> Arrangement:
+    """Let an engine and our own rounds take turns, as long as the pool becomes less."""
+    for turn in range(_TURNS):
+        before = _pooled_mm2(ground, found)
+        ask = {
+            "tries": job.effort.engine_tries,
+            "seconds": _ENGINE_SECONDS,
+            "seed": seed + 1000 * turn,
+        }
+        found = squeezed(ground, found, sheet, **ask)
+        told(_pooled_mm2(ground, found))
+        if not found.on(NOWHERE):
+            break
+        # Free room in one place is what pushing pieces apart cannot bring about by itself.
+        found = emptied(
+            ground,
+            compressed(ground, found, sheet, **ask),
+            sheet,
+            rounds=job.effort.rounds // _SHARE,
+            patience=job.effort.patience // _SHARE,
+            seed=seed + 1000 * turn,
+            told=told,
+        )
+        if not _pooled_mm2(ground, found) < before:
+            break
+    return found
+
+
+def _pooled_mm2(ground: Ground, found: Arrangement) -> float:
+    """Return the area of the pieces that stand nowhere."""
+    return sum(ground.bodies[piece].area_mm2 for piece in found.on(NOWHERE))
 
 
 def emptiest(job: NestingJob, plan: Plan) -> int:

@@ -8,11 +8,13 @@ import sys
 import time
 from concurrent.futures import BrokenExecutor, Executor
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fabweave import cluster
+from fabweave import cluster, folder
+from fabweave.cli import main
 from fabweave.cluster import cluster_at, versions
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.executors import finished, here, processes
@@ -152,11 +154,47 @@ def test_a_cluster_that_would_come_to_something_else_is_refused(dask_cluster):
     with cluster_at(address)() as executor:
         assert executor.submit(divmod, 7, 2).result() == (3, 1)
         found = executor.submit(versions).result()
+    from distributed import KilledWorker  # noqa: PLC0415 -- an extra
+
+    def lost():
+        with cluster_at(address)():
+            raise KilledWorker("batch", SimpleNamespace(address="tcp://one"), 3)
+
+    with pytest.raises(CannotMakeError, match=r"lost on the cluster .* memory"):
+        lost()
     cluster.require_same(address, {"tcp://one": found})
     with pytest.raises(InputError, match=r"1 of 2 workers .* tcp://two \(numpy 1\.0\); install"):
         cluster.require_same(address, {"tcp://one": found, "tcp://two": {**found, "numpy": "1.0"}})
     with pytest.raises(InputError, match=r"tcp://one \(no fabweave: No module"):
         cluster.require_same(address, {"tcp://one": ModuleNotFoundError("No module")})
+
+
+def test_what_is_done_here_is_handed_on_before_the_next_begins():
+    done = []
+
+    def work(number):
+        done.append(number)
+        return number
+
+    with here() as executor:
+        for number, result in finished(executor, work, [(0,), (1,), (2,)]):
+            assert done == list(range(number + 1))
+            assert result == number
+
+
+def test_the_command_line_hands_the_cluster_on(monkeypatch, tmp_path, capsys):
+    pytest.importorskip("distributed", reason="the extra cluster is not installed")
+    monkeypatch.setattr(cluster, "_ANSWER_S", 0.3)
+
+    def run_job(*_arguments, executors, **_options):
+        with executors():
+            raise AssertionError("nobody answers there")
+
+    monkeypatch.setattr(folder, "run_job", run_job)
+    with pytest.raises(SystemExit) as stop:
+        main(["make", "shape:cube", "--cluster", "tcp://127.0.0.1:1", "-o", str(tmp_path / "x")])
+    assert stop.value.code == 2
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:1'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", "tcp://"])

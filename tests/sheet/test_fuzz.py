@@ -1,6 +1,12 @@
-"""Many small sets of odd pieces: whatever is nested keeps every rule."""
+"""Many small sets of odd pieces: whatever is nested keeps every rule.
+
+    FABWEAVE_FUZZ=1000 pytest tests/sheet/test_fuzz.py
+
+tries a thousand sets in place of sixty.
+"""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -13,8 +19,8 @@ from fabweave.sheet.nest import nest
 
 
 def odd_piece(rng):
-    """Return a concave, spiral, tiny, thin or knotty outline, anywhere in the plane."""
-    kind, size = rng.integers(6), float(rng.uniform(3.0, 45.0))
+    """Return a concave, spiral, tiny, thin, knotty or nearly closed outline, in any place."""
+    kind, size = rng.integers(7), float(rng.uniform(3.0, 45.0))
     if kind == 0:
         angle = np.sort(rng.uniform(0.0, 2.0 * math.pi, rng.integers(3, 14)))
         radius = size / 2.0 * rng.uniform(0.05, 1.0, len(angle))
@@ -34,6 +40,12 @@ def odd_piece(rng):
         outline = np.array(
             [[0, 0], [size, 0], [size, arm], [arm, arm], [arm, size], [0, size]], dtype=float
         )
+    elif kind == 5:
+        # A hole, but for a slit: small pieces may stand in it.
+        gap = rng.uniform(0.02, 1.0)
+        angle = np.linspace(gap, 2.0 * math.pi - gap, 40)
+        unit = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        outline = size / 2.0 * np.concatenate([unit, rng.uniform(0.5, 0.95) * unit[::-1]])
     else:
         outline = size * rng.uniform(0.0, 1.0, (rng.integers(3, 7), 2))
     if rng.random() < 0.2:
@@ -62,7 +74,8 @@ def check_set(seed):
 
 @pytest.mark.slow
 def test_odd_pieces_never_overlap_never_leave_the_sheet_and_never_crash():
-    found = [check_set(seed) for seed in range(120)]
+    count = int(os.environ.get("FABWEAVE_FUZZ", "60"))
+    found = [check_set(seed) for seed in range(count)]
     # Each outcome is met, and most sets are nested.
     assert set(found) == {"nested", "too large", "no outline"}
-    assert found.count("nested") >= 40
+    assert found.count("nested") >= count // 3
