@@ -33,6 +33,20 @@ def test_what_nobody_means_is_refused(command, options, words, tmp_path, capsys)
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--stock", "no/such/stock.toml"), "cannot read the stock in no/such/stock.toml"),
+        (("--rotations", "45"), "rotations '45' are none of free, 90, 180 and grain:5deg"),
+    ],
+)
+def test_stock_and_angles_that_mean_nothing_are_wrong_usage(options, words, capsys) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["inspect", "shape:torus", *options])
+    assert stop.value.code == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
 def test_the_largest_seed_comes_back_from_toml() -> None:
     settings = JobSettings("shape:cube", seed=2**63 - 1)
     assert tomllib.loads(job_toml(settings, {}))["job"]["seed"] == 2**63 - 1

@@ -4,6 +4,7 @@ import contextlib
 import math
 import string
 import tomllib
+from pathlib import Path
 
 import ezdxf
 import numpy as np
@@ -63,6 +64,16 @@ def test_a_list_says_what_it_says(tmp_path):
     assert shapely.Polygon(offcut.defects[0]).centroid.distance(shapely.Point(90, 40)) < 1e-3
     assert offcut.area_mm2 == pytest.approx(10_000)
     assert (offcut.name, offcut.offcut, offcut.plain) == ("from the lamp", True, False)
+
+
+def test_the_example_can_be_read():
+    path = Path(__file__).parents[2] / "examples" / "stock.toml"
+    offcut, *sheets = read_stock(path)
+    assert (offcut.name, offcut.material) == ("left of the vase", "card")
+    assert [(one.price, one.quantity, len(one.defects)) for one in sheets] == [
+        (2.8, None, 0),
+        (1.2, 3, 3),
+    ]
 
 
 def test_stock_of_other_materials_is_left_out_and_none_at_all_is_refused():
