@@ -79,11 +79,17 @@ class ProcessesExecutor(ThreadPoolExecutor):
             for _ in range(_TRIES):
                 try:
                     return helper.do(work)
-                except EOFError:
+                except _LostError:
                     helper.stop()
+                    if self._closing.is_set():
+                        raise BrokenExecutor("the executor was closed") from None
             raise BrokenExecutor(f"{_TRIES} processes ended before they were done with this part")
         finally:
             self._idle.put(helper)
+
+
+class _LostError(Exception):
+    """Say that a process ended before it was done."""
 
 
 class _Helper:
@@ -95,13 +101,13 @@ class _Helper:
         self._link: Connection | None = None
 
     def do(self, work: Callable[[], Any]) -> Any:
-        """Return what the process comes to; EOFError if it ends before that."""
+        """Return what the process comes to; _LostError if it ends before that."""
         try:
             link = self._link or self._start()
             link.send(work)
             good, result = link.recv()
-        except OSError as error:
-            raise EOFError from error
+        except (EOFError, OSError) as error:
+            raise _LostError from error
         if not good:
             raise result
         return result
@@ -116,7 +122,7 @@ class _Helper:
         self._process, self._link = process, here
         if self._closing.is_set():
             self.stop()
-            raise EOFError
+            raise _LostError
         return here
 
     def stop(self) -> None:

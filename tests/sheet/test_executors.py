@@ -32,6 +32,9 @@ def test_executors_do_work_and_hand_on_errors(executors):
         assert sorted(finished(executor, divmod, [(7, 2), (9, 4)])) == [(0, (3, 1)), (1, (2, 1))]
         with pytest.raises(ZeroDivisionError):
             list(finished(executor, divmod, [(7, 0)]))
+        # What the work itself raises is not taken for the loss of who does it.
+        with pytest.raises(EOFError, match="its own"):
+            executor.submit(exec, "raise EOFError('its own')").result()
         assert executor.submit(max, 2, 3, key=abs).result() == 3
 
 
