@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from fabweave.assembly.manual_book import Book
-from fabweave.assembly.manual_cover import Facts, write_cover, write_legend, write_map
+from fabweave.assembly.manual_cover import Facts, write_cover, write_legend
+from fabweave.assembly.manual_map import write_map
 from fabweave.assembly.manual_sheets import drawn_pieces, write_parts, write_sheets
 from fabweave.assembly.manual_steps import write_steps
 from fabweave.assembly.manual_tables import write_tables

@@ -20,6 +20,8 @@ _PLAIN, _BOLD = "Helvetica", "Helvetica-Bold"
 #: Text that is read at arm's length, and the distance of its lines as a multiple of its size.
 TEXT, SMALL = 10.0, 9.0
 LEADING = 1.25
+#: Names that stand across what they name.
+PLATE = 8.0
 
 
 class Book:
@@ -144,13 +146,13 @@ class Book:
         self._canvas.setLineWidth(0.5)
         self._canvas.circle(x, y, radius)
 
-    def patch(self, x: float, y: float, side: float, colour: Sequence[int]) -> None:
-        """Draw a square in a colour."""
+    def area(self, x: float, y: float, width: float, height: float, colour: Sequence[int]) -> None:
+        """Draw a rectangle in a colour."""
         red, green, blue = (int(part) / 255 for part in colour)
         self._canvas.setFillColorRGB(red, green, blue)
         self._canvas.setStrokeGray(0.0)
         self._canvas.setLineWidth(0.5)
-        self._canvas.rect(x, y, side, side, stroke=1, fill=1)
+        self._canvas.rect(x, y, width, height, stroke=1, fill=1)
 
     def tick_box(self, x: float, y: float, side: float = 10.0) -> None:
         """Draw a box to tick."""
@@ -167,6 +169,16 @@ class Book:
         self.line(corners, width=0.7, closed=True, fill=0.0 if dark else 1.0)
         grey = 1.0 if dark else 0.0
         self.text(x, y, text, size=SMALL, bold=True, align=0.5, grey=grey, middle=True)
+
+    def plate(self, x: float, y: float, text: str, *, angle_deg: float) -> None:
+        """Write a text of 8 points on a white ground whose middle is given."""
+        size = PLATE
+        half = np.array([text_width(text, size, bold=True) / 2 + 1.0, 0.42 * size])
+        turn = np.radians(angle_deg)
+        axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half @ axes + (x, y)
+        self.line(corners, width=0.0, closed=True, fill=1.0)
+        self.text(x, y, text, size=size, bold=True, align=0.5, angle_deg=angle_deg, middle=True)
 
     def image(
         self, picture: Image.Image | str, x: float, y: float, width: float, height: float

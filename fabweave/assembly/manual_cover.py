@@ -1,7 +1,7 @@
-"""Write the first pages of the manual: the cover, how to read a piece, and the threads."""
+"""Write the first pages of the manual: the cover, and how to read a piece."""
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,13 +9,13 @@ import numpy as np
 from PIL import Image
 
 from fabweave.arrays import FloatArray
-from fabweave.assembly.manual_book import LEADING, SMALL, TEXT, Book, text_width
+from fabweave.assembly.manual_book import LEADING, TEXT, Book, text_width
 from fabweave.assembly.manual_sheets import Drawn
 from fabweave.cut.drawing import Layer
 from fabweave.weave.colourspace import Colours
 from fabweave.words import agree
 
-COVER, LEGEND, MAP = "Overview", "How to read a piece", "Threads and their pieces"
+COVER, LEGEND = "Overview", "How to read a piece"
 
 #: Minutes for a piece to be found, a strand laid over, one slid under, and a fastener set: quick
 #: hands, and slow ones. These are guesses of a maker's pace, not measurements.
@@ -209,7 +209,13 @@ def write_legend(book: Book, plan: dict[str, Any], drawn: dict[str, Drawn]) -> N
     for x, y, radius in one.holes.tolist():
         across, up = (np.array([x, y]) @ turn * scale + shift).tolist()
         book.circle(across, up, radius * scale)
-    _point_out(book, piece, lambda at: _on_sheet(plan, piece, at) @ turn * scale + shift)
+    ticks = [run.mean(axis=0) for layer, run in one.lines if layer is Layer.ENGRAVE_MARK]
+    _point_out(
+        book,
+        piece,
+        lambda at: _on_sheet(plan, piece, at) @ turn * scale + shift,
+        np.array(ticks).reshape(-1, 2) @ turn * scale + shift,
+    )
     book.y -= float(high[1] - low[1]) * scale + 20.0
     book.text(book.left, book.y, f"Piece {piece['id']} of this object", size=12.0, bold=True)
     book.y -= 6.0
@@ -223,6 +229,7 @@ def _point_out(
     book: Book,
     piece: dict[str, Any],
     place: Callable[[FloatArray], FloatArray],
+    ticks: FloatArray,
 ) -> None:
     """Stand the number of each sign above the piece, with a line to where it is on it."""
     spots: dict[str, tuple[float, float]] = {}
@@ -233,14 +240,20 @@ def _point_out(
         middle = holes[len(holes) // 2]
         spots["5"] = middle["x"], middle["y"]
     spots.pop("", None)
+    names = list(spots)
     points = place(np.array(list(spots.values())).reshape(-1, 2))
+    if len(ticks) and names:
+        # The tick that is farthest from what has a number already.
+        away = np.abs(ticks[:, :1] - points[:, 0]).min(axis=1)
+        points = np.concatenate((points, ticks[[int(np.argmax(away))]]))
+        names.append("4")
     last = -np.inf
     for at in np.argsort(points[:, 0], kind="stable").tolist():
         x, y = points[at].tolist()
         stand = max(x, last + 18.0)
         last = stand
-        book.line([(x, y + 3.0), (stand, book.y + 12.0)], width=0.6, grey=0.35)
-        book.tag(stand, book.y + 18.0, list(spots)[at], dark=True)
+        book.line([(x, y + 1.5), (stand, book.y + 12.0)], width=0.6, grey=0.35)
+        book.tag(stand, book.y + 18.0, names[at], dark=True)
 
 
 def _on_sheet(plan: dict[str, Any], piece: dict[str, Any], points: FloatArray) -> FloatArray:
@@ -314,54 +327,3 @@ def _signs(plan: dict[str, Any], piece: dict[str, Any]) -> list[tuple[str, str]]
     if any(one["hole_mm"] for one in piece["stations"]):
         signs.append(("5 Hole", "A fastener holds all layers of the crossing: hole upon hole."))
     return signs
-
-
-def write_map(book: Book, plan: dict[str, Any], colours: Colours) -> None:
-    """List for each thread its pieces in order, with the joints between them."""
-    book.page(MAP)
-    joints: dict[str, Any] = {piece["id"]: piece["joints"] for piece in plan["pieces"]}
-    book.y = book.block(
-        book.left,
-        book.y,
-        "Each thread with its colour in the pictures and its pieces in order; #n is the joint "
-        "between two pieces. A ring ends with the joint that leads back to its first piece.",
-        book.right - book.left,
-        size=SMALL,
-    )
-    indent = 78.0
-    for thread, colour in zip(plan["threads"], colours.tolist(), strict=True):
-        words = _chain(thread["pieces"], joints)
-        ring = "ring" if thread["closed"] else "open"
-        room = book.right - book.left - indent
-        rows = _rows(words, room)
-        book.room(16.0 * min(len(rows), 3) + 8.0, MAP)
-        book.y -= 8.0
-        book.patch(book.left, book.y - 13.0, 12.0, colour)
-        book.text(book.left + 18.0, book.y - 12.0, thread["label"], size=13.0, bold=True)
-        book.text(book.left + 46.0, book.y - 12.0, ring, size=SMALL)
-        for row in rows:
-            book.room(16.0, MAP)
-            book.text(book.left + indent, book.y - 12.0, row)
-            book.y -= 16.0
-
-
-def _chain(pieces: Sequence[str], joints: dict[str, Any]) -> list[str]:
-    """Return pieces and joints of a thread as words."""
-    words = []
-    for key in pieces:
-        words.append(key)
-        if joints[key][1] is not None:
-            words.append(f"#{joints[key][1]}")
-    return words
-
-
-def _rows(words: Sequence[str], width: float) -> list[str]:
-    """Join words to rows that fit a width."""
-    rows: list[str] = []
-    for word in words:
-        longer = f"{rows[-1]}  {word}" if rows else word
-        if rows and text_width(longer, TEXT) <= width:
-            rows[-1] = longer
-        else:
-            rows.append(word)
-    return rows

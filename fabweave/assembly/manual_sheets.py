@@ -1,5 +1,6 @@
 """Draw the pieces and sheets of the manual: parts list, sheet pages, and how to read a piece."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,14 +8,15 @@ from typing import Any
 import numpy as np
 
 from fabweave.arrays import FloatArray
-from fabweave.assembly.manual_book import LEADING, SMALL, TEXT, Book, text_width
+from fabweave.assembly.manual_book import LEADING, PLATE, SMALL, TEXT, Book, text_width
+from fabweave.assembly.manual_titles import place_across, upright
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.titles import Title, place_titles
 from fabweave.words import agree
 
 PARTS, SHEETS = "Parts list", "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
-_MOST_TILES, _READABLE = 4, 7.0
+_MOST_TILES, _READABLE = 4, PLATE
 #: The largest titles, in points, and how many rows of ids are a short list.
 _LARGEST, _SHORT_LIST = 14.0, 8
 _TITLE_MM = 14.0
@@ -70,6 +72,7 @@ def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawin
     """Write the parts list: every piece to one scale, with its length, stations and place."""
     drawn = {key: one for drawing in drawings for key, one in drawn_pieces(drawing).items()}
     names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
+    alike = Counter(piece["kind"] for piece in plan["pieces"])
     level = {key: levelled(one.outline) for key, one in drawn.items()}
     cell = (book.right - book.left) / _COLUMNS
     scale = (cell - 14.0) / max(float(np.ptp(points[:, 0])) for points in level.values())
@@ -79,7 +82,8 @@ def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawin
         book.y,
         agree(len(level), "{n} [piece|pieces], the engraved face up, all")
         + f" to the scale 1 : {72.0 / 25.4 / scale:.1f}. Places are those of the middle of the "
-        "piece on its sheet, in mm from the left and from the lower edge.",
+        "piece on its sheet, in mm from the left and from the lower edge; pieces of one kind are "
+        "cut alike, and there are so many (x) of it.",
         book.right - book.left,
         size=SMALL,
     )
@@ -106,6 +110,8 @@ def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawin
             )
             across, up = drawn[key].middle.tolist()
             place = f"{names[piece['sheet']]} at {across:.0f}, {up:.0f}"
+            if alike[piece["kind"]] > 1:
+                place += f", kind {piece['kind']} (x {alike[piece['kind']]})"
             book.text(x, y - LEADING * SMALL, place, size=SMALL)
         book.y -= high + _TEXTS
 
@@ -152,8 +158,7 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
             frame.border()
             for key in tile.pieces:
                 book.line(frame.at(drawn[key].outline), width=0.5, closed=True, fill=0.92)
-            for key in tile.pieces:
-                _write_title(book, frame, key, titles.get(key) or Title(*drawn[key].middle))
+            _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles)
             book.y = frame.bottom - 8.0
         if rows > _SHORT_LIST:
             book.page(SHEETS)
@@ -200,13 +205,22 @@ def _tiles(
     return tiles
 
 
-def _write_title(book: Book, frame: "_Placed", key: str, title: Title) -> None:
-    """Write the id of a piece where there is room, never on its head."""
-    angle = title.angle_deg + (90.0 if frame.quarter else 0.0)
-    angle = (angle + 89.9) % 180.0 - 89.9
-    ((x, y),) = frame.at(np.array([[title.x, title.y]])).tolist()
-    size = min(title.height_mm * frame.scale, _LARGEST)
-    book.text(x, y, key, size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
+def _write_titles(
+    book: Book, frame: "_Placed", drawn: dict[str, Drawn], titles: dict[str, Title]
+) -> None:
+    """Write the id of each piece, never on its head: inside it, or across it where it is narrow."""
+    narrow: dict[str, FloatArray] = {}
+    for key, one in drawn.items():
+        title = titles.get(key) or Title(0.0, 0.0, height_mm=0.0)
+        size = min(title.height_mm * frame.scale, _LARGEST)
+        if size < _READABLE:
+            narrow[key] = frame.at(one.outline)
+            continue
+        angle = upright(title.angle_deg + (90.0 if frame.quarter else 0.0))
+        ((x, y),) = frame.at(np.array([[title.x, title.y]])).tolist()
+        book.text(x, y, key, size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
+    for key, (x, y, angle) in place_across(narrow).items():
+        book.plate(x, y, key, angle_deg=angle)
 
 
 def fitting_scale(book: Book, size: FloatArray, reserved: float) -> float:

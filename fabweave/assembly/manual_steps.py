@@ -51,7 +51,7 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
         fasten = _fastening(step)
         size = _NUMBER + 8.0 + LEADING * TEXT * len(wrapped(step["text"], TEXT, room)) + 6.0
         size += sum(_lines(line, room - _BOX - 4.0) + 3.0 for line in rows)
-        size += _lines(turn, room, bold=True) + _lines(fasten, room)
+        size += _lines(turn, room, bold=True) + 3.0 + _lines(fasten, room)
         book.room(max(size, high), SECTION)
         top = book.y
         drawn.draw(picture, book.left, top - high, (wide, high))
@@ -61,7 +61,7 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
         book.tick_box(book.right - _BOX - 1.0, y + 3.0, _BOX)
         y -= 4.0
         if turn:
-            y = book.block(x, y, turn, room, size=SMALL, bold=True)
+            y = book.block(x, y, turn, room, size=SMALL, bold=True) - 3.0
         y = book.block(x, y, step["text"], room) - 6.0
         for line in rows:
             book.tick_box(x + 1.0, y - LEADING * SMALL + 2.0, 8.0)

@@ -1,6 +1,8 @@
 """Check that the manual says what the crossing map says: its pieces, sheets, steps and stations."""
 
 import math
+import re
+from collections import Counter
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
 from fabweave.verify.loading import Job
@@ -8,6 +10,10 @@ from fabweave.verify.report import Tally
 
 #: Cells of a station in the manual: number, crossing, distance, over or under whom, joint, step.
 _CELLS = 6
+#: The heading of what follows the map of the threads.
+_PARTS = "Parts list"
+#: Places in it are rounded to a millimetre.
+_SAME_PLACE_MM = 0.55
 #: Distances in it are rounded to a tenth.
 _SAME_MM = 0.0501
 
@@ -29,8 +35,74 @@ def check_manual(job: Job, tally: Tally) -> None:
             all(told in text for text in own),
             f"assembly.pdf: the page of {sheet.name} does not say that it is of {sheet.material}",
         )
+    _check_map(plan, texts, tally)
+    _check_parts(plan, texts, tally)
     _check_steps(plan, texts, tally)
     _check_tables(plan, texts, tally)
+
+
+def _check_map(plan: CrossingMap, texts: tuple[str, ...], tally: Tally) -> None:
+    """Require that the map shows each thread's pieces, joints and crossings in order."""
+    heads = [at for at, text in enumerate(texts) if text.startswith("Thread ")]
+    end = next((at for at, text in enumerate(texts) if text == _PARTS), len(texts))
+    shown = {
+        texts[at][7:]: texts[at + 1 : after]
+        for at, after in zip(heads, [*heads[1:], max(end, *heads, 0)], strict=True)
+    }
+    for thread in plan.threads:
+        where = f"assembly.pdf, map of thread {thread.label}"
+        said = shown.get(thread.label, ())
+        pieces = list(dict.fromkeys(text for text in said if text in plan.piece))
+        tally.expect(
+            pieces == list(thread.pieces),
+            f"{where}: pieces {' '.join(pieces[:5])} …, not {' '.join(thread.pieces[:5])} …",
+        )
+        wanted, joints = [], []
+        for number, key in enumerate(thread.pieces):
+            piece = plan.piece[key]
+            own = [f"{one.crossing} {'o' if one.over else 'u'}" for one in piece.stations]
+            shared = number > 0 and piece.joints[0] is not None
+            wanted += own[1:] if shared else own
+            joints += [f"#{key}" for key in piece.joints[shared:] if key is not None]
+        tally.expect(
+            [text for text in said if re.fullmatch(r"\d+ [ou]", text)] == wanted,
+            f"{where}: it does not show the thread's {len(wanted)} crossings in order, each over "
+            "or under as it is",
+        )
+        tally.expect(
+            [text for text in said if re.fullmatch(r"#\d+", text)] == joints,
+            f"{where}: it does not show the thread's {len(joints)} joints in order",
+        )
+
+
+def _check_parts(plan: CrossingMap, texts: tuple[str, ...], tally: Tally) -> None:
+    """Require that the parts list has each piece with its stations, its place and its kind."""
+    start = next((at for at, text in enumerate(texts) if text == _PARTS), len(texts))
+    listed: dict[str, tuple[str, ...]] = {}
+    for at in range(start, len(texts) - 2):
+        if texts[at] in plan.piece and " at " in texts[at + 2]:
+            listed.setdefault(texts[at], texts[at + 1 : at + 3])
+    names = {sheet.number: sheet.name for sheet in plan.sheets}
+    alike = Counter(piece.kind for piece in plan.pieces)
+    for piece in plan.pieces:
+        size, place = listed.get(piece.id, ("", ""))
+        many = alike[piece.kind] > 1
+        kind = rf", kind {piece.kind} \(x {alike[piece.kind]}\)" if many else ""
+        name = re.escape(names.get(piece.sheet, "?"))
+        found = re.fullmatch(rf"{name} at (-?\d+), (-?\d+){kind}", place)
+        outline = piece.placed(piece.outline)
+        middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+        tally.expect(
+            found is not None
+            and all(
+                abs(float(text) - at) <= _SAME_PLACE_MM
+                for text, at in zip(found.groups(), middle.tolist(), strict=True)
+            )
+            and re.search(rf" {len(piece.stations)} stations?$", size) is not None,
+            f"assembly.pdf, parts list, piece {piece.id}: {size!r}, {place!r}, but it has "
+            f"{len(piece.stations)} stations, its middle is at {middle[0]:.1f}, {middle[1]:.1f} "
+            f"mm on {names.get(piece.sheet, '?')}, and {alike[piece.kind]} are of its kind",
+        )
 
 
 def _check_steps(plan: CrossingMap, texts: tuple[str, ...], tally: Tally) -> None:

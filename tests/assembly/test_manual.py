@@ -8,12 +8,14 @@ from itertools import product
 import numpy as np
 import pypdf
 import pytest
+import shapely
 from PIL import Image
 
 from fabweave.assembly import manual_book
 from fabweave.assembly.manual import manual_pdf
 from fabweave.assembly.manual_pixels import GREY_STEP
 from fabweave.assembly.manual_steps import _Pictures, placing, strand_pieces, turn_words
+from fabweave.assembly.manual_titles import place_across
 from fabweave.assembly.manual_views import (
     PICTURE_PX,
     VIEWS,
@@ -322,6 +324,51 @@ def test_a_picture_of_which_only_changes_are_kept_is_the_whole_picture():
         drawn.draw(picture, 10.0, 20.0, (PICTURE_PX[0] / 2, PICTURE_PX[1] / 2))
         assert np.array_equal(shown[-1], np.asarray(picture.image))
     assert stored < 0.6 * len(pictures) * PICTURE_PX[0] * PICTURE_PX[1]
+
+
+def bent_strip(low, high):
+    """Return a strip 1.5 points wide between two heights."""
+    x = np.linspace(0.0, 120.0, 13)
+    lower = np.column_stack((x, np.linspace(low, high, 13) + 2.0 * np.sin(x / 20.0)))
+    return np.concatenate((lower, np.add(lower[::-1], (0.0, 1.5))))
+
+
+def test_names_of_narrow_pieces_stand_on_them_and_clear_of_one_another():
+    strips = {f"A{n}": bent_strip(3.0 * n, 3.0 * n + 5.0) for n in range(8)}
+    places = place_across(strips)
+    boxes = []
+    for key, (x, y, angle) in places.items():
+        assert shapely.Polygon(strips[key]).distance(shapely.Point(x, y)) < 0.3
+        assert -90.0 < angle <= 90.0
+        half = manual_book.text_width(key, manual_book.PLATE, bold=True) / 2
+        box = shapely.affinity.rotate(shapely.box(x - half, y - 2.8, x + half, y + 2.8), angle)
+        assert not any(box.intersects(other) for other in boxes)
+        boxes.append(box)
+    assert list(places) == list(strips)
+
+
+def test_a_name_stands_along_its_piece():
+    strip = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 60.0], [0.0, 60.0]])
+    x, y, angle = place_across({"A1": strip})["A1"]
+    assert (x, y) == pytest.approx((0.5, 30.0), abs=0.6)
+    assert abs(angle) == pytest.approx(90.0, abs=2.0)
+
+
+def test_each_sign_that_is_explained_is_pointed_out():
+    text = section("How to read")
+    explained = set(re.findall(r"(\d) (?:Id|Joint|Crossing|Ticks|Hole)", text))
+    head = text.split("page 2")[1].split("Piece ")[0]
+    assert set(head.split()) == explained == set("12345")
+
+
+def test_pieces_that_are_alike_are_counted():
+    plan, _ = parts_of()
+    text = section("Parts list")
+    kinds = [piece["kind"] for piece in plan["pieces"]]
+    for kind in set(kinds):
+        told = f"kind {kind} (x {kinds.count(kind)})"
+        assert text.count(told) == (kinds.count(kind) if kinds.count(kind) > 1 else 0)
+    assert len(set(kinds)) < len(kinds)
 
 
 # --- pages --------------------------------------------------------------------------------------

@@ -275,7 +275,7 @@ def test_searching_a_label_shows_strip_piece_and_place(tab, torus, query):
                 last = piece["stations"][k - 1]
                 along += math.hypot(station["x"] - last["x"], station["y"] - last["y"])
             cells = row.split("\t")
-            assert cells[0] == str(k + 1)
+            assert cells[0] == str(k)
             assert float(cells[1]) == pytest.approx(along, abs=0.06)
             assert cells[2].strip() == ("over" if station["over"] else "under")
             assert cells[3] == station["partner"]

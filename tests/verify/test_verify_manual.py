@@ -1,6 +1,7 @@
 """Spoil the manual: the check of it objects, and no other."""
 
 import base64
+import re
 import zlib
 
 import pytest
@@ -19,7 +20,33 @@ def at(texts, wanted):
 
 
 def rename_a_piece(texts):
-    texts[at(texts, "A1")] = "A99"
+    texts[:] = ["A99" if text == "A1" else text for text in texts]
+
+
+def exchange_two_pieces_on_the_map(texts):
+    one, two = at(texts, "A1"), at(texts, "A2")
+    texts[one], texts[two] = texts[two], texts[one]
+
+
+def lose_a_thread_on_the_map(texts):
+    texts[at(texts, "Thread A")] = "Yarn A"
+
+
+def a_crossing(texts):
+    return next(number for number, text in enumerate(texts) if re.fullmatch(r"\d+ o", text))
+
+
+def turn_a_strand_on_the_map(texts):
+    texts[a_crossing(texts)] = texts[a_crossing(texts)].replace("o", "u")
+
+
+def lose_a_crossing_on_the_map(texts):
+    del texts[a_crossing(texts)]
+
+
+def say_another_joint_on_the_map(texts):
+    cell = next(number for number, text in enumerate(texts) if re.fullmatch(r"#\d+", text))
+    texts[cell] += "9"
 
 
 def lose_a_sheet(texts):
@@ -79,7 +106,7 @@ def make_it_in_another_step(texts):
 
 
 def say_another_joint(texts):
-    cell = next(number for number, text in enumerate(texts) if text.startswith("#"))
+    cell = next(number for number, text in enumerate(texts) if re.match(r"#\d+ ", text))
     texts[cell] = texts[cell].replace("#", "#1")
 
 
@@ -91,11 +118,36 @@ def lose_a_table(texts):
     texts[at(texts, "Piece A1")] = "Piece"
 
 
+def a_place(texts):
+    return next(number for number, text in enumerate(texts) if re.search(r" at \d+, \d+", text))
+
+
+def move_a_piece_on_its_sheet(texts):
+    cell = a_place(texts)
+    texts[cell] = re.sub(r" at (\d+)", lambda found: f" at {int(found[1]) + 2}", texts[cell])
+
+
+def name_another_sheet(texts):
+    texts[a_place(texts)] = texts[a_place(texts)].replace("sheet_01", "sheet_02")
+
+
+def tell_of_more_alike(texts):
+    texts[a_place(texts)] += ", kind 77 (x 5)"
+
+
+def count_a_station_more(texts):
+    cell = a_place(texts) - 1
+    count, word = texts[cell].split()[-2:]
+    texts[cell] = f"99 mm, {int(count) + 1} {word}"
+
+
 SPOILED = [
     rename_a_piece, lose_a_sheet, lose_a_step, exchange_two_steps, exchange_the_words_of_two_steps,
     change_a_step, turn_over_to_under, cross_another_piece, move_a_station,
     write_a_distance_in_words, make_it_in_another_step, say_another_joint, lose_a_station,
-    lose_a_table,
+    lose_a_table, exchange_two_pieces_on_the_map, lose_a_thread_on_the_map,
+    move_a_piece_on_its_sheet, name_another_sheet, tell_of_more_alike, count_a_station_more,
+    turn_a_strand_on_the_map, lose_a_crossing_on_the_map, say_another_joint_on_the_map,
 ]  # fmt: skip
 
 

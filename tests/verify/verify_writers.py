@@ -8,6 +8,7 @@ import json
 import math
 import struct
 import zlib
+from collections import Counter
 from functools import cache
 
 import numpy as np
@@ -517,11 +518,40 @@ def write_viewer(specimen, folder, *, edit=None, policy=POLICY, body=""):
     )
 
 
+def placed_outline(plan, piece):
+    """Return a piece's corners on its sheet, which may be mirrored."""
+    corners = placed(piece, piece["outline"])
+    sheet = next((one for one in plan["sheets"] if one["sheet"] == piece["sheet"]), {})
+    return [(sheet["width_mm"] - x, y) if sheet.get("mirrored") else (x, y) for x, y in corners]
+
+
 def manual_texts(plan):
     """Return the lines of a manual: ids, sheets, steps and tables."""
     made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
     joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
-    texts = [piece["id"] for piece in plan["pieces"]]
+    texts, pieces = [], {piece["id"]: piece for piece in plan["pieces"]}
+    for thread in plan["threads"]:
+        texts.append(f"Thread {thread['label']}")
+        for number, key in enumerate(thread["pieces"]):
+            piece = pieces[key]
+            texts.append(key)
+            for k, station in enumerate(piece["stations"]):
+                if k == 0 and number and piece["joints"][0] is not None:
+                    continue
+                if station["joint"] is not None:
+                    texts.append(f"#{station['joint']}")
+                texts.append(f"{station['crossing']} {'o' if station['over'] else 'u'}")
+    texts.append("Parts list")
+    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
+    kinds = Counter(piece.get("kind", 0) for piece in plan["pieces"])
+    for piece in plan["pieces"]:
+        xs, ys = zip(*placed_outline(plan, piece), strict=True)
+        place = f"{names.get(piece['sheet'])} at "
+        place += f"{(min(xs) + max(xs)) / 2:.0f}, {(min(ys) + max(ys)) / 2:.0f}"
+        kind = piece.get("kind", 0)
+        if kinds[kind] > 1:
+            place += f", kind {kind} (x {kinds[kind]})"
+        texts += [piece["id"], f"99 mm, {len(piece['stations'])} stations", place]
     texts += [f"{sheet['name']}: all of it" for sheet in plan["sheets"]]
     for step in plan["steps"]:
         words = step["text"].split(" ")

@@ -25,7 +25,7 @@ function pieceDrawing(plan, index, chosen) {
     <g class="station${one.over ? " over" : " under"}${k === chosen ? " chosen" : ""}" data-station="${k}"
        transform="translate(${one.x} ${-one.y})">
       <circle class="reach" r="${2 * r}"/><circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
-      <text font-size="${11 * unit}" dy="${3.9 * unit}">${k + 1}</text></g>`);
+      <text font-size="${11 * unit}" dy="${3.9 * unit}">${k}</text></g>`);
   const names = stations.map((one) => `<text class="partner" x="${one.x}" y="${-low + 15 * unit}"
     font-size="${11 * unit}">${escaped(one.partner)}</text>`);
   const ends = [[0, left], [1, right]].flatMap(([end, x]) => piece.joints[end] === null ? [] : [
@@ -44,7 +44,7 @@ function pieceDrawing(plan, index, chosen) {
 function stationTable(plan, index, chosen) {
   const piece = plan.pieces[index], far = plan.distances(piece);
   const rows = piece.stations.map((one, k) => `
-    <tr data-station="${k}"${k === chosen ? ' class="chosen"' : ""}><td>${k + 1}</td><td>${far[k].toFixed(1)}</td>
+    <tr data-station="${k}"${k === chosen ? ' class="chosen"' : ""}><td>${k}</td><td>${far[k].toFixed(1)}</td>
       <td>${sideSign(one.over)}${one.over ? "over" : "under"}</td>
       <td><button type="button" class="link" data-piece="${escaped(one.partner)}">${escaped(one.partner)}</button></td>
       <td>${one.joint === null ? "" : `#${one.joint} <button type="button" class="link" data-piece="${

@@ -86,7 +86,7 @@
         <button type="button" class="link" data-sheet="${plan.sheetAt.get(piece.sheet)}">Sheet ${piece.sheet}</button>,
         <button type="button" class="link" data-step="${plan.stepOf[chosen] + 1}">step ${plan.stepOf[chosen] + 1}</button>.</p>
       ${pieceDrawing(plan, chosen, state.station)}
-      <p class="hint">${sideSign(true)} over ${sideSign(false)} under, outer face up, &#9654; along the thread. Millimetres from station 1.</p>
+      <p class="hint">${sideSign(true)} over ${sideSign(false)} under, outer face up, &#9654; along the thread. Millimetres from station 0.</p>
       ${stationTable(plan, chosen, state.station)}`;
     const row = panel.querySelector("tr.chosen");
     if (row) row.scrollIntoView({ block: "nearest" });
