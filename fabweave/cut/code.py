@@ -21,7 +21,7 @@ QUIET_DOTS = 4
 _CLEAR_MM = 1.0
 # Room is sought on a grid so fine, or coarser on large sheets.
 _CELL_MM, _MOST_CELLS = 1.0, 2000
-_FLAT_MM = 0.05
+_FLAT_MM = 0.2
 
 
 class Code(NamedTuple):
@@ -163,13 +163,11 @@ def _full_cells(drawing: SheetDrawing, border: FloatArray, obstacles: Sequence[F
     image = Image.new("1", (wide, high), 1)
     draw = ImageDraw.Draw(image)
     draw.polygon([tuple(place) for place in (border / cell - 0.5).tolist()], fill=0)
-    # Lines so wide that all cells nearer than a millimetre are full.
-    thick = 2 * int(np.ceil(_CLEAR_MM / cell)) + 3
     for points in (border, *obstacles):
         places = [tuple(place) for place in (points / cell - 0.5).tolist()]
         if len(places) > 2 and points is not border:
             draw.polygon(places, fill=1)
-        draw.line([*places, places[0]], fill=1, width=thick, joint="curve")
+        draw.line([*places, places[0]], fill=1)
     full = np.zeros((high + 1, wide + 1), dtype=np.int64)
     full[1:, 1:] = np.asarray(image).cumsum(axis=0).cumsum(axis=1)
     return full
@@ -184,14 +182,11 @@ def _find_room(
 ) -> tuple[float, float] | None:
     """Return the lower left corner of a free square, the lowest and there the rightmost one."""
     cell = _cell_mm(drawing)
-    # A millimetre from the edge of the sheet, too.
-    rim = int(np.ceil(_CLEAR_MM / cell))
-    size = int(np.ceil(side_mm / cell))
+    # Free cells around it keep what is rounded, and a millimetre, away.
+    rim = int(np.ceil(_CLEAR_MM / cell)) + 1
+    size = int(np.ceil(side_mm / cell)) + 2 * rim
     high, wide = full.shape
-    rows, columns = np.arange(rim, high - size - rim), np.arange(rim, wide - size - rim)
-    if not (len(rows) and len(columns)):
-        return None
-    low, left = rows[:, None], columns[None]
+    low, left = np.arange(high - size)[:, None], np.arange(wide - size)[None]
     inside = (
         full[low + size, left + size] - full[low, left + size] - full[low + size, left]
         + full[low, left]
@@ -200,7 +195,7 @@ def _find_room(
     if not len(free):
         return None
     row, back = free[0].tolist()
-    x, y = cell * float(columns[::-1][back]), cell * float(rows[row])
+    x, y = cell * float(wide - size - 1 - back + rim), cell * float(row + rim)
     # Cells are coarse; what is drawn is asked last.
     square = shapely.box(x, y, x + side_mm, y + side_mm).buffer(_CLEAR_MM / 2.0)
     things = [

@@ -22,6 +22,9 @@ class Layer(Enum):
     CUT_OUTER = "CUT_OUTER"
     NOTES = "NOTES"
 
+    # Drawings look up layers millions of times; Enum's own hash is slow, and says no more.
+    __hash__ = object.__hash__
+
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
