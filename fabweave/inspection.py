@@ -9,7 +9,8 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.job import complete_settings, hole_rules
+from fabweave.job import complete_settings
+from fabweave.lapped import hole_rules
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences

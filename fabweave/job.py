@@ -1,6 +1,6 @@
 """Run a job: from a mesh to the plan of everything that is cut."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,23 +17,18 @@ from fabweave.cut.ready import check_kerf, ready_notes, ready_sheets
 from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
 from fabweave.executors import Executors, here
-from fabweave.flat.holes import HoleRule
-from fabweave.flat.joint import parse_joint
-from fabweave.flat.joints import JointPlan, plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.flat.runs import Runs
+from fabweave.lapped import hole_rules, lay_job
 from fabweave.laying import lay_out
-from fabweave.plan import Plan, plan_pieces
+from fabweave.plan import Plan
+from fabweave.refining import try_refinement
 from fabweave.report.notes import all_notes
 from fabweave.report.portrait import portrait_png
 from fabweave.report.ribbons import hole_findings, ribbon_notes
-from fabweave.ribbon.check import require_width
 from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.findings import RibbonCheck
-from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import CHOICES, LAYOUT_FILE, JobSettings
 from fabweave.sheet.layout import Layout
-from fabweave.sheet.material import hole_edge_mm, min_hole_mm
 from fabweave.sheet.offcut import Offcut, best_offcut
 from fabweave.sheet.supplies import Allotment, Supplies, allot, plan_supplies
 from fabweave.weave.colours import thread_colours
@@ -43,14 +38,8 @@ from fabweave.workers import Start, at_once
 from fabweave.woven import (
     WovenObject,
     check_object,
-    keep_clear,
-    require_stiffness,
-    weave_object,
     width_notes,
 )
-
-#: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
-HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,18 +113,13 @@ def make_job(
         For what cannot be made as asked; the message says what would help.
     """
     settings, supplies = complete_settings(settings)
-    thing = weave_object(settings, supplies, progress)
-    weave, rules = thing.weave, hole_rules(settings, supplies)
-    require_width(thing.ribbons, thing.labels, thing.size_mm)
-    require_no_loop(weave.threads, thing.woven.halfedges)
-    require_stiffness(thing, settings, supplies)
-    progress("pieces", 0, 1)
-    plan = plan_pieces(thing.ribbons, weave, thing.labels, settings, rules, supplies)
-    thing, joints = _with_joints(thing, plan.runs, settings, supplies)
+    rules = hole_rules(settings, supplies)
+    laid = lay_job(settings, supplies, rules, progress)
+    thing, plan, weave = laid.object, laid.plan, laid.object.weave
     progress("checks", 0, 1)
-    check = check_object(thing, settings, supplies)
+    check = try_refinement(check_object(thing, settings, supplies), thing, settings, supplies)
     made = build_pieces(
-        thing.ribbons, weave, plan.runs, thing.labels, rules, joints, slots=settings.slots
+        thing.ribbons, weave, plan.runs, thing.labels, rules, laid.joints, slots=settings.slots
     )
     progress("marks", 0, 1)
     # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
@@ -209,24 +193,6 @@ def make_job(
     )
 
 
-def _with_joints(
-    thing: WovenObject, runs: Runs, settings: JobSettings, supplies: Supplies
-) -> tuple[WovenObject, JointPlan]:
-    """Plan the joints, and lay the ribbons again with room for laps where they are."""
-    rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
-    thickness = supplies.thickness_mm(thing.bunches)
-    laps = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness).laps
-    while True:
-        thing = keep_clear(thing, settings, supplies, laps)
-        joints = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness)
-        # Panels keep their shape when the strands move apart; but where ribbons were narrowed,
-        # there may be room for nothing but a lap.
-        more = np.setdiff1d(joints.laps, laps)
-        if not len(more):
-            return thing, joints
-        laps = np.concatenate((laps, more))
-
-
 def _offcut(made: Pieces, layout: Layout, settings: JobSettings) -> Offcut | None:
     """Return what is left of a sheet and worth keeping, as it is drawn."""
     offcut = best_offcut(layout, [piece.outline for piece in made.pieces])
@@ -273,29 +239,4 @@ def complete_settings(settings: JobSettings) -> tuple[JobSettings, Supplies]:
             gap_mm=supplies.by_bunch(lambda one: one.gap_mm),
         ),
         supplies,
-    )
-
-
-def hole_rules(settings: JobSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
-    """Return the holes that may be used, the largest first; none if none are wanted.
-
-    A fastener goes through both strands of a crossing, so a hole suits all materials.
-    """
-    if settings.hole_mm == 0:
-        return ()
-    material = max(supplies.materials, key=min_hole_mm)
-    least = min_hole_mm(material)
-    if settings.hole_mm is not None:
-        if settings.hole_mm < least:
-            raise InputError(
-                f"a hole of {settings.hole_mm:g} mm is too small for a laser in "
-                f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
-                "or --hole none"
-            )
-        holes: Sequence[float] = (settings.hole_mm,)
-    else:
-        holes = [hole for hole in HOLES_MM if hole >= least] or [least]
-    return tuple(
-        HoleRule(hole, max(hole_edge_mm(material, hole) for material in supplies.materials))
-        for hole in holes
     )

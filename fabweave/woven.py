@@ -170,7 +170,10 @@ def keep_clear(
 
 
 def check_object(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> RibbonCheck:
-    """Check the ribbons of a woven object against their materials, and look for remedies."""
+    """Check the ribbons of a woven object against their materials, and look for remedies.
+
+    At another size joints may lie elsewhere: sizes are looked for with room for a lap everywhere.
+    """
     limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(thing.bunches)
     narrowed = thing.narrowed
@@ -189,11 +192,12 @@ def check_object(thing: WovenObject, settings: JobSettings, supplies: Supplies) 
                 growth = 1.0
             factor, stuck = narrowed.factor.copy(), narrowed.stuck
             factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
-        return lay_ribbons(woven, thing.weave, changed, thickness, thing.laps, factor)
+        laps = thing.laps if size_mm == thing.size_mm else None
+        return lay_ribbons(woven, thing.weave, changed, thickness, laps, factor)
 
     def settle(size_mm: float) -> tuple[Ribbons, Nearness | None]:
         woven = replace(thing.woven, mesh=_scaled(thing.woven.mesh, size_mm / thing.size_mm))
-        found = keep_clear(replace(thing, woven=woven), settings, supplies, thing.laps).narrowed
+        found = keep_clear(replace(thing, woven=woven), settings, supplies).narrowed
         if found is None:
             raise ValueError("ribbons are narrowed only where their width is left to fabweave")
         return found.ribbons, found.clearance[1] if found.clearance is not None else None

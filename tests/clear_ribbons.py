@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.job import complete_settings, hole_rules
+from fabweave.job import complete_settings
+from fabweave.lapped import hole_rules
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.plan import plan_pieces

@@ -180,10 +180,12 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
     notes = [found.pop("bend", _bend_note(check)), *found.values()]
     sized = [one for one in check.findings if one.rule in SIZED]
     if check.smallest_mm is not None:
-        what = "widths, bends and clearances hold"
+        what = "widths, bends, creases and clearances hold"
         notes.append(f"checks: {what} from --size {check.smallest_mm}mm on")
     elif sized:
         notes.append("checks: no size mends them all; see each, or use a mesh with larger faces")
+    if check.untried is not None:
+        notes.append(f"checks: whether --refine would mend them was not tried: {check.untried}")
     return notes
 
 

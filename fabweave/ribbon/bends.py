@@ -26,6 +26,8 @@ class Bends:
         is convex as seen from outside.
     twist_rad_mm : (R,) float array
         Turn of the quad's rungs about the middle line, per millimetre along it.
+    turn_deg : (R,) float array
+        Angle by which the mean planes of the quads on either side turn about the rung.
     fold_deg : (R,) float array
         Angle between the two facets that meet at the rung.
     diagonal_deg : (R,) float array
@@ -37,6 +39,7 @@ class Bends:
     width_mm: FloatArray
     bend_rad_mm: FloatArray
     twist_rad_mm: FloatArray
+    turn_deg: FloatArray
     fold_deg: FloatArray
     diagonal_deg: FloatArray
     step_mm: FloatArray
@@ -113,7 +116,7 @@ def measure_bends(ribbons: Ribbons) -> Bends:
     across = _unit(rung)
     reach = step[prior] - _dot(step[prior], across)[:, None] * across
     spread = (_norm(reach) + _norm(step - _dot(step, across)[:, None] * across)) / 2
-    bend = np.where(inner, _ratio(signed_angle(normal[prior], normal, across), spread), np.nan)
+    about = signed_angle(normal[prior], normal, across)
     turn = signed_angle(rung, rung[after], _unit(step))
     twist = np.where(has_quad, _ratio(turn, length), np.nan)
 
@@ -121,8 +124,9 @@ def measure_bends(ribbons: Ribbons) -> Bends:
     fold = np.where(inner, _angle_deg(second[prior], first), np.nan)
     return Bends(
         width_mm=width,
-        bend_rad_mm=bend,
+        bend_rad_mm=np.where(inner, _ratio(about, spread), np.nan),
         twist_rad_mm=twist,
+        turn_deg=np.where(inner, np.degrees(about), np.nan),
         fold_deg=fold,
         diagonal_deg=np.where(has_quad, _angle_deg(first, second), np.nan),
         step_mm=length,

@@ -13,7 +13,7 @@ class Finding:
     Parameters
     ----------
     rule : str
-        ``width``, ``bend``, ``twist``, ``layers``, ``clearance`` or ``hole``.
+        ``width``, ``bend``, ``twist``, ``crease``, ``layers``, ``clearance`` or ``hole``.
     severity : "refuse" or "warn"
         Whether the object cannot be made, or can with care.
     value, limit : float
@@ -38,6 +38,8 @@ class Finding:
         The smallest size at which the object is no longer refused for this rule.
     width_factor : float or None
         Ribbons this much narrower hold the rule too.
+    refine : str or None
+        With the mesh refined like this the rule holds, and no other is broken anew: tried.
     cause : str or None
         Why the rule does not hold, where that is known.
     """
@@ -57,6 +59,7 @@ class Finding:
     size_mm: int | None = None
     may_be_mm: int | None = None
     width_factor: float | None = None
+    refine: str | None = None
     cause: str | None = None
 
 
@@ -79,6 +82,8 @@ places. --size 412mm mends it
         "width": f"{value}{unit} {where}, where {limit}{unit} is the least to handle",
         "bend": f"{value}{unit} {where}, where the material takes {limit}{unit}",
         "twist": f"{value}{unit} over one width {where}, where the material takes {limit}{unit}",
+        "crease": f"{value}{unit} at one cross-line {where}, where the material takes "
+        f"{limit}{unit} from crossing to crossing",
         "layers": f"{value}{unit} {where}, and the layers are {limit}{unit} thick",
         "hole": f"{value}{unit} from centre to edge {where}, where {limit}{unit} are wanted",
         "clearance": f"{value}{unit} {where}, middle to middle, where {limit}{unit} are wanted",
@@ -115,6 +120,8 @@ def remedies(found: Finding) -> str:
         ways.append(f"--size {found.size_mm}mm")
     if found.width_factor is not None:
         ways.append(f"ribbons {round(100 * (1 - found.width_factor))} % narrower (--width)")
+    if found.refine is not None:
+        ways.append(f"--refine {found.refine}")
     return ", or ".join(ways)
 
 
@@ -135,6 +142,7 @@ def finding_record(found: Finding) -> dict[str, Any]:
         "of": found.of,
         "size_mm": found.size_mm,
         "width_factor": found.width_factor,
+        "refine": found.refine,
         "cause": found.cause,
         "remedy": remedies(found),
         "text": sentence(found),

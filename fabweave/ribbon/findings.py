@@ -35,12 +35,15 @@ class RibbonCheck:
     smallest_mm : int or None
         The smallest size at which every rule that a size can mend holds; None if there is none,
         or none was looked for.
+    untried : str or None
+        Why refinement was not tried as a remedy, where it might be one.
     """
 
     limits: Limits
     measured: dict[str, Measured]
     findings: tuple[Finding, ...]
     smallest_mm: int | None
+    untried: str | None = None
 
     @property
     def refused(self) -> tuple[Finding, ...]:
@@ -64,8 +67,9 @@ def check_ribbons(
 
     The rules: a ribbon is nowhere narrower than ``limits.width_mm``; between two crossings it need
     not bend more tightly than the material takes; it is not twisted more than its edges can
-    stretch; at a crossing the strands are at least one thickness apart, middle to middle, and
-    ribbons that do not cross there one thickness and the clearance. Where threads are of several
+    stretch, nor creased more than can be softened; at a crossing the strands are at least one
+    thickness apart, middle to middle, and ribbons that do not cross there one thickness and the
+    clearance. Where threads are of several
     materials, each is held to its own, and one thickness is half of either's.
 
     Parameters

@@ -43,7 +43,7 @@ _ROUNDS = 20
 #: as close as the share next to it.
 _STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
 #: Rules that a larger size mends: lengths grow, and thickness stays.
-SIZED = ("width", "bend", "clearance")
+SIZED = ("width", "bend", "crease", "clearance")
 
 
 def is_too_stiff(bend: Measured) -> bool:
@@ -80,7 +80,7 @@ def _tightest(measured: dict[str, Measured], n_passes: int) -> IntArray | None:
         return None
     passes = [
         measured[rule].passes[np.argsort(measured[rule].margins)[:count]]
-        for rule in ("width", "bend")
+        for rule in ("width", "bend", "crease")
     ]
     return np.unique(np.concatenate(passes))
 

@@ -154,7 +154,12 @@ def pass_of_rungs(ribbons: Ribbons) -> IntArray:
 def measure_along(
     ribbons: Ribbons, limits: Limits, bends: Bends | None = None, spans: Spans | None = None
 ) -> dict[str, Measured]:
-    """Measure what depends on single ribbons: ``width``, ``bend`` and ``twist``.
+    """Measure what depends on single ribbons: ``width``, ``bend``, ``twist`` and ``crease``.
+
+    A crease is the angle by which a ribbon turns at one cross-line, as its mean planes on either
+    side do. It may be softened over the ribbon from crossing to crossing, of length s, and no
+    farther: crossings keep their planes. A material that bends to a radius r turns by s / r there,
+    so no crease may be sharper.
 
     Returns
     -------
@@ -166,9 +171,11 @@ def measure_along(
     passes = np.arange(len(ribbons.entry))
     ends = ribbons.entry + 1
     own_limits = limits.of(np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets)))
+    own_rung = pass_of_rungs(ribbons)
+    crease, softened = _creases(ribbons, bends, spans)
     found = {}
     for rule, unit, value, limit, at_least, own, place in (
-        ("width", "mm", bends.width_mm, own_limits.width_mm, True, pass_of_rungs(ribbons), middle),
+        ("width", "mm", bends.width_mm, own_limits.width_mm, True, own_rung, middle),
         ("bend", "mm", spans.radius_mm, own_limits.bend_mm, True, passes, middle[ends]),
         ("twist", "degrees", spans.twist_deg, own_limits.twist_deg, False, passes, middle[ends]),
     ):
@@ -177,7 +184,28 @@ def measure_along(
             rule, unit, value[there], by_thread(limit, own[there]), at_least, own[there],
             np.full(len(there), -1, dtype=np.int64), place[there],
         )  # fmt: skip
+    there = np.flatnonzero(~np.isnan(crease))
+    passes = own_rung[there]
+    takes = np.degrees(softened[there] / by_thread(own_limits.bend_mm, passes))
+    found["crease"] = Measured(
+        "crease", "degrees", crease[there], takes, False, passes,
+        np.full(len(there), -1, dtype=np.int64), middle[there],
+    )  # fmt: skip
     return found
+
+
+def _creases(ribbons: Ribbons, bends: Bends, spans: Spans) -> tuple[FloatArray, FloatArray]:
+    """Return the turn at each rung in degrees, and the length over which it may be softened, (R,).
+
+    A rung where a panel begins belongs to the span before it. NaN where there is no span.
+    """
+    owner = pass_of_rungs(ribbons)
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)
+    before = np.full(len(following), -1, dtype=np.int64)
+    before[following[following >= 0]] = np.flatnonzero(following >= 0)
+    owner[ribbons.entry] = np.where(before >= 0, before, np.arange(len(before)))
+    length = spans.length_mm[owner]
+    return np.where(np.isnan(length), np.nan, np.abs(bends.turn_deg)), length
 
 
 def measure_between(ribbons: Ribbons, passes: IntArray, limits: Limits) -> dict[str, Measured]:

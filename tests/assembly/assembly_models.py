@@ -8,7 +8,8 @@ import numpy as np
 from fabweave.flat.joint import parse_joint
 from fabweave.flat.joints import plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.job import complete_settings, hole_rules
+from fabweave.job import complete_settings
+from fabweave.lapped import hole_rules
 from fabweave.plan import plan_pieces
 from fabweave.settings import JobSettings
 from fabweave.woven import lay_ribbons, weave_object

@@ -1,0 +1,86 @@
+"""Refinement is named as a remedy only where it was tried and holds."""
+
+import pytest
+from meshes_shared import shared_mesh
+
+from fabweave.errors import CannotMakeError
+from fabweave.job import complete_settings
+from fabweave.lapped import hole_rules, lay_job
+from fabweave.refining import MOST_CROSSINGS, REFINEMENT, try_refinement
+from fabweave.report.ribbons import ribbon_notes
+from fabweave.ribbon.finding import finding_record, sentence
+from fabweave.ribbon.findings import RibbonCheck
+from fabweave.ribbon.width import WidthRule
+from fabweave.settings import JobSettings
+from fabweave.woven import check_object
+
+
+def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
+    settings, material = complete_settings(JobSettings(mesh=mesh, **options))
+    thing = lay_job(settings, material, hole_rules(settings, material)).object
+    check = check_object(thing, settings, material)
+    return try_refinement(check, thing, settings, material) if tried else check
+
+
+@pytest.mark.parametrize(
+    ("mesh", "options", "rule"),
+    [
+        ("shape:torus?m=8&n=4", {"size_mm": 300.0}, "twist"),
+        ("shape:tetrahedron", {"size_mm": 400.0, "width": WidthRule(0.65)}, "clearance"),
+    ],
+)
+def test_what_refinement_mends_holds_when_it_is_done(mesh, options, rule) -> None:
+    before = checked(mesh, **options)
+    (found,) = before.findings
+    assert found.rule == rule
+    assert found.refine == REFINEMENT
+    assert "--refine catmull-clark:1 mends it" in sentence(found)
+    assert finding_record(found)["refine"] == REFINEMENT
+    assert checked(mesh, tried=False, refine=found.refine, **options).findings == ()
+
+
+def test_a_second_step_is_proposed_after_the_first() -> None:
+    options = {"size_mm": 300.0, "refine": "mid-edge:1", "width": WidthRule(0.65)}
+    before = checked("shape:tetrahedron", **options)
+    for found in before.findings:
+        if found.refine is not None:
+            assert found.refine == f"mid-edge:1,{REFINEMENT}"
+            after = checked(
+                "shape:tetrahedron", tried=False, **(options | {"refine": found.refine})
+            )
+            assert found.rule not in {one.rule for one in after.findings}
+
+
+def test_what_refinement_does_not_mend_is_not_said_to_be() -> None:
+    mesh, options = str(shared_mesh("tri/csaszar.obj")), {"size_mm": 400.0}
+    before = checked(mesh, **options)
+    assert before.findings
+    assert all(found.refine is None for found in before.findings)
+    after = checked(mesh, tried=False, refine=REFINEMENT, **options)
+    old, new = ({one.rule for one in check.findings} for check in (before, after))
+    assert old <= new or new - old
+
+
+def test_a_finer_mesh_that_is_refused_is_no_remedy() -> None:
+    options = {"size_mm": 300.0, "material": "birch-ply-3"}
+    (found,) = checked("shape:cube", **options).findings
+    assert (found.rule, found.refine) == ("bend", None)
+    with pytest.raises(CannotMakeError, match="too stiff"):
+        checked("shape:cube", refine=REFINEMENT, **options)
+
+
+def test_where_nothing_is_wrong_nothing_is_tried() -> None:
+    check = checked("shape:cube", size_mm=300.0)
+    assert check.findings == ()
+    assert check.untried is None
+
+
+def test_what_is_not_tried_is_said() -> None:
+    # Enough crossings to be dear, and narrow enough to be wrong.
+    check = checked("shape:torus?m=24&n=12", size_mm=250.0, material="birch-veneer")
+    assert check.findings
+    assert f"more than {MOST_CROSSINGS} crossings" in check.untried
+    assert any("was not tried" in note for note in ribbon_notes(check))
+    check = checked("shape:torus?m=8&n=4", size_mm=300.0, pattern="twill")
+    assert {one.rule for one in check.findings} == {"twist"}
+    assert "plain weave only" in check.untried

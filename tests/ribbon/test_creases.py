@@ -1,0 +1,91 @@
+"""Creases are measured where they are, and held to what can be softened between crossings."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from ribbon_strips import strip
+
+from fabweave.job import complete_settings
+from fabweave.ribbon.findings import check_ribbons
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules import Limits, measure_along
+from fabweave.settings import JobSettings
+from fabweave.sheet.limits import ribbon_limits
+from fabweave.woven import check_object, weave_object
+
+
+def folded(angle_deg: float, at: int, width: float = 8.0) -> Ribbons:
+    """Lay a strip of eight rungs 10 mm apart, flat but for a fold at one; panels from 1 and 5."""
+    along = np.array([10.0 * (k - at) for k in range(8)])
+    turn = np.radians(angle_deg)
+    beyond = np.maximum(along, 0.0)
+    x = np.minimum(along, 0.0) + beyond * np.cos(turn)
+    z = -beyond * np.sin(turn)
+    right, left = (np.column_stack((x, np.full(8, y), z)) for y in (0.0, width))
+    return strip(right, left, entry=np.array([1, 5]))
+
+
+LIMITS = Limits(thickness_mm=0.4, bend_mm=50.0, width_mm=1.0, twist_deg=30.0)
+
+
+@given(st.integers(-1700, 1700).map(lambda n: n / 10), st.sampled_from([3, 4]))
+def test_a_fold_between_crossings_is_the_crease(angle, at) -> None:
+    found = measure_along(folded(angle, at), LIMITS)["crease"]
+    # From the middle of one panel to that of the next it is 40 mm, however it is folded.
+    assert found.limit_at(0) == pytest.approx(np.degrees(40.0 / 50.0))
+    assert found.value.max() == pytest.approx(abs(angle), abs=1e-6)
+    assert np.sort(found.value)[:-1] == pytest.approx(0.0, abs=1e-6)
+    place = found.position[np.argmax(found.value)]
+    if abs(angle) > 1e-3:
+        assert place == pytest.approx([0.0, 4.0, 0.0], abs=1e-9)
+        assert found.passes[np.argmax(found.value)] == 0
+    assert len(found.broken) == (abs(angle) > np.degrees(0.8))
+
+
+def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
+    settings, material = complete_settings(
+        JobSettings(mesh="shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
+    )
+    thing = weave_object(settings, material)
+    assert "crease" not in {one.rule for one in check_object(thing, settings, material).findings}
+    ribbons = thing.ribbons
+    at = 29
+    rung = int(ribbons.entry[at]) + 2
+    # The first cross-line after a panel is pushed inwards, so that it turns sharply.
+    pushed = 12.0 * ribbons.normal[thing.weave.threads.crossing[at]]
+    sides = [rail.copy() for rail in (ribbons.right, ribbons.left)]
+    for rail in sides:
+        rail[rung] -= pushed
+    spoilt = Ribbons(**{**vars(ribbons), "right": sides[0], "left": sides[1]})
+    limits = ribbon_limits(material)
+    check = check_ribbons(spoilt, thing.weave, thing.labels, limits, size_mm=300.0)
+    (found,) = (one for one in check.findings if one.rule == "crease")
+    threads = thing.weave.threads
+    owner = int(threads.thread_of_pass[at])
+    assert found.thread == thing.labels[owner]
+    assert found.crossing == threads.crossing[at]
+    assert found.station == at - threads.offsets[owner]
+    assert found.value > found.limit
+    middle = (spoilt.right[rung] + spoilt.left[rung]) / 2
+    assert found.position == pytest.approx(middle, abs=1e-3)
+
+
+def test_every_rule_of_a_thread_says_where() -> None:
+    """Each rule names thread, station, crossing and place, and they agree."""
+    settings, material = complete_settings(
+        JobSettings(mesh="shape:tetrahedron", size_mm=60.0, material="card")
+    )
+    thing = weave_object(settings, material)
+    threads, ribbons = thing.weave.threads, thing.ribbons
+    harsh = Limits(thickness_mm=3.0, bend_mm=900.0, width_mm=40.0, twist_deg=0.1, clearance_mm=9.0)
+    measured = check_ribbons(ribbons, thing.weave, thing.labels, harsh, size_mm=60.0)
+    told = {one.rule: one for one in measured.findings}
+    assert set(told) >= {"width", "bend", "twist", "crease", "layers"}
+    for one in told.values():
+        thread = thing.labels.index(one.thread)
+        own = slice(threads.offsets[thread], threads.offsets[thread + 1])
+        assert threads.crossing[own][one.station] == one.crossing
+        if one.rule != "clearance":
+            points = np.concatenate(((ribbons.right + ribbons.left) / 2, ribbons.centre))
+            assert np.linalg.norm(points - one.position, axis=1).min() < 2e-3
