@@ -21,11 +21,11 @@ REFUSED = "stainless-304"
 
 
 def checked(material: str, size_mm: float = 300.0) -> RibbonCheck:
-    settings, found = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(mesh="shape:sphere", size_mm=size_mm, material=material)
     )
-    thing = lay_job(settings, found, hole_rules(settings, found)).object
-    return check_object(thing, settings, found)
+    thing = lay_job(settings, supplies, hole_rules(settings, supplies)).object
+    return check_object(thing, settings, supplies)
 
 
 @pytest.fixture(scope="module")

@@ -16,10 +16,10 @@ from fabweave.woven import check_object
 
 
 def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
-    settings, material = complete_settings(JobSettings(mesh=mesh, **options))
-    thing = lay_job(settings, material, hole_rules(settings, material)).object
-    check = check_object(thing, settings, material)
-    return try_refinement(check, thing, settings, material) if tried else check
+    settings, supplies = complete_settings(JobSettings(mesh=mesh, **options))
+    thing = lay_job(settings, supplies, hole_rules(settings, supplies)).object
+    check = check_object(thing, settings, supplies)
+    return try_refinement(check, thing, settings, supplies) if tried else check
 
 
 @pytest.mark.parametrize(

@@ -44,11 +44,11 @@ def test_a_fold_between_crossings_is_the_crease(angle, at) -> None:
 
 
 def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(mesh="shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
     )
-    thing = weave_object(settings, material)
-    assert "crease" not in {one.rule for one in check_object(thing, settings, material).findings}
+    thing = weave_object(settings, supplies)
+    assert "crease" not in {one.rule for one in check_object(thing, settings, supplies).findings}
     ribbons = thing.ribbons
     at = 29
     rung = int(ribbons.entry[at]) + 2
@@ -58,7 +58,7 @@ def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
     for rail in sides:
         rail[rung] -= pushed
     spoilt = Ribbons(**{**vars(ribbons), "right": sides[0], "left": sides[1]})
-    limits = ribbon_limits(material)
+    limits = ribbon_limits(supplies.only)
     check = check_ribbons(spoilt, thing.weave, thing.labels, limits, size_mm=300.0)
     (found,) = (one for one in check.findings if one.rule == "crease")
     threads = thing.weave.threads
@@ -73,10 +73,10 @@ def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
 
 def test_every_rule_of_a_thread_says_where() -> None:
     """Each rule names thread, station, crossing and place, and they agree."""
-    settings, material = complete_settings(
+    settings, supplies = complete_settings(
         JobSettings(mesh="shape:tetrahedron", size_mm=60.0, material="card")
     )
-    thing = weave_object(settings, material)
+    thing = weave_object(settings, supplies)
     threads, ribbons = thing.weave.threads, thing.ribbons
     harsh = Limits(thickness_mm=3.0, bend_mm=900.0, width_mm=40.0, twist_deg=0.1, clearance_mm=9.0)
     measured = check_ribbons(ribbons, thing.weave, thing.labels, harsh, size_mm=60.0)

@@ -8,13 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.errors import CannotMakeError
-from fabweave.job import (
-    WovenObject,
-    check_object,
-    complete_settings,
-    require_stiffness,
-    weave_object,
-)
+from fabweave.job import complete_settings
 from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.bends import measure_bends, measure_spans
 from fabweave.ribbon.findings import RibbonCheck, check_ribbons
@@ -26,6 +20,7 @@ from fabweave.settings import JobSettings
 from fabweave.sheet.limits import ribbon_limits
 from fabweave.sheet.material import material_library, material_named
 from fabweave.sheet.supplies import Supplies
+from fabweave.woven import WovenObject, check_object, require_stiffness, weave_object
 
 
 def woven(mesh: str, **options) -> tuple[WovenObject, JobSettings, Supplies]:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from weaving_meshes import meshes
 
 from fabweave.errors import CannotMakeError, InputError
-from fabweave.job import WovenObject, complete_settings, weave_object
+from fabweave.job import complete_settings
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.ribbon.bodies import Body, clashing_facets, yarn_bodies
@@ -20,6 +20,7 @@ from fabweave.ribbon.touching import bends_too_tightly, segment_distances, touch
 from fabweave.ribbon.yarns import Yarns, spin_yarns
 from fabweave.settings import JobSettings
 from fabweave.weave.colours import thread_colours
+from fabweave.woven import WovenObject, weave_object
 
 SHAPES = {
     "torus": ("torus?m=10&n=6", "plain", "end"),
