@@ -16,6 +16,7 @@ from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
 from fabweave.verify.check_kinds import check_kinds
 from fabweave.verify.check_labels import check_labels
+from fabweave.verify.check_lines import check_lines
 from fabweave.verify.check_looks import check_looks
 from fabweave.verify.check_manual import check_manual
 from fabweave.verify.check_materials import check_materials
@@ -77,6 +78,7 @@ _TASKS = (
     _Task("unfolding", ("map", "model"), check_unfolding),
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),
+    _Task("lines", ("map",), check_lines),
     _Task("looks", ("map",), check_looks),
     _Task("cut", ("map",), check_ready),
     _Task("templates", ("map",), check_templates),

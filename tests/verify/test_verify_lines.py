@@ -1,0 +1,65 @@
+"""Short sides, and lines that are drawn twice, are found."""
+
+import numpy as np
+import pytest
+
+from fabweave.verify.check_lines import check_lines
+from fabweave.verify.loading import load_job
+from fabweave.verify.read_dxf import read_dxf
+from fabweave.verify.report import Tally
+
+
+def found(folder) -> str:
+    tally = Tally("lines")
+    check_lines(load_job(folder, Tally("files")), tally)
+    result = tally.result()
+    assert result.count > 100
+    return " | ".join(result.findings)
+
+
+def add_shapes(folder, drawn) -> str:
+    """Add entities to the first sheet, and say what is found."""
+    path = folder / "sheets" / "sheet_01.dxf"
+    text = path.read_text()
+    head = "  2\nENTITIES\n"
+    assert head in text
+    path.write_text(text.replace(head, head + drawn, 1))
+    return found(folder)
+
+
+@pytest.mark.parametrize("name", ["octahedron", "bent"])
+def test_a_true_job_has_none(job, name) -> None:
+    assert found(job(name)) == ""
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ([(1, 1, 1.0995, 1)], "is 0.0995 mm long"),
+        ([(1, 1, 1, 1)], "is 0.0000 mm long"),
+        ([(1, 1, 2, 5)] * 2, "drawn more than once"),
+        ([(1, 1, 2, 5), (2, 5, 1, 1)], "drawn more than once"),
+        ([(1, 1, 1, 5), (1, 5, 1, 1)], "drawn more than once"),
+        ([(1, 1, 2, 5), (1, 1, 2, 5.1), (1, 1.1, 2, 5), (1, 1, 1.0999, 1)], ""),
+    ],
+)
+def test_spoilt_lines_are_found(job, lines, words) -> None:
+    drawn = "".join(
+        f"  0\nLINE\n  8\nENGRAVE_MARK\n 10\n{a}\n 20\n{b}\n 11\n{c}\n 21\n{d}\n"
+        for a, b, c, d in lines
+    )
+    told = add_shapes(job(), drawn)
+    assert words in told if words else told == ""
+
+
+@pytest.mark.parametrize(("sign", "words"), [(-1.0, ""), (1.0, "drawn more than once")])
+def test_arcs_over_one_chord_are_told_apart(job, sign, words) -> None:
+    folder = job("bent")
+    drawing = read_dxf(folder / "sheets" / "sheet_01.dxf")
+    shape = next(one for one in drawing.shapes if one.bulges is not None)
+    at = int(np.argmax(np.abs(shape.bulges[:-1])))
+    (x, y), (u, v) = shape.points[at : at + 2].tolist()
+    bent = f"  0\nLWPOLYLINE\n  8\nENGRAVE_MARK\n 90\n2\n 70\n0\n 10\n{x}\n 20\n{y}\n"
+    bent += f" 42\n{sign * shape.bulges[at]}\n 10\n{u}\n 20\n{v}\n"
+    told = add_shapes(folder, bent)
+    assert words in told if words else told == ""
