@@ -1,15 +1,18 @@
 """Finish a plan: the last sheet is as cheap as it may be, and leaves as large a rest as it can."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from fabweave.sheet.fill import NestingJob, Plan, filled_sheet
+from fabweave.sheet.fits import fits_rectangle
 from fabweave.sheet.layout import Placement
 from fabweave.sheet.offcut import offcut_of
 from fabweave.sheet.shape import rotated
 
 _PULLS = (1.0, 3.0)  # how strongly pieces are drawn aside, in each try
+_HALVINGS = 4  # of what may be left of a side
 
 
 def finished(job: NestingJob, plan: Plan) -> Plan:
@@ -17,7 +20,8 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
 
     The cheapest sheet in stock that takes all its pieces is taken. On it they are packed anew,
     drawn to the left more strongly; of these packings and the one that was found, the one whose
-    rest holds the largest rectangle stays.
+    rest holds the largest rectangle stays. Beyond quick effort, they are packed into parts of the
+    sheet besides.
 
     Parameters
     ----------
@@ -45,8 +49,38 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
             rest = _rest_mm2(job, stock, found)
             if rest > best:
                 best, standing = rest, found
+    if job.effort.rounds:
+        standing = _narrowed(job, queue, stock, last, standing)
     placements = dict(sorted((plan.placements | standing).items()))
     return Plan((*plan.used[:last], stock), placements, plan.by_engine)
+
+
+def _narrowed(
+    job: NestingJob, queue: list[int], stock: int, number: int, standing: dict[int, Placement]
+) -> dict[int, Placement]:
+    """Pack a sheet's pieces into ever less of its width, then of its height, while that pays."""
+    best = _rest_mm2(job, stock, standing)
+    area = job.areas[stock]
+    shapes = [job.shapes[job.poses[piece].shape] for piece in queue]
+    ground = sum(shape.area_mm2 for shape in shapes)
+    for axis in (0, 1):
+        size = list(area.size_mm)
+        most, least = size[axis], ground / size[1 - axis]
+        for _ in range(_HALVINGS):
+            size[axis] = (least + most) / 2.0
+            part = replace(area, size_mm=(size[0], size[1]))
+            found: dict[int, Placement] = {}
+            if all(fits_rectangle(shape, part) for shape in shapes):
+                areas = (*job.areas[:stock], part, *job.areas[stock + 1 :])
+                found = filled_sheet(replace(job, areas=areas), queue, stock, number)
+            if len(found) < len(queue):
+                least = size[axis]
+                continue
+            most = size[axis]
+            rest = _rest_mm2(job, stock, found)
+            if rest > best:
+                best, standing = rest, found
+    return standing
 
 
 def _cheaper(job: NestingJob, plan: Plan, queue: list[int]) -> list[int]:

@@ -168,3 +168,15 @@ def test_the_last_sheet_is_packed_to_one_side(piece_sets):
     # A rectangle over the whole height, right of all pieces, or more.
     right = max(float(points[:, 0].max()) for points in placed)
     assert np.prod(rest.rectangle_mm) >= 0.9 * (400.0 - right - 3.0) * 300.0
+
+
+def test_beyond_quick_effort_the_rest_of_the_last_sheet_is_no_smaller(piece_sets):
+    pieces = [0.35 * piece for piece in piece_sets["measured_set"](9, seed=4)]
+    rests = []
+    for effort in ("quick", "normal"):
+        layout = nest(pieces, [SheetSize(250, 180)], margin_mm=5, gap_mm=2, effort=effort)
+        assert check_layout(layout, pieces) == []
+        assert len(layout.sheets) == 1
+        placed = [p.apply(pieces[p.piece]) for p in layout.placements]
+        rests.append(np.prod(offcut_of(layout.sheets[0], 0, placed, 2.0).rectangle_mm))
+    assert rests[1] >= rests[0]
