@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from meshes_shared import shared_mesh
 
 from fabweave.job import complete_settings
 from fabweave.mesh.intersections import self_intersections
@@ -15,7 +16,7 @@ from fabweave.report.surfaces import ribbon_triangles
 from fabweave.ribbon.clearance import near_pairs
 from fabweave.ribbon.distance import apart_by, triangle_distances
 from fabweave.ribbon.project import Ribbons, following_rung
-from fabweave.ribbon.stretches import cut_stretches
+from fabweave.ribbon.stretches import cut_stretches, steps_apart
 from fabweave.settings import JobSettings
 from fabweave.woven import weave_object
 
@@ -138,3 +139,31 @@ def test_looking_only_at_given_pairs_measures_them_the_same() -> None:
     again = near_pairs(thing.ribbons, crossing, 0.4, everything.pairs[::-1])
     assert np.array_equal(again.pairs, everything.pairs)
     assert again.distance_mm == pytest.approx(everything.distance_mm)
+
+
+@pytest.mark.parametrize("smooth", [0, 3, 8])
+@pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
+def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: int) -> None:
+    settings, supplies = complete_settings(
+        JobSettings(mesh=str(shared_mesh(name)), size_mm=400.0, smooth=smooth)
+    )
+    thing = weave_object(settings, supplies)
+    ribbons = thing.ribbons
+    stretches = cut_stretches(ribbons)
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
+    quads = np.flatnonzero(following_rung(ribbons.offsets, ribbons.closed) >= 0)
+    number = (2 * quads[:, None] + [0, 1]).ravel()
+    owner = np.empty(2 * ribbons.n_rungs, dtype=np.int64)
+    owner[stretches.triangle] = np.repeat(
+        np.arange(len(stretches.thread)), np.diff(stretches.offsets)
+    )
+    exact = np.sort(owner[number[self_intersections(mesh)]], axis=1).reshape(-1, 2)
+    found = near_pairs(ribbons, thing.weave.threads.crossing, 0.0).pairs
+
+    def near_by(pairs: np.ndarray) -> set[tuple[int, int]]:
+        steps = steps_apart(stretches, pairs)
+        return {(a, b) for a, b in pairs[(steps == 0) | (steps == 1)].tolist()}
+
+    assert near_by(found) == near_by(exact)
+    assert bool(near_by(exact)) == (name == "tri/csaszar.obj")
