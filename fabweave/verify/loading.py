@@ -14,7 +14,7 @@ from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.developing import Developed, develop_pieces
 from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.read_dxf import read_dxf
-from fabweave.verify.read_glb import Strip, read_glb, read_markers
+from fabweave.verify.read_glb import Strip, read_model
 from fabweave.verify.read_map import read_crossing_map
 from fabweave.verify.read_pdf import read_texts
 from fabweave.verify.read_service import FOLDER as SERVICE
@@ -206,7 +206,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
                 offcuts[name] = drawing
     read("waste.html", _read_text)
     read("render.png", _read_png)
-    model, markers = read("model.glb", _read_model) or (None, {})
+    model, markers = read("model.glb", read_model) or (None, {})
     return Job(
         map=plan,
         mesh=read("woven_mesh.obj", read_obj),
@@ -231,11 +231,6 @@ def load_job(directory: Path, tally: Tally) -> Job:
         else None,
         offcuts=offcuts,
     )
-
-
-def _read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
-    """Read the strips of the model, and the balls at findings."""
-    return read_glb(path), read_markers(path)
 
 
 def _read_png(path: Path) -> bool:

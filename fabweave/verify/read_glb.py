@@ -49,54 +49,57 @@ class Strip:
 
 
 def read_glb(path: Path) -> dict[str, Strip]:
-    """Read every named mesh node of a GLB file as a strip.
+    """Read the strips of a model; see ``read_model``."""
+    return read_model(path)[0]
+
+
+def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
+    """Read a GLB file: every named mesh node is a strip, or a ball at a finding.
+
+    Returns
+    -------
+    strips : dict from label to Strip
+    markers : dict from number to place
+        Where the balls stand, by the findings' numbers from 1, in millimetres.
 
     Raises
     ------
     ReadError
-        If the file is not GLB, or a node is not a strip of rungs as agreed.
+        If the file is not GLB, a node is not a strip of rungs as agreed, or two balls have one
+        number.
     """
     try:
         document, binary = _chunks(path.read_bytes())
-        nodes = document.get("nodes", [])
         strips: dict[str, Strip] = {}
-        for number, node in enumerate(nodes):
-            if "mesh" not in node or _finding(node, document) is not None:
+        markers: dict[int, Floats] = {}
+        for number, node in enumerate(document.get("nodes", [])):
+            if "mesh" not in node:
                 continue
+            finding = _finding(node, document)
             label = str(node.get("name", f"node {number}"))
-            if label in strips:
-                raise ReadError(f"two nodes are named {label!r}")
             if any(move in node for move in _MOVES):
                 raise ReadError(f"node {label!r} is moved away from its coordinates")
+            if finding is not None:
+                if finding in markers:
+                    raise ReadError(f"finding {finding} has two balls")
+                markers[finding] = _middle(node, document, binary)
+                continue
+            if label in strips:
+                raise ReadError(f"two nodes are named {label!r}")
             strips[label] = _strip(label, node, document, binary)
     except (KeyError, IndexError, TypeError, AttributeError, ValueError, struct.error) as error:
         if isinstance(error, ReadError):
             raise
         raise ReadError(f"it is not the agreed model: {type(error).__name__}: {error}") from error
-    return strips
+    return strips, markers
 
 
-def read_markers(path: Path) -> dict[int, Floats]:
-    """Read where the balls at findings stand, by the findings' numbers from 1, in millimetres.
-
-    Raises
-    ------
-    ReadError
-        If two have one number, or one is no mesh of triangles.
-    """
-    document, binary = _chunks(path.read_bytes())
-    markers: dict[int, Floats] = {}
-    for node in document.get("nodes", []):
-        number = _finding(node, document) if "mesh" in node else None
-        if number is None:
-            continue
-        if number in markers or any(move in node for move in _MOVES):
-            raise ReadError(f"finding {number} has two balls, or one that is moved away")
-        primitive = document["meshes"][node["mesh"]]["primitives"][0]
-        points = _accessor(document, binary, primitive["attributes"]["POSITION"])
-        points = points.astype(np.float64) * _MILLIMETRES
-        markers[number] = (points.min(axis=0) + points.max(axis=0)) / 2
-    return markers
+def _middle(node: Json, document: Json, binary: bytes) -> Floats:
+    """Return the middle of a ball, in millimetres."""
+    primitive = document["meshes"][node["mesh"]]["primitives"][0]
+    points = _accessor(document, binary, primitive["attributes"]["POSITION"])
+    points = points.astype(np.float64) * _MILLIMETRES
+    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2)
 
 
 def _finding(node: Json, document: Json) -> int | None:
