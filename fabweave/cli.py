@@ -15,24 +15,13 @@ from rich.table import Table
 from rich.text import Text
 
 from fabweave import __version__
-from fabweave.cutting_options import cutting_options
 from fabweave.errors import CannotMakeError, FabweaveError
-from fabweave.options import (
-    DEFAULTS,
-    TARGET,
-    TARGET_HELP,
-    Checked,
-    Direction,
-    Hole,
-    Length,
-    LengthByBunch,
-    job_settings,
-    weaving_options,
-)
+from fabweave.making_options import making_options
+from fabweave.option_types import Direction, Length
+from fabweave.options import TARGET, TARGET_HELP, job_settings, weaving_options
 from fabweave.outfiles import check_file, write_files
 from fabweave.report.view import View
 from fabweave.sections import SectionedCommand
-from fabweave.settings import CHOICES, DXF_VERSIONS
 from fabweave.words import agree
 
 
@@ -56,101 +45,7 @@ def cli() -> None:
     help="Folder for the finished job. An older job there is replaced, when the new "
     "one is complete; a folder with anything else in it is left alone.",
 )
-@click.option(
-    "--hole",
-    type=Hole(),
-    metavar="LENGTH|none",
-    help="Diameter of the fastener "
-    "holes. [default: the largest common size that nine crossings of ten have room for]",
-)
-@click.option(
-    "--slots",
-    is_flag=True,
-    help="Slots in place of holes in the strand that lies under, where it has no joint: they take "
-    "up small errors.",
-)
-@click.option(
-    "--gap",
-    type=LengthByBunch(),
-    help="Least distance between pieces, or by bunch: warp=2mm,weft=4mm. [default: the material's]",
-)
-@click.option(
-    "--layout",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Take the layout that the crossing_map.json of a finished job records, not a new one; the "
-    "pieces must be the same.",
-)
-@click.option(
-    "--dxf",
-    type=click.Choice(DXF_VERSIONS),
-    default=DEFAULTS.dxf,
-    show_default=True,
-    help="Version of the DXF files; R12 for very old machines (it cannot carry units).",
-)
-@cutting_options
-@click.option(
-    "--target",
-    type=TARGET,
-    default=DEFAULTS.target,
-    show_default=True,
-    help=TARGET_HELP,
-)
-@click.option(
-    "--strict", is_flag=True, help="Refuse a job that breaks a rule of the material or the target."
-)
-@click.option(
-    "--labels",
-    type=click.Choice(CHOICES["labels"]),
-    default=DEFAULTS.labels,
-    show_default=True,
-    help="What is engraved: full (id, arrow, joints, who crosses over or under), numbers (the "
-    "pieces' ids alone), or none.",
-)
-@click.option(
-    "--label-side",
-    type=click.Choice(CHOICES["label_side"]),
-    default=DEFAULTS.label_side,
-    show_default=True,
-    help="Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
-)
-@click.option(
-    "--kerf",
-    type=Length(),
-    help="Width of the line that the beam burns: the sheets to cut, with outlines moved outward "
-    "and holes inward by half of it, go to the folder cut; those in sheets stay nominal. Leave it "
-    "out for services, which take it off themselves. [default: none taken off]",
-)
-@click.option(
-    "--micro-joints",
-    type=Checked("N[:WIDTH]", "fabweave.cut.bridges", "parse_micro_joints"),
-    metavar="N[:WIDTH]",
-    help="Leave so many bridges in each outline, 0.25 mm wide unless said, so that pieces stay in "
-    "the sheet until they are broken out; in the sheets of the folder cut. [default: none]",
-)
-@click.option(
-    "--cut-order",
-    type=click.Choice(CHOICES["cut_order"]),
-    default=DEFAULTS.cut_order,
-    show_default=True,
-    help="Order of the pieces on a sheet: with short ways from one to the next, or cool, where no "
-    "piece follows its neighbour, for what warps or melts.",
-)
-@click.option(
-    "--template",
-    type=click.Choice(CHOICES["template"]),
-    default=DEFAULTS.template,
-    show_default=True,
-    help="Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or tiled "
-    "on paper to be pasted together.",
-)
-@click.option(
-    "--paper",
-    type=click.Choice(CHOICES["paper"]),
-    default=DEFAULTS.paper,
-    show_default=True,
-    help="Paper of the assembly manual.",
-)
+@making_options
 @click.option(
     "--cluster",
     metavar="ADDRESS",
