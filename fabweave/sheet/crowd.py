@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray, offsets_of
+from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.sheet.body import REACH_MM, Body
 
 _BLOCK = 6  # samples that are looked up together at first
@@ -134,16 +134,19 @@ def distances(
     return distance, np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) / step[:, None]
 
 
-def near_pairs(crowd: Crowd, stand: Stand, near_mm: float) -> tuple[IntArray, IntArray]:
+def near_pairs(
+    crowd: Crowd, stand: Stand, near_mm: float, moving: BoolArray
+) -> tuple[IntArray, IntArray]:
     """Return samples and the bodies, not their own, that they are nearer to than this.
 
-    Blocks of samples are looked up first, by the one in their middle. What is nearer than
-    ``near_mm`` is found; some that is a little farther may be, too.
+    Of two bodies one at least is moving. Blocks of samples are looked up first, by the one in
+    their middle. What is nearer than ``near_mm`` is found; some that is a little farther may be,
+    too.
     """
     low = np.minimum.reduceat(stand.world, crowd.starts[:-1])
     high = np.maximum.reduceat(stand.world, crowd.starts[:-1])
     meet = (low[:, None] - near_mm <= high[None]) & (low[None] - near_mm <= high[:, None])
-    both = np.logical_and(meet[..., 0], meet[..., 1])
+    both = np.logical_and(meet[..., 0], meet[..., 1]) & (moving[:, None] | moving[None])
     np.fill_diagonal(both, False)
     first, second = np.nonzero(both)
     # The blocks of each first body of a pair, against the second.

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
+from fabweave.arrays import BoolArray, FloatArray
 from fabweave.sheet.area import Area
 from fabweave.sheet.arrangement import NOWHERE, Arrangement
 from fabweave.sheet.barrier import Barrier
@@ -34,6 +34,8 @@ _TRADES = 5  # trades that are tried in one round
 _LEAST_PARTNER = 0.25  # of a piece's area: a smaller one does not make room
 _MOST_PARTNER = 0.98  # of a piece's area: so that there is progress
 _MOST_BODIES = 250  # a sheet with more pieces than this is left alone
+_FULL = 80  # on a sheet with more pieces, not all make room for one
+_MOVED = 40  # pieces that do
 _PROOF_MM = 1e-9
 
 #: Told after each round what is left in the pool: its area in square millimetres.
@@ -65,9 +67,17 @@ class Ground:
     finder: Finder
 
     def settled(
-        self, pieces: Sequence[int], poses: FloatArray, sheet: int, pull: tuple[float, float] | None
+        self,
+        pieces: Sequence[int],
+        poses: FloatArray,
+        sheet: int,
+        pull: tuple[float, float] | None,
+        moving: BoolArray | None = None,
     ) -> FloatArray | None:
-        """Return poses near these at which the pieces keep the gap, proved; None if not found."""
+        """Return poses near these at which the pieces keep the gap, proved; None if not found.
+
+        All pieces move, or those that are ``moving``.
+        """
         bodies = [self.bodies[piece] for piece in pieces]
         crowd, area, gap = crowd_of(bodies), self.areas[sheet], self.gap_mm
         usable = area.size_mm
@@ -83,6 +93,7 @@ class Ground:
                 pulls=pulls,
                 barrier=self.barriers[sheet],
                 turns=area.turns,
+                moving=moving,
             )
             if not found.ok:
                 return None
@@ -142,12 +153,23 @@ class _Search:
         pixels = pixels_of(self.ground.areas[sheet])
         return self.ground.finder.find(piece, self.ground.bodies[piece], pixels, costs)
 
+    def around(self, pieces: Sequence[int], poses: FloatArray) -> BoolArray | None:
+        """Return which pieces move to make room for the last one: on a full sheet those near it."""
+        if len(pieces) <= _FULL:
+            return None
+        reach = np.array([self.ground.bodies[piece].radius_mm for piece in pieces])
+        apart = np.hypot(*(poses[:, :2] - poses[-1, :2]).T) - reach
+        apart[-1] = -np.inf
+        moving = np.zeros(len(pieces), dtype=np.bool_)
+        moving[np.argsort(np.round(apart, 3), kind="stable")[:_MOVED]] = True
+        return moving
+
     def put(self, piece: int, sheet: int, found: Found, leaving: int = NOWHERE) -> bool:
         """Try to put a piece on a sheet; return whether all that stands there found room."""
         pieces = [other for other in self.state.on(sheet) if other != leaving] + [piece]
         poses = self.state.poses[pieces]
         poses[-1] = found.x_mm, found.y_mm, found.angle
-        settled = self.ground.settled(pieces, poses, sheet, None)
+        settled = self.ground.settled(pieces, poses, sheet, None, self.around(pieces, poses))
         if settled is None:
             self.failed.add(self.key(piece, sheet, leaving))
             return False

@@ -12,6 +12,7 @@ from fabweave.sheet.offcut import offcut_of
 from fabweave.sheet.shape import rotated
 
 _PULLS = (1.0, 3.0)  # how strongly pieces are drawn aside, in each try
+_MOST_PACKED = 120  # a sheet with more pieces is not packed again
 _HALVINGS = 4  # of what may be left of a side
 
 
@@ -20,8 +21,8 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
 
     The cheapest sheet in stock that takes all its pieces is taken. On it they are packed anew,
     drawn to the left more strongly; of these packings and the one that was found, the one whose
-    rest holds the largest rectangle stays. Beyond quick effort, they are packed into parts of the
-    sheet besides.
+    rest holds the largest rectangle stays. At best effort, they are packed into parts of the
+    sheet besides. At quick effort, and where it holds very many pieces, a sheet is left as it is.
 
     Parameters
     ----------
@@ -42,15 +43,16 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
         if len(found) == len(queue):
             stock, standing = cheaper, found
             break
-    best = _rest_mm2(job, stock, standing)
-    for pull in _PULLS:
-        found = filled_sheet(job, queue, stock, last, pull=pull)
-        if len(found) == len(queue):
-            rest = _rest_mm2(job, stock, found)
-            if rest > best:
-                best, standing = rest, found
-    if job.effort.rounds:
-        standing = _narrowed(job, queue, stock, last, standing)
+    if job.effort.rounds and len(queue) <= _MOST_PACKED:
+        best = _rest_mm2(job, stock, standing)
+        for pull in _PULLS:
+            found = filled_sheet(job, queue, stock, last, pull=pull)
+            if len(found) == len(queue):
+                rest = _rest_mm2(job, stock, found)
+                if rest > best:
+                    best, standing = rest, found
+        if job.effort.engine_tries:
+            standing = _narrowed(job, queue, stock, last, standing)
     placements = dict(sorted((plan.placements | standing).items()))
     return Plan((*plan.used[:last], stock), placements, plan.by_engine)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
+from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.sheet.barrier import Barrier
 from fabweave.sheet.crowd import Crowd, Stand, distances, near_pairs, stand_at
 from fabweave.sheet.turns import FREE, Turns
@@ -46,6 +46,7 @@ def settle(
     pulls: int = 0,
     barrier: Barrier | None = None,
     turns: Turns = FREE,
+    moving: BoolArray | None = None,
 ) -> Settled:
     """Move the bodies of a sheet until they keep the gap, or give up.
 
@@ -70,6 +71,9 @@ def settle(
         What bodies keep the gap from besides.
     turns : Turns
         The angles at which bodies may stand; the poses given stand at such.
+    moving : (N,) bool array, optional
+        The bodies that may move; the others keep the gap from one another, and stay. All may
+        move unless said.
 
     Returns
     -------
@@ -77,15 +81,16 @@ def settle(
         What the samples say; for a proof, distances must be checked exactly.
     """
     aim = gap_mm + _SPARE_MM
+    moving = np.ones(len(poses), dtype=np.bool_) if moving is None else moving
     usable = np.array(usable_mm)
     drift = np.inf
     history: list[float] = []
     for step in range(steps + pulls):
         stand = stand_at(crowd, poses)
         if drift > _NEAR_MM:
-            samples, bodies = near_pairs(crowd, stand, aim + _NEAR_MM)
+            samples, bodies = near_pairs(crowd, stand, aim + _NEAR_MM, moving)
             drift = 0.0
-        push = _push(crowd, stand, samples, bodies, usable, aim, barrier)
+        push = _push(crowd, stand, samples, bodies, usable, aim, barrier, moving)
         if step >= pulls:
             if push.worst < _DONE_MM:
                 if 2.0 * drift <= _NEAR_MM:
@@ -108,15 +113,20 @@ def settle(
         size = np.sqrt((move**2).sum(axis=1))
         move *= np.minimum(1.0, _STEP_MM / np.maximum(size, 1e-9))[:, None]
         drift += float(np.minimum(size, _STEP_MM).max(initial=0.0)) * 1.5
-        move[:, 2] /= crowd.radius
-        poses = np.round((poses + move) * _GRAIN) / _GRAIN
-        poses[:, 2] = turns.nearest(poses[:, 2])
+        move[:, 2] /= crowd.radius[moving]
+        moved = np.round((poses[moving] + move) * _GRAIN) / _GRAIN
+        moved[:, 2] = turns.nearest(moved[:, 2])
+        poses = poses.copy()
+        poses[moving] = moved
     return Settled(poses, False, steps + pulls)
 
 
 @dataclass(frozen=True, eq=False)
 class _Push:
-    """The normal equations of one step: (3 N, 3 N) matrix, (N, 3) force, and the overlap."""
+    """The normal equations of one step for the M moving bodies, and the overlap.
+
+    A (3 M, 3 M) matrix and an (M, 3) force.
+    """
 
     matrix: FloatArray
     force: FloatArray
@@ -132,9 +142,12 @@ def _push(
     usable: FloatArray,
     aim: float,
     barrier: Barrier | None,
+    moving: BoolArray,
 ) -> _Push:
     """Return what mends the distances of samples from bodies that are less than the aim."""
-    count = len(stand.poses)
+    # What does not move shares one more place in the equations, which is dropped.
+    count = int(moving.sum())
+    place = np.where(moving, np.cumsum(moving) - 1, count)
     distance, normal = distances(crowd, stand, stand.world[samples], bodies)
     hit = distance < aim
     samples, bodies, normal = samples[hit], bodies[hit], normal[hit]
@@ -152,12 +165,13 @@ def _push(
     )
     # The border: what is outside, or would be with the aim's spare.
     over = np.concatenate([-stand.world, stand.world - usable], axis=1) + _SPARE_MM
+    over[~moving[crowd.owner]] = 0.0
     who, side = np.nonzero(over > 0.0)
     inward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[side]
     out = over[who, side]
     if barrier is not None:
         far, away = barrier.distances(stand.world)
-        near = np.flatnonzero(far < aim)
+        near = np.flatnonzero((far < aim) & moving[crowd.owner])
         who = np.concatenate([who, near])
         inward = np.concatenate([inward, away[near]])
         out = np.concatenate([out, aim - far[near]])
@@ -166,9 +180,9 @@ def _push(
     walls = np.concatenate([inward, turn, np.zeros((len(who), 3))], axis=1) * _BORDER
     rows = np.concatenate([rows, walls])
     wanted = np.concatenate([missing, _BORDER * out])
-    column = 3 * np.stack([np.append(mine, owner), np.append(bodies, owner)], axis=1)
+    column = 3 * place[np.stack([np.append(mine, owner), np.append(bodies, owner)], axis=1)]
     column = (column[:, :, None] + np.arange(3)).reshape(-1, 6)
-    size = 3 * count
+    size = 3 * (count + 1)
     cell = (column[:, :, None] * size + column[:, None, :]).ravel()
     weight = (rows[:, :, None] * rows[:, None, :]).ravel()
     # Of nothing, bincount returns counts: whole numbers.
@@ -176,8 +190,8 @@ def _push(
     pushes = (rows * wanted[:, None]).ravel()
     force = np.bincount(column.ravel(), pushes, minlength=size).astype(np.float64)
     return _Push(
-        matrix=matrix.reshape(size, size),
-        force=force.reshape(count, 3),
+        matrix=matrix.reshape(size, size)[:-3, :-3].copy(),
+        force=force[:-3].reshape(count, 3),
         worst=max(float(missing.max(initial=0.0)), float(out.max(initial=0.0))),
         energy=float((wanted**2).sum()),
     )

@@ -224,8 +224,11 @@ def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, tmp_path):
     folder = tmp_path / "out"
     shutil.copytree(octahedron, folder)
     before = digest(folder)
-    # Says on its output what it is doing, and goes on.
+    # Says on its output what it is doing, and goes on. Where tests run in the background of a
+    # shell, children are told to ignore the signal.
     script = (
+        "import signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import sys, fabweave.cli, fabweave.folder as folder\n"
         "real = folder.run_job\n"
         "def told(settings, directory, progress, **rest):\n"

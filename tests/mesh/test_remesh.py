@@ -385,6 +385,9 @@ def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
     engine = stub(tmp_path, watching)
     script = tmp_path / "parent.py"
     script.write_text(
+        # Where tests run in the background of a shell, children are told to ignore the signal.
+        "import signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from fabweave.mesh.remesh import remesh_quads\n"
         "from fabweave.mesh.remesh_engines import Engine\n"
         "from fabweave.mesh.solids import icosahedron\n"

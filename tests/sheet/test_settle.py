@@ -43,7 +43,10 @@ def test_field_is_the_distance_of_shapely_and_near_pairs_misses_nothing(seed, co
     crowd = crowd_of(bodies)
     stand = stand_at(crowd, poses)
     polygons = placed(bodies, poses)
-    near = {(int(s), int(b)) for s, b in zip(*near_pairs(crowd, stand, 6.0), strict=True)}
+    moving = rng.random(count) < 0.7
+    pairs = zip(*near_pairs(crowd, stand, 6.0, moving), strict=True)
+    near = {(int(sample), int(body)) for sample, body in pairs}
+    assert all(moving[body] or moving[crowd.owner[sample]] for sample, body in near)
     for number, polygon in enumerate(polygons):
         inside = shapely.contains_xy(polygon, *stand.world.T)
         points = shapely.points(stand.world)
@@ -53,7 +56,8 @@ def test_field_is_the_distance_of_shapely_and_near_pairs_misses_nothing(seed, co
         step = bodies[number].step_mm
         assert np.abs(found - exact)[close & (exact > -4.0)].max(initial=0.0) < 0.5 * step
         assert np.hypot(*gradient[close].T).max(initial=0.0) < 1.6
-        for sample in np.flatnonzero((exact < 6.0 - 0.5 * step) & (crowd.owner != number)):
+        wanted = (exact < 6.0 - 0.5 * step) & (crowd.owner != number)
+        for sample in np.flatnonzero(wanted & (moving[number] | moving[crowd.owner])):
             assert (int(sample), number) in near
 
 
@@ -69,6 +73,23 @@ def test_settled_bodies_keep_the_gap_and_stay_inside(seed, count):
         assert missing_mm(bodies, found.poses, (180.0, 180.0), GAP) < 0.5
     else:
         assert missing_mm(bodies, poses, (180.0, 180.0), GAP) > 0.0
+
+
+def test_what_does_not_move_stays_and_the_others_make_room():
+    bar = body_of(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
+    poses = np.array([[60.0, 40.0, 0.0], [60.0, 46.0, 0.0], [60.0, 70.0, 0.0]])
+    crowd, usable = crowd_of([bar] * 3), (120.0, 90.0)
+    for moving in ([True, False, False], [False, True, True]):
+        chosen = np.array(moving)
+        found = settle(crowd, poses, usable, GAP, steps=60, moving=chosen)
+        assert found.ok
+        assert found.poses[~chosen] == pytest.approx(poses[~chosen], abs=0.0)
+        assert missing_mm([bar] * 3, found.poses, usable, GAP) < 0.05
+    # All together it is what it was without being asked.
+    everyone = settle(crowd, poses, usable, GAP, steps=60, moving=np.ones(3, dtype=bool))
+    assert everyone.poses == pytest.approx(
+        settle(crowd, poses, usable, GAP, steps=60).poses, abs=0.0
+    )
 
 
 def test_two_bars_that_overlap_part_by_the_least_motion():
