@@ -36,6 +36,7 @@ _MOST_PARTNER = 0.98  # of a piece's area: so that there is progress
 _MOST_BODIES = 250  # a sheet with more pieces than this is left alone
 _FULL = 80  # on a sheet with more pieces, not all make room for one
 _MOVED = 40  # pieces that do
+_PUSHED = 600  # pieces that may stand where one is put, in all tries together, for each round
 _PROOF_MM = 1e-9
 
 #: Told after each round what is left in the pool: its area in square millimetres.
@@ -117,6 +118,8 @@ class _Search:
     changes: dict[int, int] = field(default_factory=dict)
     #: What failed: piece, sheet, how often that had changed, and the piece that made way.
     failed: set[tuple[int, int, int, int]] = field(default_factory=set)
+    #: How many pieces stood where one was put, in all tries together: it counts the work.
+    pushed: int = 0
 
     def area(self, piece: int) -> float:
         return self.ground.bodies[piece].area_mm2
@@ -167,6 +170,7 @@ class _Search:
     def put(self, piece: int, sheet: int, found: Found, leaving: int = NOWHERE) -> bool:
         """Try to put a piece on a sheet; return whether all that stands there found room."""
         pieces = [other for other in self.state.on(sheet) if other != leaving] + [piece]
+        self.pushed += len(pieces)
         poses = self.state.poses[pieces]
         poses[-1] = found.x_mm, found.y_mm, found.angle
         settled = self.ground.settled(pieces, poses, sheet, None, self.around(pieces, poses))
@@ -250,7 +254,7 @@ def emptied(
     sheet : int
         The sheet to empty.
     rounds : int
-        How often to go through the pool.
+        How often to go through the pool; less often if there is much to push on full sheets.
     patience : int
         How often without any success.
     seed : int
@@ -273,12 +277,13 @@ def emptied(
     least, since = math.inf, 0
     for number in range(rounds):
         for piece in search.pool():
-            search.place(piece)
+            if search.pushed < _PUSHED * rounds:
+                search.place(piece)
         pool = search.pool()
         left = sum(map(search.area, pool))
         told(left)
         least, since = (left, 0) if left < least else (least, since + 1)
-        if not pool or since > patience:
+        if not pool or since > patience or search.pushed >= _PUSHED * rounds:
             break
         if not search.trade(pool[number % len(pool)]):
             search.shake(others[int(search.random.integers(len(others)))])

@@ -18,7 +18,6 @@ from fabweave.sheet.squeeze import compressed, squeezed
 _ENGINE_SECONDS = 30  # for one try
 _TURNS = 3  # how often engine and rounds take turns, at most
 _SHARE = 3  # of the rounds, one part in so many is done in each turn
-_USUAL = 60  # pieces on a sheet; where there are more, there are fewer rounds, as each takes longer
 _LAST_PULL = 3.0  # keeps the rest of the last sheet in one piece
 
 #: Told how many sheets there are, and what share of the pieces of one has found room elsewhere.
@@ -64,13 +63,12 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
         )
         start = arrangement_of(plan.placements.values(), job.poses, bodies, job.margin_mm)
         count, whole = len(plan.used), plan.areas(job)[sheet]
-        share = min(1.0, _USUAL * count / len(job.poses))
         found = emptied(
             ground,
             start,
             sheet,
-            rounds=int(np.ceil(share * job.effort.rounds)),
-            patience=int(np.ceil(share * job.effort.patience)),
+            rounds=job.effort.rounds,
+            patience=job.effort.patience,
             seed=seed + count,
             told=partial(_tell, told, count, whole),
         )
