@@ -24,7 +24,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
     def laid(outlines, *_, **__):
         return put_down(outlines, across)
 
-    with mock.patch("fabweave.job.nest", laid), mock.patch("fabweave.job.portrait_png"):
+    with mock.patch("fabweave.laying.nest", laid), mock.patch("fabweave.job.portrait_png"):
         job = make_job(JobSettings(mesh=shape, size_mm=size_mm, effort="quick", **settings))
     plan = job_plan(job)
     return job_viewer(job, plan), plan, job

@@ -78,7 +78,7 @@ def test_no_example_is_left_out():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested - {"no_example_is_left_out"}
 
 
-def test_the_picture_of_the_readme_is_what_its_example_makes(tmp_path, monkeypatch):
+def test_make_pictures(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_pictures.py", str(tmp_path / "woven.png")])
     runpy.run_path(str(EXAMPLES / "make_pictures.py"))
     made, kept = (

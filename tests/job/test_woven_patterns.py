@@ -60,7 +60,6 @@ def test_exact_twills_are_made_and_proved(mesh, pattern, options, tmp_path) -> N
     assert weave["exact"] is True
     assert weave["broken"] == NONE_BROKEN
     assert "voted" not in weave
-    assert run("verify", tmp_path / "out", "-q") == 0
 
 
 @pytest.mark.parametrize(
