@@ -188,7 +188,7 @@ SPOILS = {
             "crossing_map.json",
             lambda p: [thread.update(bunch=1 - thread["bunch"]) for thread in p["threads"]],
         ),
-        {"materials", "joints", "space", "sheets", "clearance"},
+        {"materials", "joints", "space", "clearance"},
     ),
     "a thread is in the other bunch": (
         spoil_json("crossing_map.json", lambda p: p["threads"][0].update(bunch=1)),
@@ -256,7 +256,8 @@ def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None
     spoil(folder)
     told = {check.name for check in verify_job(folder).checks if not check.ok}
     # The viewer holds the map, and the code on a sheet the settings: either objects to any other.
-    assert expected <= told <= expected | {"viewer", "code"}
+    # Whether pieces stand nearer than the gap of the other material is up to the layout.
+    assert expected <= told <= expected | {"viewer", "code", "sheets"}
 
 
 @pytest.mark.parametrize(
