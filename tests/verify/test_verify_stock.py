@@ -133,7 +133,10 @@ CHANGES = [
     ),
     (lambda j: j.settings["job"]["stock"]["sheet"][0].update(quantity=0), "and 0 are in stock"),
     (lambda j: j.settings["job"].update(rotations="90"), "and job.toml '90'"),
-    (lambda j: j.plan["layout"]["rotations"].update(tolerance_deg=0.0), "not 0°"),
+    (
+        lambda j: j.plan["layout"]["rotations"].update(tolerance_deg=0.0),
+        "the map allows steps of 180.0° ± 0.0°, and job.toml",
+    ),
     (lambda j: j.waste["sheets"][0].update(price=9.0), "waste.json, sheet 1: 'board' for 9.0"),
     (lambda j: j.waste["totals"].update(price=1.0), "the sheets cost 1.0, but come to"),
     (lambda j: j.waste.update(offcut=None), "an offcut is there that waste.json does not tell"),
