@@ -14,6 +14,7 @@ import numpy as np
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.errors import InputError
+from fabweave.words import few_of
 
 #: The shortest segment that laser programs take without merging it away, millimetres.
 MIN_SEGMENT_MM = 0.1
@@ -98,8 +99,7 @@ def _refuse(problem: str, owners: Sequence[str], cure: str) -> None:
     if not owners:
         return
     named = list(dict.fromkeys(owners))
-    places = ", ".join(named[:8]) + (f" and {len(named) - 8} more" if len(named) > 8 else "")
-    raise InputError(f"{len(owners)} {problem}, in {places}; {cure}")
+    raise InputError(f"{len(owners)} {problem}, in {few_of(named)}; {cure}")
 
 
 def _check_sheet(drawing: SheetDrawing) -> None:

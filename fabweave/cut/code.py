@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 
 from fabweave.arrays import FloatArray
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
 #: Sizes of a code's dots that are tried, millimetres, the preferred first: a phone reads the
 #: smallest from a print of the sheet, and a program from its picture.
@@ -119,7 +119,7 @@ def code_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
     bare = [drawing.name for drawing in drawings if code_of(drawing) is None]
     if not bare:
         return ()
-    named = ", ".join(bare[:8]) + (f" and {len(bare) - 8} more" if len(bare) > 8 else "")
+    named = few_of(bare)
     return (
         agree(len(bare), "code: {n} sheet[ has|s have] no room for the QR code that tells how ")
         + f"the job was made ({named}); a wider --margin gives it some",

@@ -16,6 +16,7 @@ from fabweave.cut.check import MIN_SEGMENT_MM
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, SheetDrawing
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.flat.path import Path
+from fabweave.words import few_of
 
 #: How far a moved outline may be from where it should be, millimetres: leaving out a side of a
 #: tenth of a millimetre in a hollow costs as much.
@@ -76,11 +77,10 @@ def compensated(drawing: SheetDrawing, kerf_mm: float) -> SheetDrawing:
             tight.append(piece.piece_id)
         pieces.append(PieceDrawing(piece.piece_id, tuple(one for one in moved if one is not None)))
     if tight:
-        named = ", ".join(tight[:8]) + (f" and {len(tight) - 8} more" if len(tight) > 8 else "")
         raise CannotMakeError(
             f"a kerf of {kerf_mm:g} mm cannot be taken off {len(tight)} piece(s) of "
-            f"{drawing.name}: {named}; they have holes, notches or points that are narrower; "
-            "measure the kerf with fabweave coupon, or leave --kerf out"
+            f"{drawing.name}: {few_of(tight)}; they have holes, notches or points that are "
+            "narrower; measure the kerf with fabweave coupon, or leave --kerf out"
         )
     return replace(drawing, pieces=tuple(pieces))
 

@@ -52,16 +52,23 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
                 if rest > best:
                     best, standing = rest, found
         if job.effort.engine_tries:
-            standing = _narrowed(job, queue, stock, last, standing)
+            standing = _narrowed(job, queue, stock, last, standing, best)
     placements = dict(sorted((plan.placements | standing).items()))
     return Plan((*plan.used[:last], stock), placements, plan.by_engine)
 
 
 def _narrowed(
-    job: NestingJob, queue: list[int], stock: int, number: int, standing: dict[int, Placement]
+    job: NestingJob,
+    queue: list[int],
+    stock: int,
+    number: int,
+    standing: dict[int, Placement],
+    best: float,
 ) -> dict[int, Placement]:
-    """Pack a sheet's pieces into ever less of its width, then of its height, while that pays."""
-    best = _rest_mm2(job, stock, standing)
+    """Pack a sheet's pieces into ever less of its width, then of its height, while that pays.
+
+    ``best`` is the rest that they leave as they stand.
+    """
     area = job.areas[stock]
     shapes = [job.shapes[job.poses[piece].shape] for piece in queue]
     ground = sum(shape.area_mm2 for shape in shapes)

@@ -7,7 +7,16 @@ from fabweave.verify.arcs import along
 from fabweave.verify.check_drawings import SAME_MM, compare_formats, shapes_apart
 from fabweave.verify.check_looks import check_dxf_looks, check_svg_looks
 from fabweave.verify.crossing_map import Piece
-from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, NOTES, OUTLINES, Drawing, Floats, Shape
+from fabweave.verify.drawing import (
+    ENGRAVE_LAYERS,
+    HOLES,
+    NOTES,
+    OUTLINES,
+    Drawing,
+    Floats,
+    Shape,
+    traced,
+)
 from fabweave.verify.loading import Job
 from fabweave.verify.ready import FOLDER, Ready
 from fabweave.verify.report import Tally
@@ -108,14 +117,7 @@ def _check_runs(where: str, runs: list[Shape], ready: Ready, tally: Tally) -> bo
 
 def _joined(runs: list[Shape]) -> Floats:
     """Return points along runs, one after another; what is between them is straight."""
-    parts = []
-    for run in runs:
-        points = np.concatenate([run.points, run.points[:1]]) if run.closed else run.points
-        bulges = np.zeros(len(points))
-        if run.bulges is not None:
-            bulges[: len(run.bulges)] = run.bulges
-        parts.append(along(points, bulges)[0])
-    return np.concatenate(parts)
+    return np.concatenate([traced(run) for run in runs])
 
 
 def _check_offset(where: str, drawn: Floats, ring: Floats, outward_mm: float, tally: Tally) -> None:
