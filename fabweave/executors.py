@@ -21,9 +21,12 @@ from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fabweave.errors import CannotMakeError
+
+if TYPE_CHECKING:  # not every platform has both
+    from multiprocessing.context import ForkServerContext, SpawnContext
 
 #: Opens an executor; nothing that it started is left when the block ends.
 Executors: TypeAlias = Callable[[], AbstractContextManager[Executor]]
@@ -113,8 +116,7 @@ class _Helper:
         return result
 
     def _start(self) -> Connection:
-        # Processes are spawned: with threads about, a fork is not safe.
-        context = multiprocessing.get_context("spawn")
+        context = _context()
         here, there = context.Pipe()
         process = context.Process(target=_serve, args=(there,), daemon=True)
         process.start()
@@ -131,6 +133,16 @@ class _Helper:
         if process is not None:
             process.terminate()
             process.join()
+
+
+def _context() -> "SpawnContext | ForkServerContext":
+    """Return how processes are started: with threads about, a fork of this one is not safe."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    # The server imports the package once, and not each process for itself.
+    context.set_forkserver_preload(["fabweave.folder"])
+    return context
 
 
 def _serve(link: Connection) -> None:
@@ -211,16 +223,16 @@ def finished(
             waiting[executor.submit(function, *task)] = number
             # Where work is done here, it is done by now: it is not to wait for the rest.
             for future in [future for future in waiting if future.done()]:
-                yield waiting.pop(future), _result(future)
+                yield waiting.pop(future), result_of(future)
         for future in as_completed(waiting):
-            yield waiting[future], _result(future)
+            yield waiting[future], result_of(future)
     finally:
         for future in waiting:
             future.cancel()
 
 
-def _result(future: Future[Any]) -> Any:
-    """Return a result, or say that it was lost."""
+def result_of(future: Future[Any]) -> Any:
+    """Wait for a result and return it; raise CannotMakeError if it was lost."""
     try:
         return future.result()
     except (BrokenExecutor, CancelledError) as error:

@@ -13,6 +13,7 @@ other work does not count. The pieces of the jobs are kept in a temporary folder
 
 import argparse
 import math
+import multiprocessing
 import os
 import pickle
 import resource
@@ -20,7 +21,7 @@ import runpy
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +30,6 @@ import numpy as np
 import shapely
 
 from fabweave.arrays import FloatArray
-from fabweave.executors import processes
 from fabweave.job import make_job
 from fabweave.settings import JobSettings
 from fabweave.sheet.check import check_layout
@@ -175,6 +175,11 @@ def compare_jobs(names: list[str], efforts: list[str]) -> None:
         print(f"\n{mean:.3f} x the utilisation of spyrrow, geometric mean{verdict}")
 
 
+def own_processes() -> Executor:
+    """Return processes whose time and memory the system counts as those of this one."""
+    return ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"))
+
+
 def compare_many(
     make: Callable[..., list[FloatArray]],
     effort: str,
@@ -217,8 +222,7 @@ def main() -> None:
         elif name == "jobs":
             compare_jobs(options.job, options.effort)
         elif name == "many":
-            beside = processes(os.cpu_count() or 1)
-            compare_many(sets["measured_set"], options.effort[0], options.seed, beside)
+            compare_many(sets["measured_set"], options.effort[0], options.seed, own_processes)
 
 
 if __name__ == "__main__":

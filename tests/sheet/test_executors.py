@@ -21,6 +21,7 @@ from fabweave.executors import finished, here, processes
 from fabweave.sheet import batches
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.nest import nest
+from fabweave.workers import side_workers
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -214,3 +215,15 @@ def test_without_dask_it_is_said_what_to_install(monkeypatch):
     opened = cluster_at("tcp://127.0.0.1:1")()
     with pytest.raises(InputError, match=r"pip install 'fabweave\[cluster\]'"):
         opened.__enter__()
+
+
+def test_work_that_is_not_wanted_any_more_is_dropped_however_large_it_is():
+    # More is handed over than a pipe holds, to processes that are busy: nobody waits for it.
+    large = np.zeros(4_000_000)
+    began = time.monotonic()
+    with side_workers(2) as start:
+        assert start(max, 2, 3)() == 3
+        for _ in range(4):
+            start(time.sleep, 60.0)
+            start(np.sum, large)
+    assert time.monotonic() - began < 30.0

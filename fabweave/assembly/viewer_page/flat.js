@@ -34,7 +34,7 @@ function pieceDrawing(plan, index, chosen) {
   const way = `<text class="way" x="${(left + right) / 2}" y="${-high - 7 * unit}" font-size="${12 * unit}">${
     escaped(piece.id)} &#9654;</text>`;
   const box = [left - pad, -high - 24 * unit, right - left + 2 * pad, high - low + 46 * unit];
-  return `<div class="scroll"><svg class="piece" viewBox="${box.join(" ")}" style="width:${shownWide}px" role="img"
+  return `<div class="scroll"><svg class="piece" viewBox="${box.join(" ")}" style="width:clamp(${0.85 * shownWide}px, 100%, ${shownWide}px)" role="img"
     aria-label="Piece ${escaped(piece.id)}, flat"><path class="outline" style="fill:${plan.colour[index]}"
     d="${pathOf(piece.outline)}"/>${holes.join("")}<path class="line" d="M${line}" stroke-width="${1.5 * unit}"
     stroke-dasharray="${4 * unit} ${3 * unit}"/>${dots.join("")}${names.join("")}${ends.join("")}${way}</svg></div>`;
