@@ -10,6 +10,6 @@ from fabweave.folder import run_job
 from fabweave.settings import JobSettings
 
 settings = JobSettings(mesh="shape:octahedron", size_mm=180.0, material="birch-veneer")
-job, proof = run_job(settings, Path(sys.argv[1]))
+job, proof, _ = run_job(settings, Path(sys.argv[1]))
 print(f"{len(job.made.pieces)} pieces on {len(job.layout.sheets)} sheet")
 print(f"proved by {len(proof.checks)} checks")

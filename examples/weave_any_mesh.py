@@ -34,5 +34,5 @@ for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-c
     print(f"{faces}; {facts['threads']['count']} threads; {twill}")
 
 settings = JobSettings(**asked, remesh="quads", refine="catmull-clark:1", pattern="twill")
-job, proof = run_job(settings, directory / "job")
+job, proof, _ = run_job(settings, directory / "job")
 print(f"exact: {job.weave.exact}; {len(job.made.pieces)} pieces, proved: {proof.ok}")

@@ -80,12 +80,11 @@ def make(
     from fabweave.cluster import cluster_at  # noqa: PLC0415
     from fabweave.cut.preflight import flaw_lines  # noqa: PLC0415
     from fabweave.folder import run_job  # noqa: PLC0415
-    from fabweave.preflight_job import preflight_job  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
     executors = None if cluster is None else cluster_at(cluster)
     with _progress(quiet or as_json) as progress:
-        job, proof = run_job(
+        job, proof, found = run_job(
             settings, output, progress, workers=os.cpu_count() or 1, executors=executors
         )
     if quiet:
@@ -114,7 +113,6 @@ def make(
         markup=False,
     )
     # Widths and bends are among the notes already.
-    found = preflight_job(output)
     told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
     for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)

@@ -1,51 +1,33 @@
 """Write a finished job's folder: all of it, or nothing."""
 
-import json
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import NamedTuple
 
 from fabweave.arrays import Progress, no_progress
-from fabweave.assembly.crossing_map import crossing_map, crossing_table
-from fabweave.assembly.manual import write_manual
-from fabweave.assembly.manual_cover import Facts
-from fabweave.assembly.stations import station_table
-from fabweave.assembly.viewer import viewer_page
-from fabweave.assembly.viewer_space import space_record
-from fabweave.cut.code import code_of
-from fabweave.cut.drawing import SheetDrawing
-from fabweave.cut.dxf import write_dxf
-from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
-from fabweave.cut.preview import write_png
-from fabweave.cut.ready import READY_FOLDER
-from fabweave.cut.service import Stuff, kind_files, write_kind_files
-from fabweave.cut.stock_notes import draw_offcut
-from fabweave.cut.svg import write_svg
-from fabweave.cut.targets import target_named
-from fabweave.cut.template import write_template
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.executors import Executors, processes
 from fabweave.job import Job, make_job
-from fabweave.mesh.files import write_mesh
-from fabweave.report.bom import bill_of_materials
-from fabweave.report.ribbons import ribbon_report
-from fabweave.report.splitting import splitting_record
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.report.view import choose_view
-from fabweave.report.waste import offcut_file, piece_table, waste_page, waste_report
-from fabweave.ribbon.export import woven_glb
-from fabweave.settings import JobSettings, job_toml
+from fabweave.job_files import write_job, write_proof
+from fabweave.preflight_job import Preflight
+from fabweave.settings import JobSettings
 from fabweave.verify import VerifyReport, verify_job
-from fabweave.workers import Start, at_once, side_workers
+from fabweave.workers import Start, side_workers
 
 #: More processes than these find nothing to do in most jobs.
 _MOST_WORKERS = 4
+
+
+class Done(NamedTuple):
+    """A job that is made and written: all of it, what proves it, and which rules it breaks."""
+
+    job: Job
+    proof: VerifyReport
+    preflight: Preflight
 
 
 def check_destination(directory: Path) -> None:
@@ -103,7 +85,7 @@ def run_job(
     *,
     workers: int = 0,
     executors: Executors | None = None,
-) -> tuple[Job, VerifyReport]:
+) -> Done:
     """Make a job, write its folder, and prove the written files.
 
     Parameters
@@ -119,9 +101,8 @@ def run_job(
 
     Returns
     -------
-    job : Job
-    proof : VerifyReport
-        Every check holds; it stands in ``verify.json`` too.
+    Done
+        Every check holds; what was proved stands in ``verify.json`` too.
 
     Raises
     ------
@@ -133,19 +114,19 @@ def run_job(
     check_destination(directory)
     with side_workers(min(workers, _MOST_WORKERS)) as start:
         job = make_job(settings, progress, start=start, executors=executors or processes(workers))
-        return job, _write_proved(job, directory, progress, start)
+        return _write_proved(job, directory, progress, start)
 
 
-def _write_proved(job: Job, directory: Path, progress: Progress, start: Start) -> VerifyReport:
+def _write_proved(job: Job, directory: Path, progress: Progress, start: Start) -> Done:
     """Write a job's folder, and keep it if every check of it holds."""
     with finished_folder(directory) as folder:
-        write_job(job, folder, progress, start=start)
+        found = write_job(job, folder, progress, start=start)
         progress("verify", 0, 1)
         proof = verify_job(folder)
         if not proof.ok:
             raise CannotMakeError(_disproved(proof))
-        _write(folder / "verify.json", json_text(proof.to_json()))
-    return proof
+        write_proof(folder, proof)
+    return Done(job, proof, found)
 
 
 def _disproved(proof: VerifyReport) -> str:
@@ -159,220 +140,6 @@ def _disproved(proof: VerifyReport) -> str:
         f"the written files did not pass {len(failed)} checks, so nothing was kept; "
         "please report this with the mesh and the command:\n" + "\n".join(lines)
     )
-
-
-def write_job(
-    job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
-) -> None:
-    """Write every file of a job into an existing empty folder, all but ``verify.json``."""
-    progress("files", 0, len(job.drawings))
-    sheets = directory / "sheets"
-    sheets.mkdir()
-    written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
-    if job.ready:
-        (directory / READY_FOLDER).mkdir()
-    written += [
-        start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
-    ]
-    if job.offcut is not None:
-        (directory / offcut_file()).parent.mkdir()
-        drawing = draw_offcut(job.offcut, job.layout.sheets[job.offcut.sheet])
-        write_dxf(directory / offcut_file(), drawing, version=job.settings.dxf)
-    plan = job_plan(job)
-    written.append(
-        start(
-            write_manual,
-            directory / "assembly.pdf",
-            plan,
-            job_facts(job),
-            job.drawings,
-            (job.object.ribbons, job.weave, job.made.pieces),
-            job.settings.paper,
-        )
-    )
-    if job.settings.profile == "service":
-        _write_service(job, plan, directory / "service")
-    _write_tables(job, plan, directory)
-    for number, finish in enumerate(written):
-        progress("files", number, len(written))
-        finish()
-    (directory / "render.png").write_bytes(job.portrait())
-
-
-def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
-    """Write one sheet as DXF, SVG, picture, and PDF at full size."""
-    _write_cuts(folder, drawing, settings)
-    if settings.template != "none":
-        write_template(folder / f"{drawing.name}.pdf", drawing, settings.template)
-    write_png(folder / f"{drawing.name}.png", drawing, colours=settings.preset)
-
-
-def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
-    """Write one sheet as DXF and SVG."""
-    colours = settings.preset
-    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
-    write_svg(
-        folder / f"{drawing.name}.svg",
-        drawing,
-        colours=colours,
-        units=settings.svg_units,
-        stroke_width_mm=settings.line_mm,
-    )
-
-
-def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
-    """Write a file for each distinct piece, and the table of quantities."""
-    each = [Stuff(one.name, one.thickness_mm) for one in job.supplies.materials]
-    stuff = [each[index] for index in job.allotment.of_pieces(job.made.pieces)]
-    kinds = [piece["kind"] for piece in plan["pieces"]]
-    write_kind_files(
-        directory,
-        kind_files(job.made.pieces, kinds, stuff),
-        version=job.settings.dxf,
-        colours=job.settings.preset,
-        units=job.settings.svg_units,
-        stroke_width_mm=job.settings.line_mm,
-    )
-
-
-def _write_tables(job: Job, plan: dict[str, Any], directory: Path) -> None:
-    """Write every file but the sheets, the manual and the picture."""
-    thing = job.object
-    names = [drawing.name for drawing in job.drawings]
-    bill = bill_of_materials(job.made)
-    report = waste_report(
-        job.made.pieces, job.layout, job.drawings, job.allotment, job.notes, job.offcut
-    )
-    report |= bill
-    report["kerf_mm"] = job.settings.kerf_mm
-    report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)
-    outcome = {
-        "threads": job.weave.threads.n_threads,
-        "crossings": job.weave.threads.n_crossings,
-        "pieces": len(job.made.pieces),
-        "joints": len(job.made.joints),
-        "sheets": len(names),
-        "utilisation": report["totals"]["utilisation"],
-        "hole_mm": job.made.rule.hole_mm if job.made.rule else 0.0,
-        "notes": list(job.notes),
-    }
-    _write(directory / "job.toml", job_toml(job.settings, outcome))
-    write_mesh(directory / "woven_mesh.obj", thing.woven.mesh)
-    found = (*job.check.findings, *job.holes)
-    (directory / "model.glb").write_bytes(
-        woven_glb(thing.ribbons, thing.labels, job.colours, found)
-    )
-    _write(directory / "crossing_map.json", json_text(plan))
-    _write(directory / "crossing_map.csv", crossing_table(plan))
-    _write(directory / "stations.csv", station_table(plan))
-    _write(directory / "assembly.html", job_viewer(job, plan))
-    _write(
-        directory / "pieces.csv",
-        piece_table(job.made.pieces, job.layout, thing.labels, job.allotment),
-    )
-    ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
-    _write(directory / "ribbons.json", json_text(ribbons))
-    target = target_named(job.settings.target)
-    supplies = job.supplies
-    materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
-    flaws = preflight(plan, ribbons, materials, target)
-    if job.settings.strict and flaws:
-        lines = "\n".join(f"  {line}" for line in flaw_lines(flaws))
-        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
-    record = preflight_record(flaws, supplies.materials, target)
-    _write(directory / "preflight.json", json_text(record))
-    _write(directory / "waste.json", json_text(report))
-    _write(
-        directory / "waste.html",
-        waste_page(report, title=thing.woven.title, supplies=supplies, sheet_names=names),
-    )
-
-
-def job_plan(job: Job) -> dict[str, Any]:
-    """Return the crossing map of a job."""
-    thing = job.object
-    plan = crossing_map(
-        thing.woven.halfedges,
-        thing.chosen,
-        thing.bunches,
-        thing.labels,
-        thing.ribbons,
-        job.made,
-        job.marks,
-        job.layout,
-        [drawing.name for drawing in job.drawings],
-        job.order,
-        job.allotment,
-        mirrored=job.settings.label_side == "inside",
-        cut=cut_record(job.settings) | {"code": job.code},
-    )
-    for sheet, drawing in zip(plan["sheets"], job.drawings, strict=True):
-        code = code_of(drawing)
-        sheet["code"] = None if code is None else code._asdict()
-    return plan
-
-
-def cut_record(settings: JobSettings) -> dict[str, Any]:
-    """Return what the map says about the files for the cutter."""
-    return {
-        "profile": settings.profile,
-        "preset": settings.preset.name,
-        "dxf": settings.dxf,
-        "svg_units": settings.svg_units,
-        "hairline_mm": settings.line_mm,
-        "layers": [
-            {"layer": layer.value, "colour": entry.colour, "aci": entry.aci}
-            for layer, entry in settings.preset.colours.items()
-        ],
-    }
-
-
-def job_facts(job: Job) -> Facts:
-    """Return what the manual tells of a job besides its plan."""
-    return Facts(
-        title=job.object.woven.title,
-        size_mm=tuple(np.ptp(job.object.woven.mesh.vertices, axis=0).tolist()),
-        material=job.supplies.told,
-        bill=bill_of_materials(job.made),
-        colours=job.colours,
-        portrait=job.portrait(),
-    )
-
-
-def job_viewer(job: Job, plan: dict[str, Any]) -> str:
-    """Return the page that shows a job's object, pieces, sheets and steps."""
-    ribbons = job.object.ribbons
-    vertices, triangles, _ = ribbon_triangles(ribbons)
-    view = choose_view(vertices, triangles)
-    thickness = job.supplies.thickness_mm(job.object.bunches).tolist()
-    layer = thickness if job.supplies.several else thickness[0]
-    return viewer_page(
-        plan,
-        space_record(ribbons, job.weave, job.made.pieces, layer_mm=layer),
-        title=job.object.woven.title,
-        colours=job.colours,
-        view_deg=(view.azimuth_deg, view.elevation_deg),
-    )
-
-
-def json_text(value: Any) -> str:
-    """Return JSON with one short record a line: readable, and easy to compare."""
-    if not isinstance(value, dict):
-        return json.dumps(value) + "\n"
-    parts = []
-    for key, item in value.items():
-        if isinstance(item, list) and item:
-            rows = ",\n".join("  " + json.dumps(row) for row in item)
-            parts.append(f" {json.dumps(key)}: [\n{rows}\n ]")
-        else:
-            parts.append(f" {json.dumps(key)}: {json.dumps(item)}")
-    return "{\n" + ",\n".join(parts) + "\n}\n"
-
-
-def _write(path: Path, text: str) -> None:
-    """Write text as UTF-8 with plain line ends on every system."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        file.write(text)
 
 
 def folder_is_readable(directory: Path) -> None:

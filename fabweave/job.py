@@ -29,7 +29,7 @@ from fabweave.ribbon.finding import Finding
 from fabweave.ribbon.findings import RibbonCheck
 from fabweave.settings import CHOICES, LAYOUT_FILE, JobSettings
 from fabweave.sheet.layout import Layout
-from fabweave.sheet.offcut import Offcut, best_offcut
+from fabweave.sheet.offcut import Offcut, usable_offcuts
 from fabweave.sheet.supplies import Allotment, Supplies, allot, plan_supplies
 from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours
@@ -56,8 +56,8 @@ class Job:
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
     layout: Layout
-    #: What is left of a sheet and worth keeping, as it is drawn.
-    offcut: Offcut | None
+    #: What is left of sheets and worth keeping, as it is drawn.
+    offcuts: tuple[Offcut, ...]
     #: Which supply every thread and sheet is of.
     allotment: Allotment
     order: Order
@@ -142,7 +142,11 @@ def make_job(
     marks = marked()
     order = ordered()
     progress("drawings", 0, 1)
-    offcut, mirrored = _offcut(made, layout, settings), settings.label_side == "inside"
+    mirrored = settings.label_side == "inside"
+    offcuts = usable_offcuts(layout, [piece.outline for piece in made.pieces])
+    if mirrored:
+        widths = [layout.sheets[offcut.sheet].width_mm for offcut in offcuts]
+        offcuts = tuple(map(Offcut.mirrored, offcuts, widths))
     drawings = draw_sheets(
         made.pieces,
         marks,
@@ -150,7 +154,7 @@ def make_job(
         title=thing.woven.title,
         captions=allotment.captions(),
         mirrored=mirrored,
-        offcut=offcut,
+        offcuts=offcuts,
         cool=settings.cut_order == "cool",
     )
     usual, _ = complete_settings(JobSettings(settings.mesh, material=settings.material))
@@ -167,7 +171,7 @@ def make_job(
         holes=tuple(hole_findings(made, rules, weave, thing.ribbons, thing.labels)),
         marks=marks,
         layout=layout,
-        offcut=offcut,
+        offcuts=offcuts,
         allotment=allotment,
         order=order,
         portrait=portrait,
@@ -191,14 +195,6 @@ def make_job(
             ),
         ),
     )
-
-
-def _offcut(made: Pieces, layout: Layout, settings: JobSettings) -> Offcut | None:
-    """Return what is left of a sheet and worth keeping, as it is drawn."""
-    offcut = best_offcut(layout, [piece.outline for piece in made.pieces])
-    if offcut is None or settings.label_side != "inside":
-        return offcut
-    return offcut.mirrored(layout.sheets[offcut.sheet].width_mm)
 
 
 def _plan_order(made: Pieces, thing: WovenObject, settings: JobSettings) -> Order:

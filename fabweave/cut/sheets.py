@@ -32,7 +32,7 @@ def draw_sheets(
     captions: Sequence[str] = (),
     mirrored: bool = False,
     cool: bool = False,
-    offcut: Offcut | None = None,
+    offcuts: Sequence[Offcut] = (),
 ) -> tuple[SheetDrawing, ...]:
     """Draw every sheet of a layout.
 
@@ -51,8 +51,8 @@ def draw_sheets(
         sheet's width minus x, so that the insides are engraved. Notes are not mirrored.
     cool : bool
         Whether pieces side by side are not to be cut one after another (``spread_heat``).
-    offcut : Offcut or None
-        What is left of one of the sheets, as it is drawn.
+    offcuts : sequence of Offcut
+        What is left of sheets, one at most of each, as it is drawn.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def draw_sheets(
         _draw_pieces(pieces, marks, placements, width, cool=cool)
         for placements, width in zip(placed, widths, strict=True)
     ]
-    count = len(layout.sheets)
+    count, left = len(layout.sheets), {offcut.sheet: offcut for offcut in offcuts}
     legend = _legend(marks, mirrored=mirrored)
     told = [f" {_lettered(caption)}" if caption else "" for caption in captions] or [""] * count
     return tuple(
@@ -83,7 +83,7 @@ def draw_sheets(
                 sheet.mirrored() if mirrored else sheet,
                 [f"{_lettered(title)} SHEET {number}/{count}{told[number - 1]}", *legend],
                 layout.turns,
-                offcut if offcut is not None and offcut.sheet == number - 1 else None,
+                left.get(number - 1),
             ),
         )
         for number, (sheet, drawn) in enumerate(zip(layout.sheets, drawings, strict=True), start=1)

@@ -35,7 +35,7 @@ def outline_note(ring: Sequence[tuple[float, float]] | FloatArray) -> Polyline:
 
 
 def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity, ...]:
-    """Return the notes on a sheet that show its defects, hatched, and its offcut, dashed.
+    """Return the notes on a sheet that show its defects, hatched, and its offcut, dashed and named.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
         notes.extend(Polyline(Layer.NOTES, line) for line in _dashes(offcut.outline))
         x, y = offcut.rectangle.mean(axis=0).tolist()
         height = min(_LETTER_MM, min(offcut.rectangle_mm) / 4.0)
-        strokes = place_text("OFFCUT", height, (x, y), 0.0)
+        strokes = place_text(offcut.name.upper().replace("_", " "), height, (x, y), 0.0)
         notes.extend(Polyline(Layer.NOTES, stroke) for stroke in strokes)
     return tuple(notes)
 
@@ -62,7 +62,7 @@ def draw_offcut(offcut: Offcut, sheet: SheetSize) -> SheetDrawing:
     """Return the drawing of an offcut alone, in the frame of its sheet; nothing in it is cut."""
     rings = (offcut.outline, *offcut.holes)
     lines = tuple(Polyline(Layer.NOTES, ring, closed=True) for ring in rings)
-    return SheetDrawing("offcut_01", sheet.width_mm, sheet.height_mm, (), lines)
+    return SheetDrawing(offcut.name, sheet.width_mm, sheet.height_mm, (), lines)
 
 
 def _hatch(ring: Sequence[tuple[float, float]]) -> list[FloatArray]:

@@ -1,7 +1,6 @@
 """Account for the material: what of every sheet becomes pieces, holes and waste."""
 
 import csv
-import html
 import io
 from collections.abc import Sequence
 from typing import Any
@@ -12,12 +11,9 @@ from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.alike import piece_kinds
 from fabweave.flat.path import stretch
 from fabweave.flat.piece import Piece
-from fabweave.report.bom import bom_section
-from fabweave.report.splitting import splitting_section
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import sheet_mass_kg
-from fabweave.sheet.offcut import Offcut
-from fabweave.sheet.supplies import Allotment, Supplies
+from fabweave.sheet.supplies import Allotment
 
 SCHEMA = "fabweave.waste/1"
 _DECIMALS = 6
@@ -77,7 +73,6 @@ def waste_report(
     drawings: Sequence[SheetDrawing],
     allotment: Allotment,
     notes: Sequence[str],
-    offcut: Offcut | None = None,
 ) -> dict[str, Any]:
     """Account for every sheet and for all together.
 
@@ -131,20 +126,8 @@ def waste_report(
         "materials": [_rounded(record) for record in materials],
         "sheets": [_rounded(row) for row in rows],
         "totals": _rounded(totals),
-        "offcut": None if offcut is None else _offcut_record(offcut, allotment),
         "notes": list(notes),
     }
-
-
-def _offcut_record(offcut: Offcut, allotment: Allotment) -> dict[str, Any]:
-    """Return where the offcut is drawn, of what it is, and its figures."""
-    material = allotment.of_sheet(offcut.sheet).material.name
-    return {"file": offcut_file(), "material": material, **offcut.record()}
-
-
-def offcut_file() -> str:
-    """Return where in a job's folder its offcut is drawn."""
-    return "offcuts/offcut_01.dxf"
 
 
 def sum_rows(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -213,135 +196,3 @@ def _rounded(row: dict[str, Any]) -> dict[str, Any]:
         key: round(value, _DECIMALS) if isinstance(value, float) else value
         for key, value in row.items()
     }
-
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}: material</title>
-<style>
-body {{ font: 16px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 60rem; padding: 0 1rem;
-  color: #1b1b1b }}
-h1 {{ font-size: 1.6rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
-table {{ border-collapse: collapse; width: 100% }}
-th, td {{ text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #ccc }}
-th:first-child, td:first-child {{ text-align: left }}
-tfoot td {{ font-weight: 600 }}
-.bar {{ background: #e4e0d8; height: .8rem; min-width: 8rem }}
-.bar span {{ display: block; height: 100%; background: #0072b2 }}
-figure {{ margin: 1rem 0 }} img {{ max-width: 100%; border: 1px solid #ccc }}
-li {{ margin: .3rem 0 }}
-</style></head><body>
-<h1>{title}: material</h1>
-<p>{summary}</p>
-<h2>Sheets</h2>
-<table><thead><tr><th>Sheet</th><th>Size, mm</th><th>Pieces</th><th>Pieces, cm²</th>
-<th>Holes, cm²</th><th>Waste, cm²</th><th>Used</th><th></th></tr></thead>
-<tbody>
-{rows}
-</tbody><tfoot>{total}</tfoot></table>
-{materials}{offcut}
-{bill}
-{splitting}
-{notes}
-<h2>Pictures</h2>
-{pictures}
-</body></html>
-"""
-
-
-def waste_page(
-    report: dict[str, Any], *, title: str, supplies: Supplies, sheet_names: Sequence[str]
-) -> str:
-    """Return the report as a small web page that opens from the job's folder."""
-    totals = report["totals"]
-    rows = "\n".join(
-        _page_row(name, _size(row, told=supplies.several), row)
-        for name, row in zip(sheet_names, report["sheets"], strict=True)
-    )
-    summary = (
-        f"{totals['pieces']} pieces of {supplies.told}, on "
-        f"{totals['sheets']} sheets: {totals['utilisation']:.0%} of the material is used, "
-        f"{totals['cut_length_mm'] / 1000:.1f} m are cut and "
-        f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
-        f"the finished object weighs {totals['mass_g']:.0f} g."
-    )
-    if totals["price"]:
-        summary += f" The sheets cost {totals['price']:.2f}."
-    notes = "".join(f"<li>{html.escape(note)}</li>" for note in report["notes"])
-    return _PAGE.format(
-        title=html.escape(title),
-        summary=html.escape(summary),
-        rows=rows,
-        total=_page_row("all", "", totals),
-        offcut=_offcut_section(report["offcut"], sheet_names),
-        materials=_material_section(report, supplies) if supplies.several else "",
-        bill=bom_section(report),
-        splitting=splitting_section(report["splitting"]) if "splitting" in report else "",
-        notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
-        pictures="\n".join(
-            f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'
-            "</figure>"
-            for name in sheet_names
-        ),
-    )
-
-
-def _offcut_section(offcut: dict[str, Any] | None, sheet_names: Sequence[str]) -> str:
-    """Return what is worth keeping as a section of the page."""
-    if offcut is None:
-        return ""
-    (low_x, low_y), (high_x, high_y) = offcut["rectangle"]
-    return (
-        f"<h2>To keep</h2>\n<p>Of {sheet_names[offcut['sheet'] - 1]} an offcut of "
-        f"{offcut['area_mm2'] / 100:.0f} cm² is left; a rectangle of {high_x - low_x:.0f} × "
-        f"{high_y - low_y:.0f} mm fits in it. Its outline is dashed in the sheet's notes and drawn "
-        f'in <a href="{offcut["file"]}">{offcut["file"]}</a>, for the list of stock of a later '
-        "job (<code>--stock</code>).</p>"
-    )
-
-
-def _size(row: dict[str, Any], *, told: bool) -> str:
-    """Return the size of a sheet, and its material if that is to be told."""
-    size = f"{row['width_mm']:g} × {row['height_mm']:g}"
-    return f"{size}, {row['material']} {row['thickness_mm']:g}" if told else size
-
-
-def _material_section(report: dict[str, Any], supplies: Supplies) -> str:
-    """Return what each material comes to, as a section of a web page."""
-    rows, priced = [], any(record["price"] for record in report["materials"])
-    for record, supply in zip(report["materials"], supplies.each, strict=True):
-        cells = [
-            f"{supply.told} ({', '.join(supply.bunches)})",
-            record["sheets"],
-            record["pieces"],
-            f"{record['area_mm2'] / 100:.1f}",
-            f"{record['piece_area_mm2'] / 100:.1f}",
-            f"{record['waste_mm2'] / 100:.1f}",
-            f"{record['utilisation']:.1%}",
-            f"{record['mass_g']:.1f}",
-        ]
-        if priced:
-            cells.append("unknown" if record["price"] is None else f"{record['price']:.2f}")
-        row = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells)
-        rows.append(f"<tr>{row}</tr>")
-    body = "\n".join(rows)
-    return (
-        "<h2>Materials</h2>\n<table><thead><tr><th>Material</th><th>Sheets</th><th>Pieces</th>"
-        "<th>Sheets, cm²</th><th>Pieces, cm²</th><th>Waste, cm²</th><th>Used</th><th>Mass, g</th>"
-        f"{'<th>Price of sheets</th>' * priced}</tr></thead>\n<tbody>\n{body}\n</tbody></table>\n"
-    )
-
-
-def _page_row(name: str, size: str, row: dict[str, Any]) -> str:
-    """Return one row of the page's table."""
-    share = 100 * row["utilisation"]
-    cells = (
-        html.escape(name),
-        size,
-        row["pieces"],
-        f"{row['piece_area_mm2'] / 100:.1f}",
-        f"{row['hole_area_mm2'] / 100:.1f}",
-        f"{row['waste_mm2'] / 100:.1f}",
-        f"{share:.1f} %",
-        f'<div class="bar"><span style="width:{share:.1f}%"></span></div>',
-    )
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"

@@ -1,7 +1,7 @@
 """Find what is left of a sheet in one piece, and whether it is worth keeping."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,12 +38,15 @@ class Offcut:
         What is no good in it: defects, and pieces that stand in its midst.
     rectangle : (2, 2) float array
         Least and greatest corner of the largest rectangle in it.
+    name : str
+        What its file is called, without suffix; empty until it is known to be kept.
     """
 
     sheet: int
     outline: FloatArray
     holes: tuple[FloatArray, ...]
     rectangle: FloatArray
+    name: str = ""
 
     def mirrored(self, width_mm: float) -> "Offcut":
         """Return it as it is drawn on a sheet of this width that is drawn mirrored."""
@@ -52,7 +55,7 @@ class Offcut:
             frozen((ring * flip + shift)[::-1].copy()) for ring in (self.outline, *self.holes)
         )
         rectangle = frozen(np.sort(self.rectangle * flip + shift, axis=0))
-        return Offcut(self.sheet, outline, tuple(holes), rectangle)
+        return replace(self, outline=outline, holes=tuple(holes), rectangle=rectangle)
 
     def record(self) -> dict[str, Any]:
         """Return what a report tells of it."""
@@ -168,8 +171,10 @@ def worth_keeping(offcut: Offcut, sheet: SheetSize) -> bool:
     return narrow >= KEPT_SIDE_MM or (share >= KEPT_SHARE and narrow >= KEPT_WIDTH_MM)
 
 
-def best_offcut(layout: Layout, outlines: Sequence[FloatArray]) -> Offcut | None:
-    """Return the offcut of the sheet with the most room left; None if it is not worth keeping.
+def usable_offcuts(layout: Layout, outlines: Sequence[FloatArray]) -> tuple[Offcut, ...]:
+    """Return the largest rest of each sheet that leaves one worth keeping, in order of the sheets.
+
+    They are named ``offcut_01`` and so on.
 
     Parameters
     ----------
@@ -177,16 +182,16 @@ def best_offcut(layout: Layout, outlines: Sequence[FloatArray]) -> Offcut | None
     outlines : sequence of (K, 2) float arrays
         The pieces in their own coordinates.
     """
-    if not layout.sheets:
-        return None
     placed: list[list[FloatArray]] = [[] for _ in layout.sheets]
     for placement in layout.placements:
         placed[placement.sheet].append(placement.apply(outlines[placement.piece]))
-    free = [
-        sheet.area_mm2 - float(shapely.area([shapely.polygons(one) for one in here]).sum())
-        for sheet, here in zip(layout.sheets, placed, strict=True)
-    ]
-    number = int(np.argmax(np.round(free, 6)))
-    sheet = layout.sheets[number]
-    offcut = offcut_of(sheet, number, placed[number], layout.gap_mm)
-    return offcut if offcut is not None and worth_keeping(offcut, sheet) else None
+    kept: list[Offcut] = []
+    for number, (sheet, here) in enumerate(zip(layout.sheets, placed, strict=True)):
+        free = sheet.area_mm2 - float(shapely.area([shapely.polygons(one) for one in here]).sum())
+        # What leaves no room for the least square need not be looked at.
+        if free < KEPT_WIDTH_MM**2:
+            continue
+        offcut = offcut_of(sheet, number, here, layout.gap_mm)
+        if offcut is not None and worth_keeping(offcut, sheet):
+            kept.append(replace(offcut, name=f"offcut_{len(kept) + 1:02d}"))
+    return tuple(kept)

@@ -170,13 +170,6 @@ def _check_waste(job: Job, plan: CrossingMap, waste: dict[str, Any], tally: Tall
                 and abs(record["utilisation"] - used / record["area_mm2"]) < 1e-5,
                 f"waste.json, material {key[0]}: utilisation is {record['utilisation']}",
             )
-    offcut = waste.get("offcut")
-    if offcut is not None:
-        of = {sheet.number: sheet.material for sheet in plan.sheets}.get(offcut["sheet"])
-        tally.expect(
-            offcut["material"] == of,
-            f"waste.json: the offcut is of {offcut['material']}, its sheet of {of}",
-        )
     stated_mass = waste["totals"].get("mass_g")
     tally.expect(
         isinstance(stated_mass, float) and abs(stated_mass - mass) <= _SAME + _SHARE * mass,

@@ -1,6 +1,5 @@
-"""Check that sheets are those of the stock in the settings, and what is left of them."""
+"""Check that sheets are those of the stock in the settings, and pieces at allowed angles."""
 
-import math
 import re
 from collections import Counter
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
-from fabweave.verify.drawing import NOTES, Drawing, Floats
+from fabweave.verify.drawing import NOTES, Drawing, corners_apart
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
 
@@ -22,7 +21,7 @@ _GRAIN = re.compile(r"grain(?::([\d.]+)deg)?")
 
 
 def check_stock(job: Job, tally: Tally) -> None:
-    """Check sheets against the settings and the drawings, angles, and the offcut."""
+    """Check sheets against the settings and the drawings, angles, and prices."""
     plan = job.map
     if plan is None:
         return
@@ -38,7 +37,6 @@ def check_stock(job: Job, tally: Tally) -> None:
                 _check_notes(f"{sheet.name}.{kind}", sheet, drawing, tally)
     if job.waste is not None:
         _check_prices(plan, job.waste, tally)
-        _check_offcut(plan, job, job.waste.get("offcut"), tally)
 
 
 def _check_entries(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> None:
@@ -102,20 +100,17 @@ def _check_entry(sheet: Sheet, entry: dict[str, Any], tally: Tally) -> None:
         )
     if "outline" in entry:
         tally.expect(
-            _apart(sheet.outline, np.array(entry["outline"], dtype=float)) <= _SAME_MM,
+            corners_apart(sheet.outline, np.array(entry["outline"], dtype=float)) <= _SAME_MM,
             f"{sheet.name}: its outline is not that of job.toml",
         )
     wanted = [np.array(one["polygon"], dtype=float) for one in entry.get("defects", [])]
     tally.expect(
         len(wanted) == len(sheet.defects)
-        and all(_apart(a, b) <= _SAME_MM for a, b in zip(sheet.defects, wanted, strict=True)),
+        and all(
+            corners_apart(a, b) <= _SAME_MM for a, b in zip(sheet.defects, wanted, strict=True)
+        ),
         f"{sheet.name}: its defects are not those of job.toml",
     )
-
-
-def _apart(one: Floats, two: Floats) -> float:
-    """Return the greatest distance of corresponding corners; infinite for unlike polygons."""
-    return float(np.abs(one - two).max()) if one.shape == two.shape else math.inf
 
 
 def _check_shape(sheet: Sheet, tally: Tally) -> None:
@@ -210,63 +205,3 @@ def _same_price(stated: Any, wanted: float | None) -> bool:
     if stated is None or wanted is None:
         return stated is None and wanted is None
     return isinstance(stated, int | float) and abs(stated - wanted) <= 1e-6 * max(1.0, wanted)
-
-
-def _check_offcut(plan: CrossingMap, job: Job, offcut: Any, tally: Tally) -> None:
-    """Check that the offcut is on its sheet, off its pieces, and drawn as it is told."""
-    if offcut is None:
-        tally.expect(not job.offcuts, "a file of an offcut is there that waste.json does not tell")
-        return
-    name = str(offcut["file"])
-    tally.expect(
-        set(job.offcuts) == {name}, f"waste.json tells of {name}; there are {sorted(job.offcuts)}"
-    )
-    rings = [np.array(ring, dtype=float) for ring in (offcut["outline"], *offcut["holes"])]
-    rest = shapely.Polygon(rings[0], rings[1:])
-    sheet = next((one for one in plan.sheets if one.number == offcut["sheet"]), None)
-    tally.expect(rest.is_valid, f"{name} crosses itself")
-    if sheet is None:
-        tally.fail(f"{name} is of sheet {offcut['sheet']}, which does not exist")
-        return
-    tally.expect(
-        shapely.Polygon(sheet.outline).buffer(_SAME_MM).covers(rest),
-        f"{name} is not within {sheet.name}",
-    )
-    for piece in plan.pieces:
-        if piece.sheet != sheet.number:
-            continue
-        apart = float(shapely.Polygon(piece.placed(piece.outline)).distance(rest))
-        tally.measure(
-            "offcut_gap_mm",
-            apart,
-            max(plan.gap_mm - _SAME_MM, _SAME_MM),
-            f"{name} is {apart:.4f} mm from piece {piece.id}, not {plan.gap_mm:g}",
-            least=True,
-        )
-    for at, defect in enumerate(sheet.defects, start=1):
-        tally.expect(not shapely.Polygon(defect).intersects(rest), f"{name} overlaps defect {at}")
-    area = float(offcut["area_mm2"])
-    tally.expect(
-        abs(rest.area - area) <= 0.01 + 1e-8 * area,
-        f"{name}: its area is {area} mm², but comes to {rest.area:.3f}",
-    )
-    (low_x, low_y), (high_x, high_y) = np.array(offcut["rectangle"], dtype=float).tolist()
-    tally.expect(
-        low_x < high_x
-        and low_y < high_y
-        and rest.buffer(_SAME_MM).covers(shapely.box(low_x, low_y, high_x, high_y)),
-        f"{name}: its rectangle is not within it",
-    )
-    drawing = job.offcuts.get(name)
-    if drawing is None:
-        return
-    tally.expect(not drawing.problems, f"{name}: {'; '.join(drawing.problems[:2])}")
-    shapes = [drawing.shape(at) for at in range(len(drawing.layer))]
-    tally.expect(
-        len(shapes) == len(rings)
-        and all(
-            shape.layer == NOTES and shape.closed and _apart(shape.points, ring) <= _SAME_MM
-            for shape, ring in zip(shapes, rings, strict=True)
-        ),
-        f"{name} does not draw its outline and holes, and nothing else, as closed lines on {NOTES}",
-    )

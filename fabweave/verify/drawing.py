@@ -168,6 +168,11 @@ def length_of(shape: Shape) -> float:
     return float(np.sum(arc_lengths(np.hypot(*np.diff(run, axis=0).T), bulges[:-1])))
 
 
+def corners_apart(one: Floats, two: Floats) -> float:
+    """Return the greatest distance of corresponding corners; infinite for unlike polygons."""
+    return float(np.abs(one - two).max()) if one.shape == two.shape else np.inf
+
+
 def traced(shape: Shape) -> Floats:
     """Return points along a shape, the first repeated at the end of a closed one.
 

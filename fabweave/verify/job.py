@@ -20,6 +20,7 @@ from fabweave.verify.check_lines import check_lines
 from fabweave.verify.check_looks import check_looks
 from fabweave.verify.check_manual import check_manual
 from fabweave.verify.check_materials import check_materials
+from fabweave.verify.check_offcuts import check_offcuts
 from fabweave.verify.check_order import check_order
 from fabweave.verify.check_outcome import check_outcome
 from fabweave.verify.check_pieces import check_crossing_holes, check_piece_order, check_simple
@@ -88,6 +89,7 @@ _TASKS = (
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("stock", ("map",), check_stock),
+    _Task("offcuts", ("map", "waste"), check_offcuts),
     _Task("simple", ("map",), check_simple),
     _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),

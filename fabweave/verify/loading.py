@@ -5,7 +5,7 @@ import json
 import math
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -16,6 +16,7 @@ from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.read_dxf import read_dxf
 from fabweave.verify.read_glb import Strip, read_model
 from fabweave.verify.read_map import read_crossing_map
+from fabweave.verify.read_offcuts import Offcuts, read_offcuts
 from fabweave.verify.read_pdf import read_texts
 from fabweave.verify.read_service import FOLDER as SERVICE
 from fabweave.verify.read_service import Service, read_service
@@ -73,8 +74,8 @@ class Job:
     templates: dict[int, Template] | None = None
     #: What is in the folder for a service, if there is one.
     service: Service | None = None
-    #: The drawings of offcuts, by where they are in the folder.
-    offcuts: dict[str, Drawing] = field(default_factory=dict)
+    #: What is in the folder of offcuts, if there is one.
+    offcuts: Offcuts | None = None
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -198,12 +199,6 @@ def load_job(directory: Path, tally: Tally) -> Job:
     if _option(settings, "template", "none") != "none":
         found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
         templates = {number: one for number, one in found.items() if one is not None}
-    offcuts = {}
-    if (directory / "offcuts").is_dir():
-        for path in sorted((directory / "offcuts").iterdir()):
-            name = f"offcuts/{path.name}"
-            if (drawing := read(name, read_dxf)) is not None:
-                offcuts[name] = drawing
     read("waste.html", _read_text)
     read("render.png", _read_png)
     model, markers = read("model.glb", read_model) or (None, {})
@@ -229,7 +224,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,
-        offcuts=offcuts,
+        offcuts=read_offcuts(directory, read, _read_toml),
     )
 
 

@@ -11,8 +11,8 @@ import pypdf
 import pytest
 from viewer_scene import page_data
 
-from fabweave.folder import write_job
 from fabweave.job import make_job
+from fabweave.job_files import write_job
 from fabweave.settings import JobSettings
 from fabweave.verify.check_labels import _check_strokes
 from fabweave.verify.glyphs import _GAP, _SAME, Glyphs, _letters

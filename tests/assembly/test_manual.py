@@ -24,8 +24,9 @@ from fabweave.assembly.manual_views import (
     step_pictures,
 )
 from fabweave.flat.stretch import piece_stretches
-from fabweave.folder import job_facts, job_plan
 from fabweave.job import make_job
+from fabweave.job_files import job_facts, job_plan
+from fabweave.report.bom import bill_of_materials
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.report.view import View, frame_object
 from fabweave.report.zbuffer import all_fragments, nearest_triangles
@@ -35,6 +36,10 @@ from fabweave.settings import PAPERS, JobSettings
 @cache
 def job_of(mesh="shape:torus?m=8&n=4", **changed):
     return make_job(JobSettings(mesh, size_mm=300.0, effort="quick", **changed))
+
+
+def facts_of(job):
+    return job_facts(job, bill_of_materials(job.made))
 
 
 @cache
@@ -48,7 +53,7 @@ def parts_of(**changed):
 def manual_of(paper="a4", **changed):
     job = job_of(**changed)
     plan, pictures = parts_of(**changed)
-    return manual_pdf(plan, job_facts(job), job.drawings, pictures, paper=paper)
+    return manual_pdf(plan, facts_of(job), job.drawings, pictures, paper=paper)
 
 
 @cache
@@ -98,7 +103,7 @@ def test_same_bytes():
     plan, _ = parts_of()
     job = job_of()
     again = step_pictures(job.object.ribbons, job.weave, job.made.pieces, plan)
-    data = manual_pdf(plan, job_facts(job), job.drawings, again)
+    data = manual_pdf(plan, facts_of(job), job.drawings, again)
     assert data == manual_of()
 
 

@@ -6,8 +6,8 @@ from unittest import mock
 
 import numpy as np
 
-from fabweave.folder import job_plan, job_viewer
 from fabweave.job import make_job
+from fabweave.job_files import job_plan, job_viewer
 from fabweave.settings import JobSettings
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 

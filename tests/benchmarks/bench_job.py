@@ -14,8 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from fabweave.folder import write_job
 from fabweave.job import make_job
+from fabweave.job_files import write_job
 from fabweave.settings import JobSettings
 from fabweave.units import parse_length
 from fabweave.verify import verify_job

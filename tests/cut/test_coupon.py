@@ -163,7 +163,7 @@ def test_a_job_gives_its_figures(tmp_path):
     from fabweave.settings import JobSettings  # noqa: PLC0415 - only here
 
     settings = JobSettings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")
-    job, _ = run_job(settings, tmp_path / "job")
+    job = run_job(settings, tmp_path / "job").job
     coupon = coupon_for(tmp_path / "job")
     rule = job.made.rule
     assert coupon.material.name == "card"

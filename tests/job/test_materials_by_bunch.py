@@ -48,7 +48,7 @@ SETTINGS = JobSettings(
 def made(tmp_path_factory):
     """Return a job of two materials and its folder, written once."""
     folder = tmp_path_factory.mktemp("two") / "job"
-    job, proof = run_job(SETTINGS, folder)
+    job, proof, _ = run_job(SETTINGS, folder)
     assert proof.ok
     return job, folder
 
@@ -227,7 +227,7 @@ SPOILS = {
         spoil_text("job.toml", '"600x400mm",', '"weft=600x400mm",'), {"materials"},
     ),
     "an offcut of another material": (
-        spoil_json("waste.json", lambda w: w["offcut"].update(material="x")), {"materials"},
+        spoil_json("waste.json", lambda w: w["offcuts"][0].update(material="x")), {"offcuts"},
     ),
     "a price": (
         spoil_json("waste.json", lambda w: w["materials"][0].update(price=3.0)), {"materials"},
@@ -410,7 +410,7 @@ def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
     settings = replace(
         SETTINGS, material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"
     )
-    _, proof = run_job(settings, tmp_path / "job")
+    proof = run_job(settings, tmp_path / "job").proof
     assert proof.ok
     folders = {path.name for path in (tmp_path / "job").glob("*/*") if path.is_dir()}
     assert {"card-red_0.4mm", "card-blue_0.4mm"} <= folders

@@ -11,7 +11,7 @@ from fabweave.sheet.area import Area, clear_rectangle
 from fabweave.sheet.check import check_layout
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 from fabweave.sheet.nest import nest
-from fabweave.sheet.offcut import KEPT_SIDE_MM, best_offcut, offcut_of
+from fabweave.sheet.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
 from fabweave.sheet.rectangle import largest_rectangle
 from fabweave.sheet.turns import parse_rotations
 
@@ -147,16 +147,21 @@ def test_an_offcut_keeps_off_pieces_and_within_its_sheet(seed):
     assert back.mirrored(400.0).outline == pytest.approx(rest.outline)
 
 
-def test_the_offcut_worth_keeping_is_that_of_the_emptiest_sheet():
-    sheets = (SheetSize(300.0, 200.0), SheetSize(300.0, 200.0))
-    pieces = [bar(280, 180), bar(280, 20)]
-    placements = (Placement(0, 0, 0.0, 10.0, 10.0), Placement(1, 1, 0.0, 10.0, 10.0))
-    offcut = best_offcut(Layout(sheets, placements, 10.0, 2.0), pieces)
-    assert offcut.sheet == 1
-    assert min(offcut.rectangle_mm) >= KEPT_SIDE_MM
-    full = Layout(sheets[:1], placements[:1], 10.0, 2.0)
-    assert best_offcut(full, pieces[:1]) is None
-    assert best_offcut(Layout((), (), 10.0, 2.0), []) is None
+def test_every_sheet_with_a_rest_worth_keeping_has_an_offcut():
+    sheets = (SheetSize(300.0, 200.0),) * 3
+    pieces = [bar(280, 30), bar(280, 180), bar(280, 20)]
+    placements = tuple(Placement(at, at, 0.0, 10.0, 10.0) for at in range(3))
+    found = usable_offcuts(Layout(sheets, placements, 10.0, 2.0), pieces)
+    assert [(one.sheet, one.name) for one in found] == [(0, "offcut_01"), (2, "offcut_02")]
+    for one, free in zip(found, (160.0, 170.0), strict=True):
+        # What lies above a bar is free but for the gap and less than a millimetre.
+        wide, high = one.rectangle_mm
+        assert wide == 300.0
+        assert free - 3.0 < high <= free - 2.0
+        assert min(one.rectangle_mm) >= KEPT_SIDE_MM
+    full = Layout(sheets[1:2], (Placement(0, 0, 0.0, 10.0, 10.0),), 10.0, 2.0)
+    assert usable_offcuts(full, pieces[1:2]) == ()
+    assert usable_offcuts(Layout((), (), 10.0, 2.0), []) == ()
 
 
 def test_the_last_sheet_is_packed_to_one_side(piece_sets):

@@ -34,7 +34,7 @@ NAME = "sheet_01_kerf0.2mm_micro3x0.4mm"
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
-    job, proof = run_job(SETTINGS, folder)
+    job, proof, _ = run_job(SETTINGS, folder)
     assert {"cut", "templates"} <= {check.name for check in proof.checks if check.ok}
     return job, folder
 

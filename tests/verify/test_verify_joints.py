@@ -10,8 +10,8 @@ import pytest
 import shapely
 
 from fabweave.flat import interlock, joints
-from fabweave.folder import write_job
 from fabweave.job import make_job
+from fabweave.job_files import write_job
 from fabweave.settings import JobSettings
 from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_joints import check_joints

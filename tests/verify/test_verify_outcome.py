@@ -17,7 +17,8 @@ from fabweave.verify.report import Tally
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
-    _, proof = run_job(JobSettings("shape:octahedron", size_mm=300.0, effort="quick"), folder)
+    settings = JobSettings("shape:octahedron", size_mm=300.0, effort="quick")
+    proof = run_job(settings, folder).proof
     (check,) = [check for check in proof.checks if check.name == "outcome"]
     assert check.ok
     assert check.count >= 9

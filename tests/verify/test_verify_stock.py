@@ -11,6 +11,7 @@ import shapely
 
 from fabweave.cli import main
 from fabweave.verify import verify_job
+from fabweave.verify.check_offcuts import check_offcuts
 from fabweave.verify.check_sheets import check_areas, check_sheets
 from fabweave.verify.check_stock import check_stock
 from fabweave.verify.loading import load_job
@@ -25,15 +26,6 @@ price = 3.5
 grain = 90
 defects = [{x = 330, y = 150, diameter = 30}]
 """
-SECOND = """
-[[sheet]]
-size = "300x300mm"
-price = 5
-[[offcut]]
-name = "left of the first"
-outline = "first/offcuts/offcut_01.dxf"
-quantity = 1
-"""
 
 
 def make(folder, *options):
@@ -47,7 +39,6 @@ def jobs(tmp_path_factory):
     """Make one job, and another one of what is left of the first."""
     root = tmp_path_factory.mktemp("stock")
     (root / "first.toml").write_text(FIRST)
-    (root / "second.toml").write_text(SECOND)
     first = make(
         root / "first",
         "--stock",
@@ -57,24 +48,39 @@ def jobs(tmp_path_factory):
         "--label-side",
         "inside",
     )
-    return first, make(root / "second", "--stock", str(root / "second.toml"))
+    stock = str(first / "offcuts" / "stock.toml")
+    return first, make(root / "second", "--stock", stock, "--sheet", "300x300mm")
 
 
-def test_a_jobs_offcut_is_the_stock_of_the_next(jobs):
+def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
     first, second = jobs
-    kept = json.loads((first / "waste.json").read_text())["offcut"]
+    kept = json.loads((first / "waste.json").read_text())["offcuts"]
+    assert [record["sheet"] for record in kept] == [1, 2]
+    price = 3.5 / (420.0 * 300.0)
+    assert [one["worth"] for one in kept] == pytest.approx(
+        [price * one["area_mm2"] for one in kept]
+    )
     plan = json.loads((second / "crossing_map.json").read_text())
-    used = plan["sheets"][0]
-    assert (used["stock"], used["offcut"], used["price"]) == ("left of the first", True, None)
-    # It is that very outline, moved to its corner, with the knot in it.
-    told, stated = shapely.Polygon(used["outline"]), shapely.Polygon(kept["outline"])
-    assert told.area == pytest.approx(stated.area, abs=0.1)
-    assert len(used["defects"]) == len(kept["holes"])
-    assert (told.bounds[0], told.bounds[1]) == (0.0, 0.0)
+    names = [f"offcut_{number:02d} of cube" for number in (1, 2)]
+    used = {sheet["stock"]: sheet for sheet in plan["sheets"]}
+    assert names[1] in used
+    # The grain runs as before; the rest was paid for.
+    for record, name in zip(kept, names, strict=True):
+        if name not in used:  # nothing fits on it
+            continue
+        sheet = used[name]
+        assert (sheet["offcut"], sheet["price"], sheet["grain_deg"]) == (True, None, 90.0)
+        # It is that very outline, moved to its corner, with the knot in it.
+        told, stated = shapely.Polygon(sheet["outline"]), shapely.Polygon(record["outline"])
+        assert told.area == pytest.approx(stated.area, abs=0.1)
+        assert len(sheet["defects"]) == len(record["holes"])
+        assert (told.bounds[0], told.bounds[1]) == (0.0, 0.0)
     assert verify_job(second).ok
     # job.toml carries the outline: neither the drawing nor the list is needed again.
-    stock = tomllib.loads((second / "job.toml").read_text())["job"]["stock"]
-    assert stock["offcut"][0]["outline"] == used["outline"]
+    stock = tomllib.loads((second / "job.toml").read_text())["job"]["stock"]["offcut"]
+    assert {entry["name"]: entry["outline"] for entry in stock}[names[1]] == used[names[1]][
+        "outline"
+    ]
 
 
 def test_the_same_bytes_come_from_job_toml_alone(jobs, tmp_path):
@@ -94,14 +100,18 @@ def spoilt(jobs, tmp_path, change):
     waste = json.loads((folder / "waste.json").read_text())
     job = load_job(folder, Tally("files"))
     settings = deepcopy(job.settings)
-    change(SimpleNamespace(plan=plan, waste=waste, settings=settings))
+    stock = deepcopy(job.offcuts.stock)
+    change(SimpleNamespace(plan=plan, waste=waste, settings=settings, stock=stock["offcut"]))
     path = tmp_path / "map.json"
     path.write_text(json.dumps(plan))
-    job = replace(job, map=read_crossing_map(path), waste=waste, settings=settings)
-    tally = Tally("stock")
-    for check in (check_stock, check_sheets, check_areas):
+    offcuts = replace(job.offcuts, stock=stock)
+    job = replace(job, map=read_crossing_map(path), waste=waste, settings=settings, offcuts=offcuts)
+    found = []
+    for check in (check_stock, check_offcuts, check_sheets, check_areas):
+        tally = Tally("stock")
         check(job, tally)
-    return " | ".join(tally.result().findings)
+        found += tally.result().findings
+    return " | ".join(found)
 
 
 def nearer_defect(plan):
@@ -139,21 +149,46 @@ CHANGES = [
     ),
     (lambda j: j.waste["sheets"][0].update(price=9.0), "waste.json, sheet 1: 'board' for 9.0"),
     (lambda j: j.waste["totals"].update(price=1.0), "the sheets cost 1.0, but come to"),
-    (lambda j: j.waste.update(offcut=None), "an offcut is there that waste.json does not tell"),
-    (lambda j: j.waste["offcut"].update(area_mm2=5.0), "its area is 5.0 mm², but comes to"),
-    (lambda j: j.waste["offcut"].update(sheet=7), "is of sheet 7, which does not exist"),
-    (lambda j: j.waste["offcut"].update(file="offcuts/x.dxf"), "waste.json tells of offcuts/x"),
-    (lambda j: j.waste["offcut"]["rectangle"][0].__setitem__(0, -9.0), "rectangle is not within"),
+    (lambda j: j.waste.pop("offcuts"), "waste.json has no list of offcuts"),
+    (lambda j: j.waste["offcuts"].pop(), "waste.json tells of ['offcuts/offcut_01.dxf']"),
+    (lambda j: j.waste["offcuts"][0].update(area_mm2=5.0), "its area is 5.0 mm², but comes to"),
+    (lambda j: j.waste["offcuts"][0].update(sheet=7), "is of sheet 7, which does not exist"),
+    (lambda j: j.waste["offcuts"][0].update(sheet=2), "has two offcuts of a sheet: [2, 2]"),
     (
-        lambda j: j.waste["offcut"].update(outline=[[0, 0], [420, 0], [420, 300], [0, 300]]),
+        lambda j: j.waste["offcuts"][0].update(file="offcuts/x.dxf"),
+        "waste.json tells of ['offcuts/x",
+    ),
+    (lambda j: j.waste["offcuts"][0].update(worth=3.5), "it is worth 3.5, but comes to"),
+    (lambda j: j.waste["offcuts"][0].update(worth=None), "it is worth None, but comes to"),
+    (lambda j: j.waste["offcuts"][0].update(thickness_mm=9.0), "is of ('card', 9.0), its sheet"),
+    (
+        lambda j: j.waste["offcuts"][1]["rectangle"][0].__setitem__(0, -9.0),
+        "rectangle is not within",
+    ),
+    (
+        lambda j: j.waste["offcuts"][1].update(rectangle=[[290, 20], [310, 40]]),
+        "is 20.0 mm narrow, and not worth keeping",
+    ),
+    (
+        lambda j: j.waste["offcuts"][1].update(outline=[[0, 0], [420, 0], [420, 300], [0, 300]]),
         "mm from piece",
     ),
     (
-        lambda j: j.waste["offcut"].update(outline=[[0, 0], [500, 0], [420, 300], [0, 300]]),
+        lambda j: j.waste["offcuts"][1].update(outline=[[0, 0], [500, 0], [420, 300], [0, 300]]),
         "is not within sheet_02",
     ),
-    (lambda j: j.waste["offcut"].update(holes=[]), "overlaps defect 1"),
-    (lambda j: j.waste["offcut"].update(holes=[]), "does not draw its outline and holes"),
+    (lambda j: j.waste["offcuts"][1].update(holes=[]), "overlaps defect 1"),
+    (lambda j: j.waste["offcuts"][1].update(holes=[]), "does not draw its outline and holes"),
+    (lambda j: j.stock.pop(), "stock.toml names ['offcuts/offcut_01.dxf'], and waste.json"),
+    (lambda j: j.stock[0].update(outline="offcut_02.dxf"), "stock.toml names ['offcuts/offcut_02"),
+    (lambda j: j.stock[0].update(name=j.stock[1]["name"]), "has names twice, or none"),
+    (
+        lambda j: j.stock[0].update(material="x"),
+        "offcut_01.dxf has {'grain': 90.0, 'material': 'x'}",
+    ),
+    (lambda j: j.stock[0].pop("grain"), "offcut_01.dxf has {'material': 'card'}"),
+    (lambda j: j.stock[0].update(price=3.0), "'price': 3.0}"),
+    (lambda j: j.stock[0].update(quantity=2), "'quantity': 2}"),
 ]
 
 

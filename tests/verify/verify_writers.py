@@ -354,6 +354,7 @@ def write_waste(specimen, folder):
     totals |= {"sheets": len(sheets), "cut_length_mm": cut, "holes": n_holes}
     totals["engrave_length_mm"] = engraved_length(specimen)
     waste = {"schema": "fabweave.waste/1", "units": "mm", "sheets": sheets, "totals": totals}
+    waste["offcuts"] = []
     (folder / "waste.json").write_text(json.dumps(rounded(waste)))
     (folder / "waste.html").write_text("<html></html>")
 

@@ -1,0 +1,303 @@
+"""Write the files of a job into a folder."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.arrays import Progress, no_progress
+from fabweave.assembly.crossing_map import crossing_map, crossing_table
+from fabweave.assembly.manual import write_manual
+from fabweave.assembly.manual_cover import Facts
+from fabweave.assembly.stations import station_table
+from fabweave.assembly.viewer import viewer_page
+from fabweave.assembly.viewer_space import space_record
+from fabweave.cut.code import code_of
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.dxf import write_dxf
+from fabweave.cut.preflight import flaw_lines, preflight
+from fabweave.cut.preview import write_png
+from fabweave.cut.ready import READY_FOLDER
+from fabweave.cut.service import Stuff, kind_files, write_kind_files
+from fabweave.cut.stock_notes import draw_offcut
+from fabweave.cut.svg import write_svg
+from fabweave.cut.targets import target_named
+from fabweave.cut.template import write_template
+from fabweave.errors import CannotMakeError
+from fabweave.job import Job
+from fabweave.mesh.files import write_mesh
+from fabweave.preflight_job import Preflight
+from fabweave.report.bom import bill_of_materials
+from fabweave.report.offcuts import (
+    OFFCUT_FOLDER,
+    OFFCUT_STOCK,
+    offcut_records,
+    stock_entries,
+    stock_text,
+)
+from fabweave.report.ribbons import ribbon_report
+from fabweave.report.splitting import splitting_record
+from fabweave.report.surfaces import ribbon_triangles
+from fabweave.report.view import choose_view
+from fabweave.report.waste import piece_table, waste_report
+from fabweave.report.waste_page import waste_page
+from fabweave.ribbon.export import woven_glb
+from fabweave.settings import JobSettings, job_toml
+from fabweave.verify import VerifyReport
+from fabweave.workers import Start, at_once
+
+
+def write_job(
+    job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
+) -> Preflight:
+    """Write every file of a job into an existing empty folder, all but ``verify.json``.
+
+    Returns
+    -------
+    Preflight
+        Which rules the pieces break, as it is written.
+
+    Raises
+    ------
+    CannotMakeError
+        If they break any, and that was ruled out.
+    """
+    progress("files", 0, len(job.drawings))
+    sheets = directory / "sheets"
+    sheets.mkdir()
+    written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
+    if job.ready:
+        (directory / READY_FOLDER).mkdir()
+    written += [
+        start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
+    ]
+    plan, bill = job_plan(job), bill_of_materials(job.made)
+    written.append(
+        start(
+            write_manual,
+            directory / "assembly.pdf",
+            plan,
+            job_facts(job, bill),
+            job.drawings,
+            (job.object.ribbons, job.weave, job.made.pieces),
+            job.settings.paper,
+        )
+    )
+    if job.settings.profile == "service":
+        _write_service(job, plan, directory / "service")
+    found = _write_tables(job, plan, bill, directory)
+    for number, finish in enumerate(written):
+        progress("files", number, len(written))
+        finish()
+    (directory / "render.png").write_bytes(job.portrait())
+    return found
+
+
+def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+    """Write one sheet as DXF, SVG, picture, and PDF at full size."""
+    _write_cuts(folder, drawing, settings)
+    if settings.template != "none":
+        write_template(folder / f"{drawing.name}.pdf", drawing, settings.template)
+    write_png(folder / f"{drawing.name}.png", drawing, colours=settings.preset)
+
+
+def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+    """Write one sheet as DXF and SVG."""
+    colours = settings.preset
+    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
+    write_svg(
+        folder / f"{drawing.name}.svg",
+        drawing,
+        colours=colours,
+        units=settings.svg_units,
+        stroke_width_mm=settings.line_mm,
+    )
+
+
+def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
+    """Write a file for each distinct piece, and the table of quantities."""
+    each = [Stuff(one.name, one.thickness_mm) for one in job.supplies.materials]
+    stuff = [each[index] for index in job.allotment.of_pieces(job.made.pieces)]
+    kinds = [piece["kind"] for piece in plan["pieces"]]
+    write_kind_files(
+        directory,
+        kind_files(job.made.pieces, kinds, stuff),
+        version=job.settings.dxf,
+        colours=job.settings.preset,
+        units=job.settings.svg_units,
+        stroke_width_mm=job.settings.line_mm,
+    )
+
+
+def _write_tables(
+    job: Job, plan: dict[str, Any], bill: dict[str, Any], directory: Path
+) -> Preflight:
+    """Write every file but the sheets, the manual and the picture; see ``write_job``."""
+    thing = job.object
+    names = [drawing.name for drawing in job.drawings]
+    report = waste_report(job.made.pieces, job.layout, job.drawings, job.allotment, job.notes)
+    report["offcuts"] = offcut_records(job.offcuts, job.layout, job.allotment)
+    entries = _write_offcuts(job, report["offcuts"], directory / OFFCUT_FOLDER)
+    report |= bill
+    report["kerf_mm"] = job.settings.kerf_mm
+    report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)
+    outcome = {
+        "threads": job.weave.threads.n_threads,
+        "crossings": job.weave.threads.n_crossings,
+        "pieces": len(job.made.pieces),
+        "joints": len(job.made.joints),
+        "sheets": len(names),
+        "utilisation": report["totals"]["utilisation"],
+        "hole_mm": job.made.rule.hole_mm if job.made.rule else 0.0,
+        "notes": list(job.notes),
+    }
+    _write(directory / "job.toml", job_toml(job.settings, outcome))
+    write_mesh(directory / "woven_mesh.obj", thing.woven.mesh)
+    findings = (*job.check.findings, *job.holes)
+    (directory / "model.glb").write_bytes(
+        woven_glb(thing.ribbons, thing.labels, job.colours, findings)
+    )
+    _write(directory / "crossing_map.json", json_text(plan))
+    _write(directory / "crossing_map.csv", crossing_table(plan))
+    _write(directory / "stations.csv", station_table(plan))
+    _write(directory / "assembly.html", job_viewer(job, plan))
+    _write(
+        directory / "pieces.csv",
+        piece_table(job.made.pieces, job.layout, thing.labels, job.allotment),
+    )
+    ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
+    _write(directory / "ribbons.json", json_text(ribbons))
+    found = _preflight(job, plan, ribbons)
+    _write(directory / "preflight.json", json_text(found.record))
+    _write(directory / "waste.json", json_text(report))
+    page = waste_page(
+        report,
+        title=thing.woven.title,
+        supplies=job.supplies,
+        sheet_names=names,
+        entries=entries,
+    )
+    _write(directory / "waste.html", page)
+    return found
+
+
+def _preflight(job: Job, plan: dict[str, Any], ribbons: dict[str, Any]) -> Preflight:
+    """Check the pieces against the rules of those who cut them."""
+    target, supplies = target_named(job.settings.target), job.supplies
+    materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
+    found = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
+    if job.settings.strict and found.flaws:
+        lines = "\n".join(f"  {line}" for line in flaw_lines(found.flaws))
+        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
+    return found
+
+
+def _write_offcuts(job: Job, records: list[dict[str, Any]], directory: Path) -> list[str]:
+    """Draw what is worth keeping, if anything is, and list it as stock; return its entries."""
+    entries = stock_entries(
+        job.offcuts,
+        job.layout,
+        job.allotment,
+        title=job.object.woven.title,
+        mirrored=job.settings.label_side == "inside",
+    )
+    if job.offcuts:
+        directory.mkdir()
+        for offcut in job.offcuts:
+            drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
+            write_dxf(directory / f"{offcut.name}.dxf", drawing, version=job.settings.dxf)
+        _write(directory / OFFCUT_STOCK, stock_text(records, entries))
+    return entries
+
+
+def job_plan(job: Job) -> dict[str, Any]:
+    """Return the crossing map of a job."""
+    thing = job.object
+    plan = crossing_map(
+        thing.woven.halfedges,
+        thing.chosen,
+        thing.bunches,
+        thing.labels,
+        thing.ribbons,
+        job.made,
+        job.marks,
+        job.layout,
+        [drawing.name for drawing in job.drawings],
+        job.order,
+        job.allotment,
+        mirrored=job.settings.label_side == "inside",
+        cut=cut_record(job.settings) | {"code": job.code},
+    )
+    for sheet, drawing in zip(plan["sheets"], job.drawings, strict=True):
+        code = code_of(drawing)
+        sheet["code"] = None if code is None else code._asdict()
+    return plan
+
+
+def cut_record(settings: JobSettings) -> dict[str, Any]:
+    """Return what the map says about the files for the cutter."""
+    return {
+        "profile": settings.profile,
+        "preset": settings.preset.name,
+        "dxf": settings.dxf,
+        "svg_units": settings.svg_units,
+        "hairline_mm": settings.line_mm,
+        "layers": [
+            {"layer": layer.value, "colour": entry.colour, "aci": entry.aci}
+            for layer, entry in settings.preset.colours.items()
+        ],
+    }
+
+
+def job_facts(job: Job, bill: dict[str, Any]) -> Facts:
+    """Return what the manual tells of a job besides its plan; with what is to be bought."""
+    return Facts(
+        title=job.object.woven.title,
+        size_mm=tuple(np.ptp(job.object.woven.mesh.vertices, axis=0).tolist()),
+        material=job.supplies.told,
+        bill=bill,
+        colours=job.colours,
+        portrait=job.portrait(),
+    )
+
+
+def job_viewer(job: Job, plan: dict[str, Any]) -> str:
+    """Return the page that shows a job's object, pieces, sheets and steps."""
+    ribbons = job.object.ribbons
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    view = choose_view(vertices, triangles)
+    thickness = job.supplies.thickness_mm(job.object.bunches).tolist()
+    layer = thickness if job.supplies.several else thickness[0]
+    return viewer_page(
+        plan,
+        space_record(ribbons, job.weave, job.made.pieces, layer_mm=layer),
+        title=job.object.woven.title,
+        colours=job.colours,
+        view_deg=(view.azimuth_deg, view.elevation_deg),
+    )
+
+
+def write_proof(directory: Path, proof: VerifyReport) -> None:
+    """Write what was proved about a job's files beside them."""
+    _write(directory / "verify.json", json_text(proof.to_json()))
+
+
+def json_text(value: Any) -> str:
+    """Return JSON with one short record a line: readable, and easy to compare."""
+    if not isinstance(value, dict):
+        return json.dumps(value) + "\n"
+    parts = []
+    for key, item in value.items():
+        if isinstance(item, list) and item:
+            rows = ",\n".join("  " + json.dumps(row) for row in item)
+            parts.append(f" {json.dumps(key)}: [\n{rows}\n ]")
+        else:
+            parts.append(f" {json.dumps(key)}: {json.dumps(item)}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _write(path: Path, text: str) -> None:
+    """Write text as UTF-8 with plain line ends on every system."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(text)

@@ -1,0 +1,126 @@
+"""Tell what is left of the sheets and worth keeping, for people and as stock of the next job."""
+
+import html
+from collections.abc import Sequence
+from typing import Any
+
+import tomli_w
+
+from fabweave.sheet.layout import Layout
+from fabweave.sheet.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM, Offcut
+from fabweave.sheet.supplies import Allotment
+
+#: Where offcuts lie in a job's folder, and the list of stock beside their drawings.
+OFFCUT_FOLDER, OFFCUT_STOCK = "offcuts", "stock.toml"
+
+
+def offcut_records(
+    offcuts: Sequence[Offcut], layout: Layout, allotment: Allotment
+) -> list[dict[str, Any]]:
+    """Return where offcuts are drawn, of what they are, their figures, and what they are worth.
+
+    Each is worth the share of the price of its sheet that its area is of the sheet's; None where
+    the sheet has no price.
+    """
+    records = []
+    for offcut in offcuts:
+        sheet, material = layout.sheets[offcut.sheet], allotment.of_sheet(offcut.sheet).material
+        share = offcut.area_mm2 / sheet.area_mm2
+        records.append(
+            {
+                "file": f"{OFFCUT_FOLDER}/{offcut.name}.dxf",
+                "material": material.name,
+                "thickness_mm": material.thickness_mm,
+                "worth": None if sheet.price is None else round(sheet.price * share, 6),
+                **offcut.record(),
+            }
+        )
+    return records
+
+
+def stock_entries(
+    offcuts: Sequence[Offcut], layout: Layout, allotment: Allotment, *, title: str, mirrored: bool
+) -> list[str]:
+    """Return for each offcut its entry in a list of stock that lies beside its drawing.
+
+    It has no price: it is paid for. Its grain is that of the sheet as it lies on the bed.
+
+    Parameters
+    ----------
+    offcuts : sequence of Offcut
+    layout : Layout
+    allotment : Allotment
+    title : str
+        Name of the job, which tells it from the offcuts of others.
+    mirrored : bool
+        Whether sheets are drawn mirrored.
+    """
+    entries = []
+    for offcut in offcuts:
+        sheet = layout.sheets[offcut.sheet]
+        entry = {
+            "name": f"{offcut.name} of {title}",
+            "outline": f"{offcut.name}.dxf",
+            "grain": (sheet.mirrored() if mirrored else sheet).grain_deg,
+            "material": allotment.of_sheet(offcut.sheet).material.name,
+        }
+        known = {key: value for key, value in entry.items() if value is not None}
+        entries.append(f"[[offcut]]\n{tomli_w.dumps(known)}")
+    return entries
+
+
+def stock_text(records: Sequence[dict[str, Any]], entries: Sequence[str]) -> str:
+    """Return the list of stock that holds all offcuts of a job."""
+    parts = [
+        "# What a job left. fabweave make MESH --stock THIS_FILE --sheet 600x400mm -o DIR takes\n"
+        "# it first, and sheets of that size for what does not fit. Take out what is used up.\n"
+    ]
+    parts += [
+        f"# sheet {record['sheet']}, {record['thickness_mm']:g} mm; {_room(record)}\n{entry}"
+        for record, entry in zip(records, entries, strict=True)
+    ]
+    return "\n".join(parts)
+
+
+def offcut_section(
+    records: Sequence[dict[str, Any]], entries: Sequence[str], sheet_names: Sequence[str]
+) -> str:
+    """Return what is worth keeping as a section of a web page; nothing if there is nothing."""
+    if not records:
+        return ""
+    rows = []
+    for record in records:
+        low, high = record["rectangle"]
+        cells = (
+            f'<a href="{record["file"]}">{record["file"]}</a>',
+            sheet_names[record["sheet"] - 1],
+            f"{html.escape(record['material'])} {record['thickness_mm']:g}",
+            f"{high[0] - low[0]:.0f} × {high[1] - low[1]:.0f}",
+            f"{record['area_mm2'] / 100:.0f}",
+            "unknown" if record["worth"] is None else f"{record['worth']:.2f}",
+        )
+        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    body = "\n".join(rows)
+    stock = f"{OFFCUT_FOLDER}/{OFFCUT_STOCK}"
+    return (
+        "<h2>To keep</h2>\n<p>What is left of a sheet in one piece is kept if a square of "
+        f"{KEPT_SIDE_MM:g} mm fits in it, or one of {KEPT_WIDTH_MM:g} mm and it is "
+        f"{KEPT_SHARE:.0%} of the sheet. It is dashed in the notes of its sheet; what it is worth "
+        "is its share of the sheet's price.</p>\n"
+        "<table><thead><tr><th>Offcut</th><th>Of</th><th>Material, mm</th><th>Rectangle in it, mm"
+        "</th><th>Area, cm²</th><th>Worth</th></tr></thead>\n<tbody>\n"
+        f"{body}\n</tbody></table>\n"
+        f"<p>For the next job: <code>--stock {stock}</code>, and <code>--sheet</code> for what "
+        f'does not fit; or copy entries of <a href="{stock}">{stock}</a> to your own list, with '
+        f"the way from there to the drawings:</p>\n<pre>{html.escape(chr(10).join(entries))}</pre>"
+    )
+
+
+def _room(record: dict[str, Any]) -> str:
+    """Say in a line how large an offcut is, and what it is worth."""
+    low, high = record["rectangle"]
+    told = (
+        f"{record['area_mm2'] / 100:.0f} cm², a rectangle of {high[0] - low[0]:.0f} × "
+        f"{high[1] - low[1]:.0f} mm fits"
+    )
+    return told if record["worth"] is None else f"{told}; worth {record['worth']:.2f}"

@@ -1,0 +1,147 @@
+"""Show the report on material as a web page."""
+
+import html
+from collections.abc import Sequence
+from typing import Any
+
+from fabweave.report.bom import bom_section
+from fabweave.report.offcuts import offcut_section
+from fabweave.report.splitting import splitting_section
+from fabweave.sheet.supplies import Supplies
+
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}: material</title>
+<style>
+body {{ font: 16px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 60rem; padding: 0 1rem;
+  color: #1b1b1b }}
+h1 {{ font-size: 1.6rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
+table {{ border-collapse: collapse; width: 100% }}
+th, td {{ text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #ccc }}
+th:first-child, td:first-child {{ text-align: left }}
+tfoot td {{ font-weight: 600 }}
+.bar {{ background: #e4e0d8; height: .8rem; min-width: 8rem }}
+.bar span {{ display: block; height: 100%; background: #0072b2 }}
+pre {{ background: #f4f2ee; padding: .8rem; overflow-x: auto; font-size: .85rem }}
+figure {{ margin: 1rem 0 }} img {{ max-width: 100%; border: 1px solid #ccc }}
+li {{ margin: .3rem 0 }}
+</style></head><body>
+<h1>{title}: material</h1>
+<p>{summary}</p>
+<h2>Sheets</h2>
+<table><thead><tr><th>Sheet</th><th>Size, mm</th><th>Pieces</th><th>Pieces, cm²</th>
+<th>Holes, cm²</th><th>Waste, cm²</th><th>Used</th><th></th></tr></thead>
+<tbody>
+{rows}
+</tbody><tfoot>{total}</tfoot></table>
+{materials}{offcuts}
+{bill}
+{splitting}
+{notes}
+<h2>Pictures</h2>
+{pictures}
+</body></html>
+"""
+
+
+def waste_page(
+    report: dict[str, Any],
+    *,
+    title: str,
+    supplies: Supplies,
+    sheet_names: Sequence[str],
+    entries: Sequence[str],
+) -> str:
+    """Return the report as a small web page that opens from the job's folder.
+
+    Parameters
+    ----------
+    report : dict
+        What ``waste.json`` holds.
+    title : str
+        Name of the job.
+    supplies : Supplies
+    sheet_names : sequence of str
+    entries : sequence of str
+        Those of the offcuts in a list of stock.
+    """
+    totals = report["totals"]
+    rows = "\n".join(
+        _page_row(name, _size(row, told=supplies.several), row)
+        for name, row in zip(sheet_names, report["sheets"], strict=True)
+    )
+    summary = (
+        f"{totals['pieces']} pieces of {supplies.told}, on "
+        f"{totals['sheets']} sheets: {totals['utilisation']:.0%} of the material is used, "
+        f"{totals['cut_length_mm'] / 1000:.1f} m are cut and "
+        f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
+        f"the finished object weighs {totals['mass_g']:.0f} g."
+    )
+    if totals["price"]:
+        summary += f" The sheets cost {totals['price']:.2f}."
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in report["notes"])
+    return _PAGE.format(
+        title=html.escape(title),
+        summary=html.escape(summary),
+        rows=rows,
+        total=_page_row("all", "", totals),
+        offcuts=offcut_section(report["offcuts"], entries, sheet_names),
+        materials=_material_section(report, supplies) if supplies.several else "",
+        bill=bom_section(report),
+        splitting=splitting_section(report["splitting"]) if "splitting" in report else "",
+        notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
+        pictures="\n".join(
+            f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'
+            "</figure>"
+            for name in sheet_names
+        ),
+    )
+
+
+def _size(row: dict[str, Any], *, told: bool) -> str:
+    """Return the size of a sheet, what it is called in the stock, and maybe its material."""
+    size = f"{row['width_mm']:g} × {row['height_mm']:g}"
+    if row["stock"]:
+        size += f"<br><small>{html.escape(row['stock'])}</small>"
+    return f"{size}, {row['material']} {row['thickness_mm']:g}" if told else size
+
+
+def _material_section(report: dict[str, Any], supplies: Supplies) -> str:
+    """Return what each material comes to, as a section of a web page."""
+    rows, priced = [], any(record["price"] for record in report["materials"])
+    for record, supply in zip(report["materials"], supplies.each, strict=True):
+        cells = [
+            f"{supply.told} ({', '.join(supply.bunches)})",
+            record["sheets"],
+            record["pieces"],
+            f"{record['area_mm2'] / 100:.1f}",
+            f"{record['piece_area_mm2'] / 100:.1f}",
+            f"{record['waste_mm2'] / 100:.1f}",
+            f"{record['utilisation']:.1%}",
+            f"{record['mass_g']:.1f}",
+        ]
+        if priced:
+            cells.append("unknown" if record["price"] is None else f"{record['price']:.2f}")
+        row = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells)
+        rows.append(f"<tr>{row}</tr>")
+    body = "\n".join(rows)
+    return (
+        "<h2>Materials</h2>\n<table><thead><tr><th>Material</th><th>Sheets</th><th>Pieces</th>"
+        "<th>Sheets, cm²</th><th>Pieces, cm²</th><th>Waste, cm²</th><th>Used</th><th>Mass, g</th>"
+        f"{'<th>Price of sheets</th>' * priced}</tr></thead>\n<tbody>\n{body}\n</tbody></table>\n"
+    )
+
+
+def _page_row(name: str, size: str, row: dict[str, Any]) -> str:
+    """Return one row of the page's table."""
+    share = 100 * row["utilisation"]
+    cells = (
+        html.escape(name),
+        size,
+        row["pieces"],
+        f"{row['piece_area_mm2'] / 100:.1f}",
+        f"{row['hole_area_mm2'] / 100:.1f}",
+        f"{row['waste_mm2'] / 100:.1f}",
+        f"{share:.1f} %",
+        f'<div class="bar"><span style="width:{share:.1f}%"></span></div>',
+    )
+    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
