@@ -226,6 +226,7 @@ def job_plan(job: Job) -> dict[str, Any]:
         [drawing.name for drawing in job.drawings],
         job.order,
         job.allotment,
+        offcuts=job.offcuts,
         mirrored=job.settings.label_side == "inside",
         cut=cut_record(job.settings) | {"code": job.code},
     )

@@ -21,6 +21,7 @@ from fabweave.flat.pieces import Pieces
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.layout import Layout, SheetSize
+from fabweave.sheet.offcut import Offcut
 from fabweave.sheet.supplies import Allotment
 from fabweave.weave.choose import Chosen
 from fabweave.weave.pattern import Weave
@@ -45,13 +46,15 @@ def crossing_map(
     order: Order,
     allotment: Allotment,
     *,
+    offcuts: Sequence[Offcut] = (),
     mirrored: bool = False,
     cut: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Build the whole plan of a job: threads, crossings, pieces, joints, sheets and steps.
 
-    ``mirrored`` says whether sheets are drawn mirrored, so that their insides are engraved, and
-    ``cut`` what the files for the cutter are like.
+    ``offcuts`` are what is kept of sheets, as they are drawn; ``mirrored`` says whether sheets are
+    drawn mirrored, so that their insides are engraved, and ``cut`` what the files for the cutter
+    are like.
 
     Returns
     -------
@@ -62,6 +65,10 @@ def crossing_map(
     owners = find_owners(made.pieces, weave.threads.n_crossings)
     steps = build_steps(made, order)
     grip = grips_mm(made)
+    rests = {
+        offcut.sheet + 1: {"name": offcut.name, "outline": _rounded(offcut.outline)}
+        for offcut in offcuts
+    }
     return {
         "schema": SCHEMA,
         "units": "mm",
@@ -84,6 +91,7 @@ def crossing_map(
                 "height_mm": sheet.height_mm,
                 "mirrored": mirrored,
                 **_stock(sheet.mirrored() if mirrored else sheet),
+                "rest": rests.get(number),
                 "material": allotment.of_sheet(number - 1).material.name,
                 "thickness_mm": allotment.of_sheet(number - 1).material.thickness_mm,
             }

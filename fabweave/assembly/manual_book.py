@@ -125,8 +125,9 @@ class Book:
     def line(
         self, points: Sequence[tuple[float, float]] | FloatArray, *, width: float = 0.5,
         grey: float = 0.0, closed: bool = False, fill: float | None = None,
+        dash: tuple[float, ...] = (),
     ) -> None:  # fmt: skip
-        """Draw a run of straight lines; a closed one may be filled with a shade of grey."""
+        """Draw a run of straight lines, maybe dashed; a closed one may be filled with a grey."""
         path = self._canvas.beginPath()
         first, *others = points.tolist() if isinstance(points, np.ndarray) else points
         path.moveTo(*first)
@@ -138,7 +139,11 @@ class Book:
         self._canvas.setLineWidth(width)
         if fill is not None:
             self._canvas.setFillGray(fill)
+        if dash:
+            self._canvas.setDash(list(dash))
         self._canvas.drawPath(path, stroke=1 if width else 0, fill=0 if fill is None else 1)
+        if dash:
+            self._canvas.setDash()
 
     def circle(self, x: float, y: float, radius: float) -> None:
         """Draw a small hole."""

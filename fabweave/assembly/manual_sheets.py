@@ -9,6 +9,7 @@ import numpy as np
 
 from fabweave.arrays import FloatArray
 from fabweave.assembly.manual_book import LEADING, PLATE, SMALL, TEXT, Book, text_width
+from fabweave.assembly.manual_stock import draw_stock, write_stock
 from fabweave.assembly.manual_titles import place_across, upright
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.titles import Title, place_titles
@@ -131,6 +132,7 @@ def levelled(outline: FloatArray) -> FloatArray:
 
 def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawing]) -> None:
     """Draw every sheet with the names of its pieces, and list them to be ticked when peeled."""
+    margin_mm = plan["layout"]["margin_mm"]
     several = len({(sheet["material"], sheet["thickness_mm"]) for sheet in plan["sheets"]}) > 1
     for sheet, drawing in zip(plan["sheets"], drawings, strict=True):
         titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
@@ -138,7 +140,7 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
         keys = sorted(drawn, key=_natural)
         rows = -(-len(keys) // _tick_columns(book, keys))
         # A short list of pieces stands below its sheet, a long one on pages of its own.
-        reserved = 46.0 + 15.0 * (rows if rows <= _SHORT_LIST else 0)
+        reserved = 60.0 + 15.0 * (rows if rows <= _SHORT_LIST else 0)
         tiles = _tiles(book, drawing, drawn, titles, reserved)
         for number, tile in enumerate(tiles, start=1):
             book.page(SHEETS)
@@ -155,11 +157,12 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
                 f"{mirrored}{turned}, scale 1 : {72.0 / 25.4 / frame.scale:.1f}",
                 bold=True,
             )
-            frame.border()
+            draw_stock(book, sheet, margin_mm, frame.at, (tile.low, tile.low + tile.size))
             for key in tile.pieces:
                 book.line(frame.at(drawn[key].outline), width=0.5, closed=True, fill=0.92)
             _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles)
-            book.y = frame.bottom - 8.0
+            book.y = frame.bottom - 4.0
+            write_stock(book, sheet)
         if rows > _SHORT_LIST:
             book.page(SHEETS)
         write_ticks(book, sheet["name"], keys)
@@ -249,14 +252,6 @@ class _Placed:
         if self.quarter:
             x, y = self._wide - y, x
         return np.column_stack((x + self._book.left, y + self.bottom))
-
-    def border(self) -> None:
-        """Draw the edge of what is shown."""
-        left, low = self._book.left, self.bottom
-        right, high = left + self._wide, low + self._high
-        self._book.line(
-            [(left, low), (right, low), (right, high), (left, high)], width=1.0, closed=True
-        )
 
 
 def write_ticks(book: Book, name: str, keys: Sequence[str]) -> None:

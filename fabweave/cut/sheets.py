@@ -10,7 +10,7 @@ from fabweave.cut.labels import OVER_SIGN, UNDER_SIGN
 from fabweave.cut.lettering import characters
 from fabweave.cut.marks import Marks
 from fabweave.cut.notes import sheet_notes
-from fabweave.cut.stock_notes import outline_note, stock_notes
+from fabweave.cut.stock_notes import stock_notes
 from fabweave.cut.travel import short_route, spread_heat
 from fabweave.flat.piece import Piece
 from fabweave.sheet.layout import Layout, Placement, SheetSize
@@ -82,6 +82,7 @@ def draw_sheets(
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
                 [f"{_lettered(title)} SHEET {number}/{count}{told[number - 1]}", *legend],
+                layout.margin_mm,
                 layout.turns,
                 left.get(number - 1),
             ),
@@ -91,16 +92,26 @@ def draw_sheets(
 
 
 def _notes(
-    sheet: SheetSize, texts: Sequence[str], turns: Turns, offcut: Offcut | None
+    sheet: SheetSize,
+    texts: Sequence[str],
+    margin_mm: float,
+    turns: Turns,
+    offcut: Offcut | None,
 ) -> tuple[Entity, ...]:
     """Return the notes of a sheet as it lies on the bed."""
     grain = sheet.grain_deg
     if grain is None and turns.step_deg == HALF_TURN_DEG:
         grain = 0.0
-    frame, *others = sheet_notes(sheet.width_mm, sheet.height_mm, texts, grain_deg=grain)
-    if sheet.outline:
-        frame = outline_note(sheet.outline)
-    return (frame, *others, *stock_notes(sheet, offcut))
+    notes = sheet_notes(
+        sheet.width_mm,
+        sheet.height_mm,
+        texts,
+        margin_mm=margin_mm,
+        grain_deg=grain,
+        outline=sheet.outline,
+        defects=sheet.defects,
+    )
+    return (*notes, *stock_notes(sheet, offcut))
 
 
 def _lettered(title: str) -> str:

@@ -48,7 +48,7 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
     for ring in sheet.defects:
         if np.ptp(np.array(ring), axis=0).min() >= 2.0 * _SHORT_MM:
             notes.append(outline_note(ring))
-            notes.extend(Polyline(Layer.NOTES, line) for line in _hatch(ring))
+            notes.extend(Polyline(Layer.NOTES, line) for line in hatch(ring))
     if offcut is not None:
         notes.extend(Polyline(Layer.NOTES, line) for line in _dashes(offcut.outline))
         x, y = offcut.rectangle.mean(axis=0).tolist()
@@ -65,8 +65,15 @@ def draw_offcut(offcut: Offcut, sheet: SheetSize) -> SheetDrawing:
     return SheetDrawing(offcut.name, sheet.width_mm, sheet.height_mm, (), lines)
 
 
-def _hatch(ring: Sequence[tuple[float, float]]) -> list[FloatArray]:
-    """Return lines at 45 degrees across a polygon."""
+def hatch(ring: Sequence[tuple[float, float]] | FloatArray) -> list[FloatArray]:
+    """Return lines at 45 degrees across a polygon, 4 mm from one another.
+
+    Examples
+    --------
+    >>> lines = hatch([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)])
+    >>> len(lines), {round(float(np.ptp(line @ [1.0, -1.0])), 9) for line in lines}
+    (7, {0.0})
+    """
     polygon = shapely.make_valid(shapely.Polygon(ring))
     low_x, low_y, high_x, high_y = polygon.bounds
     # Each line has one value of y - x; they stand on multiples, so that neighbours line up.

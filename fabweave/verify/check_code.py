@@ -115,9 +115,8 @@ def _check_dots(
         tally.fail(f"{where}: the code cannot be read: {error}")
     low, side = np.array([x, y]) - dot * _QUIET, dot * (size + 2 * _QUIET)
     box = shapely.box(*low, *(low + side))
-    outline = sheet.outline * [-1.0, 1.0] + [sheet.width_mm, 0.0]
-    material = shapely.Polygon(outline if sheet.mirrored else sheet.outline)
-    tally.expect(shapely.make_valid(material).covers(box), f"{where}: the code leaves the sheet")
+    material = shapely.make_valid(shapely.Polygon(sheet.outline))
+    tally.expect(material.covers(box), f"{where}: the code leaves the sheet")
     others = [drawing.shape(at) for at in np.setdiff1d(notes, two[own]).tolist()]
     on = [one.name for one in others if box.intersects(_line(one.points, closed=one.closed))]
     on += [

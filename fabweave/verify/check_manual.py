@@ -23,7 +23,7 @@ def check_manual(job: Job, tally: Tally) -> None:
     texts, plan = job.manual, job.map
     if texts is None or plan is None:
         return
-    written = set(texts)
+    written, said = set(texts), _plain(" ".join(texts))
     for piece in plan.pieces:
         tally.expect(piece.id in written, f"assembly.pdf does not name piece {piece.id}")
     several = len({(sheet.material, sheet.thickness_mm) for sheet in plan.sheets}) > 1
@@ -35,10 +35,19 @@ def check_manual(job: Job, tally: Tally) -> None:
             all(told in text for text in own),
             f"assembly.pdf: the page of {sheet.name} does not say that it is of {sheet.material}",
         )
+        for name in (sheet.stock, sheet.rest[0] if sheet.rest is not None else ""):
+            tally.expect(
+                _plain(name) in said, f"assembly.pdf does not name {name!r}, of {sheet.name}"
+            )
     _check_map(plan, texts, tally)
     _check_parts(plan, texts, tally)
     _check_steps(plan, texts, tally)
     _check_tables(plan, texts, tally)
+
+
+def _plain(text: str) -> str:
+    """Return a text as the manual's fonts have it, wherever its lines are broken."""
+    return " ".join(text.encode("cp1252", "replace").decode("cp1252").split())
 
 
 def _check_map(plan: CrossingMap, texts: tuple[str, ...], tally: Tally) -> None:

@@ -44,6 +44,11 @@ def check_offcuts(job: Job, tally: Tally) -> None:
         _check_figures(name, record, sheet, tally)
         if (drawing := found.drawings.get(name)) is not None:
             _check_drawing(name, _rings(record), drawing, tally)
+    told_by_map = {sheet.rest[0] for sheet in plan.sheets if sheet.rest is not None}
+    stems = {name.rpartition("/")[2].removesuffix(".dxf") for name in files}
+    tally.expect(
+        told_by_map == stems, f"the map tells of {sorted(told_by_map)}, waste.json of {files}"
+    )
     if records or found.stock is not None:
         _check_entries(found.stock, dict(zip(files, own, strict=True)), tally)
 
@@ -79,6 +84,8 @@ def _check_place(
             f"{name} is {apart:.4f} mm from piece {piece.id}, not {plan.gap_mm:g}",
             least=True,
         )
+    shown = sheet.rest is not None and corners_apart(sheet.rest[1], _rings(record)[0]) <= _SAME_MM
+    tally.expect(shown, f"{name} is not what the map has as the rest of {sheet.name}")
     for at, defect in enumerate(sheet.defects, start=1):
         tally.expect(not shapely.Polygon(defect).intersects(rest), f"{name} overlaps defect {at}")
 

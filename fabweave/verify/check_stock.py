@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
-from fabweave.verify.drawing import NOTES, Drawing, corners_apart
+from fabweave.verify.drawing import NOTES, Drawing, corners_apart, traced
 from fabweave.verify.loading import Job
 from fabweave.verify.report import Tally
 
@@ -160,15 +160,21 @@ def _check_angles(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> None
 
 
 def _check_notes(where: str, sheet: Sheet, drawing: Drawing, tally: Tally) -> None:
-    """Check that the outline and every defect is drawn in the notes."""
-    rings = [
-        drawing.shape(at).points
-        for at in drawing.groups.get((NOTES, None), np.zeros(0, dtype=np.int64)).tolist()
-        if drawing.closed[at]
-    ]
+    """Check that all notes are on the material, and outline and defects among them."""
+    none = np.zeros(0, dtype=np.int64)
+    notes = [drawing.shape(at) for at in drawing.groups.get((NOTES, None), none).tolist()]
+    runs = [traced(note) for note in notes]
+    lines = shapely.linestrings(
+        np.concatenate(runs or [np.zeros((0, 2))]),
+        indices=np.repeat(np.arange(len(runs)), [len(run) for run in runs]),
+    )
+    material = shapely.Polygon(sheet.outline).buffer(_DRAWN_MM)
+    shapely.prepare(material)
+    beside = int(np.count_nonzero(~shapely.covers(material, lines)))
+    tally.expect(not beside, f"{where}: {beside} of {len(notes)} notes are beside the material")
     if not sheet.stock:
         return
-    drawn = [shapely.Polygon(ring).exterior for ring in rings if len(ring) > 2]
+    drawn = [shapely.Polygon(one.points).exterior for one in notes if one.closed]
     for what, ring in [("outline", sheet.outline), *(("defect", one) for one in sheet.defects)]:
         wanted = shapely.Polygon(ring).exterior
         if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:

@@ -197,16 +197,17 @@ class Sheet:
     defects: tuple[Floats, ...]
     #: Of its QR code: the lower left corner, and the size of a dot.
     code: tuple[float, float, float] | None = None
+    #: What it is of, where the map states it.
+    material: str | None = None
+    thickness_mm: float | None = None
+    #: What is kept of it: name and outline.
+    rest: tuple[str, Floats] | None = None
 
     @property
     def area_mm2(self) -> float:
         """The area inside its outline."""
         x, y = self.outline.T
         return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
-
-    #: What it is of, where the map states it.
-    material: str | None = None
-    thickness_mm: float | None = None
 
 
 @dataclass(frozen=True)

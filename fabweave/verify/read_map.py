@@ -184,7 +184,13 @@ def _sheet(node: _Node) -> Sheet:
         material=node["material"].maybe(_Node.text) if node.has("material") else None,
         thickness_mm=node["thickness_mm"].number() if node.has("thickness_mm") else None,
         code=node["code"].maybe(_code) if node.has("code") else None,
+        rest=node["rest"].maybe(_rest) if node.has("rest") else None,
     )
+
+
+def _rest(node: _Node) -> tuple[str, Floats]:
+    """Read what is kept of a sheet: its name and its outline."""
+    return node["name"].text(), node["outline"].points(2)
 
 
 def _code(node: _Node) -> tuple[float, float, float]:

@@ -295,6 +295,19 @@ def test_searching_a_label_shows_strip_piece_and_place(tab, torus, query):
         tab.page.click("#tab-piece")
 
 
+def test_a_sheet_is_shown_with_its_true_edge_and_its_defects(tab, torus):
+    sheet = torus.plan["sheets"][1]
+    assert len(sheet["outline"]) == 5
+    tab.page.click("#tab-sheet")
+    tab.page.locator("#panel-sheet [data-turn='1']").click()
+    for name, ring in (("stock", sheet["outline"]), ("defect", sheet["defects"][0])):
+        drawn = numbers_of(tab.page.locator(f"#panel-sheet path.{name}").get_attribute("d"))
+        np.testing.assert_allclose(drawn * [1.0, -1.0], ring, atol=0.01)
+    band = float(tab.page.locator("#panel-sheet path.margin").get_attribute("stroke-width"))
+    assert band == 2.0 * torus.plan["layout"]["margin_mm"]
+    assert "Hatched: defects." in tab.page.locator("#sheet-hint").inner_text()
+
+
 def test_tapping_a_piece_on_a_sheet_chooses_it_in_space(tab, torus):
     tab.page.click("#tab-sheet")
     tab.page.locator("#panel-sheet [data-turn='1']").click()

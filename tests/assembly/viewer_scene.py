@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from unittest import mock
 
 import numpy as np
@@ -42,8 +43,15 @@ def put_down(outlines, across):
             Placement(number, sheet, turn, float(10.0 - low[0]), float(tops[sheet] - low[1]))
         )
         tops[sheet] += float(np.ptp(turned[:, 1])) + 3.0
-    sheets = tuple(SheetSize(float(wide), top + 10.0) for top in tops)
-    return Layout(sheets, tuple(placements), 10.0, 3.0)
+    sheets = [SheetSize(float(wide), top + 10.0) for top in tops]
+    # The last one lacks a corner, and has a hole in it.
+    wide, high = sheets[-1].width_mm, sheets[-1].height_mm
+    sheets[-1] = replace(
+        sheets[-1],
+        outline=((0.0, 0.0), (wide, 0.0), (wide, high - 8.0), (wide - 8.0, high), (0.0, high)),
+        defects=(((1.0, 1.0), (6.0, 1.0), (1.0, 6.0)),),
+    )
+    return Layout(tuple(sheets), tuple(placements), 10.0, 3.0)
 
 
 def page_data(page):

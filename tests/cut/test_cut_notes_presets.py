@@ -17,10 +17,12 @@ sides = st.floats(12.0, 2000.0)
 lines = st.lists(st.text(alphabet="ABC 069-/.", max_size=60), max_size=4)
 
 
-@given(sides, sides, lines, st.floats(0.0, 20.0))
-@example(18.0, 12.0, ["", "B"], 12.0)
-def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(width, height, texts, margin):
-    notes = sheet_notes(width, height, texts, margin_mm=margin)
+@given(sides, sides, lines, st.floats(0.0, 20.0), st.none() | st.floats(0.0, 180.0))
+@example(18.0, 12.0, ["", "B"], 12.0, None)
+def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(
+    width, height, texts, margin, grain
+):
+    notes = sheet_notes(width, height, texts, margin_mm=margin, grain_deg=grain)
     assert {note.layer for note in notes} == {Layer.NOTES}
     points = np.concatenate([note.points for note in notes])
     assert points.min() >= -1e-9
@@ -58,6 +60,47 @@ def test_notes_keep_to_the_margin(margin):
     inside = shapely.box(margin, margin, 600.0 - margin, 400.0 - margin)
     for note in others:
         assert not shapely.LineString(note.points).intersects(inside)
+
+
+@st.composite
+def outlines(draw):
+    """Draw polygons around a middle, with its least corner at the origin."""
+    count = draw(st.integers(3, 40))
+    reach = draw(st.lists(st.floats(60.0, 400.0), min_size=count, max_size=count))
+    angle = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False) + draw(st.floats(0.0, 1.0))
+    ring = np.array(reach)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    return (ring - ring.min(axis=0)).round(4)
+
+
+@given(outlines(), lines, st.floats(0.0, 20.0), st.floats(0.0, 180.0))
+def test_notes_on_odd_stock_are_on_good_material(ring, texts, margin, grain):
+    material = shapely.Polygon(ring)
+    x, y = shapely.get_coordinates(material.representative_point())[0].tolist()
+    knot = ((x - 9.0, y - 9.0), (x + 9.0, y - 9.0), (x + 9.0, y + 9.0), (x - 9.0, y + 9.0))
+    width, height = ring.max(axis=0).tolist()
+    notes = sheet_notes(
+        width, height, texts, margin_mm=margin, grain_deg=grain, outline=ring.tolist(),
+        defects=[knot],
+    )  # fmt: skip
+    check_drawing(SheetDrawing("s", width, height, (), notes))
+    frame, bar, *_ = notes
+    assert shapely.Polygon(frame.points).symmetric_difference(material).area < 1.0
+    good = material.difference(shapely.Polygon(knot)).buffer(1e-6)
+    assert np.all(shapely.covers(good, [shapely.LineString(note.points) for note in notes[1:]]))
+    # The bar is as long as it says, whichever way it lies.
+    length = np.hypot(*(bar.points[2] - bar.points[1]))
+    assert round(length) in (100, 50, 20, 10)
+    assert length == pytest.approx(round(length), abs=1e-9)
+
+
+def test_notes_on_odd_stock_stand_where_no_piece_does():
+    wedge = [(0.0, 0.0), (300.0, 0.0), (0.0, 200.0)]
+    texts = ["JOB SHEET 1/4", "THE ENGRAVED FACE"]
+    _, bar, *letters = sheet_notes(300.0, 200.0, texts, margin_mm=6.0, outline=wedge)
+    assert len(letters) > 25
+    pieces = shapely.Polygon(wedge).buffer(-6.0, join_style="mitre")
+    for note in (bar, *letters):
+        assert not pieces.intersects(shapely.LineString(note.points))
 
 
 def test_a_long_text_is_made_smaller_and_then_cut_off():

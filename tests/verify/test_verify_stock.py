@@ -21,7 +21,7 @@ from fabweave.verify.report import Tally
 FIRST = """
 [[sheet]]
 name = "board"
-size = "420x300mm"
+outline = [[60, 0], [420, 0], [420, 300], [0, 300], [0, 60]]
 price = 3.5
 grain = 90
 defects = [{x = 330, y = 150, diameter = 30}]
@@ -56,7 +56,7 @@ def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
     first, second = jobs
     kept = json.loads((first / "waste.json").read_text())["offcuts"]
     assert [record["sheet"] for record in kept] == [1, 2]
-    price = 3.5 / (420.0 * 300.0)
+    price = 3.5 / (420.0 * 300.0 - 60.0**2 / 2.0)
     assert [one["worth"] for one in kept] == pytest.approx(
         [price * one["area_mm2"] for one in kept]
     )
@@ -136,9 +136,19 @@ CHANGES = [
     (lambda j: nearer_defect(j.plan), "from its defect 1, not"),
     (lambda j: narrower(j.plan), "not within the outline"),
     (lambda j: narrower(j.plan), "is the outline that the map tells"),
+    (lambda j: narrower(j.plan), "notes are beside the material"),
+    (lambda j: j.plan["sheets"][0].update(rest=None), "the map tells of ['offcut_02'], waste.json"),
+    (
+        lambda j: j.plan["sheets"][0]["rest"]["outline"].pop(),
+        "is not what the map has as the rest of sheet_01",
+    ),
     (lambda j: narrower(j.plan), "waste.json, sheet 1: area_mm2 is"),
     (
-        lambda j: j.settings["job"]["stock"]["sheet"][0].update(size="400x300mm"),
+        lambda j: j.settings["job"]["stock"]["sheet"][0]["outline"].pop(0),
+        "its outline is not that of job.toml",
+    ),
+    (
+        lambda j: j.settings["job"]["stock"]["sheet"][0].update(outline=[[0, 0], [9, 0], [0, 9]]),
         "not in the stock of job.toml",
     ),
     (lambda j: j.settings["job"]["stock"]["sheet"][0].update(quantity=0), "and 0 are in stock"),

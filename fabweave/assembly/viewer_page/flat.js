@@ -76,6 +76,17 @@ function letterHeight(plan, sheet) {
   return Math.min(sheet.width_mm / 46, Math.sqrt((sheet.width_mm * sheet.height_mm) / Math.max(count, 1)) / 5);
 }
 
+/** Draw what a sheet is like: its edge, its margin, its defects, and what is kept of it. */
+function stockDrawing(plan, sheet) {
+  const edge = pathOf(sheet.outline), margin = plan.plan.layout.margin_mm;
+  // A line twice as wide as the margin, cut off at the edge, shows the margin.
+  return `<defs><clipPath id="stock"><path d="${edge}"/></clipPath>
+    <pattern id="hatch" width="4" height="4" patternUnits="userSpaceOnUse" patternTransform="rotate(-45)"><path d="M0 0H4"/></pattern></defs>
+    <path class="stock" d="${edge}"/><path class="margin" d="${edge}" clip-path="url(#stock)" stroke-width="${2 * margin}"/>${
+    sheet.defects.map((ring) => `<path class="defect" d="${pathOf(ring)}"/>`).join("")}${
+    sheet.rest ? `<path class="rest" d="${pathOf(sheet.rest.outline)}"><title>${escaped(sheet.rest.name)}</title></path>` : ""}`;
+}
+
 /** Draw a sheet with its pieces; classes say which is chosen, new, or laid before. */
 function sheetDrawing(plan, number) {
   const sheet = plan.sheets[number], [wide, high] = [sheet.width_mm, sheet.height_mm];
@@ -88,8 +99,8 @@ function sheetDrawing(plan, number) {
       size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(piece.id)}</text></g>`];
   });
   return `<svg class="sheet" viewBox="${-wide * 0.005} ${-high - wide * 0.005} ${wide * 1.01} ${high + wide * 0.01}"
-    stroke-width="${wide / 700}" role="img" aria-label="${escaped(sheet.name)}"><rect x="0" y="${-high}" width="${wide}"
-    height="${high}"/>${drawn.join("")}<g id="finder"></g></svg>`;
+    stroke-width="${wide / 700}" role="img" aria-label="${escaped(sheet.name)}">${stockDrawing(plan, sheet)}${
+    drawn.join("")}<g id="finder"></g></svg>`;
 }
 
 /** Ring pieces on a sheet, and name them in letters that can be read at any size. */

@@ -99,7 +99,8 @@
     if (shown.sheet !== state.sheet) {
       shown.sheet = state.sheet;
       panel.innerHTML = `<p class="turner"><button type="button" data-turn="-1" aria-label="Sheet before">&#9664;</button>
-        <span>Sheet ${sheet.sheet} of ${plan.sheets.length}<br><small>${sheet.width_mm} × ${sheet.height_mm} mm</small></span>
+        <span>Sheet ${sheet.sheet} of ${plan.sheets.length}<br><small>${sheet.width_mm} × ${sheet.height_mm} mm${
+          sheet.stock ? `, ${escaped(sheet.stock)}` : ""}</small></span>
         <button type="button" data-turn="1" aria-label="Sheet after">&#9654;</button>
         <button type="button" data-zoom="0.5" aria-label="Smaller">&minus;</button>
         <button type="button" data-zoom="2" aria-label="Larger">+</button></p><div id="sheet-box">${sheetDrawing(plan, state.sheet)}</div>
@@ -123,8 +124,10 @@
     shown.sought = key;
     by("sheet-hint").textContent = [
       sheet.mirrored ? "Pieces lie on their outer faces here: the inner ones are engraved." : "",
+      sheet.defects.length ? "Hatched: defects." : "",
+      sheet.rest ? `Dashed: ${sheet.rest.name}, to be kept.` : "",
       state.stepwise ? "Ringed: this step. Pale: laid before. White: later." : "",
-    ].join(" ");
+    ].filter(Boolean).join(" ");
   }
 
   function showSteps() {

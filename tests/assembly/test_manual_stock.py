@@ -1,0 +1,81 @@
+"""Sheets of irregular stock are drawn in the manual as they are."""
+
+import numpy as np
+import pytest
+import shapely
+
+from fabweave.assembly.manual_stock import draw_stock, stock_words
+
+EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]
+KNOT = [[150.0, 20.0], [190.0, 20.0], [190.0, 50.0], [150.0, 50.0]]
+REST = [[0.0, 100.0], [70.0, 100.0], [70.0, 180.0], [0.0, 180.0]]
+SHEET = {
+    "stock": "left of the vase",
+    "offcut": True,
+    "outline": EL,
+    "defects": [KNOT],
+    "rest": {"name": "offcut_02", "outline": REST},
+}
+MARGIN = 6.0
+
+
+class Recorder:
+    """Keeps what is drawn instead of drawing it."""
+
+    def __init__(self):
+        self.drawn = []
+
+    def line(self, points, *, width=0.5, closed=False, dash=(), **_):
+        run = np.asarray(points)
+        self.drawn.append((np.vstack((run, run[:1])) if closed else run, width, dash))
+
+    def of(self, width):
+        return shapely.union_all(
+            [shapely.linestrings(run) for run, w, _ in self.drawn if w == width]
+        )
+
+
+@pytest.mark.parametrize("window", [((0, 0), (260, 180)), ((100, 0), (260, 180))])
+def test_edge_margin_defects_and_rest_are_drawn_where_they_are(window):
+    book = Recorder()
+    scale, shift = 2.0, np.array([30.0, 40.0])
+    draw_stock(
+        book,
+        SHEET,
+        MARGIN,
+        lambda points: points * scale + shift,
+        tuple(np.array(corner, dtype=float) for corner in window),
+    )
+    book.drawn = [((run - shift) / scale, *how) for run, *how in book.drawn]
+    shown, whole = shapely.box(*window[0], *window[1]), shapely.Polygon(EL)
+    edge = shapely.polygonize([book.of(1.0)]).geoms
+    assert shapely.union_all(edge).symmetric_difference(whole & shown).area < 1e-6
+    # The margin is dotted at its distance from the edge, all along it.
+    dotted = [run for run, _, dash in book.drawn if dash == (1.0, 2.0)]
+    for run in dotted:
+        places = shapely.points(run)
+        away = shapely.distance(places, whole.exterior)
+        on_page = shapely.distance(places, shown.exterior) > 1e-9
+        assert np.all(shapely.covers(whole, places))
+        assert away[on_page] == pytest.approx(MARGIN)
+    drawn = shapely.union_all([shapely.linestrings(run) for run in dotted])
+    wanted = whole.buffer(-MARGIN, quad_segs=64).exterior & shown
+    assert drawn.length == pytest.approx(wanted.length, rel=1e-3)
+    # Hatching fills the defect: no place in it is farther than its step from a line.
+    lines, knot = book.of(0.3), shapely.Polygon(KNOT)
+    assert knot.buffer(1e-6).covers(lines)
+    assert lines.buffer(2.9).covers(knot)
+    rest = [run for run, _, dash in book.drawn if dash == (6.0, 3.0)]
+    if window[0] == (0, 0):
+        assert shapely.LineString(rest[0]).equals(shapely.Polygon(REST).exterior)
+    else:
+        assert not rest
+
+
+def test_words_tell_what_is_there_and_nothing_else():
+    assert stock_words(SHEET) == (
+        "From the stock: left of the vase (an offcut). Dotted: the margin. Hatched: defects. "
+        "Dashed: offcut_02, to be kept."
+    )
+    plain = {"stock": "", "offcut": False, "defects": [], "rest": None}
+    assert stock_words(plain) == "Dotted: the margin."
