@@ -78,7 +78,7 @@ def make(
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
     # Here and below, heavy imports wait until there is work to do, so that --help is quick.
     from fabweave.cluster import cluster_at  # noqa: PLC0415
-    from fabweave.cut.preflight import flaw_lines  # noqa: PLC0415
+    from fabweave.cut.flaws import flaw_lines  # noqa: PLC0415
     from fabweave.folder import run_job  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
@@ -169,7 +169,7 @@ def preflight(
     bends; each finding says on which piece, where on its sheet, what is asked for, and what
     would help.
     """
-    from fabweave.cut.preflight import flaw_lines  # noqa: PLC0415
+    from fabweave.cut.flaws import flaw_lines  # noqa: PLC0415
     from fabweave.folder import folder_is_readable  # noqa: PLC0415
     from fabweave.preflight_job import preflight_job  # noqa: PLC0415
 

@@ -14,7 +14,8 @@ from fabweave.outfiles import write_files
 from fabweave.preflight_job import supplies_of
 from fabweave.settings import read_job_options
 from fabweave.sheet.material import with_thickness
-from fabweave.sheet.supplies import Supplies, sort_of_material
+from fabweave.sheet.supplies import Supplies
+from fabweave.sheet.supply_plan import sort_of_material
 
 
 def coupon_for(

@@ -30,7 +30,8 @@ from fabweave.ribbon.findings import RibbonCheck
 from fabweave.settings import CHOICES, LAYOUT_FILE, JobSettings
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.offcut import Offcut, usable_offcuts
-from fabweave.sheet.supplies import Allotment, Supplies, allot, plan_supplies
+from fabweave.sheet.supplies import Allotment, Supplies, allot
+from fabweave.sheet.supply_plan import plan_supplies
 from fabweave.weave.colours import thread_colours
 from fabweave.weave.colourspace import Colours
 from fabweave.weave.pattern import Weave

@@ -16,7 +16,8 @@ from fabweave.assembly.viewer_space import space_record
 from fabweave.cut.code import code_of
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
-from fabweave.cut.preflight import flaw_lines, preflight
+from fabweave.cut.flaws import flaw_lines
+from fabweave.cut.preflight import preflight
 from fabweave.cut.preview import write_png
 from fabweave.cut.ready import READY_FOLDER
 from fabweave.cut.service import Stuff, kind_files, write_kind_files

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from fabweave.bybunch import split_by_bunch
-from fabweave.cut.preflight import Flaw, preflight, preflight_record
+from fabweave.cut.flaws import Flaw, preflight_record
+from fabweave.cut.preflight import preflight
 from fabweave.cut.targets import Target, target_named
 from fabweave.errors import InputError
 from fabweave.settings import read_job_options
-from fabweave.sheet.supplies import Supplies, plan_supplies
+from fabweave.sheet.supplies import Supplies
+from fabweave.sheet.supply_plan import plan_supplies
 from fabweave.units import parse_length
 
 

@@ -28,15 +28,17 @@ def agree(count: int, text: str) -> str:
     return chosen.replace("{n}", str(count))
 
 
-def few_of(names: Sequence[str], most: int = 8) -> str:
-    """Return the first of some names, and how many more there are.
+def few_of(names: Sequence[object], most: int = 8) -> str:
+    """Return the first of some names or numbers, and how many more there are.
 
     Examples
     --------
     >>> few_of(["A1", "A2", "B1"], 2), few_of(["A1", "A2"], 2)
     ('A1, A2 and 1 more', 'A1, A2')
     """
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+    return ", ".join(map(str, names[:most])) + (
+        f" and {len(names) - most} more" if len(names) > most else ""
+    )
 
 
 def closest_first(wanted: str, names: Iterable[str]) -> list[str]:

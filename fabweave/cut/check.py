@@ -13,6 +13,7 @@ import numpy as np
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
+from fabweave.cut.overlap import overlapping
 from fabweave.errors import InputError
 from fabweave.words import few_of
 
@@ -45,7 +46,8 @@ def check_drawing(drawing: SheetDrawing) -> None:
     piece is engraved, then its holes, then its outline (the order of ``Layer``) and has an
     outline; what is cut is closed, unless outlines are open on purpose; only notes are on NOTES;
     coordinates are finite and within a hundred metres; no segment, the closing one included, is
-    shorter than 0.1 mm; no arc sweeps half a turn or more; no line and no circle is there twice.
+    shorter than 0.1 mm; no arc sweeps half a turn or more; no line and no circle is there twice,
+    and no straight line that is cut lies on another one for a part of its length.
 
     Parameters
     ----------
@@ -171,7 +173,8 @@ def _check_polylines(
         "close them, or engrave them",
     )
     points = np.concatenate([line.points for line in lines])
-    at = owners.of(np.repeat(np.arange(len(lines)), counts))
+    line_of = np.repeat(np.arange(len(lines)), counts)
+    at = owners.of(line_of)
     _check_coordinates(points, at)
     last = np.cumsum(counts) - 1
     following = np.arange(1, len(points) + 1)
@@ -201,6 +204,13 @@ def _check_polylines(
         "segment(s) are drawn twice",
         at.of(starts[_repeats(low, high, np.rint(height / STEP_MM).astype(np.int64))]).listed(),
         "draw each line once: the laser would burn it twice",
+    )
+    through = starts[np.isin(ranks, cut)[line_of[starts]] & (bulges == 0.0)]
+    on_others = overlapping(points[through], points[following[through]])
+    _refuse(
+        "segment(s) that are cut lie on others",
+        at.of(through[on_others]).listed(),
+        "join them to one: the laser would burn what they share twice",
     )
 
 

@@ -7,7 +7,7 @@ from fabweave.cut.bridges import MicroJoints, bridged
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerf import compensated
 from fabweave.errors import InputError
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
 #: The folder of these sheets in a job's folder.
 READY_FOLDER = "cut"
@@ -92,9 +92,8 @@ def ready_notes(
         and all(getattr(one, "closed", True) for one in piece.entities[-1:])
     ]
     if whole:
-        named = ", ".join(whole[:8]) + (" …" if len(whole) > 8 else "")
         notes.append(
             f"{agree(len(whole), '{n} piece[|s]')} without micro-joints, for want of a side that "
-            f"is long and straight enough: {named}"
+            f"is long and straight enough: {few_of(whole)}"
         )
     return tuple(notes)

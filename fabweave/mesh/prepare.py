@@ -9,7 +9,7 @@ from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.topology import EdgeGroups, group_edges
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:
@@ -94,9 +94,7 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
 
 
 def _some(chosen: BoolArray) -> str:
-    places = np.flatnonzero(chosen)
-    shown = ", ".join(map(str, places[:5].tolist()))
-    return f"face {shown}" + (", …" if len(places) > 5 else "")
+    return f"face {few_of(np.flatnonzero(chosen).tolist(), 5)}"
 
 
 def _inward_patches(mesh: PolyMesh, edges: EdgeGroups, patch: IntArray) -> BoolArray:

@@ -16,7 +16,7 @@ from fabweave.mesh.remesh_engines import ENGINES, Engine
 from fabweave.mesh.remesh_runs import best_run
 from fabweave.mesh.triangulate import triangulate
 from fabweave.mesh.weld import weld_mesh
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
 #: Bounds of what may be asked for.
 LEAST_QUADS, MOST_QUADS = 6, 100_000
@@ -232,7 +232,7 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
         nearly = "nearly all faces are" if len(stray) else "all faces are"
         notes.append(f"{nearly} quads already, and the mesh was left as it is")
     if len(stray):
-        some = ", ".join(map(str, stray[:5].tolist())) + (", …" if len(stray) > 5 else "")
+        some = few_of(stray.tolist(), 5)
         notes.append(
             agree(len(stray), "{n} [face is no quad|faces are no quads] (face ")
             + f"{some}); one Catmull-Clark step makes quads of all faces"

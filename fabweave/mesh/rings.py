@@ -8,6 +8,7 @@ from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.words import few_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,5 +197,4 @@ def corners_in_turn(halfedges: Halfedges, n_vertices: int) -> tuple[IntArray, In
 
 def name_some(vertices: IntArray) -> str:
     """Name the first few vertices of a list."""
-    shown = ", ".join(map(str, vertices[:5].tolist()))
-    return f"vertex {shown}" + (", …" if len(vertices) > 5 else "")
+    return f"vertex {few_of(vertices.tolist(), 5)}"

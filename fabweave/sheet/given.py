@@ -15,7 +15,7 @@ from fabweave.sheet.check import check_layout
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 from fabweave.sheet.stock import format_stock
 from fabweave.sheet.turns import FREE, Turns
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
 _ROUNDED_MM = 2e-6  # outlines in a crossing map are rounded to a millionth
 _SAME_MM = 1e-6
@@ -96,7 +96,7 @@ def read_layout(
     if other:
         raise InputError(
             f"the layout in {path} is of other pieces: {agree(len(other), '{n} differ[s|]')} "
-            f"({', '.join(other[:8])}{', …' if len(other) > 8 else ''}); leave out --layout, or "
+            f"({few_of(other)}); leave out --layout, or "
             "give the settings of that job"
         )
     require_kept(path, layout, outlines, ids, sheets)

@@ -84,7 +84,7 @@ def thinner_supply(supplies: Supplies, which: int, radius_mm: float) -> str | No
 
     Examples
     --------
-    >>> from fabweave.sheet.supplies import plan_supplies
+    >>> from fabweave.sheet.supply_plan import plan_supplies
     >>> none = (("", None),)
     >>> both = plan_supplies((("warp", "card"), ("weft", "stainless-304")), none, none, ())
     >>> thinner_supply(both, 1, 100.0)

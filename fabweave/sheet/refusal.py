@@ -12,9 +12,8 @@ from fabweave.sheet.fill import NestingJob, filled_sheet
 from fabweave.sheet.fits import fits_rectangle
 from fabweave.sheet.stock import format_stock
 from fabweave.sheet.supply import next_sheet
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
-_NAMED = 8
 _SHORTER = 0.9  # a piece that is too large by its width may be this share as long
 
 
@@ -23,9 +22,8 @@ def too_large(job: NestingJob, stranded: Sequence[int]) -> str:
     shapes = [job.shapes[job.poses[piece].shape] for piece in stranded]
     said = [
         f"{job.names[piece]} ({shape.length_mm:.1f} × {shape.width_mm:.1f} mm)"
-        for piece, shape in zip(stranded[:_NAMED], shapes, strict=False)
+        for piece, shape in zip(stranded, shapes, strict=True)
     ]
-    more = f" and {len(stranded) - _NAMED} more" if len(stranded) > _NAMED else ""
     clear = [clear_rectangle(area, job.gap_mm) for area in job.areas]
     wide, high = max(clear, key=lambda size: size[0] * size[1])
     sides = [
@@ -43,7 +41,7 @@ def too_large(job: NestingJob, stranded: Sequence[int]) -> str:
     return (
         f"{len(stranded)} of {agree(len(job.poses), '{n} piece[|s]')} "
         f"{agree(len(stranded), '[fits|fit]')} on no sheet at any rotation that is allowed: "
-        f"{', '.join(said)}{more}; the largest free rectangle of the stock is {wide:.1f} × "
+        f"{few_of(said)}; the largest free rectangle of the stock is {wide:.1f} × "
         f"{high:.1f} mm within margins and off defects. Take {', '.join(helps[:-1])}, or "
         f"{helps[-1]}"
     )
@@ -80,10 +78,10 @@ def run_out(job: NestingJob, queue: Sequence[int], used: Sequence[int]) -> str:
         for number, count in sorted(missing.items())
         if count > 0
     )
-    said = ", ".join(job.names[piece] for piece in queue[:_NAMED])
+    said = few_of([job.names[piece] for piece in queue])
     return (
         f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
-        f"{agree(len(queue), '[is|are]')} left ({said}{', …' if len(queue) > _NAMED else ''}) "
+        f"{agree(len(queue), '[is|are]')} left ({said}) "
         f"after {agree(len(used), '{n} sheet[|s]')}; {wanted} would take them. Add sheets, take "
         "larger ones, or try --effort best"
     )

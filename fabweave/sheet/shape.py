@@ -9,6 +9,7 @@ import shapely
 from fabweave.arrays import FloatArray, frozen
 from fabweave.errors import InputError
 from fabweave.sheet.turns import FREE, Turns
+from fabweave.words import few_of
 
 _CONGRUENT_MM = 1e-6  # vertices that differ less are the same vertex
 _FIT_MM = 1e-7  # what rotation by floating-point numbers may add to a length
@@ -95,10 +96,7 @@ def check_outlines(outlines: Sequence[FloatArray], ids: Sequence[str]) -> None:
             elif not shapely.area(polygon) > 0.0:
                 bad.append(f"{name} (no area)")
     if bad:
-        more = f" and {len(bad) - 8} more" if len(bad) > 8 else ""
-        raise InputError(
-            f"{len(bad)} of {len(outlines)} outlines cannot be nested: " + ", ".join(bad[:8]) + more
-        )
+        raise InputError(f"{len(bad)} of {len(outlines)} outlines cannot be nested: {few_of(bad)}")
 
 
 def shape_of(outline: FloatArray, *, upright: bool = False) -> tuple[Shape, float, float, float]:

@@ -33,7 +33,7 @@ def check_code(job: Job, tally: Tally) -> None:
     if not tally.expect(text or not coded, "sheets have a code, and the map does not say which"):
         return
     if text:
-        _check_text(text, (job.settings or {}).get("job"), tally)
+        _check_text(text, job.options, tally)
     for sheet in plan.sheets:
         dxf, svg = job.dxf.get(sheet.number), job.svg.get(sheet.number)
         if svg is not None:
@@ -48,9 +48,8 @@ def check_code(job: Job, tally: Tally) -> None:
             _check_dots(f"{sheet.name}.dxf", text or "", dxf, sheet, plan, tally)
 
 
-def _check_text(text: str, options: Any, tally: Tally) -> None:
+def _check_text(text: str, told: dict[str, Any], tally: Tally) -> None:
     """Check that a command states no setting that job.toml does not."""
-    told = options if isinstance(options, dict) else {}
     command, _, digest = text.partition(_DIGEST)
     words = shlex.split(command)
     tally.expect(words[:2] == ["fabweave", "make"], f"the code makes nothing: {text!r}")

@@ -38,9 +38,7 @@ def check_labels(job: Job, tally: Tally) -> None:
     plan = job.map
     if plan is None:
         return
-    options = (job.settings or {}).get("job")
-    options = options if isinstance(options, dict) else {}
-    wanted, side = options.get("labels", "full"), options.get("label_side", "outside")
+    wanted, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
     for piece in plan.pieces:
         _check_words(piece, plan, str(wanted), tally)
         _check_stations(piece, tally)

@@ -24,7 +24,7 @@ def check_looks(job: Job, tally: Tally) -> None:
     if plan is None:
         return
     cut = plan.cut
-    _check_settings(cut, (job.settings or {}).get("job"), tally)
+    _check_settings(cut, job.options, tally)
     tally.expect(
         set(cut.colours) == set(LAYERS),
         f"the map has colours for {', '.join(cut.colours)}, and the layers are {', '.join(LAYERS)}",
@@ -37,9 +37,8 @@ def check_looks(job: Job, tally: Tally) -> None:
             check_svg_looks(f"{sheet.name}.svg", drawing, cut, cut.colours, tally)
 
 
-def _check_settings(cut: Cut, options: Any, tally: Tally) -> None:
+def _check_settings(cut: Cut, told: dict[str, Any], tally: Tally) -> None:
     """Check that the map states what the settings do, where they say anything."""
-    told = options if isinstance(options, dict) else {}
     for key in ("profile", "dxf", "svg_units"):
         stated = getattr(cut, key)
         tally.expect(

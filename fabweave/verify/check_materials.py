@@ -57,12 +57,10 @@ def _agree(own: Supply, material: object, thickness: object) -> bool:
 
 def _check_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
     """Check that settings by bunch fit the bunches of the map."""
-    options = (job.settings or {}).get("job")
-    options = options if isinstance(options, dict) else {}
     bunches = {thread.bunch for thread in plan.threads}
     parted = False
     for key in ("material", "thickness", "gap"):
-        named = set(by_bunch(options.get(key))) - {None}
+        named = set(by_bunch(job.options.get(key))) - {None}
         parted = parted or bool(named)
         tally.expect(
             not named or named == bunches,
@@ -79,10 +77,8 @@ def _check_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
 
 def _check_sheets_of_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
     """Check that no sheet that the settings keep for one bunch holds pieces of another."""
-    options = (job.settings or {}).get("job")
-    texts = options.get("sheet") if isinstance(options, dict) else None
     kept = []
-    for text in texts or ():
+    for text in job.options.get("sheet", ()):
         # All sizes for one bunch, or for all under None.
         for bunch, size in by_bunch(text).items():
             found = _SIZE.match(size)

@@ -19,8 +19,7 @@ _ENGINE = "spyrrow"
 
 def check_outcome(job: Job, tally: Tally) -> None:
     """Check the counts, utilisation and notes of job.toml, and what the layout's notes imply."""
-    plan, settings = job.map, job.settings or {}
-    outcome = settings.get("outcome")
+    plan, outcome = job.map, (job.settings or {}).get("outcome")
     if plan is None or not isinstance(outcome, dict):
         return
     _check_figures(plan, outcome, tally)
@@ -32,10 +31,9 @@ def check_outcome(job: Job, tally: Tally) -> None:
         tally.expect(
             job.waste.get("notes") == notes, "the notes of job.toml and of waste.json differ"
         )
-    options = settings.get("job")
     layout = (job.document or {}).get("layout")
-    if isinstance(options, dict) and isinstance(layout, dict):
-        _check_layout(plan, layout, options, notes, tally)
+    if job.options and isinstance(layout, dict):
+        _check_layout(plan, layout, job.options, notes, tally)
 
 
 def _check_figures(plan: CrossingMap, outcome: dict[str, Any], tally: Tally) -> None:

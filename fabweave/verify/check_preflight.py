@@ -25,7 +25,7 @@ def check_preflight(job: Job, tally: Tally) -> None:
     plan, told = job.map, job.preflight
     if plan is None or told is None:
         return
-    stated = ((job.settings or {}).get("job") or {}).get("target", "default")
+    stated = job.options.get("target", "default")
     tally.expect(
         told.get("target") == stated,
         f"preflight.json is for target {told.get('target')!r}, and job.toml for {stated!r}",

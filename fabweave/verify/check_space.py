@@ -113,8 +113,8 @@ def _layers_mm(job: Job, crossing: Crossing) -> float:
     Half of the strand above, half of what lies below (twice its thickness where it laps), and the
     clearance.
     """
-    plan, options = job.map, (job.settings or {}).get("job")
-    if plan is None or not isinstance(options, dict):
+    plan = job.map
+    if plan is None:
         return 0.0
     above, below = (
         job.supplies[strand.thread].thickness_mm for strand in (crossing.over, crossing.under)
@@ -124,8 +124,7 @@ def _layers_mm(job: Job, crossing: Crossing) -> float:
     station = plan.piece[crossing.under.piece].stations[crossing.under.station]
     joint = None if station.joint is None else plan.joint.get(station.joint)
     laps = joint is not None and joint.kind in (*LAPPED, "slot")
-    clearance = float(str(options.get("clearance", "0mm")).removesuffix("mm"))
-    return (above + below * (2 if laps else 1)) / 2.0 + clearance
+    return (above + below * (2 if laps else 1)) / 2.0 + (job.clearance_mm or 0.0)
 
 
 def _check_course(

@@ -25,8 +25,7 @@ def check_stock(job: Job, tally: Tally) -> None:
     plan = job.map
     if plan is None:
         return
-    options = (job.settings or {}).get("job")
-    told = options if isinstance(options, dict) else {}
+    told = job.options
     if "sheet" in told or "stock" in told:
         _check_entries(plan, told, tally)
     _check_angles(plan, told, tally)

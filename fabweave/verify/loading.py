@@ -77,6 +77,11 @@ class Job:
     #: What is in the folder of offcuts, if there is one.
     offcuts: Offcuts | None = None
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """What job.toml says the job was asked for; empty if nothing."""
+        return _options(self.settings)
+
     @cached_property
     def edges(self) -> dict[int, int]:
         """The edge of each crossing that lies on an inner edge of the mesh."""
@@ -95,12 +100,12 @@ class Job:
     @property
     def boundary(self) -> object:
         """What the settings say that threads do at the boundary; unsaid, they end there."""
-        return _option(self.settings, "boundary", "end")
+        return self.options.get("boundary", "end")
 
     @cached_property
     def supplies(self) -> dict[int, Supply]:
         """What each thread is cut from, as the settings say."""
-        return {} if self.map is None else thread_supplies(self.settings, self.map)
+        return {} if self.map is None else thread_supplies(self.options, self.map)
 
     @cached_property
     def layers(self) -> dict[int, tuple[int, float]]:
@@ -120,7 +125,7 @@ class Job:
     @property
     def clearance_mm(self) -> float | None:
         """The air between ribbons that is wanted, if the settings state it."""
-        text = _option(self.settings, "clearance", None)
+        text = self.options.get("clearance")
         try:
             return float(str(text).removesuffix("mm")) if text is not None else None
         except ValueError:
@@ -134,10 +139,10 @@ class Job:
         return develop_pieces(self.map, self.model)
 
 
-def _option(settings: dict[str, Any] | None, name: str, default: object) -> object:
-    """Return one of the job's settings; the default where nothing is said."""
+def _options(settings: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the table of a job.toml that says what was asked for; empty where there is none."""
     options = (settings or {}).get("job")
-    return options.get(name, default) if isinstance(options, dict) else default
+    return options if isinstance(options, dict) else {}
 
 
 def sheet_drawing(
@@ -195,8 +200,9 @@ def load_job(directory: Path, tally: Tally) -> Job:
             # A sheet left over from an earlier run would be cut too.
             tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
     settings = read("job.toml", _read_toml)
+    options = _options(settings)
     templates: dict[int, Template] | None = None
-    if _option(settings, "template", "none") != "none":
+    if options.get("template", "none") != "none":
         found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
         templates = {number: one for number, one in found.items() if one is not None}
     read("waste.html", _read_text)
@@ -220,7 +226,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         viewer=read("assembly.html", read_viewer),
         manual=read("assembly.pdf", read_texts),
         templates=templates,
-        ready=read_ready(directory, settings, sheets, read, tally),
+        ready=read_ready(directory, options, sheets, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,

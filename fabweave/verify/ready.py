@@ -39,7 +39,7 @@ class Ready:
 
 def read_ready(
     directory: Path,
-    settings: dict[str, Any] | None,
+    options: dict[str, Any],
     sheets: tuple[Sheet, ...],
     read: Callable[[str, Callable[[Path], Drawing]], Drawing | None],
     tally: Tally,
@@ -50,15 +50,15 @@ def read_ready(
     ----------
     directory : Path
         The job's folder.
-    settings : dict or None
-        Of job.toml.
+    options : dict
+        The settings of job.toml.
     sheets : tuple of Sheet
     read : callable
         Reads a file by its name and a reader, or tells why not.
     tally : Tally
         Where files are told that do not belong there.
     """
-    kerf, micro = _wanted(settings, tally)
+    kerf, micro = _wanted(options, tally)
     ready = Ready(kerf, micro, {}, {})
     known = set()
     if kerf or micro is not None:
@@ -79,13 +79,8 @@ def read_ready(
     return ready if known else None
 
 
-def _wanted(
-    settings: dict[str, Any] | None, tally: Tally
-) -> tuple[float, tuple[int, float] | None]:
+def _wanted(options: dict[str, Any], tally: Tally) -> tuple[float, tuple[int, float] | None]:
     """Return the kerf and the micro-joints that the settings state."""
-    options = (settings or {}).get("job")
-    if not isinstance(options, dict):
-        return 0.0, None
     kerf, micro = 0.0, None
     try:
         kerf = float(str(options.get("kerf", 0.0)).removesuffix("mm"))

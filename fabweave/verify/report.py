@@ -26,7 +26,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "unfolding": "each piece is the unreflected development of its part of the model",
         "outlines-dxf": "the DXF sheets cut exactly the pieces' outlines and holes, in millimetres",
         "outlines-svg": "the SVG sheets cut exactly the same, and engrave what the DXF engraves",
-        "lines": "no side of a line is shorter than a tenth of a millimetre, and none drawn twice",
+        "lines": "no side of a line is shorter than a tenth of a millimetre, none lies on another",
         "looks": "drawings have the version, units, colours and line widths that were asked for",
         "cut": "the sheets with kerf and micro-joints stand off the pieces by half the kerf",
         "templates": "the sheets at full size show every piece where it stands",

@@ -18,10 +18,8 @@ class Supply:
     gap_mm: float | None = None
 
 
-def thread_supplies(settings: Mapping[str, Any] | None, plan: CrossingMap) -> dict[int, Supply]:
+def thread_supplies(options: Mapping[str, Any], plan: CrossingMap) -> dict[int, Supply]:
     """Return the supply of each thread, by its id."""
-    options = (settings or {}).get("job")
-    options = options if isinstance(options, dict) else {}
     told = {key: by_bunch(options.get(key)) for key in ("material", "thickness", "gap")}
     found = {}
     for thread in plan.threads:

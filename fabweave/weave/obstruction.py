@@ -10,7 +10,7 @@ from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.conditions import TwillConditions
 from fabweave.weave.decide import Decision, decide_twill
 from fabweave.weave.threads import Threads
-from fabweave.words import agree
+from fabweave.words import agree, few_of
 
 #: So many irregular places are looked at, one by one, for one that obstructs by itself.
 _LOOKED_AT = 40
@@ -144,12 +144,11 @@ def _uneven_thread(threads: Threads, labels: Sequence[str]) -> Obstruction | Non
     uneven = np.flatnonzero(threads.closed & (threads.lengths % 4 != 0))
     if not len(uneven):
         return None
-    named = ", ".join(f"{labels[t]} ({threads.lengths[t]})" for t in uneven[:_NAMED].tolist())
-    more = f" and {len(uneven) - _NAMED} more" if len(uneven) > _NAMED else ""
+    named = [f"{labels[thread]} ({threads.lengths[thread]})" for thread in uneven.tolist()]
     return Obstruction(
         f"a ring needs a number of crossings that is a multiple of 4, and {len(uneven)} of "
         f"{agree(threads.n_threads, '{n} thread[|s]')} {'has' if len(uneven) == 1 else 'have'} "
-        f"another: {named}{more}",
+        f"another: {few_of(named, _NAMED)}",
         threads=tuple(uneven[:_NAMED].tolist()),
     )
 
@@ -163,15 +162,13 @@ def _chain(
     else:
         crossings = np.unique(conditions.gaps[decision.clauses])
     involved = np.unique(threads.thread_of_pass[np.isin(threads.crossing, crossings)])
-    named = ", ".join(labels[t] for t in involved[:_NAMED].tolist())
-    more = f" and {len(involved) - _NAMED} more" if len(involved) > _NAMED else ""
+    named = few_of([labels[thread] for thread in involved.tolist()], _NAMED)
     how = (
         f"over {len(decision.contradiction)} steps the pattern comes back opposite to itself"
         if len(decision.contradiction)
         else f"whichever way it starts, the pattern fails at one of {len(decision.clauses)} gaps"
     )
     return Obstruction(
-        f"along the threads {named}{more}, {how} (crossings "
-        f"{', '.join(str(c) for c in crossings[:_NAMED].tolist())}, …)",
+        f"along the threads {named}, {how} (crossings {few_of(crossings.tolist(), _NAMED)})",
         threads=tuple(involved.tolist()),
     )

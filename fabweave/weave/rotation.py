@@ -9,6 +9,7 @@ from fabweave.arrays import BoolArray, IntArray, frozen, offsets_of
 from fabweave.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.cycles import order_states
+from fabweave.words import few_of
 
 #: More crossings than this are a slip of the pen, and would fill the memory.
 _MOST_CROSSINGS = 1 << 28
@@ -270,9 +271,8 @@ def _checked(halfedges: Halfedges, half_twists: npt.ArrayLike) -> IntArray:
         raise InputError(f"these half-twists make more than {_MOST_CROSSINGS} crossings")
     wrong = np.flatnonzero((halfedges.twin[halfedges.edge_halfedge] < 0) & (twists != 0))
     if len(wrong):
-        some = ", ".join(map(str, wrong[:5].tolist()))
         raise InputError(
-            f"{len(wrong)} boundary edges are to be twisted ({some}{' …' * (len(wrong) > 5)}); "
+            f"{len(wrong)} boundary edges are to be twisted ({few_of(wrong.tolist(), 5)}); "
             "only one strand runs along a boundary edge, so give it no twist"
         )
     return twists

@@ -4,13 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 from fabweave.cut.check import check_drawing
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.cut.dxf import write_dxf
+from fabweave.cut.overlap import overlapping
 from fabweave.cut.preview import write_png
 from fabweave.cut.svg import write_svg
 from fabweave.errors import InputError
+from fabweave.verify.check_lines import _on_others
 
 
 def outline(points, layer=Layer.CUT_OUTER, closed=True):
@@ -53,7 +56,39 @@ SPOILED = [
         [MARK, outline([[12, 11], [11, 11]], Layer.ENGRAVE_MARK, False), TRIANGLE],
         "1 segment.*twice.*Q7",
     ),
+    ("part of it twice", [outline([[0, 0], [9, 0], [9, 9], [9, 3], [0, 3]])], "1.*lie on o.*Q7"),
+    ("along the outline", [TRIANGLE, outline([[12, 10], [25, 10], [25, 5]])], "1.*lie on o.*Q7"),
+    (
+        "along it at an angle",
+        [outline([[17, 13], [13, 17], [5, 5]], Layer.CUT_INNER), TRIANGLE],
+        "1.*lie on o.*Q7",
+    ),
 ]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_overlaps_are_those_that_lines_share(seed):
+    # On a grid, turned and shifted, many lines overlap; what two share has a length or has none.
+    rng = np.random.default_rng(seed)
+    ends = rng.integers(0, 5, (70, 2, 2))
+    ends = ends[np.any(ends[:, 0] != ends[:, 1], axis=1)]
+    lines = shapely.linestrings(ends.astype(float))
+    shared = shapely.length(shapely.intersection(lines[:, None], lines[None]))
+    wanted = np.flatnonzero(np.any(np.tril(shared > 1e-9, -1), axis=1))
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    placed = ends @ turn.T * rng.uniform(0.5, 90.0) + rng.uniform(0.0, 2000.0, 2)
+    assert 5 < len(wanted) < 65
+    assert overlapping(placed[:, 0], placed[:, 1]).tolist() == wanted.tolist()
+    # verify finds the same by code of its own.
+    assert _on_others(placed[:, 0], placed[:, 1]).tolist() == wanted.tolist()
+
+
+def test_lines_that_are_side_by_side_or_end_on_end_share_nothing():
+    starts = np.array([[0.0, 0.0], [10.0, 0.0], [2.0, 0.01], [5.0, -3.0]])
+    ends = np.array([[10.0, 0.0], [20.0, 0.0], [8.0, 0.01], [5.0, 3.0]])
+    assert overlapping(starts, ends).tolist() == []
+    assert _on_others(starts, ends).tolist() == []
 
 
 @pytest.fixture
@@ -90,7 +125,8 @@ def test_the_unspoiled_drawing_passes(spoil, sheet):
 def test_segments_of_just_the_limit_pass(spoil):
     for turn in np.linspace(0.0, 6.0, 50):
         near = [50.0 + 0.1 * np.cos(turn), 50.0 + 0.1 * np.sin(turn)]
-        check_drawing(spoil([outline([[50.0, 50.0], near, [70.0, 70.0]])]))
+        far = [50.0 - 20.0 * np.sin(turn), 50.0 + 20.0 * np.cos(turn)]
+        check_drawing(spoil([outline([[50.0, 50.0], near, far])]))
 
 
 def test_a_line_may_not_be_shared_by_two_pieces(sheet_of):

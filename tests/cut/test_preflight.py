@@ -10,7 +10,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fabweave.cli import main
-from fabweave.cut.preflight import flaw_lines, preflight, preflight_record
+from fabweave.cut.flaws import flaw_lines, preflight_record
+from fabweave.cut.preflight import preflight
 from fabweave.cut.targets import target_named, targets
 from fabweave.errors import InputError
 from fabweave.sheet.material import material_named, with_thickness

@@ -25,7 +25,7 @@ from fabweave.ribbon.rules import measure_along, measure_between, measure_layers
 from fabweave.settings import JobSettings, job_toml
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.limits import ribbon_limits, thread_limits
-from fabweave.sheet.supplies import plan_supplies
+from fabweave.sheet.supply_plan import plan_supplies
 from fabweave.verify import verify_job
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave

@@ -40,6 +40,11 @@ def test_a_true_job_has_none(job, name) -> None:
         ([(1, 1, 2, 5)] * 2, "drawn more than once"),
         ([(1, 1, 2, 5), (2, 5, 1, 1)], "drawn more than once"),
         ([(1, 1, 1, 5), (1, 5, 1, 1)], "drawn more than once"),
+        ([(1, 1, 7, 4), (9, 5, 3, 2)], "lies on another line for a part of its length"),
+        ([(1, 1, 7, 4), (3, 2, 5, 3)], "lies on another line"),
+        ([(1, 1, 7, 4), (1, 1, 5, 3)], "lies on another line"),
+        # End on end, side by side, across.
+        ([(1, 1, 3, 2), (3, 2, 7, 4), (1, 1.01, 7, 4.01), (1, 4, 7, 1)], ""),
         ([(1, 1, 2, 5), (1, 1, 2, 5.1), (1, 1.1, 2, 5), (1, 1, 1.0999, 1)], ""),
     ],
 )
@@ -50,6 +55,11 @@ def test_spoilt_lines_are_found(job, lines, words) -> None:
     )
     told = add_shapes(job(), drawn)
     assert words in told if words else told == ""
+
+
+def test_notes_may_lie_along_an_edge(job) -> None:
+    run = "  0\nLINE\n  8\n{}\n 10\n1\n 20\n1\n 11\n{}\n 21\n1\n"
+    assert add_shapes(job(), run.format("NOTES", 9) + run.format("NOTES", 5)) == ""
 
 
 @pytest.mark.parametrize(("sign", "words"), [(-1.0, ""), (1.0, "drawn more than once")])
