@@ -175,7 +175,7 @@ def _write_tables(
     page = waste_page(
         report,
         title=thing.woven.title,
-        supplies=job.supplies,
+        allotment=job.allotment,
         sheet_names=names,
         entries=entries,
     )

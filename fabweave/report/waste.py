@@ -11,6 +11,7 @@ from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.alike import piece_kinds
 from fabweave.flat.path import stretch
 from fabweave.flat.piece import Piece
+from fabweave.report.estimate import estimate_record
 from fabweave.sheet.layout import Layout
 from fabweave.sheet.material import sheet_mass_kg
 from fabweave.sheet.supplies import Allotment
@@ -86,7 +87,8 @@ def waste_report(
         What ``waste.json`` holds.
     """
     rows = []
-    for number, sheet in enumerate(layout.sheets):
+    for number, (sheet, drawing) in enumerate(zip(layout.sheets, drawings, strict=True)):
+        cut = entities_on(drawing, Layer.CUT_INNER, Layer.CUT_OUTER)
         here = [pieces[p.piece] for p in layout.placements if p.sheet == number]
         outlines = sum(outline_area_mm2(piece) for piece in here)
         holes = sum(hole_area_mm2(piece) for piece in here)
@@ -102,6 +104,8 @@ def waste_report(
                 "waste_mm2": area - outlines,
                 "utilisation": outlines / area,
                 "pieces": len(here),
+                "cut_length_mm": length_mm(cut),
+                "pierces": len(cut),
                 "stock": sheet.name,
                 "price": 0.0 if sheet.offcut and sheet.price is None else sheet.price,
                 "material": allotment.of_sheet(number).material.name,
@@ -110,12 +114,13 @@ def waste_report(
         )
     totals = sum_rows(rows)
     materials = material_records(rows, allotment)
-    entities = [e for d in drawings for piece in d.pieces for e in piece.entities]
-    cut = [e for e in entities if e.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)]
-    engraved = [e for e in entities if e.layer in (Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK)]
-    totals["cut_length_mm"] = length_mm(cut)
-    totals["engrave_length_mm"] = length_mm(engraved)
-    totals["holes"] = sum(entity.layer is Layer.CUT_INNER for entity in entities)
+    totals["cut_length_mm"] = sum(row["cut_length_mm"] for row in rows)
+    totals["pierces"] = sum(row["pierces"] for row in rows)
+    totals["engrave_length_mm"] = sum(
+        length_mm(entities_on(drawing, Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK))
+        for drawing in drawings
+    )
+    totals["holes"] = sum(len(entities_on(drawing, Layer.CUT_INNER)) for drawing in drawings)
     totals["mass_g"] = sum(record["mass_g"] for record in materials)
     only = materials[0] if len(materials) == 1 else None
     return {
@@ -126,6 +131,7 @@ def waste_report(
         "materials": [_rounded(record) for record in materials],
         "sheets": [_rounded(row) for row in rows],
         "totals": _rounded(totals),
+        "estimate": estimate_record(rows, allotment.sheet_materials),
         "notes": list(notes),
     }
 
@@ -169,6 +175,13 @@ def material_records(rows: Sequence[dict[str, Any]], allotment: Allotment) -> li
             }
         )
     return records
+
+
+def entities_on(drawing: SheetDrawing, *layers: Layer) -> list[Entity]:
+    """Return what pieces of a sheet have on some layers."""
+    return [
+        entity for piece in drawing.pieces for entity in piece.entities if entity.layer in layers
+    ]
 
 
 def length_mm(entities: Sequence[Entity]) -> float:

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from fabweave.report.bom import bom_section
+from fabweave.report.estimate import estimate_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
-from fabweave.sheet.supplies import Supplies
+from fabweave.sheet.supplies import Allotment, Supplies
 
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}: material</title>
@@ -33,7 +34,7 @@ li {{ margin: .3rem 0 }}
 <tbody>
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
-{materials}{offcuts}
+{materials}{estimate}{offcuts}
 {bill}
 {splitting}
 {notes}
@@ -47,7 +48,7 @@ def waste_page(
     report: dict[str, Any],
     *,
     title: str,
-    supplies: Supplies,
+    allotment: Allotment,
     sheet_names: Sequence[str],
     entries: Sequence[str],
 ) -> str:
@@ -59,12 +60,12 @@ def waste_page(
         What ``waste.json`` holds.
     title : str
         Name of the job.
-    supplies : Supplies
+    allotment : Allotment
     sheet_names : sequence of str
     entries : sequence of str
         Those of the offcuts in a list of stock.
     """
-    totals = report["totals"]
+    totals, supplies = report["totals"], allotment.supplies
     rows = "\n".join(
         _page_row(name, _size(row, told=supplies.several), row)
         for name, row in zip(sheet_names, report["sheets"], strict=True)
@@ -84,6 +85,7 @@ def waste_page(
         summary=html.escape(summary),
         rows=rows,
         total=_page_row("all", "", totals),
+        estimate=estimate_section(report, sheet_names, allotment.sheet_materials),
         offcuts=offcut_section(report["offcuts"], entries, sheet_names),
         materials=_material_section(report, supplies) if supplies.several else "",
         bill=bom_section(report),

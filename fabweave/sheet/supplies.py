@@ -205,10 +205,14 @@ class Allotment:
         """Return what a sheet is of, counted from 0."""
         return self.supplies.each[int(self.sheets[sheet])]
 
+    @property
+    def sheet_materials(self) -> tuple[Material, ...]:
+        """The material of each sheet, (S,)."""
+        return tuple(self.supplies.materials[index] for index in self.sheets.tolist())
+
     def captions(self) -> tuple[str, ...]:
         """Return what each sheet is of, (S,), in few letters."""
-        told = [material.caption for material in self.supplies.materials]
-        return tuple(told[index] for index in self.sheets.tolist())
+        return tuple(material.caption for material in self.sheet_materials)
 
 
 def allot(

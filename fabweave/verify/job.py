@@ -12,6 +12,7 @@ from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_clearance import check_clearance
 from fabweave.verify.check_code import check_code
 from fabweave.verify.check_drawings import check_dxf, check_svg
+from fabweave.verify.check_estimate import check_estimate
 from fabweave.verify.check_files import check_references
 from fabweave.verify.check_joints import check_joints
 from fabweave.verify.check_kinds import check_kinds
@@ -94,6 +95,7 @@ _TASKS = (
     _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),
     _Task("materials", ("map",), check_materials),
+    _Task("estimate", ("map", "waste"), check_estimate),
     _Task("outcome", (), check_outcome),
     _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),

@@ -331,8 +331,11 @@ def engraved_length(specimen):
 
 def write_waste(specimen, folder):
     plan = specimen.plan
-    keys = ("area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces")
-    sheets, cut, n_holes = [], 0.0, 0
+    keys = (
+        "area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces", "cut_length_mm",
+        "pierces",
+    )  # fmt: skip
+    sheets, n_holes = [], 0
     for sheet in plan["sheets"]:
         entry = dict.fromkeys(keys, 0)
         entry |= {key: sheet[key] for key in ("sheet", "width_mm", "height_mm")}
@@ -343,7 +346,8 @@ def write_waste(specimen, folder):
                 entry["piece_area_mm2"] += outline - hole
                 entry["hole_area_mm2"] += hole
                 entry["pieces"] += 1
-                cut += length + sum(math.pi * d for d in holes)
+                entry["cut_length_mm"] += length + sum(math.pi * d for d in holes)
+                entry["pierces"] += 1 + len(holes)
                 n_holes += len(holes)
         used = entry["piece_area_mm2"] + entry["hole_area_mm2"]
         entry["waste_mm2"] = entry["area_mm2"] - used
@@ -351,7 +355,7 @@ def write_waste(specimen, folder):
         sheets.append(entry)
     totals = {key: sum(entry[key] for entry in sheets) for key in keys}
     totals["utilisation"] = 1 - totals["waste_mm2"] / totals["area_mm2"]
-    totals |= {"sheets": len(sheets), "cut_length_mm": cut, "holes": n_holes}
+    totals |= {"sheets": len(sheets), "holes": n_holes}
     totals["engrave_length_mm"] = engraved_length(specimen)
     waste = {"schema": "fabweave.waste/1", "units": "mm", "sheets": sheets, "totals": totals}
     waste["offcuts"] = []

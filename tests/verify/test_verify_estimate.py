@@ -1,0 +1,102 @@
+"""Times and prices are what lengths, speeds and areas make; anything else is found."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from fabweave.report.estimate import PIERCE_S, estimate_record, estimate_section
+from fabweave.sheet.material import material_named
+from fabweave.verify.check_estimate import check_estimate
+from fabweave.verify.loading import load_job
+from fabweave.verify.report import Tally
+
+CARD, SHIM = material_named("card"), material_named("spring-shim-0.1")
+PRICED = replace(CARD, price_per_m2=8.0, currency="EUR")
+
+
+@pytest.fixture(scope="module")
+def read(true_jobs):
+    """Return a job as read, with the estimate that its maker would state."""
+    job = load_job(true_jobs("torus"), Tally("files"))
+    rows = job.waste["sheets"]
+    return replace(job, waste=job.waste | {"estimate": estimate_record(rows, [PRICED] * len(rows))})
+
+
+def found(job, change):
+    plan, waste = job.map, json.loads(json.dumps(job.waste))
+    change(waste)
+    sheets = tuple(
+        replace(sheet, material=PRICED.name, thickness_mm=PRICED.thickness_mm)
+        for sheet in plan.sheets
+    )
+    tally = Tally("estimate")
+    check_estimate(replace(job, map=replace(plan, sheets=sheets), waste=waste), tally)
+    return " | ".join(tally.result().findings)
+
+
+def first(waste):
+    return waste["estimate"]["sheets"][0]
+
+
+CHANGES = [
+    (lambda _: None, None),
+    (lambda w: w.update(estimate=None), None),
+    (lambda w: w["sheets"][0].update(cut_length_mm=5.0), "sheet 1: cut_length_mm is 5.0, but"),
+    (lambda w: w["sheets"][0].update(pierces=5), "sheet 1: pierces is 5, but comes to"),
+    (lambda w: w["totals"].update(pierces=5), "totals: pierces is 5, but comes to"),
+    (lambda w: first(w)["cut_s"].reverse(), "sheet 1, cut_s: fastest is"),
+    (lambda w: first(w).update(cut_s=None), "cut_s: slowest is None"),
+    (lambda w: first(w).update(price=99.0), "estimate of sheet 1: price is 99.0"),
+    (lambda w: first(w).update(sheet=9), "waste.json estimates sheets"),
+    (lambda w: w["estimate"].update(price=99.0), "waste.json, estimate: price is 99.0"),
+    (lambda w: w["estimate"].update(cut_s=[1.0, 2.0]), "estimate, cut_s: fastest is 1.0"),
+    (lambda w: w["estimate"].update(pierce_s=5.0), "sheet 1, cut_s: slowest is"),
+    (lambda w: w["estimate"]["materials"][0].update(speed_mm_s=None), "with no speed"),
+    (lambda w: w["estimate"]["materials"][0].update(price_per_m2=None), "and not known"),
+]
+
+
+@pytest.mark.parametrize("number", range(len(CHANGES)))
+def test_whatever_is_spoilt_is_found(read, number):
+    change, words = CHANGES[number]
+    told = found(read, change)
+    assert told == "" if words is None else words in told
+
+
+ROWS = [
+    {"sheet": number, "cut_length_mm": 6000.0 * number, "pierces": 30, "area_mm2": 2.5e5}
+    for number in (1, 2)
+]
+
+
+def test_times_are_length_over_speed_and_piercings():
+    record = estimate_record(ROWS, [PRICED, PRICED])
+    fast, slow = max(CARD.speed_mm_s), min(CARD.speed_mm_s)
+    for row, one in zip(ROWS, record["sheets"], strict=True):
+        bare = [row["cut_length_mm"] / speed for speed in (fast, slow)]
+        assert one["cut_s"] == pytest.approx([time + 30 * PIERCE_S for time in bare])
+        assert one["price"] == 2.0
+    assert record["cut_s"] == pytest.approx([18000 / fast + 30.0, 18000 / slow + 30.0])
+    assert record["price"] == 4.0
+
+
+def test_what_is_not_known_is_not_guessed():
+    assert SHIM.speed_mm_s is None
+    assert estimate_record(ROWS, [SHIM, SHIM]) is None
+    record = estimate_record(ROWS, [PRICED, SHIM])
+    assert (record["cut_s"], record["price"]) == (None, None)
+    assert record["sheets"][1] == {"sheet": 2, "cut_s": None, "price": None}
+    # Two currencies make no sum.
+    other = replace(PRICED, name="else", currency="USD")
+    assert estimate_record(ROWS, [PRICED, other])["price"] is None
+
+
+def test_the_page_shows_each_sheet_and_all():
+    totals = {"cut_length_mm": 18000.0, "pierces": 60}
+    report = {"estimate": estimate_record(ROWS, [PRICED, SHIM]), "sheets": ROWS, "totals": totals}
+    page = estimate_section(report, ["sheet_01", "sheet_02"], [PRICED, SHIM])
+    assert "<td>sheet_01</td><td>6.0</td><td>30</td><td>1.9 to 2.8</td><td>2.00 EUR</td>" in page
+    assert "<td>sheet_02</td><td>12.0</td><td>30</td><td>unknown</td><td>unknown</td>" in page
+    assert "<td>all</td><td>18.0</td><td>60</td><td>unknown</td><td>unknown</td>" in page
+    assert estimate_section(report | {"estimate": None}, [], []) == ""
