@@ -8,6 +8,7 @@ from fabweave.sheet.material import Material
 
 #: What piercing takes each time, seconds: an engineering default, without a published source.
 PIERCE_S = 0.5
+_UNKNOWN = "unknown"
 
 
 def estimate_of(
@@ -98,23 +99,22 @@ def estimate_section(
     estimate = report["estimate"]
     if estimate is None:
         return ""
-    rows = [
-        (name, *_lengths(row), minutes(one["cut_s"]), _price(one["price"], material.currency))
-        for name, row, one, material in zip(
-            sheet_names, report["sheets"], estimate["sheets"], materials, strict=True
-        )
+    heads = ["Sheet", "Cut, m", "Piercings", "Cutting, min", "Material"]
+    named = zip(sheet_names, report["sheets"], estimate["sheets"], materials, strict=True)
+    rows = [_cells(name, row, one, material.currency) for name, row, one, material in named] + [
+        _cells("all", report["totals"], estimate, materials[0].currency)
     ]
-    totals = report["totals"]
-    end = ("all", *_lengths(totals), minutes(estimate["cut_s"]),
-           _price(estimate["price"], materials[0].currency))  # fmt: skip
-    body = "\n".join(_row(row) for row in rows)
+    # What is known of no sheet is left out.
+    kept = [at for at in range(len(heads)) if {row[at] for row in rows} != {_UNKNOWN}]
+    *body, end = (_row([row[at] for at in kept]) for row in rows)
+    head = "".join(f"<th>{heads[at]}</th>" for at in kept)
     return (
         "<h2>Estimate</h2>\n<p>Length over the cutting speeds of a 60 W CO2 laser, and "
         f"{estimate['pierce_s']:g} s for each piercing; engraving and the way between lines are "
         "not counted. Prices are the library's for a square metre. Ask who cuts it.</p>\n"
-        "<table><thead><tr><th>Sheet</th><th>Cut, m</th><th>Piercings</th><th>Cutting, min</th>"
-        f"<th>Material</th></tr></thead>\n<tbody>\n{body}\n</tbody>"
-        f"<tfoot>{_row(end)}</tfoot></table>\n"
+        f"<table><thead><tr>{head}</tr></thead>\n<tbody>\n"
+        + "\n".join(body)
+        + f"\n</tbody><tfoot>{end}</tfoot></table>\n"
     )
 
 
@@ -126,15 +126,14 @@ def minutes(seconds: Sequence[float] | None) -> str:
     >>> minutes([25.0, 96.0]), minutes(None)
     ('0.4 to 1.6', 'unknown')
     """
-    return "unknown" if seconds is None else f"{seconds[0] / 60:.1f} to {seconds[1] / 60:.1f}"
+    return _UNKNOWN if seconds is None else f"{seconds[0] / 60:.1f} to {seconds[1] / 60:.1f}"
 
 
-def _lengths(row: dict[str, Any]) -> tuple[str, int]:
-    return f"{row['cut_length_mm'] / 1000:.1f}", row["pierces"]
-
-
-def _price(price: float | None, currency: str) -> str:
-    return "unknown" if price is None else f"{price:.2f} {currency}"
+def _cells(name: str, row: dict[str, Any], one: dict[str, Any], currency: str) -> tuple[str, ...]:
+    """Return the cells of a sheet, or of all."""
+    price = _UNKNOWN if one["price"] is None else f"{one['price']:.2f} {currency}"
+    length = f"{row['cut_length_mm'] / 1000:.1f}"
+    return name, length, str(row["pierces"]), minutes(one["cut_s"]), price
 
 
 def _row(cells: Sequence[object]) -> str:

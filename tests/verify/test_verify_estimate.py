@@ -99,4 +99,8 @@ def test_the_page_shows_each_sheet_and_all():
     assert "<td>sheet_01</td><td>6.0</td><td>30</td><td>1.9 to 2.8</td><td>2.00 EUR</td>" in page
     assert "<td>sheet_02</td><td>12.0</td><td>30</td><td>unknown</td><td>unknown</td>" in page
     assert "<td>all</td><td>18.0</td><td>60</td><td>unknown</td><td>unknown</td>" in page
+    # A column of which nothing is known is left out.
+    assert "<th>Material</th>" in page
+    report["estimate"] = estimate_record(ROWS, [CARD, SHIM])
+    assert "Material" not in estimate_section(report, ["sheet_01", "sheet_02"], [CARD, SHIM])
     assert estimate_section(report | {"estimate": None}, [], []) == ""
