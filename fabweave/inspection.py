@@ -10,7 +10,7 @@ import numpy as np
 from fabweave.arrays import FloatArray, IntArray, Progress, no_progress
 from fabweave.errors import CannotMakeError, FabweaveError
 from fabweave.job import complete_settings
-from fabweave.lapped import hole_rules
+from fabweave.lapped import check_made, hole_rules
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -36,7 +36,6 @@ from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.voting import best_vote
 from fabweave.woven import (
     WovenObject,
-    check_object,
     keep_clear,
     require_stiffness,
     weave_object,
@@ -93,7 +92,7 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
     thing = weave_object(settings, supplies, progress)
     thing, pieces = _planned(thing, settings, supplies, progress)
     progress("checks", 0, 1)
-    check = check_object(thing, settings, supplies)
+    check = check_made(thing, settings, supplies)
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
     threads = thing.weave.threads
     progress("twill", 0, 1)

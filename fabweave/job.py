@@ -18,7 +18,7 @@ from fabweave.cut.sheets import draw_sheets
 from fabweave.errors import InputError
 from fabweave.executors import Executors, here
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.lapped import hole_rules, lay_job
+from fabweave.lapped import check_made, hole_rules, lay_job
 from fabweave.laying import lay_out
 from fabweave.plan import Plan
 from fabweave.refining import try_refinement
@@ -38,7 +38,6 @@ from fabweave.weave.pattern import Weave
 from fabweave.workers import Start, at_once
 from fabweave.woven import (
     WovenObject,
-    check_object,
     width_notes,
 )
 
@@ -118,7 +117,7 @@ def make_job(
     laid = lay_job(settings, supplies, rules, progress)
     thing, plan, weave = laid.object, laid.plan, laid.object.weave
     progress("checks", 0, 1)
-    check = try_refinement(check_object(thing, settings, supplies), thing, settings, supplies)
+    check = try_refinement(check_made(thing, settings, supplies), thing, settings, supplies)
     made = build_pieces(
         thing.ribbons, weave, plan.runs, thing.labels, rules, laid.joints, slots=settings.slots
     )

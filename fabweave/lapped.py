@@ -1,23 +1,32 @@
 """Lay the ribbons of a job as they are cut: with room for laps where its pieces are joined."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fabweave.arrays import Progress, no_progress
-from fabweave.errors import InputError
+from fabweave.errors import CannotMakeError, InputError
 from fabweave.flat.holes import HoleRule
 from fabweave.flat.joint import parse_joint
 from fabweave.flat.joints import JointPlan, plan_joints
 from fabweave.flat.runs import Runs
 from fabweave.plan import Plan, plan_pieces
 from fabweave.ribbon.check import require_width
+from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.turns import require_no_loop
 from fabweave.settings import JobSettings
 from fabweave.sheet.material import hole_edge_mm, min_hole_mm
 from fabweave.sheet.supplies import Supplies
-from fabweave.woven import WovenObject, keep_clear, require_stiffness, weave_object
+from fabweave.woven import (
+    WovenObject,
+    check_object,
+    keep_clear,
+    lay_ribbons,
+    require_stiffness,
+    resized,
+    weave_object,
+)
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
@@ -66,6 +75,43 @@ def lay_job(
     plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
     thing, joints = _with_joints(thing, plan.runs, settings, supplies)
     return LaidObject(thing, plan, joints)
+
+
+def remake(
+    thing: WovenObject,
+    settings: JobSettings,
+    supplies: Supplies,
+    rules: Sequence[HoleRule],
+    size_mm: float,
+) -> WovenObject:
+    """Plan the pieces of an object at another size, and lay its ribbons for them, as a job does.
+
+    Where no pieces can be planned (none may fit the sheet), there is room for a lap everywhere.
+
+    Parameters
+    ----------
+    thing : WovenObject
+        As it is.
+    settings, supplies, rules
+        As for :func:`lay_job`.
+    size_mm : float
+        The largest dimension that it gets.
+    """
+    other = resized(thing, size_mm)
+    ribbons = lay_ribbons(other.woven, other.weave, settings, supplies.thickness_mm(other.bunches))
+    try:
+        plan = plan_pieces(ribbons, other.weave, other.labels, settings, rules, supplies)
+        return _with_joints(replace(other, ribbons=ribbons), plan.runs, settings, supplies)[0]
+    except CannotMakeError:
+        return keep_clear(other, settings, supplies)
+
+
+def check_made(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> RibbonCheck:
+    """Check the ribbons of an object, and confirm the sizes that are proposed on what is made."""
+    rules = hole_rules(settings, supplies)
+    return check_object(
+        thing, settings, supplies, lambda size: remake(thing, settings, supplies, rules, size)
+    )
 
 
 def _with_joints(

@@ -1,5 +1,6 @@
 """Weave a mesh and lay its ribbons: the woven object, before anything is unfolded or cut."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,9 +14,10 @@ from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.findings import RibbonCheck, check_ribbons, require_pliable
 from fabweave.ribbon.heights import crossing_heights
 from fabweave.ribbon.narrow import Narrowed, narrow_ribbons
+from fabweave.ribbon.part import Part
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.remedy import is_too_stiff
-from fabweave.ribbon.rules import measure_along
+from fabweave.ribbon.rules import measure_along, measure_clearance
 from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
@@ -122,6 +124,7 @@ def lay_ribbons(
     thickness_mm: FloatArray,
     laps: IntArray | None = None,
     narrowing: FloatArray | None = None,
+    part: Part | None = None,
 ) -> Ribbons:
     """Lay the ribbons of a weave, with room for two layers, and for three where a joint laps.
 
@@ -137,12 +140,18 @@ def lay_ribbons(
         The crossings at which a joint laps; before pieces are planned it may be any.
     narrowing : (P,) float array, optional
         Factor on the width at each pass.
+    part : Part, optional
+        Lay only this part of the weave.
     """
+    height = crossing_heights(weave, thickness_mm, settings.clearance_mm, laps)
+    if part is not None:
+        weave, height = part.weave, height[part.crossings]
+        narrowing = narrowing[part.passes] if narrowing is not None else None
     ribbons = project_ribbons(
         woven.mesh,
         woven.halfedges,
         weave,
-        height_mm=crossing_heights(weave, thickness_mm, settings.clearance_mm, laps),
+        height_mm=height,
         length=settings.crossing,
         width=settings.width,
         narrowing=narrowing,
@@ -159,8 +168,8 @@ def keep_clear(
     """
     thickness = supplies.thickness_mm(thing.bunches)
 
-    def lay(factor: FloatArray | None = None) -> Ribbons:
-        return lay_ribbons(thing.woven, thing.weave, settings, thickness, laps, factor)
+    def lay(factor: FloatArray | None = None, part: Part | None = None) -> Ribbons:
+        return lay_ribbons(thing.woven, thing.weave, settings, thickness, laps, factor, part)
 
     if not settings.width.auto:
         return replace(thing, ribbons=lay(), laps=laps)
@@ -169,18 +178,32 @@ def keep_clear(
     return replace(thing, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
 
 
-def check_object(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> RibbonCheck:
+def check_object(
+    thing: WovenObject,
+    settings: JobSettings,
+    supplies: Supplies,
+    remake: Callable[[float], WovenObject] | None = None,
+) -> RibbonCheck:
     """Check the ribbons of a woven object against their materials, and look for remedies.
 
-    At another size joints may lie elsewhere: sizes are looked for with room for a lap everywhere.
+    At another size joints may lie elsewhere, and widths be others: sizes are looked for with room
+    for a lap everywhere, and then confirmed on what would be made there.
+
+    Parameters
+    ----------
+    thing, settings, supplies
+        What is checked.
+    remake : callable, optional
+        Plans its pieces and lays its ribbons for them at another size, in millimetres. Without it,
+        they are taken to have room for a lap everywhere.
     """
     limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(thing.bunches)
     narrowed = thing.narrowed
 
-    def lay(size_mm: float, narrower: float, narrowest: bool) -> Ribbons:
+    def lay(size_mm: float, narrower: float, narrowest: bool, part: Part | None) -> Ribbons:
         growth = size_mm / thing.size_mm
-        woven = replace(thing.woven, mesh=_scaled(thing.woven.mesh, growth))
+        woven = _scaled(thing.woven, growth)
         changed = replace(settings, width=settings.width.times(narrower))
         factor = None
         if narrowed is not None and growth == 1.0:
@@ -193,14 +216,16 @@ def check_object(thing: WovenObject, settings: JobSettings, supplies: Supplies) 
             factor, stuck = narrowed.factor.copy(), narrowed.stuck
             factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
         laps = thing.laps if size_mm == thing.size_mm else None
-        return lay_ribbons(woven, thing.weave, changed, thickness, laps, factor)
+        return lay_ribbons(woven, thing.weave, changed, thickness, laps, factor, part)
 
-    def settle(size_mm: float) -> tuple[Ribbons, Nearness | None]:
-        woven = replace(thing.woven, mesh=_scaled(thing.woven.mesh, size_mm / thing.size_mm))
-        found = keep_clear(replace(thing, woven=woven), settings, supplies).narrowed
-        if found is None:
-            raise ValueError("ribbons are narrowed only where their width is left to fabweave")
-        return found.ribbons, found.clearance[1] if found.clearance is not None else None
+    def settle(size_mm: float, planned: bool) -> tuple[Ribbons, Nearness | None]:
+        made = remake(size_mm) if remake is not None and planned else None
+        if made is None:
+            made = keep_clear(resized(thing, size_mm), settings, supplies)
+        if made.narrowed is None:
+            return made.ribbons, measure_clearance(made.ribbons, made.weave, limits)[1]
+        known = made.narrowed.clearance
+        return made.ribbons, known[1] if known is not None else None
 
     return check_ribbons(
         thing.ribbons,
@@ -210,7 +235,8 @@ def check_object(thing: WovenObject, settings: JobSettings, supplies: Supplies) 
         size_mm=thing.size_mm,
         lay=lay,
         clearance=narrowed.clearance if narrowed is not None else None,
-        settle=settle if narrowed is not None else None,
+        settle=settle,
+        auto=narrowed is not None,
         clashing=_beside_clashes(thing) if thing.woven.clashes else None,
     )
 
@@ -225,8 +251,14 @@ def _beside_clashes(thing: WovenObject) -> BoolArray:
     return np.asarray(clashing[beside[0]] | clashing[beside[1]])
 
 
-def _scaled(mesh: PolyMesh, factor: float) -> PolyMesh:
-    return PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices)
+def resized(thing: WovenObject, size_mm: float) -> WovenObject:
+    """Return an object whose mesh has another largest dimension; its ribbons are not laid anew."""
+    return replace(thing, woven=_scaled(thing.woven, size_mm / thing.size_mm))
+
+
+def _scaled(woven: WovenMesh, factor: float) -> WovenMesh:
+    mesh = woven.mesh
+    return replace(woven, mesh=PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices))
 
 
 def require_stiffness(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> None:

@@ -5,17 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.job import complete_settings
-from fabweave.lapped import hole_rules
+from fabweave.lapped import check_made, hole_rules, lay_job
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.plan import plan_pieces
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.ribbon.findings import RibbonCheck
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules import measure_clearance
 from fabweave.settings import JobSettings
 from fabweave.sheet.limits import ribbon_limits
-from fabweave.woven import WovenObject, check_object, keep_clear, weave_object
+from fabweave.woven import WovenObject
 
 
 def intersecting(ribbons: Ribbons) -> int:
@@ -38,12 +37,8 @@ class Laid:
 def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
     settings, supplies = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm, **options))
-    thing = weave_object(settings, supplies)
-    rules = hole_rules(settings, supplies)
-    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
-    laps = plan.runs.laps(thing.weave.threads)
-    thing = keep_clear(thing, settings, supplies, laps)
+    thing = lay_job(settings, supplies, hole_rules(settings, supplies)).object
     limits = ribbon_limits(supplies.only, settings.clearance_mm)
     near, _ = measure_clearance(thing.ribbons, thing.weave, limits)
-    check = check_object(thing, settings, supplies)
+    check = check_made(thing, settings, supplies)
     return Laid(thing, check, len(near.value), intersecting(thing.ribbons))

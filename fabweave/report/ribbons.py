@@ -180,8 +180,9 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
     notes = [found.pop("bend", _bend_note(check)), *found.values()]
     sized = [one for one in check.findings if one.rule in SIZED]
     if check.smallest_mm is not None:
-        what = "widths, bends, creases and clearances hold"
-        notes.append(f"checks: {what} from --size {check.smallest_mm}mm on")
+        what = "widths, bends, creases and clearances"
+        does_not = f"; {' and '.join(check.still)} does not, there either" if check.still else ""
+        notes.append(f"checks: {what} hold at --size {check.smallest_mm}mm{does_not}")
     elif sized:
         notes.append("checks: no size mends them all; see each, or use a mesh with larger faces")
     if check.untried is not None:

@@ -1,19 +1,21 @@
 """Measure how near ribbons come to one another where they do not cross."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from fabweave.arrays import FloatArray, IntArray, frozen
+from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
 from fabweave.ribbon.distance import apart_by, triangle_distances
 from fabweave.ribbon.facets import Facets, cut_facets, facet_pairs
-from fabweave.ribbon.folding import folded_pairs
-from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.folding import folded_pairs, run_straight
+from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import (
     Stretches,
     cut_stretches,
     neighbours,
+    passes_along,
     steps_apart,
     triangles_of,
 )
@@ -50,7 +52,12 @@ class Nearness:
 
 
 def near_pairs(
-    ribbons: Ribbons, crossing: IntArray, reach_mm: float, among: IntArray | None = None
+    ribbons: Ribbons,
+    crossing: IntArray,
+    reach_mm: float,
+    among: IntArray | None = None,
+    beside: IntArray | None = None,
+    wanted: Callable[[IntArray], FloatArray] | None = None,
 ) -> Nearness:
     """Find stretches of ribbon that come within reach of each other and do not cross there.
 
@@ -68,6 +75,11 @@ def near_pairs(
         Pairs farther apart are left out.
     among : (N, 2) int array, optional
         Look only at these pairs of stretches.
+    beside : (M,) int array, optional
+        Look only at pairs of which one, or both, is one of these stretches.
+    wanted : callable
+        Tells how near pairs must be to be listed, (N,), no farther than the reach; without it,
+        within reach.
 
     Returns
     -------
@@ -77,42 +89,62 @@ def near_pairs(
     stretches = cut_stretches(ribbons)
     if among is None:
         facets = cut_facets(ribbons, stretches.triangle[::2] // 2)
-        blocks = _boxes_within_reach(stretches, facets, reach_mm)
-        beside = neighbours(stretches)
+        asked = np.full(len(stretches.thread), beside is None)
+        if beside is not None:
+            asked[beside] = True
+        blocks = _boxes_within_reach(ribbons, stretches, reach_mm, asked)
+        next_to = neighbours(stretches)
+        next_to = next_to[asked[next_to].any(axis=1)]
     else:
         own = triangles_of(stretches, np.unique(among))
         facets = cut_facets(ribbons, own[::2] // 2)
         blocks = [among[start : start + _BLOCK] for start in range(0, len(among), _BLOCK)]
         steps = steps_apart(stretches, among)
-        beside = among[(steps == 0) | (steps == 1)]
-    found = [folded_pairs(stretches, facets, beside)]
+        next_to = among[(steps == 0) | (steps == 1)]
+    along = passes_along(stretches, next_to)
+    straight = (along >= 0) & run_straight(ribbons, stretches)[along]
+    found = [folded_pairs(stretches, facets, next_to[~straight])]
     for block in blocks:
         pairs = block[_apart(stretches, crossing, block)]
-        found.append(_measure(stretches, facets, pairs, reach_mm))
-    pairs, distance, place = (np.concatenate(part) for part in zip(*found, strict=True))
+        reach = np.full(len(pairs), reach_mm) if wanted is None else wanted(pairs)
+        found.append(_measure(stretches, facets, pairs, reach))
+    return in_order(*(np.concatenate(part) for part in zip(*found, strict=True)))
+
+
+def in_order(pairs: IntArray, distance_mm: FloatArray, place: FloatArray) -> Nearness:
+    """Return pairs of stretches sorted by their numbers."""
     order = np.lexsort((pairs[:, 1], pairs[:, 0]))
-    return Nearness(pairs[order], distance[order], place[order])
+    return Nearness(pairs[order], distance_mm[order], place[order])
 
 
-def _boxes_within_reach(stretches: Stretches, facets: Facets, reach_mm: float) -> list[IntArray]:
-    """Return the pairs of stretches whose boxes are within reach, in blocks."""
+def _boxes_within_reach(
+    ribbons: Ribbons, stretches: Stretches, reach_mm: float, asked: BoolArray
+) -> list[IntArray]:
+    """Return pairs of stretches, one of them asked for, whose boxes are within reach, in blocks."""
     filled = np.flatnonzero(np.diff(stretches.offsets) > 0)
     if not len(filled):
         return []
-    points = facets.corners[stretches.triangle] @ _TILT.T
-    starts = stretches.offsets[:-1][filled]
-    low = np.minimum.reduceat(points.min(axis=1), starts) - reach_mm / 2
-    high = np.maximum.reduceat(points.max(axis=1), starts) + reach_mm / 2
+    quads = stretches.triangle[::2] // 2
+    after = following_rung(ribbons.offsets, ribbons.closed)[quads]
+    rails = [rail @ _TILT.T for rail in (ribbons.right, ribbons.left)]
+    ends = [rail[rungs] for rail in rails for rungs in (quads, after)]
+    starts = stretches.offsets[:-1][filled] // 2
+    low = np.minimum.reduceat(np.minimum.reduce(ends), starts) - reach_mm / 2
+    high = np.maximum.reduceat(np.maximum.reduce(ends), starts) + reach_mm / 2
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     tree = shapely.STRtree(boxes)
+    asked = asked[filled]
+    rows = np.flatnonzero(asked)
     blocks = []
-    for start in range(0, len(filled), _BLOCK):
-        one, other = tree.query(boxes[start : start + _BLOCK])
-        one = one + start
-        keep = one < other
+    for start in range(0, len(rows), _BLOCK):
+        one, other = tree.query(boxes[rows[start : start + _BLOCK]])
+        one = rows[one + start]
+        keep = (one < other) | ((one > other) & ~asked[other])
         one, other = one[keep], other[keep]
         keep = (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
-        blocks.append(np.column_stack((filled[one[keep]], filled[other[keep]])))
+        pairs = np.column_stack((filled[one[keep]], filled[other[keep]]))
+        pairs.sort(axis=1)
+        blocks.append(pairs)
     return blocks
 
 
@@ -128,18 +160,23 @@ def _apart(stretches: Stretches, crossing: IntArray, pairs: IntArray) -> IntArra
 
 
 def _measure(
-    stretches: Stretches, facets: Facets, pairs: IntArray, reach_mm: float
+    stretches: Stretches, facets: Facets, pairs: IntArray, reach: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Measure pairs of stretches by all pairs of their facets; drop those out of reach."""
+    """Measure pairs of stretches by all pairs of their facets; drop those out of their reach."""
     distance = np.full(len(pairs), np.inf)
     place = np.zeros((len(pairs), 3))
     corners = facets.corners
-    for which, first, second in facet_pairs(stretches, facets, pairs, reach_mm):
-        keep = np.flatnonzero(~apart_by(corners[first], corners[second], reach_mm))
+    for which, first, second in facet_pairs(stretches, facets, pairs, reach):
+        keep = np.flatnonzero(~apart_by(corners[first], corners[second], reach[which]))
+        if not len(keep):
+            continue
         gap, midway = triangle_distances(corners[first[keep]], corners[second[keep]])
-        order = np.lexsort((gap, which[keep]))
-        pair = which[keep][order]
-        fresh = np.flatnonzero(np.diff(pair, prepend=-1))
-        distance[pair[fresh]], place[pair[fresh]] = gap[order][fresh], midway[order][fresh]
-    near = distance <= reach_mm
+        # The pairs of facets of one pair of stretches stand in a row.
+        starts = np.flatnonzero(np.diff(which[keep], prepend=-1))
+        least = np.minimum.reduceat(gap, starts)
+        rows = np.flatnonzero(gap == np.repeat(least, np.diff(starts, append=len(gap))))
+        rows = rows[np.flatnonzero(np.diff(which[keep[rows]], prepend=-1))]
+        pair = which[keep[rows]]
+        distance[pair], place[pair] = gap[rows], midway[rows]
+    near = distance <= reach
     return pairs[near], distance[near], place[near]

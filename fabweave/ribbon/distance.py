@@ -51,7 +51,7 @@ def triangle_distances(first: FloatArray, second: FloatArray) -> tuple[FloatArra
     return distance, place
 
 
-def apart_by(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
+def apart_by(first: FloatArray, second: FloatArray, reach: FloatArray) -> BoolArray:
     """Tell which pairs of triangles a plane shows to be farther apart than a distance.
 
     Tried are planes along either triangle and through their edges; pairs that stay may still be
@@ -60,7 +60,7 @@ def apart_by(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
     Parameters
     ----------
     first, second : (N, 3, 3) float arrays
-    reach : float
+    reach : (N,) float array
 
     Returns
     -------
@@ -69,7 +69,12 @@ def apart_by(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
     apart = np.empty(len(first), dtype=bool)
     for start in range(0, len(first), _BLOCK):
         block = slice(start, start + _BLOCK)
-        apart[block] = _apart(_turned(first[block]), _turned(second[block]), reach)
+        one, other = _turned(first[block]), _turned(second[block])
+        here = _beyond_planes(one, other, reach[block])
+        # Those that the first triangle's planes do not set apart may be by the other's.
+        left = np.flatnonzero(~here)
+        here[left] = _beyond_planes(other[:, :, left], one[:, :, left], reach[block][left])
+        apart[block] = here
     return apart
 
 
@@ -131,18 +136,15 @@ class _Plane:
         return inside
 
 
-def _apart(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
-    """Tell of one block which pairs are set apart by a plane."""
-    apart = np.zeros(first.shape[2], dtype=bool)
-    for own, far in ((first, second), (second, first)):
-        plane = _Plane(own)
-        heights = [plane.height(corner) for corner in far]
-        apart |= np.minimum.reduce(heights) > reach
-        apart |= np.maximum.reduce(heights) < -reach
-        for corner, outward in zip(own, plane.outward, strict=True):
-            limit = reach * np.sqrt(_dot(outward, outward))
-            beyond = [_dot(point - corner, outward) for point in far]
-            apart |= np.minimum.reduce(beyond) > limit
+def _beyond_planes(own: FloatArray, far: FloatArray, reach: FloatArray) -> BoolArray:
+    """Tell of one block which triangles a plane of the own ones sets apart from the far ones."""
+    plane = _Plane(own)
+    heights = [plane.height(corner) for corner in far]
+    apart = (np.minimum.reduce(heights) > reach) | (np.maximum.reduce(heights) < -reach)
+    for corner, outward in zip(own, plane.outward, strict=True):
+        limit = reach * np.sqrt(_dot(outward, outward))
+        beyond = [_dot(point - corner, outward) for point in far]
+        apart |= np.minimum.reduce(beyond) > limit
     return apart
 
 

@@ -67,9 +67,18 @@ def cut_facets(ribbons: Ribbons, rungs: IntArray) -> Facets:
 
 
 def facet_pairs(
-    stretches: Stretches, facets: Facets, pairs: IntArray, reach_mm: float
+    stretches: Stretches, facets: Facets, pairs: IntArray, reach: FloatArray
 ) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
     """Yield the pairs of facets, one of either stretch, whose boxes are within reach, in blocks.
+
+    Parameters
+    ----------
+    stretches, facets
+        Of the same ribbons.
+    pairs : (P, 2) int array
+        Stretches.
+    reach : (P,) float array
+        Of each pair, in millimetres.
 
     Yields
     ------
@@ -89,8 +98,7 @@ def facet_pairs(
         first = stretches.triangle[stretches.offsets[pairs[which, 0]] + rows]
         second = stretches.triangle[stretches.offsets[pairs[which, 1]] + columns]
         for below, above in zip(facets.low, facets.high, strict=True):
-            meet = (below[first] <= above[second] + reach_mm) & (
-                below[second] <= above[first] + reach_mm
-            )
+            far = reach[which]
+            meet = (below[first] <= above[second] + far) & (below[second] <= above[first] + far)
             which, first, second = which[meet], first[meet], second[meet]
         yield which, first, second

@@ -35,6 +35,8 @@ class RibbonCheck:
     smallest_mm : int or None
         The smallest size at which every rule that a size can mend holds; None if there is none,
         or none was looked for.
+    still : tuple of str
+        The rules that do not hold at that size, either.
     untried : str or None
         Why refinement was not tried as a remedy, where it might be one.
     """
@@ -43,6 +45,7 @@ class RibbonCheck:
     measured: dict[str, Measured]
     findings: tuple[Finding, ...]
     smallest_mm: int | None
+    still: tuple[str, ...] = ()
     untried: str | None = None
 
     @property
@@ -61,6 +64,7 @@ def check_ribbons(
     lay: Lay | None = None,
     clearance: tuple[Measured, Nearness] | None = None,
     settle: Settle | None = None,
+    auto: bool = False,
     clashing: BoolArray | None = None,
 ) -> RibbonCheck:
     """Check ribbons against every rule.
@@ -87,8 +91,9 @@ def check_ribbons(
     clearance : (Measured, Nearness), optional
         What is too near, if that is known already.
     settle : callable, optional
-        Lays the ribbons at another size if their width is left to fabweave: then no width is
-        proposed.
+        Lays the ribbons as they would be made at another size.
+    auto : bool
+        Whether the width is left to fabweave: then no width is proposed.
     clashing : (X,) bool array, optional
         The crossings beside faces of the mesh that run through other faces.
 
@@ -105,27 +110,29 @@ def check_ribbons(
         measured["clearance"], near = known
     search = None
     if lay is not None:
-        search = Search(weave, limits, size_mm, lay, measured, near, settle)
+        search = Search(weave, limits, size_mm, lay, measured, near, settle=settle, auto=auto)
     findings = []
     for one in measured.values():
         if len(one.broken):
             found = _worst(one, weave, labels)
             if one.rule == "clearance":
-                found = replace(found, cause=_why_near(one, weave, limits, settle, clashing))
-            if search is not None:
-                found = search.remedy(found)
+                found = replace(found, cause=_why_near(one, weave, limits, clashing, auto=auto))
             findings.append(found)
     findings.sort(key=lambda one: one.severity != "refuse")
-    smallest = search.overall(findings) if search is not None else None
-    return RibbonCheck(limits, measured, tuple(findings), smallest)
+    if search is None:
+        return RibbonCheck(limits, measured, tuple(findings), None)
+    findings, smallest = search.remedies(findings)
+    still = search.broken_at(smallest, ("twist",)) if smallest is not None else ()
+    return RibbonCheck(limits, measured, tuple(findings), smallest, still)
 
 
 def _why_near(
     near: Measured,
     weave: Weave,
     limits: Limits,
-    settle: Settle | None,
     clashing: BoolArray | None,
+    *,
+    auto: bool,
 ) -> str | None:
     """Say why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
     causes = []
@@ -135,7 +142,7 @@ def _why_near(
         count = int(np.count_nonzero(clashing[own] & clashing[other]))
         if count:
             causes.append(f"in {count} of them the mesh runs through itself, so mend the mesh")
-    if settle is not None:
+    if auto:
         causes.append(
             f"ribbons may be no narrower there, as {limits.width_mm:g} mm are the least to handle"
         )

@@ -7,8 +7,10 @@ from typing import TypeAlias
 import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, frozen
+from fabweave.ribbon.again import measure_changed, measure_pairs
 from fabweave.ribbon.bends import measure_bends
 from fabweave.ribbon.clearance import Nearness
+from fabweave.ribbon.part import Part, take_part
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.remedy import is_too_stiff
 from fabweave.ribbon.rules import (
@@ -22,8 +24,8 @@ from fabweave.ribbon.rules import (
 from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.weave.pattern import Weave
 
-#: Lays ribbons with a factor on the width at each pass, (P,).
-LayNarrowed: TypeAlias = Callable[[FloatArray], Ribbons]
+#: Lays ribbons with a factor on the width at each pass, (P,); only a part of them, if one is given.
+LayNarrowed: TypeAlias = Callable[[FloatArray, Part | None], Ribbons]
 
 #: So much narrower is the next width tried where ribbons are too near.
 _STEP = 0.9
@@ -65,7 +67,11 @@ class Narrowed:
         """The passes beside which ribbons are too near, and may be no narrower."""
         if self.clearance is None:
             return np.zeros(0, dtype=np.int64)
-        return np.unique(ends_of_stretches(self.ribbons, self.clearance[1].pairs))
+        return np.unique(
+            ends_of_stretches(
+                self.ribbons.pass_offsets, self.ribbons.closed, self.clearance[1].pairs
+            )
+        )
 
 
 def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
@@ -78,7 +84,7 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
     Parameters
     ----------
     lay : callable
-        Lays ribbons with a factor on the width at each pass.
+        Lays ribbons, or a part of them, with a factor on the width at each pass.
     weave : Weave
     limits : Limits
 
@@ -96,43 +102,65 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
     >>> mesh = tetrahedron()
     >>> halfedges = build_halfedges(mesh)
     >>> weave = plain_weave(trace_threads(halfedges))
-    >>> def lay(factor):
-    ...     return project_ribbons(mesh, halfedges, weave, height_mm=0.005, narrowing=factor)
+    >>> def lay(factor, part):
+    ...     if part is None:
+    ...         return project_ribbons(mesh, halfedges, weave, height_mm=0.005, narrowing=factor)
+    ...     own = factor[part.passes]
+    ...     return project_ribbons(mesh, halfedges, part.weave, height_mm=0.005, narrowing=own)
     >>> limits = Limits(thickness_mm=0.01, bend_mm=0.1, width_mm=0.01, twist_deg=30.0)
     >>> found = narrow_ribbons(lay, weave, limits)
     >>> sorted(set(found.factor.round(2).tolist())), len(found.stuck)
     ([0.9], 0)
     """
     factor = np.ones(len(weave.threads.crossing))
-    ribbons = lay(factor)
+    ribbons = lay(factor, None)
     least = _least_factors(ribbons, limits)
     if is_too_stiff(measure_along(ribbons, limits)["bend"]):
         return Narrowed(ribbons, factor, least, None)
-    following = following_rung(ribbons.pass_offsets, ribbons.closed)
     floor = np.minimum(least, 1.0)
-    among: IntArray | None = None
+    clearance, near = measure_clearance(ribbons, weave, limits)
     while True:
-        clearance, near = measure_clearance(ribbons, weave, limits, among)
-        passes = ends_of_stretches(ribbons, near.pairs)
-        free = (factor[passes] > floor[passes]).any(axis=(1, 2))
-        if not free.any() and among is not None:
-            # The pairs that were watched are apart: now all are looked at again.
-            among = None
-            continue
-        if free.any():
-            among = near.pairs[free]
-            narrower = factor.copy()
-            narrower[np.unique(passes[free])] *= _STEP
-            factor = np.maximum(_tapered(narrower, following), floor)
-        else:
+        narrower = _cleared(lay, weave, limits, near.pairs, factor, floor)
+        if narrower is factor:
             # In tight bends ribbons may have got narrower than their crossing panels: too narrow.
             thin = _least_factors(ribbons, limits) > _HANDLED
             weak = np.flatnonzero(thin & (factor < 1) & (floor < 1))
             if not len(weak):
                 return Narrowed(ribbons, factor, least, (clearance, near))
             floor[weak] = np.minimum(factor[weak] / _STEP, 1.0)
-            factor = np.maximum(factor, floor)
-        ribbons = lay(factor)
+            narrower = np.maximum(factor, floor)
+        changed = np.flatnonzero(narrower != factor)
+        factor, ribbons = narrower, lay(narrower, None)
+        clearance, near = measure_changed(ribbons, weave, limits, near, changed)
+
+
+def _cleared(
+    lay: LayNarrowed,
+    weave: Weave,
+    limits: Limits,
+    pairs: IntArray,
+    factor: FloatArray,
+    floor: FloatArray,
+) -> FloatArray:
+    """Return factors at which pairs of stretches are apart, or may be no narrower.
+
+    The same array if none may be narrower now.
+    """
+    part: Part | None = None
+    rows = weave.threads.offsets, weave.threads.closed
+    following = following_rung(*rows)
+    while True:
+        passes = ends_of_stretches(*rows, pairs)
+        free = (factor[passes] > floor[passes]).any(axis=(1, 2))
+        if not free.any():
+            return factor
+        pairs, passes = pairs[free], passes[free]
+        narrower = factor.copy()
+        narrower[np.unique(passes)] *= _STEP
+        factor = np.maximum(_tapered(narrower, following), floor)
+        if part is None:
+            part = take_part(weave, passes.ravel())
+        pairs = measure_pairs(lay(factor, part), part, limits, pairs)[1].pairs
 
 
 def _least_factors(ribbons: Ribbons, limits: Limits) -> FloatArray:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray, offsets_of
+from fabweave.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.ribbon.bends import Bends, Spans, measure_bends, measure_spans
 from fabweave.ribbon.clearance import Nearness, near_pairs
 from fabweave.ribbon.heights import crossing_threads, strand_passes
@@ -271,22 +271,33 @@ def measure_layers(ribbons: Ribbons, weave: Weave, limits: Limits) -> Measured:
 
 
 def measure_clearance(
-    ribbons: Ribbons, weave: Weave, limits: Limits, among: IntArray | None = None
+    ribbons: Ribbons,
+    weave: Weave,
+    limits: Limits,
+    among: IntArray | None = None,
+    beside: IntArray | None = None,
 ) -> tuple[Measured, Nearness]:
     """Measure how near ribbons come that do not cross there; only what is too near is listed.
 
     Their middle surfaces are to be one thickness (half of either's) and the clearance apart. Two
     stretches that part from the same crossing begin just so far apart, and need not be farther
-    apart than one thickness.
+    apart than one thickness. Pairs may be chosen as in
+    :func:`~fabweave.ribbon.clearance.near_pairs`.
     """
-    crossing = weave.threads.crossing
     thickest = float(np.max(limits.thickness_mm, initial=0.0))
-    near = near_pairs(ribbons, crossing, thickest + limits.clearance_mm, among)
-    passes = ends_of_stretches(ribbons, near.pairs)
-    met = crossing[passes]
-    parting = np.any(met[:, 0, :, None] == met[:, 1, None, :], axis=(1, 2))
-    threads = weave.threads.thread_of_pass[passes[:, :, 0]]
-    wanted = limits.between(*threads.T) + np.where(parting, 0.0, limits.clearance_mm)
+    reach = thickest + limits.clearance_mm
+
+    def wanted(pairs: IntArray) -> FloatArray:
+        return _wanted(weave, limits, ends_of_stretches(*_rows(weave), pairs))
+
+    near = near_pairs(ribbons, weave.threads.crossing, reach, among, beside, wanted)
+    return hold_apart(weave, limits, near)
+
+
+def hold_apart(weave: Weave, limits: Limits, near: Nearness) -> tuple[Measured, Nearness]:
+    """Hold pairs of stretches against what is wanted between them; keep what is too near."""
+    passes = ends_of_stretches(*_rows(weave), near.pairs)
+    wanted = _wanted(weave, limits, passes)
     kept = near.distance_mm < wanted * (1 - _TOUCHING)
     near = Nearness(near.pairs[kept], near.distance_mm[kept], near.place[kept])
     own, other = passes[kept, :, 0].T
@@ -294,3 +305,15 @@ def measure_clearance(
         "clearance", "mm", near.distance_mm, wanted[kept], True, own, other, near.place
     )
     return measured, near
+
+
+def _rows(weave: Weave) -> tuple[IntArray, BoolArray]:
+    return weave.threads.offsets, weave.threads.closed
+
+
+def _wanted(weave: Weave, limits: Limits, passes: IntArray) -> FloatArray:
+    """Return how far apart pairs of stretches are to be, from the passes at their ends."""
+    met = weave.threads.crossing[passes]
+    parting = np.any(met[:, 0, :, None] == met[:, 1, None, :], axis=(1, 2))
+    threads = weave.threads.thread_of_pass[passes[:, :, 0]]
+    return limits.between(*threads.T) + np.where(parting, 0.0, limits.clearance_mm)

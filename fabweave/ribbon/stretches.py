@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import IntArray, offsets_of
+from fabweave.arrays import BoolArray, IntArray, offsets_of
 from fabweave.ribbon.project import Ribbons, following_rung
 
 
@@ -61,16 +61,18 @@ def cut_stretches(ribbons: Ribbons) -> Stretches:
     )
 
 
-def ends_of_stretches(ribbons: Ribbons, pairs: IntArray) -> IntArray:
+def ends_of_stretches(pass_offsets: IntArray, closed: BoolArray, pairs: IntArray) -> IntArray:
     """Return the passes at both ends of the stretches of some pairs, (N, 2, 2).
+
+    Threads make the passes ``pass_offsets[t]:pass_offsets[t + 1]``, and are rings or not.
 
     A panel has its own pass at both ends, and so has what comes before an open thread's first
     panel, or after its last one.
     """
-    count = len(ribbons.entry)
-    following = following_rung(ribbons.pass_offsets, ribbons.closed)
+    count = int(pass_offsets[-1])
+    following = following_rung(pass_offsets, closed)
     panel = np.arange(count)
-    first = np.minimum(ribbons.pass_offsets[:-1], max(count - 1, 0))
+    first = np.minimum(pass_offsets[:-1], max(count - 1, 0))
     start = np.concatenate((panel, panel, first))
     end = np.concatenate((panel, np.where(following >= 0, following, panel), first))
     return np.stack((start[pairs], end[pairs]), axis=2)
@@ -105,4 +107,27 @@ def neighbours(stretches: Stretches) -> IntArray:
     ahead[last] = along[np.concatenate(([0], last[:-1] + 1))] if len(along) else along
     pairs = np.sort(np.column_stack((along, ahead)), axis=1)
     pairs = pairs[steps_apart(stretches, pairs) == 1]
-    return np.unique(np.concatenate((np.column_stack((filled, filled)), pairs)), axis=0)
+    count = len(stretches.thread)
+    both = np.unique(np.concatenate((filled * (count + 1), pairs[:, 0] * count + pairs[:, 1])))
+    return np.column_stack(np.divmod(both, count))
+
+
+def passes_along(stretches: Stretches, pairs: IntArray) -> IntArray:
+    """Return for stretches that are one or follow each other the pass along which they lie, (N,).
+
+    That is the pass at whose panel both begin, or one of them does; what leads to the next panel
+    comes with it. -1 for what comes before an open thread's first panel.
+
+    Examples
+    --------
+    Of three passes, the panel of the last, and what follows the second with the panel after it:
+
+    >>> none = np.zeros(0, dtype=np.int64)
+    >>> rows = Stretches(none, none, np.zeros(7, dtype=np.int64), none, np.zeros(1, dtype=np.int64))
+    >>> passes_along(rows, np.array([[2, 2], [2, 4], [0, 6]])).tolist()
+    [2, 1, -1]
+    """
+    # There are two stretches a pass, and then one a thread.
+    last = pairs[:, 1]
+    count = (len(stretches.thread) - len(stretches.around)) // 2
+    return np.where(last < count, last, np.where(last < 2 * count, last - count, -1))

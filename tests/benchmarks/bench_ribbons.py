@@ -21,10 +21,11 @@ from clear_ribbons import laid  # noqa: E402 - found beside the tests
 from meshes_shared import FOLDER, known_meshes  # noqa: E402 - found beside the tests
 
 from fabweave.job import complete_settings  # noqa: E402 - after the path is set
+from fabweave.lapped import check_made  # noqa: E402 - after the path is set
 from fabweave.mesh.files import read_mesh  # noqa: E402 - after the path is set
 from fabweave.mesh.intersections import self_intersections  # noqa: E402 - after the path is set
 from fabweave.settings import JobSettings  # noqa: E402 - after the path is set
-from fabweave.woven import check_object, keep_clear, weave_object  # noqa: E402 - as above
+from fabweave.woven import keep_clear, weave_object  # noqa: E402 - as above
 
 SIZE_MM = 400.0
 
@@ -36,7 +37,7 @@ def timed(mesh: str, size_mm: float) -> tuple[float, int]:
     start = process_time()
     laps = np.arange(0, thing.weave.threads.n_crossings, 12)
     thing = keep_clear(thing, settings, supplies, laps)
-    check_object(thing, settings, supplies)
+    check_made(thing, settings, supplies)
     return process_time() - start, thing.weave.threads.n_crossings
 
 

@@ -58,7 +58,7 @@ def test_distances_agree_with_quadratic_sampling_and_are_symmetric(one, other) -
 
 @given(TRIANGLE.filter(has_area), TRIANGLE.filter(has_area), st.floats(0, 3))
 def test_what_a_plane_sets_apart_is_apart(one, other, reach) -> None:
-    if apart_by(one[None], other[None], reach)[0]:
+    if apart_by(one[None], other[None], np.array([reach]))[0]:
         assert triangle_distances(one[None], other[None])[0][0] > reach - 1e-9
 
 
