@@ -10,10 +10,11 @@ from fabweave.sheet.limits import thread_limits
 from fabweave.sheet.supplies import Supplies
 from fabweave.woven import WovenObject
 
-#: The refinement that is tried: it rounds the shape, and divides every face.
-REFINEMENT = "catmull-clark:1"
-#: It is tried on objects of so many crossings at most, and in plain weave, which needs no search.
-MOST_CROSSINGS = 500
+#: The refinements that are tried, one after the other: they round the shape, and divide every face.
+REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
+#: Each is tried if it comes to so many crossings at most, where every step makes four of one; and
+#: in plain weave, which needs no search.
+MOST_CROSSINGS = 2000
 #: What comes of coarse faces: between them ribbons turn sharply.
 _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
 
@@ -21,7 +22,7 @@ _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
 def try_refinement(
     check: RibbonCheck, thing: WovenObject, settings: JobSettings, supplies: Supplies
 ) -> RibbonCheck:
-    """Add refinement as a remedy to findings that one step of it mends, as tried.
+    """Add refinement as a remedy to findings that one or two steps of it mend, as tried.
 
     The object is woven, planned and laid once more from the refined mesh, as a job would. A rule
     is mended if it holds there, and no rule is broken that is not broken now.
@@ -42,28 +43,39 @@ def try_refinement(
         return check
     if settings.pattern != "plain":
         return replace(check, untried="it is tried in plain weave only")
-    if thing.weave.threads.n_crossings > MOST_CROSSINGS:
-        return replace(check, untried=f"there are more than {MOST_CROSSINGS} crossings")
-    before = f"{settings.refine}," if settings.refine else ""
-    finer = replace(settings, refine=before + REFINEMENT)
+    crossings, most = thing.weave.threads.n_crossings, MOST_CROSSINGS // 4
+    if crossings > most:
+        return replace(check, untried=f"there are more than {most} crossings")
+    findings = check.findings
+    for steps, refinement in enumerate(REFINEMENTS, start=1):
+        waiting = {found.rule for found in findings if found.refine is None}
+        if not waiting & _COARSE or crossings * 4**steps > MOST_CROSSINGS:
+            break
+        before = f"{settings.refine}," if settings.refine else ""
+        finer = replace(settings, refine=before + refinement)
+        still = _broken(finer, supplies)
+        if still is not None and still <= broken:
+            findings = tuple(
+                found
+                if found.refine is not None or found.rule in still
+                else replace(found, refine=finer.refine)
+                for found in findings
+            )
+    return replace(check, findings=findings)
+
+
+def _broken(settings: JobSettings, supplies: Supplies) -> set[str] | None:
+    """Return the rules that are broken by what is made with some settings; None if nothing is."""
     try:
-        laid = lay_job(finer, supplies, hole_rules(finer, supplies)).object
+        laid = lay_job(settings, supplies, hole_rules(settings, supplies)).object
     except (CannotMakeError, InputError):
-        return check
-    clearance = laid.narrowed.clearance if laid.narrowed is not None else None
-    after = check_ribbons(
+        return None
+    check = check_ribbons(
         laid.ribbons,
         laid.weave,
         laid.labels,
         thread_limits(supplies, laid.bunches, settings.clearance_mm),
         size_mm=laid.size_mm,
-        clearance=clearance,
+        clearance=laid.narrowed.clearance if laid.narrowed is not None else None,
     )
-    still = {found.rule for found in after.findings}
-    if after.refused or not still <= broken:
-        return check
-    findings = tuple(
-        found if found.rule in still else replace(found, refine=finer.refine)
-        for found in check.findings
-    )
-    return replace(check, findings=findings)
+    return None if check.refused else {found.rule for found in check.findings}

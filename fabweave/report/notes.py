@@ -108,8 +108,8 @@ def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[st
     if narrow == 0:
         return [note]
     note += (
-        f"; {agree(narrow, '{n} [is|are]')} too narrow (the narrowest has {least:.1f} mm from "
-        f"centre to edge, {rule.edge_mm:.1f} mm are wanted) and get{'s' * (narrow == 1)} none; "
+        f"; {agree(narrow, '{n} [is|are]')} too narrow (the narrowest has {least:.2f} mm from "
+        f"centre to edge, {rule.edge_mm:.2f} mm are wanted) and get{'s' * (narrow == 1)} none; "
         "joints there are glued. "
         f"With --size {size_for(least, rule.edge_mm, size)}mm all would have room"
     )

@@ -80,9 +80,10 @@ def ribbon_report(
     Of each thread: its length along the middle; the least and greatest width across; the radius
     of the softest ribbon that keeps the crossings where they are (``bend_mm``), and of the
     tightest bend as modelled, where crossing panels are flat (``modelled_bend_mm``); the greatest
-    angle between neighbouring facets (``fold_deg``); the greatest twist over a length that equals
-    the width, spread from crossing to crossing (``twist_deg``); and how much the unfolded middle
-    line turns, on average from crossing to crossing (``wave_deg``). None where there is no figure.
+    angle between neighbouring facets (``fold_deg``); the greatest turn at one cross-line
+    (``crease_deg``); the greatest twist over a length that equals the width, spread from crossing
+    to crossing (``twist_deg``); and how much the unfolded middle line turns, on average from
+    crossing to crossing (``wave_deg``). None where there is no figure.
     What materials take stands under ``limits``: of all threads, or of each if they differ.
 
     Parameters
@@ -144,6 +145,7 @@ def _thread_records(ribbons: Ribbons, labels: Sequence[str]) -> list[dict[str, A
         "bend_mm": _extreme(spans.radius_mm, of_pass, len(counts), least=True),
         "modelled_bend_mm": _extreme(bends.radius_mm, of_rung, len(counts), least=True),
         "fold_deg": _extreme(fold, of_rung, len(counts), least=False),
+        "crease_deg": _extreme(np.abs(bends.turn_deg), of_rung, len(counts), least=False),
         "twist_deg": _extreme(spans.twist_deg, of_pass, len(counts), least=False),
         "wave_deg": turns / np.maximum(counts, 1),
     }
@@ -177,17 +179,40 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
     check : RibbonCheck
     """
     found = {one.rule: sentence(one) for one in check.findings}
-    notes = [found.pop("bend", _bend_note(check)), *found.values()]
-    sized = [one for one in check.findings if one.rule in SIZED]
-    if check.smallest_mm is not None:
-        what = "widths, bends, creases and clearances"
-        does_not = f"; {' and '.join(check.still)} does not, there either" if check.still else ""
-        notes.append(f"checks: {what} hold at --size {check.smallest_mm}mm{does_not}")
-    elif sized:
-        notes.append("checks: no size mends them all; see each, or use a mesh with larger faces")
+    notes = [found.pop("bend", _bend_note(check))]
+    if "twist" not in found:
+        notes += _twist_note(check)
+    notes += [*found.values(), *_size_note(check)]
     if check.untried is not None:
         notes.append(f"checks: whether --refine would mend them was not tried: {check.untried}")
     return notes
+
+
+def _size_note(check: RibbonCheck) -> list[str]:
+    """Say at which size the rules hold; no note where there is nothing that a size would change."""
+    sized = [one for one in check.findings if one.rule in SIZED]
+    what, size = "widths, bends, creases and clearances", check.smallest_mm
+    if size is None:
+        if not sized:
+            return []
+        return ["checks: no size mends them all; see each, or use a mesh with larger faces"]
+    if not sized:
+        also = f", and would at --size {size}mm, too" if size < check.size_mm else ""
+        return [f"checks: {what} hold{also}"]
+    but = f"; {' and '.join(check.still)} would not" if check.still else ""
+    return [f"checks: {what} would all hold at --size {size}mm{but}"]
+
+
+def _twist_note(check: RibbonCheck) -> list[str]:
+    """Say how much ribbons are twisted, where that is little enough."""
+    twist = check.measured["twist"]
+    if not len(twist.value):
+        return []
+    at = int(np.argmin(twist.margins))
+    return [
+        f"twist: {twist.value[at]:.1f}° over one width or less; the material takes "
+        f"{twist.limit_at(at):.1f}°"
+    ]
 
 
 def _bend_note(check: RibbonCheck) -> str:

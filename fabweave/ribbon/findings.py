@@ -28,6 +28,8 @@ class RibbonCheck:
     Parameters
     ----------
     limits : Limits
+    size_mm : float
+        Largest dimension of the object.
     measured : dict of str to Measured
         By rule; no clearance where a material is refused as too stiff.
     findings : tuple of Finding
@@ -42,6 +44,7 @@ class RibbonCheck:
     """
 
     limits: Limits
+    size_mm: float
     measured: dict[str, Measured]
     findings: tuple[Finding, ...]
     smallest_mm: int | None
@@ -120,10 +123,10 @@ def check_ribbons(
             findings.append(found)
     findings.sort(key=lambda one: one.severity != "refuse")
     if search is None:
-        return RibbonCheck(limits, measured, tuple(findings), None)
+        return RibbonCheck(limits, size_mm, measured, tuple(findings), None)
     findings, smallest = search.remedies(findings)
     still = search.broken_at(smallest, ("twist",)) if smallest is not None else ()
-    return RibbonCheck(limits, measured, tuple(findings), smallest, still)
+    return RibbonCheck(limits, size_mm, measured, tuple(findings), smallest, still)
 
 
 def _why_near(

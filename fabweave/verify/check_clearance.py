@@ -24,7 +24,10 @@ def check_clearance(job: Job, tally: Tally) -> None:
     """
     if job.map is None or job.model is None or job.ribbons is None:
         return
-    thickness, clearance = _thicknesses(job), _number(job.ribbons.get("limits"), "clearance_mm")
+    thickness, clearance = (
+        _thicknesses(job),
+        stated_number(job.ribbons.get("limits"), "clearance_mm"),
+    )
     stated = {(value, job.supplies[key].thickness_mm) for key, value in thickness.items()}
     for name, value, told_mm in (
         *(("thickness", *pair) for pair in stated),
@@ -60,9 +63,9 @@ def _thicknesses(job: Job) -> dict[int, float]:
     """
     if job.map is None or job.ribbons is None:
         return {}
-    common = _number(job.ribbons.get("limits"), "thickness_mm")
+    common = stated_number(job.ribbons.get("limits"), "thickness_mm")
     own = {
-        str(record.get("thread")): _number(record["limits"], "thickness_mm")
+        str(record.get("thread")): stated_number(record["limits"], "thickness_mm")
         for record in job.ribbons["threads"]
         if "limits" in record
     }
@@ -73,7 +76,7 @@ def _thicknesses(job: Job) -> dict[int, float]:
 
 def _check_told(found: dict[str, Any], near: Near, wanted: Floats, tally: Tally) -> None:
     """Check a finding about clearance."""
-    value, limit, count = (_number(found, key) for key in ("value", "limit", "count"))
+    value, limit, count = (stated_number(found, key) for key in ("value", "limit", "count"))
     share = float((near.gap_mm / wanted).min(initial=np.inf))
     tally.measure(
         "short_of_mm",
@@ -104,7 +107,7 @@ def _names(plan: CrossingMap, near: Near, at: int) -> str:
     return " and ".join(places)
 
 
-def _number(record: object, key: str) -> float:
+def stated_number(record: object, key: str) -> float:
     """Return a number of a record; NaN if it is none."""
     value = record.get(key) if isinstance(record, dict) else None
     good = isinstance(value, int | float) and not isinstance(value, bool)

@@ -72,7 +72,7 @@ def check_ribbon_figures(job: Job, tally: Tally) -> None:
         strip = job.model.get(str(told.get("thread")))
         if strip is None:
             continue  # another check says so
-        length, widths = _measure(strip)
+        length, widths = measure_strip(strip)
         for name, value in (
             ("length_mm", length),
             ("narrowest_mm", widths.min()),
@@ -89,7 +89,7 @@ def check_ribbon_figures(job: Job, tally: Tally) -> None:
             )
 
 
-def _measure(strip: Strip) -> tuple[float, Floats]:
+def measure_strip(strip: Strip) -> tuple[float, Floats]:
     """Return the length along the middle, and the width across it at each rung."""
     middle = strip.rungs.mean(axis=1)
     steps = np.diff(middle, axis=0, append=middle[:1])

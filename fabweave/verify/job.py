@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from shapely.errors import ShapelyError
 
+from fabweave.verify.check_bends import check_bends
 from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_clearance import check_clearance
 from fabweave.verify.check_code import check_code
@@ -73,6 +74,7 @@ _TASKS = (
     _Task("pattern", ("map", "mesh"), check_pattern),
     _Task("space", ("map", "mesh", "model"), check_space),
     _Task("clearance", ("map", "model", "ribbons"), check_clearance),
+    _Task("bends", ("map", "model", "ribbons"), check_bends),
     _Task("piece-order", ("map",), check_piece_order),
     _Task("joints", ("map", "model"), check_joints),
     _Task("kinds", ("map",), check_kinds),

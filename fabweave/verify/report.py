@@ -19,6 +19,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "pattern": "the weave has the pattern and the broken conditions that it claims",
         "space": "in the model the over strand stands outside the under strand at each crossing",
         "clearance": "ribbons are nowhere nearer to one another than is said",
+        "bends": "ribbons are nowhere narrower, bent or twisted more than is said",
         "piece-order": "pieces carry their thread's stations in order and share only joints",
         "joints": "joined pieces, superposed, lap hole on hole, butt, or hold one another",
         "kinds": "pieces of one kind cover one another, face up",

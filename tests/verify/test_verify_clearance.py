@@ -147,7 +147,7 @@ def test_a_true_claim_is_true_and_a_raised_one_is_not(job) -> None:
         ("count", claim["count"] - 1),
         ("count", "many"),
         ("limit", claim["limit"] + 0.05),
-        ("rule", "bend"),
+        ("rule", "hole"),
     ):
         change(folder, **(claim | {key: value}))
         assert set(told(folder)) == {"clearance"}, (key, value)

@@ -17,12 +17,12 @@ MAP_CHECKS = " ".join(name for name in MEANINGS if name != "outcome")
 MISSING = {
     "job.toml": "files",
     "woven_mesh.obj": "files mesh-walks pattern space",
-    "model.glb": "files space clearance joints unfolding bom viewer",
+    "model.glb": "files space clearance bends joints unfolding bom viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
     "stations.csv": "files tables",
-    "ribbons.json": "files clearance",
+    "ribbons.json": "files clearance bends",
     "preflight.json": "files preflight",
     "waste.json": "files bom areas",
     "waste.html": "files",
@@ -290,14 +290,14 @@ def say_fewer_panels(strips):
 
 
 # Whatever else objects, the viewer shows what the model was before.
-UNREADABLE = "files space clearance joints unfolding bom viewer"
+UNREADABLE = "files space clearance bends joints unfolding bom viewer"
 STRIPS = [
-    (scale, "space unfolding joints viewer"),
+    (scale, "space bends unfolding joints viewer"),
     (move_one_thread, "space viewer"),
-    (exchange_right_and_left, "space unfolding viewer"),
+    (exchange_right_and_left, "space bends unfolding viewer"),
     (exchange_labels, "space viewer"),
     (lose_thread, "files space joints unfolding viewer"),
-    (shift_panels, "space unfolding joints viewer"),
+    (shift_panels, "space bends unfolding joints viewer"),
     (say_open, "files joints unfolding viewer"),
     (say_fewer_panels, "files space joints unfolding viewer"),
 ]
@@ -319,7 +319,7 @@ def test_a_bulge_of_a_connector_alone(specimen, job):
     folder = job("saddle")
     label = next(k for k, s in source.strips.items() if not s["closed"])
     source.strips[label]["rungs"][0, 0] += [0.0, 0.0, 9.0]
-    assert set(write_model(folder, source)) == {"unfolding", "viewer"}
+    assert set(write_model(folder, source)) == {"bends", "unfolding", "viewer"}
 
 
 def twice(document):

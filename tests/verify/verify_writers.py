@@ -1,4 +1,4 @@
-"""Write a specimen's files by hand-written code that shares nothing with fabweave."""
+"""Write a specimen's files by hand-written code that shares nothing with fabweave's makers."""
 
 import base64
 import cmath
@@ -15,6 +15,10 @@ import numpy as np
 import shapely
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
+from fabweave.verify.bending import measure_bending
+from fabweave.verify.check_ribbons import measure_strip
+from fabweave.verify.read_glb import read_glb
+
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
     "material", "thickness_mm",
@@ -29,7 +33,8 @@ CROSSING_COLUMNS = (
 )  # fmt: skip
 LAYERS = tuple(COLOURS)
 #: How far apart ribbons are said to be: the coarsest specimen has 0.27 mm.
-LIMITS = {"thickness_mm": 0.2, "clearance_mm": 0.05}
+LIMITS = {"thickness_mm": 0.2, "clearance_mm": 0.05, "width_mm": 0.05, "bend_mm": 0.05,
+          "twist_deg": 900.0}  # fmt: skip
 #: Where the finding about ribbons is.
 PLACE = (12.0, -7.5, 30.25)
 
@@ -363,8 +368,23 @@ def write_waste(specimen, folder):
     (folder / "waste.html").write_text("<html></html>")
 
 
+def bend_figures(strip):
+    """Return figures as verify measures them; test_verify_bends holds these against the makers'."""
+    bending = measure_bending(strip, measure_strip(strip)[1])
+    least = [np.nanmin(np.append(each, np.inf)) for each in (bending.span_radius_mm,
+                                                             bending.radius_mm)]  # fmt: skip
+    least = [float(value) if np.isfinite(value) else None for value in least]
+    return {"bend_mm": least[0], "modelled_bend_mm": least[1], "fold_deg": bending.fold_deg,
+            "crease_deg": float(np.nanmax(np.append(bending.turn_deg, 0.0))),
+            "twist_deg": float(np.nanmax(np.append(bending.span_twist_deg, 0.0)))}  # fmt: skip
+
+
 def write_ribbons(specimen, folder):
     threads = []
+    model = folder / "model.glb"
+    if not model.exists():
+        model.write_bytes(glb_bytes(specimen.strips))
+    bent = read_glb(model)
     for thread in specimen.plan["threads"]:
         strip = specimen.strips.get(thread["label"])
         if strip is None or not thread["crossings"]:
@@ -385,11 +405,12 @@ def write_ribbons(specimen, folder):
         threads.append(
             {"thread": thread["label"], "crossings": len(thread["crossings"]),
              "length_mm": sum(math.dist(v, (0, 0, 0)) for v in ways),
-             "narrowest_mm": min(widths), "widest_mm": max(widths)}
+             "narrowest_mm": min(widths), "widest_mm": max(widths),
+             **bend_figures(bent[thread["label"]])}
         )  # fmt: skip
     first = threads[0]["thread"]
     crossings = next(t["crossings"] for t in specimen.plan["threads"] if t["label"] == first)
-    finding = {"rule": "bend", "severity": "warn", "thread": first, "station": 1,
+    finding = {"rule": "hole", "severity": "warn", "thread": first, "station": 1,
                "crossing": crossings[1], "other": None, "position": list(PLACE)}  # fmt: skip
     ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
                "limits": LIMITS,

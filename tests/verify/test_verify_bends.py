@@ -1,0 +1,186 @@
+"""Bends, turns and twists are measured anew from the model: claims that are not true are found."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from verify_writers import glb_bytes
+
+from fabweave.job import complete_settings
+from fabweave.report.ribbons import ribbon_report
+from fabweave.ribbon.export import woven_glb
+from fabweave.ribbon.finding import finding_record
+from fabweave.settings import JobSettings
+from fabweave.verify import verify_job
+from fabweave.verify.bending import measure_bending
+from fabweave.verify.check_bends import check_bends
+from fabweave.verify.check_ribbons import measure_strip
+from fabweave.verify.loading import load_job
+from fabweave.verify.read_glb import read_glb
+from fabweave.verify.report import Tally
+from fabweave.weave.colours import thread_colours
+from fabweave.woven import check_object, weave_object
+
+FIGURES = ("bend_mm", "modelled_bend_mm", "fold_deg", "crease_deg", "twist_deg")
+
+
+def told(folder) -> dict:
+    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
+
+
+class Model:
+    """Only what the check of bends asks of a job."""
+
+    def __init__(self, ribbons, model) -> None:
+        self.map, self.ribbons, self.model = (), ribbons, model
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return models with true reports, in which every rule is broken somewhere."""
+    models = {}
+    for shape, options in (
+        ("torus?m=8&n=4", {"smooth": 0}),
+        ("torus?m=24&n=12", {"material": "birch-veneer", "size_mm": 240.0}),
+        ("tetrahedron", {}),
+        ("hypar", {"boundary": "end", "material": "aluminium-5052"}),
+        ("hemisphere", {"boundary": "turn", "size_mm": 150.0}),
+        ("knot", {"material": "warp=card,weft=polypropylene", "size_mm": 150.0}),
+    ):
+        settings, supplies = complete_settings(
+            JobSettings(mesh=f"shape:{shape}", **{"size_mm": 300.0, **options})
+        )
+        thing = weave_object(settings, supplies)
+        check = check_object(thing, settings, supplies)
+        path = tmp_path_factory.mktemp("bends") / "model.glb"
+        colours = thread_colours(thing.bunches, "safe")
+        path.write_bytes(woven_glb(thing.ribbons, thing.labels, colours, ()))
+        report = ribbon_report(check, thing.ribbons, thing.labels)
+        report["findings"] = [finding_record(one) for one in check.findings]
+        models[shape] = (json.dumps(report), read_glb(path))
+    return models
+
+
+def found(report, model) -> list[str]:
+    tally = Tally("bends")
+    check_bends(Model(report, model), tally)
+    return list(tally.result().findings)
+
+
+def test_verify_and_the_makers_measure_the_same(made) -> None:
+    rules = set()
+    for text, model in made.values():
+        report = json.loads(text)
+        rules |= {one["rule"] for one in report["findings"]}
+        assert found(report, model) == []
+    assert rules >= {"bend", "crease", "twist"}
+
+
+@pytest.mark.parametrize("key", FIGURES)
+@pytest.mark.parametrize("change", ["more", "less", "none", "gone", "text"])
+def test_every_figure_of_a_thread_is_found_out(made, key, change) -> None:
+    objected = 0
+    for text, model in made.values():
+        report = json.loads(text)
+        thread = next((one for one in report["threads"] if one[key]), None)
+        if thread is None:
+            continue
+        objected += 1
+        if change == "gone":
+            del thread[key]
+        elif change in ("none", "text"):
+            thread[key] = None if change == "none" else str(thread[key])
+        else:
+            by = max(0.02 * thread[key], 0.2)
+            thread[key] += by if change == "more" else -by
+        (message,) = found(report, model)
+        assert thread["thread"] in message
+        assert key in message
+    assert objected > 3
+
+
+def test_a_finding_that_is_left_out_is_missed(made) -> None:
+    for text, model in made.values():
+        for one in json.loads(text)["findings"]:
+            if one["rule"] in ("bend", "crease", "twist", "width"):
+                report = json.loads(text)
+                report["findings"] = [
+                    other for other in report["findings"] if other["rule"] != one["rule"]
+                ]
+                (message,) = found(report, model)
+                assert message.startswith(f"{one['rule']}: in ")
+
+
+@pytest.mark.parametrize(
+    ("key", "by"), [("value", 1.1), ("value", 0.9), ("limit", 1.1), ("count", 2.5), ("count", 0.2)]
+)
+def test_a_finding_that_says_something_else_is_found_out(made, key, by) -> None:
+    objected = 0
+    for text, model in made.values():
+        for number, one in enumerate(json.loads(text)["findings"]):
+            if one["rule"] in ("bend", "crease", "twist", "width"):
+                report = json.loads(text)
+                report["findings"][number][key] = one[key] * by
+                (message,) = found(report, model)
+                assert one["rule"] in message
+                objected += 1
+    assert objected > 4
+
+
+def test_a_finding_of_nothing_is_found_out(made) -> None:
+    text, model = made["torus?m=8&n=4"]
+    report = json.loads(text)
+    assert "bend" not in {one["rule"] for one in report["findings"]}
+    limit = report["limits"]["bend_mm"]
+    report["findings"].append({"rule": "bend", "value": 0.9 * limit, "limit": limit, "count": 3})
+    assert any("bend does not hold in 3 places" in message for message in found(report, model))
+
+
+@pytest.mark.parametrize("key", ["width_mm", "bend_mm", "twist_deg"])
+@pytest.mark.parametrize("value", [None, "8", 0.0, float("nan")])
+def test_limits_that_are_none(job, key, value) -> None:
+    path = job("torus") / "ribbons.json"
+    document = json.loads(path.read_text())
+    document["limits"][key] = value
+    path.write_text(json.dumps(document))
+    assert set(told(path.parent)) == {"bends"}
+
+
+def test_a_rung_that_is_turned_in_the_model_is_found(job, specimen) -> None:
+    folder = job("torus")
+    source = specimen("torus")
+    label = source.plan["threads"][1]["label"]
+    rungs = np.array(source.strips[label]["rungs"], dtype=float)
+    # Tipped about its middle: the middle line and all other rungs stay where they are.
+    middle, reach = rungs[2].mean(axis=0), np.linalg.norm(rungs[2, 1] - rungs[2, 0]) / 2
+    rungs[2] = middle + reach * np.array([[0.0, 0.6, -0.8], [0.0, -0.6, 0.8]])
+    source.strips[label]["rungs"] = rungs
+    (folder / "model.glb").write_bytes(glb_bytes(source.strips))
+    assert "bends" in told(folder)
+
+
+def test_a_strip_on_a_cylinder_bends_to_its_radius(made) -> None:
+    _, model = made["torus?m=8&n=4"]
+    strip = next(iter(model.values()))
+    angles = np.radians(np.arange(0, 120, 4.0))
+    rim = np.stack((50 * np.cos(angles), 50 * np.sin(angles), 0 * angles), axis=1)
+    rungs = np.stack((rim, rim + np.array([0.0, 0.0, 12.0])), axis=1)
+    entry = np.array([1, 9, 17, 25])
+    bent = replace(
+        strip, closed=False, entry=entry, exit=entry + 1, rungs=rungs, grain_mm=0.0,
+        from_right=np.ones(len(rungs) - 1, dtype=bool),
+    )  # fmt: skip
+    bending = measure_bending(bent, measure_strip(bent)[1])
+    assert bending.radius_mm[1:-1] == pytest.approx(50.0, rel=1e-3)
+    assert bending.span_radius_mm[:-1] == pytest.approx(50.0, rel=1e-3)
+    assert np.isnan(bending.span_radius_mm[-1])
+    assert bending.turn_deg[1:-1] == pytest.approx(4.0)
+    assert bending.fold_deg == pytest.approx(4.0)
+    assert bending.span_twist_deg[:-1] == pytest.approx(0.0, abs=1e-9)
+    assert bending.span_mm[:-1] == pytest.approx(8 * 2 * 50 * np.sin(np.radians(2.0)))
+
+
+def test_jobs_state_their_bends(job) -> None:
+    found = load_job(job("torus"), Tally("files"))
+    assert all(key in one for one in found.ribbons["threads"] for key in FIGURES)
