@@ -113,13 +113,17 @@ def _relax(cost: FloatArray, starts: IntArray) -> tuple[FloatArray, IntArray]:
     totals = np.full((width + count, len(starts)), np.inf)
     totals[width + starts, which] = 0.0
     before = np.zeros((count, len(starts)), dtype=np.int64)
+    begins = {start: column for column, start in enumerate(starts.tolist())}
     for j in range(1, count):
         ways = totals[j : j + width][::-1] + ending[j][:, None]
         best = ways.argmin(axis=0)
-        least = ways[best, which]
-        better = least < totals[width + j]
-        totals[width + j] = np.where(better, least, totals[width + j])
-        before[j] = np.where(better, best + 1, 0)
+        totals[width + j] = ways[best, which]
+        before[j] = best + 1
+        if j in begins:
+            # Nothing leads to a row's own start: it was taken for out of reach.
+            totals[width + j, begins[j]] = 0.0
+    before[~np.isfinite(totals[width:])] = 0
+    before[starts, which] = 0
     return totals[width:], before
 
 

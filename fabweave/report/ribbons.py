@@ -17,6 +17,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.remedy import SIZED
 from fabweave.ribbon.rules import Limits
 from fabweave.weave.pattern import Weave
+from fabweave.words import agree
 
 SCHEMA = "fabweave.ribbons/1"
 
@@ -179,7 +180,7 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
     check : RibbonCheck
     """
     found = {one.rule: sentence(one) for one in check.findings}
-    notes = [found.pop("bend", _bend_note(check))]
+    notes = [found.pop("bend", _bend_note(check)), *_turning_note(check)]
     if "twist" not in found:
         notes += _twist_note(check)
     notes += [*found.values(), *_size_note(check)]
@@ -226,3 +227,15 @@ def _bend_note(check: RibbonCheck) -> str:
     if not np.isfinite(least):
         return f"bend: none; {takes}"
     return f"bend: radius {least:.1f} mm or more; {takes}"
+
+
+def _turning_note(check: RibbonCheck) -> list[str]:
+    """Say how many bends are not measured: ribbons that turn back on their way have no one arch."""
+    bend, crease = check.measured["bend"], check.measured["crease"]
+    count = len(np.setdiff1d(crease.passes, bend.passes))
+    if not count:
+        return []
+    return [
+        f"bend: not measured from crossing to crossing in {agree(count, '{n} [place|places]')} "
+        "where ribbons turn back at the boundary; their creases are"
+    ]

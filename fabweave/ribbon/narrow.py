@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.arrays import FloatArray, IntArray, frozen
 from fabweave.ribbon.again import measure_changed, measure_pairs
-from fabweave.ribbon.bends import measure_bends
+from fabweave.ribbon.bends import Bends, measure_bends
 from fabweave.ribbon.clearance import Nearness
 from fabweave.ribbon.part import Part, take_part
 from fabweave.ribbon.project import Ribbons, following_rung
@@ -114,8 +114,9 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
     """
     factor = np.ones(len(weave.threads.crossing))
     ribbons = lay(factor, None)
-    least = _least_factors(ribbons, limits)
-    if is_too_stiff(measure_along(ribbons, limits)["bend"]):
+    bends = measure_bends(ribbons)
+    least = _least_factors(ribbons, limits, bends)
+    if is_too_stiff(measure_along(ribbons, limits, bends)["bend"]):
         return Narrowed(ribbons, factor, least, None)
     floor = np.minimum(least, 1.0)
     clearance, near = measure_clearance(ribbons, weave, limits)
@@ -123,7 +124,7 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
         narrower = _cleared(lay, weave, limits, near.pairs, factor, floor)
         if narrower is factor:
             # In tight bends ribbons may have got narrower than their crossing panels: too narrow.
-            thin = _least_factors(ribbons, limits) > _HANDLED
+            thin = _least_factors(ribbons, limits, measure_bends(ribbons)) > _HANDLED
             weak = np.flatnonzero(thin & (factor < 1) & (floor < 1))
             if not len(weak):
                 return Narrowed(ribbons, factor, least, (clearance, near))
@@ -163,12 +164,12 @@ def _cleared(
         pairs = measure_pairs(lay(factor, part), part, limits, pairs)[1].pairs
 
 
-def _least_factors(ribbons: Ribbons, limits: Limits) -> FloatArray:
+def _least_factors(ribbons: Ribbons, limits: Limits, bends: Bends) -> FloatArray:
     """Return the factors, (P,), that leave ribbons as wide as can be handled.
 
     What lies between two panels depends on both, so either has what leaves all of it wide enough.
     """
-    width = measure_bends(ribbons).width_mm
+    width = bends.width_mm
     given = ~np.isnan(width)
     own = pass_of_rungs(ribbons)[given]
     thread = np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets))

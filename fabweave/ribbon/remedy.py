@@ -240,15 +240,24 @@ class Search:
 
     def _clear(self, pairs: IntArray, size: int) -> int | None:
         """Return the smallest size, from one up, at which these pairs of stretches are clear."""
-        threads = self._weave.threads
-        passes = ends_of_stretches(threads.offsets, threads.closed, pairs)
-        part = take_part(self._weave, passes.ravel())
+        part = self._part_of(pairs)
 
         def margin(at: int) -> float:
+            nonlocal pairs, part
             ribbons = self._lay(at, 1.0, True, part)
-            return measure_pairs(ribbons, part, self._limits, pairs)[0]
+            least, near = measure_pairs(ribbons, part, self._limits, pairs)
+            if 0 < 2 * len(near.pairs) < len(pairs):
+                # Those that are clear here need not be asked at larger sizes.
+                pairs, part = near.pairs, self._part_of(near.pairs)
+            return least
 
         return size if margin(size) >= 1 else self._smallest(margin, size)
+
+    def _part_of(self, pairs: IntArray) -> Part:
+        """Return the part of the weave in which some pairs of stretches lie."""
+        threads = self._weave.threads
+        passes = ends_of_stretches(threads.offsets, threads.closed, pairs)
+        return take_part(self._weave, passes.ravel())
 
     def _along(self, rules: Sequence[str], start: int, *, watched: bool) -> int | None:
         """Return the smallest size at which rules along single ribbons hold."""

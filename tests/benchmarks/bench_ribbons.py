@@ -2,8 +2,8 @@
 
 Run by hand: ``python tests/benchmarks/bench_ribbons.py [mesh ...]``. Every good shared mesh is
 laid at 400 mm in card as a job lays it; then again at the size that the findings propose. Prints
-pairs that are too near, pairs of facets that libigl finds to run through one another, and seconds
-of processor time. With ``--large`` it lays and checks a torus of 102,400 crossings instead, and
+pairs that are too near, pairs of facets that libigl finds to run through one another, seconds of
+processor time, and which rules do not hold at the size proposed. With ``--large`` it lays and checks a torus of 102,400 crossings instead, and
 prints the most memory that was used.
 """
 
@@ -52,7 +52,8 @@ def show(name: str) -> None:
         row += "   the mesh runs through itself"
     elif before.n_near and size is not None:
         after = laid(mesh, float(size))
-        row += f"{size:8}{after.n_near:7}{after.n_through:8}"
+        rules = ", ".join(sorted({found.rule for found in after.check.findings}))
+        row += f"{size:8}{after.n_near:7}{after.n_through:8}  {rules or 'all rules hold'}"
     print(row, flush=True)
 
 

@@ -66,6 +66,28 @@ def test_clear_at_the_size_proposed(name: str) -> None:
     assert {found.rule for found in after.check.findings} <= {"twist"}
 
 
+@pytest.mark.parametrize(
+    ("shape", "material", "size_mm"),
+    [
+        ("tube", "card", 60.0),
+        ("hemisphere", "card", 60.0),
+        ("hemisphere", "birch-veneer", 260.0),
+        ("torus?m=8&n=4", "birch-veneer", 200.0),
+    ],
+)
+def test_the_sizes_proposed_hold_when_they_are_made(shape, material, size_mm) -> None:
+    mesh = f"shape:{shape}"
+    before = laid(mesh, size_mm, material=material).check
+    sizes = {found.rule: found.size_mm for found in before.findings if found.size_mm is not None}
+    assert sizes
+    for rule, size in sizes.items():
+        assert size > size_mm
+        after = laid(mesh, float(size), material=material).check
+        assert rule not in {found.rule for found in after.findings}
+    after = laid(mesh, float(before.smallest_mm), material=material).check
+    assert {found.rule for found in after.findings} == set(before.still)
+
+
 @pytest.mark.parametrize("name", CLASHING)
 def test_a_mesh_that_runs_through_itself_is_told_as_such(name: str) -> None:
     mesh = str(shared_mesh(name))
