@@ -3,8 +3,8 @@
 Run by hand: ``python tests/benchmarks/bench_ribbons.py [mesh ...]``. Every good shared mesh is
 laid at 400 mm in card as a job lays it; then again at the size that the findings propose. Prints
 pairs that are too near, pairs of facets that libigl finds to run through one another, seconds of
-processor time, and which rules do not hold at the size proposed. With ``--large`` it lays and checks a torus of 102,400 crossings instead, and
-prints the most memory that was used.
+processor time, and which rules do not hold at the size proposed. With ``--large`` it lays and
+checks a torus of 102,400 crossings instead, and prints the most memory that was used.
 """
 
 import sys
