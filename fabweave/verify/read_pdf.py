@@ -7,7 +7,8 @@ from pathlib import Path
 
 from fabweave.verify.drawing import ReadError
 
-_STREAM = re.compile(rb"<<((?:(?!endobj|stream).)*)>>\s*stream\r?\n", re.DOTALL)
+_STREAM = re.compile(rb">>\s*stream\r?\n")
+_IMAGE = re.compile(rb"/Subtype\s*/Image")
 _SHOWN = re.compile(rb"\(((?:[^()\\]|\\.)*)\)\s*Tj", re.DOTALL)
 _ESCAPED = re.compile(rb"\\([0-7]{1,3}|.)", re.DOTALL)
 _SIGNS = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
@@ -40,11 +41,15 @@ def read_contents(path: Path) -> tuple[bytes, tuple[bytes, ...]]:
     data = path.read_bytes()
     if not data.startswith(b"%PDF-") or not data.rstrip().endswith(b"%%EOF"):
         raise ReadError("it is not a complete PDF")
-    return data, tuple(
-        _unpacked(found[1], data[found.end() : data.find(b"endstream", found.end())])
-        for found in _STREAM.finditer(data)
-        if not re.search(rb"/Subtype\s*/Image", found[1])
-    )
+    contents, at = [], 0
+    # From stream to stream: what is packed may look like anything, and is passed over.
+    while (found := _STREAM.search(data, at)) is not None:
+        description = data[max(data.rfind(b"obj", at, found.start()), at) : found.start()]
+        end = data.find(b"endstream", found.end())
+        at = end if end >= 0 else len(data)
+        if not _IMAGE.search(description):
+            contents.append(_unpacked(description, data[found.end() : at]))
+    return data, tuple(contents)
 
 
 def _unpacked(description: bytes, content: bytes) -> bytes:

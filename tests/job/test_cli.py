@@ -45,7 +45,9 @@ MADE = (
     "sheets/sheet_01.png",
 )  # fmt: skip
 
-SMALL = ("shape:octahedron", "--size", "200mm", "--effort", "quick", "-q")
+#: Small sheets are nested on sooner.
+SHEET = ("--sheet", "500x350mm")
+SMALL = ("shape:octahedron", "--size", "200mm", *SHEET, "--effort", "quick", "-q")
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +79,7 @@ def test_the_octahedron_has_four_rings_of_six_crossings(octahedron):
 )
 def test_shapes_are_made_and_proved(shape, tmp_path):
     folder = tmp_path / "out"
-    assert run("make", f"shape:{shape}", "--size", "300mm", "--effort", "quick", "-q",
+    assert run("make", f"shape:{shape}", "--size", "300mm", *SHEET, "--effort", "quick", "-q",
                "-o", folder) == 0  # fmt: skip
     assert run("verify", folder, "-q") == 0
 
@@ -163,7 +165,7 @@ def test_a_file_name_beyond_the_font_does_not_stop_a_job(tmp_path):
 
 @pytest.mark.parametrize("row", mesh_params(bad=True))
 def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
-    code = run("make", row.path, "--size", "300mm", "--effort", "quick", "-q",
+    code = run("make", row.path, "--size", "300mm", *SHEET, "--effort", "quick", "-q",
                "-o", tmp_path / "out")  # fmt: skip
     if code == 0:
         # A job that is not proved is not kept.

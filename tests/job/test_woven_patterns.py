@@ -29,8 +29,9 @@ def run(*arguments: object) -> int:
 
 
 def make(mesh: object, pattern: str, folder: Path, *options: str) -> int:
-    return run("make", mesh, "--size", "400mm", "--effort", "quick", "--pattern", pattern,
-               "-q", "-o", folder, *options)  # fmt: skip
+    # Small sheets are nested on sooner.
+    return run("make", mesh, "--size", "400mm", "--sheet", "600x400mm", "--effort", "quick",
+               "--pattern", pattern, "-q", "-o", folder, *options)  # fmt: skip
 
 
 def plan_of(folder: Path) -> dict:
@@ -265,7 +266,7 @@ def test_wrong_remeshing_is_said_before_anything_is_done(options, words, tmp_pat
 
 def test_the_same_seed_gives_the_same_weave(tmp_path) -> None:
     for name in ("first", "again"):
-        assert make("shape:sphere?n=3", "twill", tmp_path / name, "--seed", "7") == 0
+        assert make("shape:sphere?n=2", "twill", tmp_path / name, "--seed", "7") == 0
     first, again = ((tmp_path / n / "crossing_map.json").read_bytes() for n in ("first", "again"))
     assert first == again
 

@@ -4,6 +4,7 @@ import json
 import shutil
 from dataclasses import replace
 from types import MappingProxyType
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fabweave.flat import interlock, joints
 from fabweave.job import make_job
 from fabweave.job_files import write_job
 from fabweave.settings import JobSettings
+from fabweave.sheet.layout import SheetSize
 from fabweave.verify.check_bom import check_bom
 from fabweave.verify.check_joints import check_joints
 from fabweave.verify.check_pieces import check_crossing_holes
@@ -26,7 +28,9 @@ CHECKS = {
     "crossing-holes": check_crossing_holes,
     "unfolding": check_unfolding,
 }
-BASE = JobSettings("shape:octahedron", size_mm=160.0, effort="quick")
+BASE = JobSettings(
+    "shape:octahedron", size_mm=160.0, effort="quick", sheets=(SheetSize(400.0, 300.0),)
+)
 KINDS = {
     "rivet": {},
     "rivet:2": {"joint": "rivet:2"},
@@ -39,7 +43,10 @@ KINDS = {
 
 
 def write(folder, **options):
-    write_job(make_job(replace(BASE, **options)), folder)
+    # Joints are in no picture, and the manual takes longer than all else.
+    with mock.patch("fabweave.job.portrait_png"), mock.patch("fabweave.job_files.write_manual"):
+        job = replace(make_job(replace(BASE, **options)), portrait=lambda: b"")
+        write_job(job, folder)
 
 
 @pytest.fixture(scope="module")
