@@ -116,6 +116,12 @@ def make(
     told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
     for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)
+    if job.offcuts:
+        console.print(
+            f"{agree(len(job.offcuts), '{n} offcut[ is|s are]')} worth keeping: --stock "
+            f"{output / 'offcuts' / 'stock.toml'} takes them first in a later job",
+            markup=False,
+        )
     console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)
 
 
