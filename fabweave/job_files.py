@@ -4,16 +4,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fabweave.arrays import Progress, no_progress
-from fabweave.assembly.crossing_map import crossing_map, crossing_table
+from fabweave.assembly.crossing_map import crossing_table
 from fabweave.assembly.manual import write_manual
-from fabweave.assembly.manual_cover import Facts
 from fabweave.assembly.stations import station_table
-from fabweave.assembly.viewer import viewer_page
-from fabweave.assembly.viewer_space import space_record
-from fabweave.cut.code import code_of
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.dxf import write_dxf
 from fabweave.cut.flaws import flaw_lines
@@ -27,6 +21,7 @@ from fabweave.cut.targets import target_named
 from fabweave.cut.template import write_template
 from fabweave.errors import CannotMakeError
 from fabweave.job import Job
+from fabweave.job_records import job_facts, job_plan, job_viewer
 from fabweave.mesh.files import write_mesh
 from fabweave.preflight_job import Preflight
 from fabweave.report.bom import bill_of_materials
@@ -39,8 +34,6 @@ from fabweave.report.offcuts import (
 )
 from fabweave.report.ribbons import ribbon_report
 from fabweave.report.splitting import splitting_record
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.report.view import choose_view
 from fabweave.report.waste import piece_table, waste_report
 from fabweave.report.waste_page import waste_page
 from fabweave.ribbon.export import woven_glb
@@ -210,74 +203,6 @@ def _write_offcuts(job: Job, records: list[dict[str, Any]], directory: Path) -> 
             write_dxf(directory / f"{offcut.name}.dxf", drawing, version=job.settings.dxf)
         _write(directory / OFFCUT_STOCK, stock_text(records, entries))
     return entries
-
-
-def job_plan(job: Job) -> dict[str, Any]:
-    """Return the crossing map of a job."""
-    thing = job.object
-    plan = crossing_map(
-        thing.woven.halfedges,
-        thing.chosen,
-        thing.bunches,
-        thing.labels,
-        thing.ribbons,
-        job.made,
-        job.marks,
-        job.layout,
-        [drawing.name for drawing in job.drawings],
-        job.order,
-        job.allotment,
-        offcuts=job.offcuts,
-        mirrored=job.settings.label_side == "inside",
-        cut=cut_record(job.settings) | {"code": job.code},
-    )
-    for sheet, drawing in zip(plan["sheets"], job.drawings, strict=True):
-        code = code_of(drawing)
-        sheet["code"] = None if code is None else code._asdict()
-    return plan
-
-
-def cut_record(settings: JobSettings) -> dict[str, Any]:
-    """Return what the map says about the files for the cutter."""
-    return {
-        "profile": settings.profile,
-        "preset": settings.preset.name,
-        "dxf": settings.dxf,
-        "svg_units": settings.svg_units,
-        "hairline_mm": settings.line_mm,
-        "layers": [
-            {"layer": layer.value, "colour": entry.colour, "aci": entry.aci}
-            for layer, entry in settings.preset.colours.items()
-        ],
-    }
-
-
-def job_facts(job: Job, bill: dict[str, Any]) -> Facts:
-    """Return what the manual tells of a job besides its plan; with what is to be bought."""
-    return Facts(
-        title=job.object.woven.title,
-        size_mm=tuple(np.ptp(job.object.woven.mesh.vertices, axis=0).tolist()),
-        material=job.supplies.told,
-        bill=bill,
-        colours=job.colours,
-        portrait=job.portrait(),
-    )
-
-
-def job_viewer(job: Job, plan: dict[str, Any]) -> str:
-    """Return the page that shows a job's object, pieces, sheets and steps."""
-    ribbons = job.object.ribbons
-    vertices, triangles, _ = ribbon_triangles(ribbons)
-    view = choose_view(vertices, triangles)
-    thickness = job.supplies.thickness_mm(job.object.bunches).tolist()
-    layer = thickness if job.supplies.several else thickness[0]
-    return viewer_page(
-        plan,
-        space_record(ribbons, job.weave, job.made.pieces, layer_mm=layer),
-        title=job.object.woven.title,
-        colours=job.colours,
-        view_deg=(view.azimuth_deg, view.elevation_deg),
-    )
 
 
 def write_proof(directory: Path, proof: VerifyReport) -> None:

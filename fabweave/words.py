@@ -2,8 +2,12 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
 
+from fabweave.errors import InputError
+
+_Value = TypeVar("_Value")
 _CHOICE = re.compile(r"\[([^|\[\]]*)\|([^|\[\]]*)\]")
 
 
@@ -52,3 +56,31 @@ def closest_first(wanted: str, names: Iterable[str]) -> list[str]:
     names = list(names)
     close = difflib.get_close_matches(wanted, names, n=max(len(names), 1), cutoff=0.4)
     return close + [other for other in names if other not in close]
+
+
+def one_named(kind: str, name: str, known: Mapping[str, _Value]) -> _Value:
+    """Return what has a name, in lower or upper case.
+
+    Parameters
+    ----------
+    kind : str
+        What it is, for the message.
+    name : str
+    known : mapping
+        All there are, by names in lower case.
+
+    Raises
+    ------
+    InputError
+        If there is none; the message lists the names, closest first.
+
+    Examples
+    --------
+    >>> one_named("material", " Card", {"card": 0.4})
+    0.4
+    """
+    wanted = name.strip().lower()
+    if wanted not in known:
+        names = ", ".join(closest_first(wanted, known))
+        raise InputError(f"no {kind} is called {name!r}: choose one of {names}")
+    return known[wanted]

@@ -4,8 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from importlib import resources
 
-from fabweave.errors import InputError
-from fabweave.words import closest_first
+from fabweave.words import one_named
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,4 @@ def target_named(name: str) -> Target:
     >>> target_named("gosnapcut").hole_t
     1.5
     """
-    known = {target.name: target for target in targets()}
-    wanted = name.strip().lower()
-    if wanted in known:
-        return known[wanted]
-    names = closest_first(wanted, known)
-    raise InputError(f"no target is called {name!r}: choose one of {', '.join(names)}")
+    return one_named("target", name, {target.name: target for target in targets()})

@@ -8,7 +8,7 @@ from importlib import resources
 from typing import Any
 
 from fabweave.errors import InputError
-from fabweave.words import closest_first
+from fabweave.words import one_named
 
 
 @dataclass(frozen=True)
@@ -121,12 +121,7 @@ def material_named(name: str) -> Material:
     >>> material_named("stainless-304").thickness_mm
     0.5
     """
-    wanted = name.strip().lower()
-    library = {material.name: material for material in material_library()}
-    if wanted in library:
-        return library[wanted]
-    names = closest_first(wanted, library)
-    raise InputError(f"no material is called {name!r}: choose one of {', '.join(names)}")
+    return one_named("material", name, {one.name: one for one in material_library()})
 
 
 def with_thickness(material: Material, thickness_mm: float) -> Material:

@@ -25,7 +25,7 @@ from fabweave.assembly.manual_views import (
 )
 from fabweave.flat.stretch import piece_stretches
 from fabweave.job import make_job
-from fabweave.job_files import job_facts, job_plan
+from fabweave.job_records import job_facts, job_plan
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.surfaces import ribbon_triangles
 from fabweave.report.view import View, frame_object

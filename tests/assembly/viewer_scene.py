@@ -8,7 +8,7 @@ from unittest import mock
 import numpy as np
 
 from fabweave.job import make_job
-from fabweave.job_files import job_plan, job_viewer
+from fabweave.job_records import job_plan, job_viewer
 from fabweave.settings import JobSettings
 from fabweave.sheet.layout import Layout, Placement, SheetSize
 

@@ -1,0 +1,93 @@
+"""Walk a JSON document and say where it breaks its schema."""
+
+import contextlib
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from fabweave.verify.drawing import Floats, ReadError
+
+
+class Node:
+    """A JSON value that knows its path, so that errors say where."""
+
+    __slots__ = ("above", "key", "value")
+
+    def __init__(self, value: object, above: "Node | str", key: str | int = "") -> None:
+        self.value = value
+        self.above = above
+        self.key = key
+
+    @property
+    def path(self) -> str:
+        """The path, put together only where it is asked for."""
+        if isinstance(self.above, str):
+            return self.above
+        return self.above.path + (f".{self.key}" if isinstance(self.key, str) else f"[{self.key}]")
+
+    def __getitem__(self, key: str) -> "Node":
+        """Return a member of an object."""
+        if not isinstance(self.value, dict):
+            raise ReadError(f"{self.path} is not an object")
+        if key not in self.value:
+            raise ReadError(f"{self.path} has no {key!r}")
+        return Node(self.value[key], self, key)
+
+    def items(self, count: int | None = None) -> list["Node"]:
+        """Return the items of a list, of a certain length if given."""
+        if not isinstance(self.value, list) or (count is not None and len(self.value) != count):
+            raise ReadError(f"{self.path} is not a list" + (f" of {count}" if count else ""))
+        return [Node(item, self, at) for at, item in enumerate(self.value)]
+
+    def has(self, key: str) -> bool:
+        """Return whether this is an object with a member of that name."""
+        return isinstance(self.value, dict) and key in self.value
+
+    def items_of(self, key: str) -> list["Node"]:
+        """Return the items of a list that may be absent."""
+        return self[key].items() if self.has(key) else []
+
+    def integer(self) -> int:
+        """Return an integer."""
+        if not isinstance(self.value, int) or isinstance(self.value, bool):
+            raise ReadError(f"{self.path} is not an integer but {self.value!r:.40}")
+        return self.value
+
+    def number(self) -> float:
+        """Return a finite number."""
+        value = self.value
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            # A number beyond all floats raises, a huge exponent has become infinite.
+            with contextlib.suppress(OverflowError):
+                if math.isfinite(value):
+                    return float(value)
+        raise ReadError(f"{self.path} is not a finite number but {value!r:.40}")
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            raise ReadError(f"{self.path} is not true or false but {self.value!r:.40}")
+        return self.value
+
+    def text(self) -> str:
+        """Return a string."""
+        if not isinstance(self.value, str):
+            raise ReadError(f"{self.path} is not a string but {self.value!r:.40}")
+        return self.value
+
+    def points(self, *inner: int) -> Floats:
+        """Return a list of arrays of numbers as an (n, ...) array."""
+        try:
+            result = np.array(self.value, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise ReadError(f"{self.path} is not a list of points: {error}") from error
+        result = result.reshape((0, *inner)) if result.size == 0 else result
+        if result.shape[1:] != inner or not np.all(np.isfinite(result)):
+            raise ReadError(f"{self.path} is not a list of points of shape {inner}")
+        return result
+
+    def maybe(self, read: "Callable[[Node], Any]") -> Any:
+        """Return null as None, anything else as read."""
+        return None if self.value is None else read(self)
