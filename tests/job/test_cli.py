@@ -18,6 +18,7 @@ from fabweave.folder import run_job
 from fabweave.mesh.files import write_mesh
 from fabweave.mesh.shapes import parse_shape
 from fabweave.settings import JobSettings
+from fabweave.sheet.layout import SheetSize
 from fabweave.source import load_mesh
 
 
@@ -90,7 +91,8 @@ def test_same_settings_give_the_same_bytes(octahedron, tmp_path):
 
 
 def test_any_number_of_workers_gives_the_same_bytes(octahedron, tmp_path):
-    settings = JobSettings(mesh="shape:octahedron", size_mm=200.0, effort="quick")
+    sheets = (SheetSize(500.0, 350.0),)
+    settings = JobSettings(mesh="shape:octahedron", size_mm=200.0, effort="quick", sheets=sheets)
     for workers in (0, 2):
         run_job(settings, tmp_path / str(workers), workers=workers)
         assert digest(tmp_path / str(workers)) == digest(octahedron)
