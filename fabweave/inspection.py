@@ -18,6 +18,7 @@ from fabweave.mesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.refine import parse_refinements, refine_mesh
 from fabweave.plan import plan_pieces
+from fabweave.refining import try_refinement
 from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.check import require_width, ribbon_widths, thread_lengths
 from fabweave.ribbon.turns import require_no_loop
@@ -92,7 +93,7 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
     thing = weave_object(settings, supplies, progress)
     thing, pieces = _planned(thing, settings, supplies, progress)
     progress("checks", 0, 1)
-    check = check_made(thing, settings, supplies)
+    check = try_refinement(check_made(thing, settings, supplies), thing, settings, supplies)
     mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
     threads = thing.weave.threads
     progress("twill", 0, 1)

@@ -230,12 +230,13 @@ def _bend_note(check: RibbonCheck) -> str:
 
 
 def _turning_note(check: RibbonCheck) -> list[str]:
-    """Say how many bends are not measured: ribbons that turn back on their way have no one arch."""
-    bend, crease = check.measured["bend"], check.measured["crease"]
-    count = len(np.setdiff1d(crease.passes, bend.passes))
+    """Say how many bends are not measured: ribbons that turn back are no one arch."""
+    # Twist is measured between all crossings.
+    bend, twist = check.measured["bend"], check.measured["twist"]
+    count = len(np.setdiff1d(twist.passes, bend.passes))
     if not count:
         return []
     return [
-        f"bend: not measured from crossing to crossing in {agree(count, '{n} [place|places]')} "
-        "where ribbons turn back at the boundary; their creases are"
+        f"bend: not measured in {agree(count, '{n} [place|places]')} where ribbons turn back "
+        "between one crossing and the next; creases are measured there, too"
     ]

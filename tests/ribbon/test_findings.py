@@ -260,3 +260,24 @@ def test_the_report_gives_each_thread_its_figures() -> None:
         assert one["narrowest_mm"] <= one["widest_mm"]
         # Flat panels leave all bending to what lies between: tighter than the softest ribbon.
         assert one["modelled_bend_mm"] <= one["bend_mm"]
+
+
+def test_what_is_not_measured_is_told() -> None:
+    # At two corners of the mat, threads turn back at both edges of one square.
+    for options, said in (({"boundary": "turn"}, True), ({"boundary": "end"}, False)):
+        check = checked("hypar", size_mm=300.0, **options)
+        notes = ribbon_notes(check)
+        assert any("turn back" in note for note in notes) == said
+        assert any(note.startswith("twist: ") and "takes" in note for note in notes)
+        count = len(check.measured["twist"].value) - len(check.measured["bend"].value)
+        assert (count > 0) == said
+        assert any(f"not measured in {count} place" in note for note in notes) == said
+
+
+def test_the_size_at_which_all_hold_is_told_as_it_is() -> None:
+    good = checked("sphere?n=4", size_mm=300.0)
+    assert any(f"would at --size {good.smallest_mm}mm, too" in note for note in ribbon_notes(good))
+    bad = checked("torus?m=8&n=4", size_mm=200.0, material="birch-veneer")
+    assert bad.still == ("twist",)
+    text = f"would all hold at --size {bad.smallest_mm}mm; twist would not"
+    assert any(text in note for note in ribbon_notes(bad))
