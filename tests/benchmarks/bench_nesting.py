@@ -1,14 +1,15 @@
 """Compare nesting with three other ways and the area bound; run by hand.
 
-    python tests/benchmarks/bench_nesting.py [--effort quick normal] [--set jobs strips many]
+    python tests/benchmarks/bench_nesting.py [--effort quick normal] [--set strips many fuzz jobs]
 
-``jobs`` are the pieces of five jobs on two sizes of sheets, gap 2 mm; ``strips`` and ``thin`` are
-generated sets (sheets 600 × 400 mm, margin 10 mm, gap 3 mm), at three efforts if so asked; ``many``
-compares 500 pieces with 5000. Peers: rectpack on bounding rectangles; spyrrow, one sheet after
-another, in the time of the last effort; a plain raster greedy (2 mm, 24 rotations). The bound
-counts every piece inflated by half the gap, which no layout can beat. A fraction of sheets counts
-the last one up to where it is used; the rest of it is an offcut. Seconds are of the processor:
-other work does not count. The pieces of the jobs are kept in a temporary folder.
+``jobs`` are the pieces of five jobs on two sizes of sheets, gap 2 mm, at normal effort; ``strips``
+and ``thin`` are generated sets (sheets 600 × 400 mm, margin 10 mm, gap 3 mm), at all efforts;
+``many`` compares 500 pieces with 5000, at quick effort; ``fuzz`` nests a thousand sets of odd
+pieces and checks each. Peers: rectpack on bounding rectangles; spyrrow, one sheet after another, in
+the time of the last effort; a plain raster greedy (2 mm, 24 rotations). The bound counts every
+piece inflated by half the gap, which no layout can beat. A fraction of sheets counts the last one
+up to where it is used; the rest of it is an offcut. Seconds are of the processor: other work does
+not count. The pieces of the jobs are kept in a temporary folder.
 """
 
 import argparse
@@ -20,6 +21,7 @@ import resource
 import runpy
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager
@@ -48,6 +50,9 @@ JOBS = {
     "spot 400 mm": JobSettings(str(MESHES / "spot_quadrangulated.obj"), size_mm=400.0),
     "bob 600 mm": JobSettings(str(MESHES / "bob_quad.obj"), size_mm=600.0),
 }
+#: Sheets that three hundred strips may take at each effort, and seconds at quick.
+WANTED, WANTED_SECONDS = {"quick": 16, "normal": 15, "best": 14}, 20.0
+FUZZ = 1000
 SHEETS = (SheetSize(600.0, 400.0), SheetSize(1000.0, 600.0))
 
 
@@ -206,23 +211,54 @@ def compare_many(
               flush=True)  # fmt: skip
 
 
+def compare_strips(pieces: list[FloatArray], efforts: list[str], seed: int) -> None:
+    """Print a table, and then what does not hold."""
+    found = compare("strips", pieces, SHEETS[0], 3.0, efforts, seed)
+    for effort in efforts:
+        if found[effort].count > WANTED[effort]:
+            print(f"DOES NOT HOLD: {found[effort].count} sheets, {effort} {WANTED[effort]}")
+    if "quick" in found and found["quick"].seconds > WANTED_SECONDS:
+        print(f"DOES NOT HOLD: quick takes {WANTED_SECONDS:g} s or less")
+
+
+def fuzz() -> None:
+    """Nest and check sets of odd pieces; stop at the first that breaks a rule."""
+    check_set = runpy.run_path(str(HERE.parents[1] / "sheet" / "test_fuzz.py"))["check_set"]
+    start = seconds()
+    found = Counter(check_set(seed) for seed in range(FUZZ))
+    outcomes = ", ".join(f"{count} {outcome}" for outcome, count in sorted(found.items()))
+    print(
+        f"\n{FUZZ} sets of odd pieces, checked: {outcomes}; {seconds() - start:.0f} s", flush=True
+    )
+
+
 def main() -> None:
     """Print a table for each set of pieces."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--effort", nargs="+", default=["quick", "normal"])
-    parser.add_argument("--set", nargs="+", default=["strips", "many", "jobs"])
+    parser.add_argument("--effort", nargs="+", default=[])
+    parser.add_argument("--set", nargs="+", default=["strips", "many", "fuzz", "jobs"])
     parser.add_argument("--job", nargs="+", default=list(JOBS))
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
+    efforts = options.effort
     sets = runpy.run_path(str(HERE.parents[1] / "sheet" / "pieces_set.py"))
     for name in options.set:
-        if name in ("strips", "thin"):
-            make = sets["measured_set" if name == "strips" else "thin_set"]
-            compare(name, make(seed=options.seed), SHEETS[0], 3.0, options.effort, options.seed)
+        if name == "strips":
+            compare_strips(
+                sets["measured_set"](seed=options.seed), efforts or list(WANTED), options.seed
+            )
+        elif name == "thin":
+            pieces = sets["thin_set"](seed=options.seed)
+            compare(name, pieces, SHEETS[0], 3.0, efforts or list(WANTED), options.seed)
         elif name == "jobs":
-            compare_jobs(options.job, options.effort)
+            compare_jobs(options.job, efforts or ["normal"])
         elif name == "many":
-            compare_many(sets["measured_set"], options.effort[0], options.seed, own_processes)
+            effort = efforts[0] if efforts else "quick"
+            compare_many(sets["measured_set"], effort, options.seed, own_processes)
+        elif name == "fuzz":
+            fuzz()
+        else:
+            parser.error(f"no set is called {name}")
 
 
 if __name__ == "__main__":
