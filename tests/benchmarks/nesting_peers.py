@@ -54,7 +54,8 @@ def sheets_by_spyrrow(
 ) -> float:
     """Return how many sheets spyrrow needs, one after another, longest pieces first.
 
-    Each sheet takes three tries to find how many pieces it holds; the time is shared evenly.
+    Each sheet takes three tries to find how many pieces it holds, and more until it holds some; the
+    time is shared evenly by the first three.
     """
     bodies = [body_of(shape_of(piece)[0], gap) for piece in pieces]
     left = sorted(bodies, key=lambda body: -float(np.ptp(body.outline, axis=0).max()))
@@ -63,8 +64,9 @@ def sheets_by_spyrrow(
     each = max(1, round(seconds / (3 * guess)))
     share, count, end = 0.45, 0, 1.0
     while left:
-        placed, end = 0, 1.0
-        for _ in range(3):
+        placed, tries, end = 0, 0, 1.0
+        while tries < 3 or placed == 0:
+            tries += 1
             total = np.cumsum([body.area_mm2 for body in left]) / (usable[0] * usable[1])
             number = max(1, int(np.searchsorted(total, share)))
             chosen = left[:number]
@@ -76,8 +78,8 @@ def sheets_by_spyrrow(
                     break
                 share *= 1.06
             else:
-                share *= 0.9
-        left = left[max(placed, 1) :]  # one piece always fits: the peer is given that
+                share *= 0.9 if tries < 3 else 0.7
+        left = left[placed:]
         count += 1
     return count - 1 + min(end, 1.0)
 
