@@ -77,6 +77,8 @@ def sheets_by_spyrrow(
                     end = _end(chosen, poses) / usable[0]
                     break
                 share *= 1.06
+            elif number == 1:
+                placed = 1  # one piece always fits: the peer is given that
             else:
                 share *= 0.9 if tries < 3 else 0.7
         left = left[placed:]
