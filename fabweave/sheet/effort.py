@@ -61,8 +61,8 @@ def effort_named(name: str) -> Effort:
     """
     efforts = {
         "quick": Effort(2.0, 24, 1, 40, 0.9, 1, 0, 0, 0.0, 0),
-        "normal": Effort(2.0, 24, 1, 40, 0.9, 1, 200, 40, 0.7, 0),
-        "best": Effort(1.5, 24, 1, 60, 0.93, 1, 900, 120, 0.8, 12),
+        "normal": Effort(1.25, 24, 1, 40, 0.9, 1, 200, 40, 0.7, 0),
+        "best": Effort(1.0, 24, 1, 60, 0.93, 1, 900, 120, 0.8, 12),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")
