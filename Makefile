@@ -29,7 +29,7 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 
 unit: $(INSTALLED)
-	$(BIN)/pytest -n 2 --durations=25 --durations-min=5
+	$(BIN)/pytest -n 2 --dist loadfile --durations=25 --durations-min=5
 
 bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
 	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done

@@ -24,7 +24,7 @@ lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in ring.vertices]
 lines += [f"f {i} {j} {k}" for i, j, k in triangles + 1]
 (directory / "ring.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
-asked = {"mesh": str(directory / "ring.obj"), "size_mm": 300.0}
+asked = {"mesh": str(directory / "ring.obj"), "size_mm": 300.0, "effort": "quick"}
 for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-clark:1"}):
     facts = inspect_mesh(JobSettings(**asked, **change)).facts
     faces = ", ".join(
