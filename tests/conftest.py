@@ -9,7 +9,10 @@ from hypothesis import settings
 sys.path.insert(0, str(Path(__file__).parent))
 
 # A time limit for single examples fails on a busy machine, and says nothing about the code.
-# Where every change is judged by one run, that run is the same for the same code; elsewhere each
-# run looks at new examples.
-settings.register_profile("fabweave", deadline=None, derandomize="CI" in os.environ)
+# Where every change is judged by one run, that run is the same for the same code, and ends soon;
+# elsewhere each run looks at new examples, and at more of them.
+judged = "CI" in os.environ
+settings.register_profile(
+    "fabweave", deadline=None, derandomize=judged, max_examples=50 if judged else 100
+)
 settings.load_profile("fabweave")
