@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.verify.course import Flags
 from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.gaps import dot
 from fabweave.verify.read_glb import Strip
 
 #: Two panels that look away from each other by more have no plane between them.
@@ -117,12 +118,12 @@ def _spans(
     chord = middle[panel[ahead]].mean(axis=1) - middle[panel].mean(axis=1)
     along = _unit(chord)
     up = normal + normal[ahead]
-    up -= _dot(up, along)[:, None] * along
+    up -= dot(up, along)[:, None] * along
     upright = _size(up) > _TOWARDS
     up = _unit(up)
     # How steeply either panel stands to the chord, and which way.
     first, second = (
-        np.arctan2(-_dot(one, along), np.maximum(_dot(one, up), 1e-9))
+        np.arctan2(-dot(one, along), np.maximum(dot(one, up), 1e-9))
         for one in (normal, normal[ahead])
     )
     need = np.abs(first + second) + np.sqrt(2.0) * np.hypot(first, second)
@@ -141,8 +142,8 @@ def _spans(
     onward = np.ones(len(panel), dtype=bool)
     for one in (way, way[ahead]):
         level = _unit(one)
-        level = level - _dot(level, up)[:, None] * up
-        onward &= _dot(level, along) > _ONWARD * _size(level)
+        level = level - dot(level, up)[:, None] * up
+        onward &= dot(level, along) > _ONWARD * _size(level)
     with np.errstate(divide="ignore"):
         radius = np.where(onward | ~upright, way_mm / need, np.nan)
     missing = np.zeros(len(panel), dtype=bool)
@@ -178,17 +179,13 @@ def _facet_planes(start: Floats, end: Floats, from_right: Flags) -> tuple[Floats
 
 def _about(first: Floats, second: Floats, axis: Floats) -> Floats:
     """Return the angles by which vectors turn about unit axes."""
-    a, b = (one - _dot(one, axis)[:, None] * axis for one in (first, second))
-    return np.arctan2(_dot(np.cross(a, b), axis), _dot(a, b))
+    a, b = (one - dot(one, axis)[:, None] * axis for one in (first, second))
+    return np.arctan2(dot(np.cross(a, b), axis), dot(a, b))
 
 
 def _between(first: Floats, second: Floats) -> Floats:
     """Return the angles between vectors, in degrees."""
-    return np.degrees(np.arctan2(_size(np.cross(first, second)), _dot(first, second)))
-
-
-def _dot(first: Floats, second: Floats) -> Floats:
-    return np.asarray(np.sum(first * second, axis=1))
+    return np.degrees(np.arctan2(_size(np.cross(first, second)), dot(first, second)))
 
 
 def _size(vectors: Floats) -> Floats:

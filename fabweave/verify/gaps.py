@@ -61,8 +61,8 @@ def triangles_cut(first: Floats, second: Floats, own: Flags, others: Flags) -> F
     for triangle, far, common in ((first, second, others), (second, first, own)):
         a, b, c = (triangle[:, k] for k in range(3))
         area = np.cross(b - a, c - a)
-        size = np.maximum(np.sqrt(_dot(area, area)), 1e-300)
-        height = [_dot(far[:, k] - a, area) / size for k in range(3)]
+        size = np.maximum(np.sqrt(dot(area, area)), 1e-300)
+        height = [dot(far[:, k] - a, area) / size for k in range(3)]
         for i, j, _ in _SIDES:
             through = np.minimum(height[i], height[j]) < -_GRAZING_MM
             through &= np.maximum(height[i], height[j]) > _GRAZING_MM
@@ -73,7 +73,7 @@ def triangles_cut(first: Floats, second: Floats, own: Flags, others: Flags) -> F
             # The line passes all three sides of the triangle on one hand: three equal signs.
             way = q - p
             hand = [
-                _dot(way, np.cross(u[rows] - p, v[rows] - p)) for u, v in ((a, b), (b, c), (c, a))
+                dot(way, np.cross(u[rows] - p, v[rows] - p)) for u, v in ((a, b), (b, c), (c, a))
             ]
             cut[rows] |= (np.minimum.reduce(hand) >= 0) | (np.maximum.reduce(hand) <= 0)
     return cut
@@ -85,7 +85,7 @@ def _surely_apart(first: Floats, second: Floats, reach_mm: float) -> Flags:
     ways = [second.mean(axis=1) - first.mean(axis=1)]
     ways += [np.cross(one[:, 1] - one[:, 0], one[:, 2] - one[:, 0]) for one in (first, second)]
     for way in ways:
-        size = np.sqrt(_dot(way, way))
+        size = np.sqrt(dot(way, way))
         low, high = (np.einsum("nkd,nd->nk", one, way) for one in (first, second))
         gap = np.maximum(high.min(axis=1) - low.max(axis=1), low.min(axis=1) - high.max(axis=1))
         apart |= gap > reach_mm * size
@@ -95,20 +95,20 @@ def _surely_apart(first: Floats, second: Floats, reach_mm: float) -> Flags:
 def _segment_gaps(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
     """Return the gaps between segments: inside both, or at one of the four ends."""
     u, v, w = b - a, d - c, c - a
-    uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
+    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
     area = uu * vv - uv * uv
     skew = area > 1e-12 * uu * vv
     safe = np.where(skew, area, 1.0)
-    s = (_dot(w, u) * vv - _dot(w, v) * uv) / safe
-    t = (_dot(w, u) * uv - _dot(w, v) * uu) / safe
+    s = (dot(w, u) * vv - dot(w, v) * uv) / safe
+    t = (dot(w, u) * uv - dot(w, v) * uu) / safe
     inside = skew & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
     between = w + t[:, None] * v - s[:, None] * u
-    least = np.where(inside, _dot(between, between), np.inf)
+    least = np.where(inside, dot(between, between), np.inf)
     for point, start, way, square in ((a, c, v, vv), (b, c, v, vv), (c, a, u, uu), (d, a, u, uu)):
         reach = point - start
-        share = np.clip(_dot(reach, way) / np.maximum(square, 1e-300), 0.0, 1.0)
+        share = np.clip(dot(reach, way) / np.maximum(square, 1e-300), 0.0, 1.0)
         off = reach - share[:, None] * way
-        least = np.minimum(least, _dot(off, off))
+        least = np.minimum(least, dot(off, off))
     return np.sqrt(least)
 
 
@@ -116,15 +116,16 @@ def _height_inside(point: Floats, triangle: Floats) -> Floats:
     """Return how far points stand over triangles; infinite where they stand beside them."""
     u, v = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
     w = point - triangle[:, 0]
-    uu, vv, uv, wu, wv = _dot(u, u), _dot(v, v), _dot(u, v), _dot(w, u), _dot(w, v)
+    uu, vv, uv, wu, wv = dot(u, u), dot(v, v), dot(u, v), dot(w, u), dot(w, v)
     area = uu * vv - uv * uv
     good = area > 1e-12 * uu * vv
     safe = np.where(good, area, 1.0)
     s, t = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
     inside = good & (s >= 0) & (t >= 0) & (s + t <= 1)
     foot = w - s[:, None] * u - t[:, None] * v
-    return np.where(inside, np.sqrt(_dot(foot, foot)), np.inf)
+    return np.where(inside, np.sqrt(dot(foot, foot)), np.inf)
 
 
-def _dot(first: Floats, second: Floats) -> Floats:
+def dot(first: Floats, second: Floats) -> Floats:
+    """Return the inner products of vectors, row by row."""
     return np.asarray(np.einsum("ij,ij->i", first, second))

@@ -24,7 +24,6 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -185,19 +184,15 @@ def own_processes() -> Executor:
     return ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"))
 
 
-def compare_many(
-    make: Callable[..., list[FloatArray]],
-    effort: str,
-    seed: int,
-    executors: Callable[[], AbstractContextManager[Executor]],
-) -> None:
+def compare_many(make: Callable[..., list[FloatArray]], effort: str, seed: int) -> None:
     """Print what 500 and 5000 pieces come to; memory is that of the largest process."""
     for count in (500, 5000):
         pieces = [0.5 * piece for piece in make(count, seed=seed)]
         start, wall = seconds(), time.perf_counter()
         layout = nest(
-            pieces, [SHEETS[0]], margin_mm=MARGIN, gap_mm=2.0, effort=effort, executors=executors
-        )
+            pieces, [SHEETS[0]], margin_mm=MARGIN, gap_mm=2.0, effort=effort,
+            executors=own_processes,
+        )  # fmt: skip
         spent, wall = seconds() - start, time.perf_counter() - wall
         peaks = [
             resource.getrusage(who).ru_maxrss / 1e6
@@ -254,7 +249,7 @@ def main() -> None:
             compare_jobs(options.job, efforts or ["normal"])
         elif name == "many":
             effort = efforts[0] if efforts else "quick"
-            compare_many(sets["measured_set"], effort, options.seed, own_processes)
+            compare_many(sets["measured_set"], effort, options.seed)
         elif name == "fuzz":
             fuzz()
         else:
