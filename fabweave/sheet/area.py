@@ -7,7 +7,6 @@ import shapely
 from shapely.affinity import translate
 
 from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.raster import clear_radius
 from fabweave.sheet.rectangle import largest_rectangle
 from fabweave.sheet.stock import usable_size
 from fabweave.sheet.turns import FREE, Turns
@@ -62,9 +61,10 @@ def clear_rectangle(area: Area, gap_mm: float) -> tuple[float, float]:
     """
     if area.barred is None:
         return area.size_mm
-    # Twice the gap, less the growth of both that proves it by pixels, and a pixel at either end.
+    # A position of pixels is free where they are a diagonal beyond the gap, at both ends; and there
+    # is one in a room that is wider by a pixel.
     pixel = max(_PIXEL_MM, math.sqrt(area.size_mm[0] * area.size_mm[1] / MAX_PIXELS))
-    lost = 4.0 * (clear_radius(gap_mm, pixel) + _SLACK_MM) - 2.0 * gap_mm + 2.0 * pixel
+    lost = (2.0 * math.sqrt(2.0) + 1.0) * pixel + 4.0 * _SLACK_MM
     around = shapely.buffer(area.barred, gap_mm / math.cos(1.5 * math.pi / (4.0 * _ARC_STEPS)))
     corners = largest_rectangle(area.size_mm, around)
     wide, high = (0.0, 0.0) if corners is None else (corners[1] - corners[0] - lost).tolist()

@@ -15,14 +15,10 @@ class Effort:
         Side of a pixel.
     rotations : int
         Angles that are tried, evenly spread; a divisor of 720 and a multiple of 4.
-    look_ahead : int
-        How many pieces that fit are compared before one is put down.
     failures : int
         How many pieces may fail on a sheet before it is closed.
     same_size : float
         A piece at least this share as long and as wide as one that failed is not tried.
-    tiles : int
-        How many tiles of a sheet that have room for a piece are compared.
     rounds : int
         How many rounds are spent on emptying a sheet, at most.
     patience : int
@@ -36,10 +32,8 @@ class Effort:
 
     pixel_mm: float
     rotations: int
-    look_ahead: int
     failures: int
     same_size: float
-    tiles: int
     rounds: int
     patience: int
     density: float
@@ -60,9 +54,9 @@ def effort_named(name: str) -> Effort:
     2.0
     """
     efforts = {
-        "quick": Effort(2.0, 24, 1, 40, 0.9, 1, 0, 0, 0.0, 0),
-        "normal": Effort(1.25, 24, 1, 40, 0.9, 1, 200, 40, 0.7, 0),
-        "best": Effort(1.0, 24, 1, 60, 0.93, 1, 900, 120, 0.8, 12),
+        "quick": Effort(2.0, 24, 40, 0.9, 0, 0, 0.0, 0),
+        "normal": Effort(1.25, 24, 40, 0.9, 200, 40, 0.7, 0),
+        "best": Effort(1.0, 24, 60, 0.93, 900, 120, 0.8, 12),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -11,8 +11,8 @@ from fabweave.sheet.area import Area
 from fabweave.sheet.effort import Effort
 from fabweave.sheet.fits import sheet_grid
 from fabweave.sheet.layout import Placement, SheetSize
-from fabweave.sheet.search import PULL, Grid, Kernels, Position, SheetPixels, kernels_of
-from fabweave.sheet.shape import Pose, Shape, rotated
+from fabweave.sheet.search import PULL, Grid, Kernels, SheetPixels, kernels_of
+from fabweave.sheet.shape import Pose, Shape, Spot
 
 _CACHE_BYTES = 150_000_000  # of kernels kept for the next try: bounds memory, not the result
 
@@ -48,6 +48,7 @@ class NestingJob:
     sheets: tuple[SheetSize, ...]
     margin_mm: float
     gap_mm: float
+    near_mm: float  # what is nearer to a piece counts as contact
     effort: Effort
     workers: int
     areas: tuple[Area, ...]  # of the sheets
@@ -56,7 +57,7 @@ class NestingJob:
 
     def grid(self, sheet: int) -> Grid:
         """Return the grid of a sheet size, with larger pixels if it is very large."""
-        return sheet_grid(self.areas[sheet], self.gap_mm, self.effort)
+        return sheet_grid(self.areas[sheet], self.gap_mm, self.effort, self.near_mm)
 
     def kernels(self, shape: int, grid: Grid) -> Kernels:
         """Return the pixels of a shape, from the cache if they are there."""
@@ -104,49 +105,29 @@ def filled_sheet(
     """
     grid = job.grid(choice)
     pixels = SheetPixels(grid, job.effort, workers=job.workers, pull=pull)
-    waiting = [piece for piece in queue if job.fits[job.poses[piece].shape, choice]]
     failed = np.empty((0, 2))
     placed: dict[int, Placement] = {}
-    while waiting:
-        tried: list[tuple[int, Position]] = []
-        head = 0
-        while head < len(waiting) and len(tried) < job.effort.look_ahead:
-            index = job.poses[waiting[head]].shape
-            shape = job.shapes[index]
-            size = np.array([shape.length_mm, shape.width_mm])
-            if (size >= job.effort.same_size * failed).all(axis=1).any():
-                waiting.pop(head)
-                continue
-            if tried and index == job.poses[waiting[head - 1]].shape:
-                head += 1  # congruent with the one before it: the same position
-                continue
-            position = pixels.best_position(job.kernels(index, grid), size)
-            if position is None:
-                waiting.pop(head)
-                failed = np.concatenate([failed, size[None]])
-                if len(failed) >= job.effort.failures:
-                    return placed
-                continue
-            tried.append((head, position))
-            head += 1
-        if not tried:
+    for piece in queue:
+        index = job.poses[piece].shape
+        shape = job.shapes[index]
+        size = np.array([shape.length_mm, shape.width_mm])
+        too_large = (size >= job.effort.same_size * failed).all(axis=1).any()
+        if too_large or not job.fits[index, choice]:
+            continue
+        kernels = job.kernels(index, grid)
+        spot = pixels.place(kernels, size)
+        if spot is not None:
+            pixels.put(kernels, spot)
+            placed[piece] = _placement(piece, number, spot, job.poses[piece], job.margin_mm)
+            continue
+        failed = np.concatenate([failed, size[None]])
+        if len(failed) >= job.effort.failures:
             break
-        best, position = max(tried, key=lambda one: one[1].score)
-        piece = waiting.pop(best)
-        kernels = job.kernels(job.poses[piece].shape, grid)
-        pixels.put(kernels, position)
-        placed[piece] = _placement(job, piece, number, kernels, grid, position)
     return placed
 
 
-def _placement(
-    job: NestingJob, piece: int, sheet: int, kernels: Kernels, grid: Grid, position: Position
-) -> Placement:
-    """Return the motion of a piece whose shape stands at a position of the grid."""
-    pose = job.poses[piece]
-    angle = kernels.angles_deg[position.rotation]
-    turned = rotated(np.array([[pose.x_mm, pose.y_mm]]), np.array([angle]))[0, 0]
-    steps = np.array([position.column, position.row]) * grid.pixel_mm
-    x, y = job.margin_mm + steps - kernels.corners[position.rotation] + turned
-    rotation = (float(angle) + pose.angle_deg) % 360.0
+def _placement(piece: int, sheet: int, spot: Spot, pose: Pose, margin_mm: float) -> Placement:
+    """Return the motion of a piece whose shape stands at a spot."""
+    x, y = spot.apply(np.array([pose.x_mm, pose.y_mm])) + margin_mm
+    rotation = (spot.angle_deg + pose.angle_deg) % 360.0
     return Placement(piece, sheet, rotation, float(x), float(y))

@@ -13,11 +13,11 @@ from fabweave.sheet.search import Grid, SheetPixels, grid_of, kernels_of
 from fabweave.sheet.shape import Shape, fitting_angles
 
 
-def sheet_grid(area: Area, gap_mm: float, effort: Effort) -> Grid:
+def sheet_grid(area: Area, gap_mm: float, effort: Effort, near_mm: float) -> Grid:
     """Return the grid of a usable area, with larger pixels if it is very large."""
     wide, high = area.size_mm
     pixel_mm = max(effort.pixel_mm, math.sqrt(wide * high / MAX_PIXELS))
-    return grid_of(area, gap_mm, pixel_mm)
+    return grid_of(area, gap_mm, pixel_mm, near_mm)
 
 
 def fits_rectangle(shape: Shape, area: Area) -> bool:
@@ -39,7 +39,7 @@ def fits_on(
         if area.barred is None:
             continue
         clear = Area(clear_rectangle(area, gap_mm), None, area.turns)
-        grid = sheet_grid(area, gap_mm, effort)
+        grid = sheet_grid(area, gap_mm, effort, gap_mm)
         # Nothing is put down, and no failure speaks for another shape.
         pixels = SheetPixels(grid, replace(effort, same_size=math.inf), workers=1)
         for row in np.flatnonzero(result[:, number]).tolist():
@@ -48,5 +48,5 @@ def fits_on(
                 continue
             size = np.array([shape.length_mm, shape.width_mm])
             kernels = kernels_of(shape, grid, effort.rotations)
-            result[row, number] = pixels.best_position(kernels, size) is not None
+            result[row, number] = pixels.place(kernels, size) is not None
     return result

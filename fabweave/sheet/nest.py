@@ -27,7 +27,7 @@ from fabweave.sheet.greedy import greedy, require_all, require_fitting, stage
 from fabweave.sheet.last import finished
 from fabweave.sheet.layout import Layout, SheetSize
 from fabweave.sheet.reduce import reduced
-from fabweave.sheet.shape import check_outlines, shape_of, shapes_of
+from fabweave.sheet.shape import Pose, Shape, check_outlines, shape_of, shapes_of
 from fabweave.sheet.stock import check_stock, usable_size
 from fabweave.sheet.turns import FREE, Turns
 from fabweave.words import agree
@@ -149,6 +149,7 @@ def nest(
         sheets=tuple(sheets),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
+        near_mm=_near_mm(shapes, poses, gap_mm),
         effort=settings,
         workers=workers,
         areas=areas,
@@ -184,6 +185,12 @@ def nest(
         notes=tuple(notes),
         recorded=recorded,
     )
+
+
+def _near_mm(shapes: Sequence[Shape], poses: Sequence[Pose], gap_mm: float) -> float:
+    """Return within what distance neighbours count: the gap, and a piece's width on the mean."""
+    widths = [shapes[pose.shape].area_mm2 / shapes[pose.shape].length_mm for pose in poses]
+    return round(float(np.mean(widths)), 6) + gap_mm if widths else gap_mm
 
 
 def _plans(job: NestingJob, seed: int, executors: Executors, progress: Progress) -> Iterator[Plan]:

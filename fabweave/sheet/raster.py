@@ -134,38 +134,3 @@ def filled_pixels(sides: FloatArray, shape: tuple[int, int], pixel_mm: float) ->
     crossings = np.bincount(cell, minlength=count * height * (width + 1))
     parity = np.cumsum(crossings.reshape(count, height, width + 1), axis=2, dtype=np.uint8)
     return (parity[:, :, :width] & 1).astype(np.bool_)
-
-
-def ring_around(pixels: BoolArray, width: int) -> BoolArray:
-    """Return the pixels within some steps of filled ones, by side or corner, that are not filled.
-
-    Parameters
-    ----------
-    pixels : (R, H, W) bool array
-        Filled pixels.
-    width : int
-        How many pixels the ring is wide.
-
-    Returns
-    -------
-    (R, H, W) bool array
-        The ring, as far as it lies in the array.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> dot = np.zeros((1, 7, 7), dtype=bool)
-    >>> dot[0, 3, 3] = True
-    >>> int(ring_around(dot, 1).sum()), int(ring_around(dot, 3).sum())
-    (8, 48)
-    """
-    result = pixels.copy()
-    for _ in range(width):
-        wide = result.copy()
-        wide[:, :, 1:] |= result[:, :, :-1]
-        wide[:, :, :-1] |= result[:, :, 1:]
-        result = wide.copy()
-        result[:, 1:] |= wide[:, :-1]
-        result[:, :-1] |= wide[:, 1:]
-    result &= ~pixels
-    return result

@@ -7,12 +7,14 @@ SIGGRAPH 2023, in the plane). Correlations of pixels are whole numbers, so round
 exact, and the result depends on neither the order of additions nor the number of workers.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import scipy.fft
+from scipy.ndimage import distance_transform_edt
 
 from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.sheet.area import Area
@@ -22,14 +24,14 @@ from fabweave.sheet.raster import (
     filled_pixels,
     inflated_sides,
     region_sides,
-    ring_around,
 )
-from fabweave.sheet.shape import Shape, fitting_angles, rotated
+from fabweave.sheet.shape import Shape, Spot, fitting_angles, rotated
+from fabweave.sheet.slide import Standing, slid
 
 _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
-_RING_MM = 4.0  # how near to a shape its neighbours count as contact
 #: How much more contact a position at the far end of the sheet must have.
 PULL = 0.1
+_SLIDES = 4  # of a tile's best positions: how many are tried
 _LEAST_TILE = 48  # positions on a side of the smallest tiles
 _LARGEST_TILE = 0.3  # tiles larger than this share of the sheet do not pay: it is searched whole
 
@@ -41,45 +43,50 @@ _Cells = npt.NDArray[np.float32]
 class Kernels:
     """The pixels of one shape at each of R angles.
 
-    ``pixels`` and ``ring`` are (R, h, w); ``corners`` (R, 2) is the least corner of the rotated
-    outline, which stands at pixel (pad, pad); ``sizes`` (R, 2) is its width and height.
+    ``pixels`` are (R, h, w); ``corners`` (R, 2) is the least corner of the rotated outline, which
+    stands at pixel (pad, pad); ``sizes`` (R, 2) is its width and height; ``sides`` (E, 2, 2) are
+    those of the outline as pixels see it, inflated.
     """
 
+    outline: FloatArray
+    sides: FloatArray
     angles_deg: FloatArray
     corners: FloatArray
     sizes: FloatArray
     pixels: BoolArray
-    ring: BoolArray
-    ring_size: IntArray
+    rim: float
 
     @property
     def nbytes(self) -> int:
         """Memory of the pixels, in bytes."""
-        return self.pixels.nbytes + self.ring.nbytes
+        return self.pixels.nbytes
 
 
 @dataclass(frozen=True)
-class Position:
-    """A free position: what angle, at what corner of the grid, and how good."""
+class _Found:
+    """A free position of the pixels, and how much contact it has."""
 
     score: float
-    rotation: int
-    row: int
-    column: int
+    spot: Spot
 
 
 @dataclass(frozen=True)
 class Grid:
     """The pixels of a sheet: the usable area and a border of `pad` pixels around it.
 
-    ``ring`` is how many pixels around a shape count as its neighbourhood.
+    A shape owns the pixels whose centres are in it, inflated by ``radius_mm``, and what is barred
+    is inflated by ``barred_mm``: shapes that share no pixel do not meet, and keep the gap from
+    what is barred. Positions near anything, or near the border, are better by how many of their
+    pixels are: within ``near`` pixels.
     """
 
     area: Area
+    gap_mm: float
     pixel_mm: float
     radius_mm: float
+    barred_mm: float
     pad: int
-    ring: int
+    near: int
 
     @property
     def usable_mm(self) -> tuple[float, float]:
@@ -96,17 +103,22 @@ class Grid:
         )
 
 
-def grid_of(area: Area, gap_mm: float, pixel_mm: float) -> Grid:
-    """Return the grid of a sheet for a gap.
+def grid_of(area: Area, gap_mm: float, pixel_mm: float, near_mm: float) -> Grid:
+    """Return the grid of a sheet for a gap; what is nearer than ``near_mm`` counts as contact.
 
     Examples
     --------
-    >>> grid_of(Area((580.0, 380.0)), 3.0, 2.0).shape
-    (200, 300)
+    >>> grid_of(Area((580.0, 380.0)), 3.0, 2.0, 20.0).shape
+    (196, 300)
     """
-    radius = clear_radius(gap_mm, pixel_mm) + _SLACK_MM
-    ring = max(1, round(_RING_MM / pixel_mm))
-    return Grid(area, pixel_mm, radius, int(np.ceil(radius / pixel_mm)) + ring, ring)
+    # Half the gap, so that no position is lost that has it; more, where shapes would meet else.
+    radius = max(gap_mm / 2.0, clear_radius(0.0, pixel_mm)) + _SLACK_MM
+    # Of a point, one in a shape and one in what is barred, less than the gap apart, a pixel's
+    # centre is within half a diagonal of the first or of one between them.
+    barred = gap_mm + math.sqrt(2.0) * pixel_mm - radius + 2.0 * _SLACK_MM
+    pad = int(np.ceil(radius / pixel_mm)) + 1
+    near = max(1, round(near_mm / pixel_mm))
+    return Grid(area, gap_mm, pixel_mm, radius, barred, pad, near)
 
 
 def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
@@ -115,13 +127,15 @@ def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
     outlines = rotated(shape.outline, angles)
     corners = outlines.min(axis=1)
     sizes = outlines.max(axis=1) - corners
-    sides = rotated(inflated_sides(shape.outline, grid.radius_mm).reshape(-1, 2), angles)
+    sides = inflated_sides(shape.outline, grid.radius_mm)
     shift = grid.pad * grid.pixel_mm - corners
-    moved = (sides + shift[:, None]).reshape(len(angles), -1, 2, 2)
+    moved = rotated(sides.reshape(-1, 2), angles) + shift[:, None]
+    moved = moved.reshape(len(angles), -1, 2, 2)
     extent = np.ceil(sizes.max(axis=0) / grid.pixel_mm).astype(int) + 2 * grid.pad
     pixels = filled_pixels(moved, (int(extent[1]), int(extent[0])), grid.pixel_mm)
-    ring = ring_around(pixels, grid.ring)
-    return Kernels(angles, corners, sizes, pixels, ring, ring.sum(axis=(1, 2)))
+    length = float(np.hypot(*(sides[:, 1] - sides[:, 0]).T).sum())
+    rim = length * grid.near / grid.pixel_mm
+    return Kernels(shape.outline, sides, angles, corners, sizes, pixels, rim)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +144,6 @@ class _Waves:
 
     shape: tuple[int, int]
     pixels: _Spectrum
-    ring: _Spectrum
 
 
 @dataclass(frozen=True)
@@ -170,7 +183,7 @@ class _Tiling:
 
 
 class SheetPixels:
-    """The occupied pixels of one sheet.
+    """The occupied pixels of one sheet, and the outlines that stand there.
 
     The state of a search, not a value: it changes as pieces are put down.
     """
@@ -182,32 +195,41 @@ class SheetPixels:
         self.effort = effort
         self.workers = workers
         self._occupied = np.zeros(grid.shape, dtype=np.float32)
-        self._touched = np.ones(grid.shape, dtype=np.float32)
         columns, rows = (int(side / grid.pixel_mm) for side in grid.usable_mm)
-        self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns] = 0.0
+        self._touched = np.ones(grid.shape, dtype=np.float32)
+        inner = np.s_[grid.near : rows - grid.near, grid.near : columns - grid.near]
+        self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns][inner] = 0.0
         self._tilings: dict[int, _Tiling] = {}
+        self._standing = Standing(grid.area, grid.gap_mm)
         if grid.area.barred is not None:
-            sides = region_sides(grid.area.barred, grid.radius_mm) + grid.pad * grid.pixel_mm
-            barred = filled_pixels(sides[None], grid.shape, grid.pixel_mm)[0]
-            self._occupied[barred] = self._touched[barred] = 1.0
+            self._occupy(region_sides(grid.area.barred, grid.barred_mm))
 
-    def put(self, kernels: Kernels, position: Position) -> None:
-        """Occupy the pixels of a shape at a position."""
-        pixels = kernels.pixels[position.rotation]
-        rows = min(pixels.shape[0], self.grid.shape[0] - position.row)
-        columns = min(pixels.shape[1], self.grid.shape[1] - position.column)
-        here = np.s_[
-            position.row : position.row + rows, position.column : position.column + columns
-        ]
-        self._occupied[here] = np.maximum(self._occupied[here], pixels[:rows, :columns])
-        self._touched[here] = np.maximum(self._touched[here], pixels[:rows, :columns])
+    def put(self, kernels: Kernels, spot: Spot) -> None:
+        """Put a shape down."""
+        self._standing.add(spot.apply(kernels.outline))
+        self._occupy(spot.apply(kernels.sides))
 
-    def best_position(self, kernels: Kernels, size: FloatArray) -> Position | None:
-        """Return a free position with much contact, or None if there is none.
+    def _occupy(self, sides: FloatArray) -> None:
+        """Occupy the pixels inside closed sides (E, 2, 2)."""
+        size = self.grid.pixel_mm
+        sides = sides + self.grid.pad * size
+        low = (np.floor(sides.min(axis=(0, 1)) / size).astype(int) - self.grid.near).clip(0)
+        high = np.ceil(sides.max(axis=(0, 1)) / size).astype(int) + self.grid.near
+        high = high.clip(0, self.grid.shape[::-1])
+        columns, rows = (high - low).tolist()
+        if rows <= 0 or columns <= 0:
+            return
+        inside = filled_pixels((sides - low * size)[None], (rows, columns), size)[0]
+        here = np.s_[low[1] : high[1], low[0] : high[0]]
+        self._occupied[here][inside] = 1.0
+        self._touched[here][distance_transform_edt(~inside) <= self.grid.near] = 1.0
 
-        The sheet is searched tile by tile from the left; the first few tiles that have room are
-        compared. Tiles where a piece of nearly this size (length and width) has failed before
-        are passed over.
+    def place(self, kernels: Kernels, size: FloatArray) -> Spot | None:
+        """Return where a shape stands with much contact and the gap, or None if nowhere.
+
+        The sheet is searched tile by tile from the left, up to the first that has room. Tiles where
+        a piece of nearly this size (length and width) has failed before are passed over. What the
+        pixels have found is slid to where it is exact.
         """
         tiling = self._tiling(kernels)
         steps = np.floor(
@@ -216,7 +238,6 @@ class SheetPixels:
         last = np.maximum(steps.astype(np.int64), 0)
         least = int(kernels.pixels.sum(axis=(1, 2)).min())
         waves: _Waves | None = None
-        found: list[Position] = []
         for number in tiling.open_to(size, self.effort.same_size):
             tile = tiling.tiles[number]
             if tile.row > last[:, 1].max() or tile.column > last[:, 0].max():
@@ -228,17 +249,14 @@ class SheetPixels:
             )
             patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
             occupied = self._occupied[patch]
-            position = None
             if occupied.size - int(occupied.sum()) >= least:
                 waves = waves or self._waves(kernels, shape)
-                position = self._best_in(kernels, waves, tile, tiling.side, last)
-            if position is None:
-                tiling.close(number, size)
-                continue
-            found.append(position)
-            if len(found) >= self.effort.tiles:
-                break
-        return max(found, key=lambda one: one.score) if found else None
+                for found in self._free_in(kernels, waves, tile, tiling.side, last)[:_SLIDES]:
+                    spot = slid(found.spot, kernels.outline, self._standing)
+                    if spot is not None:
+                        return spot
+            tiling.close(number, size)
+        return None
 
     def _tiling(self, kernels: Kernels) -> _Tiling:
         """Return the tiles for kernels of this extent: as large, or one tile for large kernels."""
@@ -256,9 +274,7 @@ class SheetPixels:
             int(scipy.fft.next_fast_len(shape[0], real=False)),
             int(scipy.fft.next_fast_len(shape[1], real=True)),
         )
-        return _Waves(
-            fast, self._transform(kernels.pixels, fast), self._transform(kernels.ring, fast)
-        )
+        return _Waves(fast, self._transform(kernels.pixels, fast))
 
     def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
         """Return conjugate spectra of kernels; rows of zeros are not transformed."""
@@ -266,10 +282,10 @@ class SheetPixels:
         wave = scipy.fft.fft(wave, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
         return np.conj(wave, out=wave)
 
-    def _best_in(
+    def _free_in(
         self, kernels: Kernels, waves: _Waves, tile: _Tile, side: int, last: IntArray
-    ) -> Position | None:
-        """Return the free position with the most contact among those of a tile."""
+    ) -> list[_Found]:
+        """Return a tile's free position with the most contact at each angle, the best first."""
         rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
         columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
         extent = (len(rows), len(columns))
@@ -278,21 +294,26 @@ class SheetPixels:
         free &= columns[None, None, :] <= last[:, 0][:, None, None]
         able = np.flatnonzero(free.any(axis=(1, 2)))
         if len(able) == 0:
-            return None
-        score = self._correlation(self._touched, waves.ring[able], tile, waves.shape, extent)
+            return []
+        score = self._correlation(self._touched, waves.pixels[able], tile, waves.shape, extent)
         np.rint(score, out=score)
-        score /= kernels.ring_size[able].astype(np.float32)[:, None, None]
+        score /= np.float32(kernels.rim)
         # How far to the right its far side comes, as a share of the sheet; less so upwards.
         right = columns * self.grid.pixel_mm + kernels.sizes[able, 0][:, None]
         up = rows * self.grid.pixel_mm
         score -= (self.pull * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
         score -= (0.1 * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
         score = np.where(free[able], score, np.float32(-np.inf))
-        where = int(np.argmax(score))
-        rotation, row, column = np.unravel_index(where, score.shape)
-        return Position(
-            float(score.flat[where]), int(able[rotation]), int(rows[row]), int(columns[column])
-        )
+        flat = score.reshape(len(able), -1)
+        where = np.argmax(flat, axis=1)
+        found = []
+        for number, cell in enumerate(where.tolist()):
+            row, column = np.unravel_index(cell, extent)
+            steps = np.array([columns[column], rows[row]]) * self.grid.pixel_mm
+            x, y = steps - kernels.corners[able[number]]
+            spot = Spot(float(kernels.angles_deg[able[number]]), float(x), float(y))
+            found.append(_Found(float(flat[number, cell]), spot))
+        return sorted(found, key=lambda one: -one.score)
 
     def _correlation(
         self,

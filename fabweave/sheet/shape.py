@@ -63,6 +63,27 @@ def rotated(points: FloatArray, angles_deg: FloatArray) -> FloatArray:
     return result
 
 
+@dataclass(frozen=True)
+class Spot:
+    """Where a shape stands: q = R(angle_deg) p + (x, y), from the corner of the usable area."""
+
+    angle_deg: float
+    x_mm: float
+    y_mm: float
+
+    def apply(self, points: FloatArray) -> FloatArray:
+        """Return where points (..., 2) of the shape stand.
+
+        Examples
+        --------
+        >>> Spot(90.0, 5.0, 0.0).apply(np.array([1.0, 0.0])).round(9).tolist()
+        [5.0, 1.0]
+        """
+        turned = rotated(points.reshape(-1, 2), np.array([self.angle_deg]))[0]
+        result: FloatArray = (turned + np.array([self.x_mm, self.y_mm])).reshape(points.shape)
+        return result
+
+
 def check_outlines(outlines: Sequence[FloatArray], ids: Sequence[str]) -> None:
     """Raise InputError unless every outline is a simple polygon with an area.
 

@@ -93,6 +93,19 @@ class Turns:
         kept = np.clip(aside, -self.tolerance_deg, self.tolerance_deg)
         return np.asarray(np.deg2rad(degrees - aside + kept))
 
+    def swing_deg(self, angle_deg: float) -> tuple[float, float]:
+        """Return by how much an allowed angle may change, at least and at most, degrees.
+
+        Examples
+        --------
+        >>> Turns(180.0, 5.0).swing_deg(184.0)
+        (-9.0, 1.0)
+        """
+        if self.step_deg is None:
+            return -np.inf, np.inf
+        aside = float(self._aside(np.array(angle_deg)))
+        return min(-self.tolerance_deg - aside, 0.0), max(self.tolerance_deg - aside, 0.0)
+
     def _aside(self, angles_deg: FloatArray) -> FloatArray:
         """Return how far angles are from the nearest middle, with sign."""
         step = self.step_deg or 360.0

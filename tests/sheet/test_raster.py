@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides, ring_around
+from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides
 from fabweave.sheet.shape import rotated, shapes_of
 
 
@@ -71,18 +71,6 @@ def test_inflation_holds_every_point_within_the_radius(seed, radius):
     border = shapely.LineString(np.vstack([ring, ring[:1]]))
     assert shapely.distance(border, polygon) >= radius - 1e-9
     assert shapely.hausdorff_distance(border, polygon.exterior, 0.05) <= 1.2 * radius + 1e-9
-
-
-def test_ring_around_is_what_chebyshev_distance_says():
-    rng = np.random.default_rng(0)
-    pixels = rng.random((2, 12, 14)) < 0.1
-    y, x = np.mgrid[:12, :14]
-    for width in (1, 2, 3):
-        for k in range(2):
-            near = np.zeros((12, 14), dtype=bool)
-            for row, column in np.argwhere(pixels[k]):
-                near |= np.maximum(abs(y - row), abs(x - column)) <= width
-            assert (ring_around(pixels, width)[k] == (near & ~pixels[k])).all()
 
 
 @given(st.integers(0, 10**6), st.floats(-180, 180), st.floats(-500, 500))
