@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from shapely.ops import substring
 
 from fabweave.arrays import FloatArray
 from fabweave.cut.drawing import Entity, Layer, Polyline, SheetDrawing
@@ -25,13 +26,19 @@ def outline_note(ring: Sequence[tuple[float, float]] | FloatArray) -> Polyline:
     >>> len(outline_note([(0.0, 0.0), (9.0, 0.0), (9.0, 0.1), (0.0, 9.0)]).points)
     3
     """
-    kept = [np.asarray(ring[0], dtype=np.float64)]
-    for point in np.asarray(ring, dtype=np.float64)[1:]:
-        if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
-            kept.append(point)
+    kept = _thinned(np.asarray(ring, dtype=np.float64))
     while len(kept) > 3 and np.hypot(*(kept[-1] - kept[0])) < _SHORT_MM:
         kept.pop()
     return Polyline(Layer.NOTES, np.array(kept), closed=True)
+
+
+def _thinned(points: FloatArray) -> list[FloatArray]:
+    """Return the points of a run that are far enough from the one before."""
+    kept = [points[0]]
+    for point in points[1:]:
+        if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
+            kept.append(point)
+    return kept
 
 
 def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity, ...]:
@@ -90,10 +97,9 @@ def hatch(ring: Sequence[tuple[float, float]] | FloatArray) -> list[FloatArray]:
 
 
 def _dashes(outline: FloatArray) -> list[FloatArray]:
-    """Return dashes along a closed line."""
-    ring = shapely.linearrings(outline)
-    count = max(int(shapely.length(ring) / _PERIOD_MM), 3)
-    begin = np.arange(count) * (shapely.length(ring) / count)
-    ends = shapely.line_interpolate_point(ring, np.stack([begin, begin + _DASH_MM], axis=1))
-    lines = shapely.get_coordinates(ends).reshape(-1, 2, 2)
-    return [line for line in lines if np.hypot(*(line[1] - line[0])) > _SHORT_MM]
+    """Return dashes along a closed line, with its corners."""
+    ring = shapely.LineString(np.concatenate([outline, outline[:1]]))
+    count = max(int(ring.length / _PERIOD_MM), 3)
+    begin = (np.arange(count) * (ring.length / count)).tolist()
+    dashes = [_thinned(np.array(substring(ring, at, at + _DASH_MM).coords)) for at in begin]
+    return [np.array(dash) for dash in dashes if len(dash) > 1]
