@@ -54,7 +54,7 @@ def effort_named(name: str) -> Effort:
     2.0
     """
     efforts = {
-        "quick": Effort(2.0, 24, 40, 0.9, 0, 0, 0.0, 0),
+        "quick": Effort(2.0, 20, 40, 0.9, 0, 0, 0.0, 0),
         "normal": Effort(1.25, 24, 40, 0.9, 200, 40, 0.7, 0),
         "best": Effort(1.0, 24, 60, 0.93, 900, 120, 0.8, 12),
     }

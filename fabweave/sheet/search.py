@@ -32,6 +32,7 @@ _SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
 #: How much more contact a position at the far end of the sheet must have.
 PULL = 0.1
 _SLIDES = 4  # of a tile's best positions: how many are tried
+_CACHED = 250_000  # numbers that are transformed together, about: what a cache holds
 _LEAST_TILE = 48  # positions on a side of the smallest tiles
 _LARGEST_TILE = 0.3  # tiles larger than this share of the sheet do not pay: it is searched whole
 
@@ -278,9 +279,13 @@ class SheetPixels:
 
     def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
         """Return conjugate spectra of kernels; rows of zeros are not transformed."""
-        wave = scipy.fft.rfft(pixels.astype(np.float32), n=shape[1], axis=2, workers=self.workers)
-        wave = scipy.fft.fft(wave, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
-        return np.conj(wave, out=wave)
+        result = np.empty((len(pixels), shape[0], shape[1] // 2 + 1), dtype=np.complex64)
+        for some in _few(len(pixels), shape[0] * shape[1]):
+            rows = pixels[some].astype(np.float32)
+            wave = scipy.fft.rfft(rows, n=shape[1], axis=2, workers=self.workers)
+            wave = scipy.fft.fft(wave, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
+            np.conj(wave, out=result[some])
+        return result
 
     def _free_in(
         self, kernels: Kernels, waves: _Waves, tile: _Tile, side: int, last: IntArray
@@ -325,7 +330,17 @@ class SheetPixels:
     ) -> _Cells:
         """Correlate the patch at a tile with kernels, for the positions of the tile."""
         patch = cells[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
-        wave = scipy.fft.rfft2(patch, s=shape, workers=self.workers) * waves
-        wave = scipy.fft.ifft(wave, axis=1, overwrite_x=True, workers=self.workers)[:, : extent[0]]
-        result = scipy.fft.irfft(wave, n=shape[1], axis=2, overwrite_x=True, workers=self.workers)
-        return np.asarray(result[:, :, : extent[1]], dtype=np.float32)
+        own = scipy.fft.rfft2(patch, s=shape, workers=self.workers)
+        result = np.empty((len(waves), *extent), dtype=np.float32)
+        for some in _few(len(waves), shape[0] * shape[1]):
+            wave = scipy.fft.ifft(own * waves[some], axis=1, overwrite_x=True, workers=self.workers)
+            wave = wave[:, : extent[0]]
+            whole = scipy.fft.irfft(wave, n=shape[1], axis=2, workers=self.workers)
+            result[some] = whole[:, :, : extent[1]]
+        return result
+
+
+def _few(count: int, each: int) -> list[slice]:
+    """Return slices of a few transforms of so many numbers: they stay in a processor's cache."""
+    few = max(2, _CACHED // each)
+    return [slice(begin, begin + few) for begin in range(0, count, few)]
