@@ -221,6 +221,8 @@ class SheetPixels:
         if rows <= 0 or columns <= 0:
             return
         inside = filled_pixels((sides - low * size)[None], (rows, columns), size)[0]
+        if not inside.any():
+            return
         here = np.s_[low[1] : high[1], low[0] : high[0]]
         self._occupied[here][inside] = 1.0
         self._touched[here][distance_transform_edt(~inside) <= self.grid.near] = 1.0

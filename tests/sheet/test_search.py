@@ -1,0 +1,95 @@
+"""What pixels prove of positions, and that what is found is free and close."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.sheet.area import Area
+from fabweave.sheet.effort import effort_named
+from fabweave.sheet.search import SheetPixels, grid_of, kernels_of
+from fabweave.sheet.shape import shape_of
+
+SHEET = (160.0, 120.0)
+
+
+def strip(seed):
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0.0, rng.uniform(30.0, 90.0), 20)
+    y = rng.uniform(-6.0, 6.0) * np.sin(x / rng.uniform(6.0, 20.0))
+    width = rng.uniform(3.0, 12.0)
+    return np.stack([np.append(x, x[::-1]), np.append(y, y[::-1] + width)], axis=1)
+
+
+def filled(seed, area, gap, count=12):
+    """Put strips on a sheet until one has no place; return where they stand."""
+    effort = effort_named("quick")
+    grid = grid_of(area, gap, effort.pixel_mm, 8.0)
+    pixels = SheetPixels(grid, effort, workers=1)
+    placed = []
+    for number in range(count):
+        shape = shape_of(strip(seed + number))[0]
+        kernels = kernels_of(shape, grid, effort.rotations)
+        spot = pixels.place(kernels, np.array([shape.length_mm, shape.width_mm]))
+        if spot is not None:
+            pixels.put(kernels, spot)
+            placed.append(spot.apply(shape.outline))
+    return placed
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.0, 8.0), st.floats(0.3, 3.0))
+def test_radii_prove_that_shapes_do_not_meet_and_keep_off_what_is_barred(seed, gap, pixel):
+    grid = grid_of(Area(SHEET), gap, pixel, 8.0)
+    rng = np.random.default_rng(seed)
+    piece = rng.uniform(0.0, pixel, (50, 2))
+    away = rng.uniform(0.0, 2.0 * np.pi, 50)
+    barred = piece + gap * np.stack([np.cos(away), np.sin(away)], axis=1)
+    steps = np.arange(-3.0 - 3.0 * gap / pixel, 4.0 + 3.0 * gap / pixel) + 0.5
+    centres = pixel * np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    mine = np.linalg.norm(piece[:, None] - centres[None], axis=2) <= grid.radius_mm
+    theirs = np.linalg.norm(barred[:, None] - centres[None], axis=2) <= grid.barred_mm
+    assert mine.any(axis=1).all()  # where two shapes meet, they share a pixel
+    assert (mine & theirs).any(axis=1).all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 1.0, 4.0]))
+def test_whatever_is_placed_keeps_the_gap_and_stays_on_the_sheet(seed, gap):
+    knot = shapely.Point(70.0, 50.0).buffer(15.0)
+    placed = filled(seed, Area(SHEET, knot), gap)
+    polygons = shapely.polygons([shapely.linearrings(one) for one in placed])
+    assert len(placed) >= 3
+    assert shapely.covers(shapely.box(-1e-9, -1e-9, *np.add(SHEET, 1e-9)), polygons).all()
+    assert (shapely.distance(polygons, knot) >= gap - 1e-9).all()
+    first, second = np.triu_indices(len(polygons), 1)
+    assert (shapely.distance(polygons[first], polygons[second]) >= gap - 1e-9).all()
+    assert shapely.disjoint(polygons[first], polygons[second]).all()
+
+
+def test_pieces_are_placed_at_the_gap_not_a_pixel_further():
+    bar = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 9.3], [0.0, 9.3]])
+    effort = effort_named("quick")
+    # Five bars and the gaps between them, and one pixel more for all; pixels alone take one each.
+    grid = grid_of(Area((80.2, 5 * 9.3 + 4 * 2.0 + 2.0)), 2.0, effort.pixel_mm, 8.0)
+    pixels = SheetPixels(grid, effort, workers=1)
+    shape = shape_of(bar)[0]
+    kernels = kernels_of(shape, grid, effort.rotations)
+    size = np.array([80.0, 9.3])
+    for _ in range(5):
+        spot = pixels.place(kernels, size)
+        assert spot is not None
+        pixels.put(kernels, spot)
+    assert pixels.place(kernels, size) is None
+
+
+@pytest.mark.parametrize("effort", ["quick", "normal", "best"])
+def test_a_shape_that_fits_an_empty_sheet_exactly_has_its_place(effort):
+    settings_ = effort_named(effort)
+    bar = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 9.3], [0.0, 9.3]])
+    grid = grid_of(Area((80.0, 9.3)), 2.0, settings_.pixel_mm, 8.0)
+    shape = shape_of(bar)[0]
+    kernels = kernels_of(shape, grid, settings_.rotations)
+    spot = SheetPixels(grid, settings_, workers=1).place(kernels, np.array([80.0, 9.3]))
+    assert np.abs(spot.apply(shape.outline).min(axis=0)).max() < 1e-6
