@@ -1,4 +1,4 @@
-"""Fill one sheet: the next few pieces by size, wherever they touch most."""
+"""Fill one sheet: piece after piece, by size, wherever each touches most."""
 
 from collections import OrderedDict
 from collections.abc import Callable

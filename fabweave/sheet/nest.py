@@ -1,10 +1,11 @@
 """Nest pieces on sheets: greedy, largest first, where they touch most.
 
-The sheets are filled one after another. On each, the next few pieces by size are tried at every
-rotation and every free position; the one with the most contact is put down. A piece that does
-not fit is left for a later sheet, and so are those of nearly its size; smaller ones fill up.
-Then whole sheets are emptied (`reduce`), as far as the effort goes. Very many pieces are nested in
-batches. Everything is counted, never timed: same input, same settings and same seed, same layout.
+The sheets are filled one after another. On each, piece after piece is tried at every rotation and
+every free position; it is put where it has the most contact, and slides to where the gap is exact.
+A piece that does not fit is left for a later sheet, and so are those of nearly its size; smaller
+ones fill up. Then whole sheets are emptied (`reduce`), as far as the effort goes. Very many pieces
+are nested in batches. Everything is counted, never timed: same input, same settings and same seed,
+same layout.
 """
 
 import math

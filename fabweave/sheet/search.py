@@ -77,8 +77,8 @@ class Grid:
 
     A shape owns the pixels whose centres are in it, inflated by ``radius_mm``, and what is barred
     is inflated by ``barred_mm``: shapes that share no pixel do not meet, and keep the gap from
-    what is barred. Positions near anything, or near the border, are better by how many of their
-    pixels are: within ``near`` pixels.
+    what is barred. ``near`` is how far, in pixels, the neighbourhood of a shape or of the border
+    reaches: a position is the better, the more of its pixels are in one.
     """
 
     area: Area
