@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from shapely.ops import substring
 
 from fabweave.arrays import FloatArray
 from fabweave.cut.drawing import Entity, Layer, Polyline, SheetDrawing
@@ -98,8 +97,15 @@ def hatch(ring: Sequence[tuple[float, float]] | FloatArray) -> list[FloatArray]:
 
 def _dashes(outline: FloatArray) -> list[FloatArray]:
     """Return dashes along a closed line, with its corners."""
-    ring = shapely.LineString(np.concatenate([outline, outline[:1]]))
-    count = max(int(ring.length / _PERIOD_MM), 3)
-    begin = (np.arange(count) * (ring.length / count)).tolist()
-    dashes = [_thinned(np.array(substring(ring, at, at + _DASH_MM).coords)) for at in begin]
+    ring = np.concatenate([outline, outline[:1]])
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(ring, axis=0).T)))
+    count = max(int(way[-1] / _PERIOD_MM), 3)
+    begin = np.arange(count) * (way[-1] / count)
+    end = np.minimum(begin + _DASH_MM, way[-1])
+    ends = [np.column_stack([np.interp(at, way, axis) for axis in ring.T]) for at in (begin, end)]
+    first, last = np.searchsorted(way, begin, "right"), np.searchsorted(way, end, "left")
+    dashes = [
+        _thinned(np.concatenate([ends[0][k : k + 1], ring[first[k] : last[k]], ends[1][k : k + 1]]))
+        for k in range(count)
+    ]
     return [np.array(dash) for dash in dashes if len(dash) > 1]
