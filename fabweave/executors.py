@@ -8,14 +8,15 @@ import multiprocessing
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import (
+    FIRST_COMPLETED,
     BrokenExecutor,
     CancelledError,
     Executor,
     Future,
     ThreadPoolExecutor,
-    as_completed,
+    wait,
 )
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
@@ -24,6 +25,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fabweave.errors import CannotMakeError
+from fabweave.interrupt import held_back
 
 if TYPE_CHECKING:  # not every platform has both
     from multiprocessing.context import ForkServerContext, SpawnContext
@@ -32,6 +34,7 @@ if TYPE_CHECKING:  # not every platform has both
 Executors: TypeAlias = Callable[[], AbstractContextManager[Executor]]
 
 _TRIES = 3  # how many workers one part of the work may cost
+_PATIENCE_S = 0.1  # how long Ctrl-C may wait while results are waited for
 
 
 class HereExecutor(Executor):
@@ -45,6 +48,25 @@ class HereExecutor(Executor):
         except Exception as error:
             future.set_exception(error)
         return future
+
+
+class CalmExecutor(Executor):
+    """Pass work on to another executor, with Ctrl-C held back while that one holds its locks."""
+
+    def __init__(self, executor: Executor) -> None:
+        """Take one whose ``submit`` and ``shutdown`` do not wait for work."""
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Schedule work there."""
+        with held_back():
+            return self._executor.submit(fn, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Shut that one down."""
+        with held_back():
+            # Not every executor has the option.
+            self._executor.shutdown(wait, **({"cancel_futures": True} if cancel_futures else {}))
 
 
 class ProcessesExecutor(ThreadPoolExecutor):
@@ -183,7 +205,7 @@ def processes(count: int) -> Executors:
 
     @contextmanager
     def opened() -> Iterator[Executor]:
-        executor = ProcessesExecutor(count)
+        executor = CalmExecutor(ProcessesExecutor(count))
         try:
             yield executor
         finally:
@@ -222,19 +244,31 @@ def finished(
         for number, task in enumerate(tasks):
             waiting[executor.submit(function, *task)] = number
             # Where work is done here, it is done by now: it is not to wait for the rest.
-            for future in [future for future in waiting if future.done()]:
+            for future in _done(waiting, 0.0):
                 yield waiting.pop(future), result_of(future)
-        for future in as_completed(waiting):
-            yield waiting[future], result_of(future)
+        while waiting:
+            for future in _done(waiting, _PATIENCE_S):
+                yield waiting.pop(future), result_of(future)
     finally:
-        for future in waiting:
-            future.cancel()
+        with held_back():
+            for future in waiting:
+                future.cancel()
+
+
+def _done(waiting: Collection[Future[Any]], most_s: float) -> list[Future[Any]]:
+    """Return which are done, after no more than some seconds, in the order given."""
+    with held_back():
+        done = wait(waiting, most_s, FIRST_COMPLETED).done
+    return [future for future in waiting if future in done]
 
 
 def result_of(future: Future[Any]) -> Any:
     """Wait for a result and return it; raise CannotMakeError if it was lost."""
+    while not _done([future], _PATIENCE_S):
+        pass
     try:
-        return future.result()
+        with held_back():
+            return future.result()
     except (BrokenExecutor, CancelledError) as error:
         said = str(error) or "its cluster went away"
         raise CannotMakeError(

@@ -4,19 +4,20 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from fabweave.arrays import Progress, no_progress
 from fabweave.errors import CannotMakeError, InputError
 from fabweave.executors import Executors, processes
+from fabweave.interrupt import held_back
 from fabweave.job import Job, make_job
 from fabweave.job_files import write_job, write_proof
 from fabweave.preflight_job import Preflight
 from fabweave.settings import JobSettings
 from fabweave.verify import VerifyReport, verify_job
-from fabweave.workers import Start, side_workers
+from fabweave.workers import side_workers
 
 #: More processes than these find nothing to do in most jobs.
 _MOST_WORKERS = 4
@@ -44,7 +45,7 @@ def check_destination(directory: Path) -> None:
         return
     if not directory.is_dir():
         raise InputError(f"{directory} is a file; name a folder with -o")
-    if any(directory.iterdir()) and not (directory / "job.toml").is_file():
+    if list(directory.iterdir()) and not (directory / "job.toml").is_file():
         raise InputError(
             f"{directory} holds files that are no fabweave job (it has no job.toml), and they "
             "would be lost; name another folder with -o, or empty it"
@@ -61,21 +62,29 @@ def finished_folder(directory: Path) -> Iterator[Path]:
     check_destination(directory)
     directory = directory.absolute()
     directory.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
+    with held_back():
+        temporary = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
     try:
         fresh = temporary / "new"
         fresh.mkdir()
         yield fresh
-        if directory.exists():
-            directory.rename(temporary / "old")
-        try:
-            fresh.rename(directory)
-        except BaseException:
-            if (temporary / "old").exists():
-                (temporary / "old").rename(directory)
-            raise
+        with held_back():
+            _put_in_place(fresh, directory, temporary / "old")
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        with held_back():
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _put_in_place(fresh: Path, directory: Path, old: Path) -> None:
+    """Move a folder to its destination, and what was there aside; back if that fails."""
+    if directory.exists():
+        directory.rename(old)
+    try:
+        fresh.rename(directory)
+    except OSError:
+        if old.exists():
+            old.rename(directory)
+        raise
 
 
 def run_job(
@@ -112,20 +121,17 @@ def run_job(
         For what cannot be made as asked, or if a check objects to the written files.
     """
     check_destination(directory)
-    with side_workers(min(workers, _MOST_WORKERS)) as start:
+    with ExitStack() as stack:
+        start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
         job = make_job(settings, progress, start=start, executors=executors or processes(workers))
-        return _write_proved(job, directory, progress, start)
-
-
-def _write_proved(job: Job, directory: Path, progress: Progress, start: Start) -> Done:
-    """Write a job's folder, and keep it if every check of it holds."""
-    with finished_folder(directory) as folder:
-        found = write_job(job, folder, progress, start=start)
-        progress("verify", 0, 1)
-        proof = verify_job(folder)
-        if not proof.ok:
-            raise CannotMakeError(_disproved(proof))
-        write_proof(folder, proof)
+        # Processes end before the folder is moved, or removed: no file comes to it late.
+        with finished_folder(directory) as folder, stack.pop_all():
+            found = write_job(job, folder, progress, start=start)
+            progress("verify", 0, 1)
+            proof = verify_job(folder)
+            if not proof.ok:
+                raise CannotMakeError(_disproved(proof))
+            write_proof(folder, proof)
     return Done(job, proof, found)
 
 

@@ -2,12 +2,16 @@
 
 import os
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
 from fabweave.arrays import Progress, no_progress
+from fabweave.executors import CalmExecutor, result_of
+from fabweave.interrupt import held_back
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.irregular import find_irregular
 from fabweave.mesh.polymesh import PolyMesh
@@ -97,11 +101,11 @@ def best_run(
     for rim in (False,) if report.closed else (True, False):
         good: list[tuple[tuple[int, int], Candidate]] = []
         runs = _runs(engine, wanted, seed, rim=rim, large=large)
-        with _Children(engine, surface, runs) as children:
+        with _started(engine, surface, runs) as results:
             for number, run in enumerate(runs):
                 progress(f"remeshing with {engine.title}", number, len(runs))
                 try:
-                    result = _without_loose_vertices(children.result(number))
+                    result = _without_loose_vertices(result_of(results[number]))
                 except LimitReachedError as error:
                     hung.append(str(error))
                     continue
@@ -125,29 +129,19 @@ def best_run(
     return None, _summed_up(engine, hung) + _summed_up(engine, failures)
 
 
-class _Children:
-    """Runs of a remesher, two at a time; none is left running when the block ends."""
-
-    def __init__(self, engine: Engine, surface: PolyMesh, runs: list[Run]) -> None:
-        """Start the first runs."""
-        self.stop = threading.Event()
-        self.pool = ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1))
-        self.waiting = [
-            self.pool.submit(run_engine, engine, surface, run, self.stop) for run in runs
-        ]
-
-    def __enter__(self) -> "_Children":
-        """Return itself."""
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        """Stop what still runs, and wait until it has ended."""
-        self.stop.set()
-        self.pool.shutdown(wait=True, cancel_futures=True)
-
-    def result(self, number: int) -> PolyMesh:
-        """Wait for the result of one run."""
-        return self.waiting[number].result()
+@contextmanager
+def _started(
+    engine: Engine, surface: PolyMesh, runs: list[Run]
+) -> Iterator[list[Future[PolyMesh]]]:
+    """Start runs of a remesher, two at a time; none is left running when the block ends."""
+    stop = threading.Event()
+    pool = CalmExecutor(ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1)))
+    try:
+        yield [pool.submit(run_engine, engine, surface, run, stop) for run in runs]
+    finally:
+        with held_back():
+            stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
