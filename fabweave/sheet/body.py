@@ -7,7 +7,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from fabweave.arrays import FloatArray, frozen
-from fabweave.sheet.raster import filled_pixels, ring_sides
+from fabweave.sheet.raster import closed_sides, filled_pixels, ring_sides
 from fabweave.sheet.shape import Shape
 
 _STEP_MM = 2.0  # of the field's grid, or finer: a third of the shape's mean width
@@ -73,10 +73,9 @@ def body_of(shape: Shape, gap_mm: float) -> Body:
     least = float(np.sqrt(np.prod(high - low) / _MOST_CELLS))
     step = max(min(_STEP_MM, fine), least)
     columns, rows = np.ceil((high - low) / step).astype(int) + 1
-    sides = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
-    field = _signed_distance(sides, low, (int(rows), int(columns)), step, reach)
+    field = _signed_distance(closed_sides(outline), low, (int(rows), int(columns)), step, reach)
     corners = shapely.get_coordinates(shapely.simplify(shapely.polygons(outline), _STRAIGHT_MM))
-    samples = _sampled(corners[:-1], step * _SAMPLE_MM / _STEP_MM)
+    samples = _along(closed_sides(corners[:-1]), step * _SAMPLE_MM / _STEP_MM)
     return Body(
         outline=frozen(outline),
         centre=frozen(centre),
@@ -129,11 +128,6 @@ def _signed_distance(
     )
     distance = np.minimum(near, reach).reshape(rows, columns)
     return np.where(inside, -distance, distance)
-
-
-def _sampled(outline: FloatArray, step: float) -> FloatArray:
-    """Return points along a closed line, at most a step apart, its vertices among them."""
-    return _along(np.stack([outline, np.roll(outline, -1, axis=0)], axis=1), step)
 
 
 def _along(sides: FloatArray, step: float) -> FloatArray:

@@ -1,7 +1,7 @@
-"""Turn polygons into pixels so that disjoint pixels prove a distance.
+"""Turn polygons into pixels: squares of side s, owned by a polygon if their centres lie in it.
 
-A pixel is a square of side s; a polygon owns every pixel whose *centre* lies in the polygon
-inflated by `clear_radius`. Two polygons that own no pixel in common are at least the gap apart.
+Every point is within s / √2 of a pixel's centre: so polygons that are inflated by as much, and own
+no pixel in common, do not meet.
 """
 
 import math
@@ -14,30 +14,16 @@ from fabweave.arrays import BoolArray, FloatArray
 _ARC_STEPS = 16  # chords in a quarter circle of a buffered corner
 
 
-def clear_radius(gap_mm: float, pixel_mm: float) -> float:
-    """Return the inflation that makes disjoint pixels a proof of distance.
-
-    It is the least r such that, for any two points nearer than the gap, some pixel centre lies
-    within r of both. The worst pair lies along a row of pixels, its middle at a pixel's corner
-    line: r = |(gap + s, s)| / 2. (Half the gap plus half a pixel's diagonal would also do, and
-    is up to a tenth larger.)
-
-    Parameters
-    ----------
-    gap_mm, pixel_mm : float
-        Wanted distance, and the side s of a pixel.
-
-    Returns
-    -------
-    float
-        The radius in millimetres.
+def closed_sides(outline: FloatArray) -> FloatArray:
+    """Return the sides of a closed outline (K, 2) by their ends, (K, 2, 2).
 
     Examples
     --------
-    >>> clear_radius(3.0, 1.0)**2
-    4.25
+    >>> import numpy as np
+    >>> closed_sides(np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]]))[2].tolist()
+    [[0.0, 1.0], [0.0, 0.0]]
     """
-    return math.hypot(gap_mm + pixel_mm, pixel_mm) / 2.0
+    return np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
 
 
 def inflated_sides(outline: FloatArray, radius_mm: float) -> FloatArray:
@@ -114,8 +100,7 @@ def filled_pixels(sides: FloatArray, shape: tuple[int, int], pixel_mm: float) ->
     --------
     >>> import numpy as np
     >>> ring = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
-    >>> sides = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
-    >>> filled_pixels(sides[None], (2, 3), 1.0).astype(int).tolist()
+    >>> filled_pixels(closed_sides(ring)[None], (2, 3), 1.0).astype(int).tolist()
     [[[1, 1, 0], [0, 0, 0]]]
     """
     count, height, width = len(sides), *shape

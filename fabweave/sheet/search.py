@@ -20,7 +20,6 @@ from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.sheet.area import Area
 from fabweave.sheet.effort import Effort
 from fabweave.sheet.raster import (
-    clear_radius,
     filled_pixels,
     inflated_sides,
     region_sides,
@@ -61,14 +60,6 @@ class Kernels:
     def nbytes(self) -> int:
         """Memory of the pixels, in bytes."""
         return self.pixels.nbytes
-
-
-@dataclass(frozen=True)
-class _Found:
-    """A free position of the pixels, and how much contact it has."""
-
-    score: float
-    spot: Spot
 
 
 @dataclass(frozen=True)
@@ -113,7 +104,7 @@ def grid_of(area: Area, gap_mm: float, pixel_mm: float, near_mm: float) -> Grid:
     (196, 300)
     """
     # Half the gap, so that no position is lost that has it; more, where shapes would meet else.
-    radius = max(gap_mm / 2.0, clear_radius(0.0, pixel_mm)) + _SLACK_MM
+    radius = max(gap_mm / 2.0, pixel_mm / math.sqrt(2.0)) + _SLACK_MM
     # Of a point, one in a shape and one in what is barred, less than the gap apart, a pixel's
     # centre is within half a diagonal of the first or of one between them.
     barred = gap_mm + math.sqrt(2.0) * pixel_mm - radius + 2.0 * _SLACK_MM
@@ -255,7 +246,7 @@ class SheetPixels:
             if occupied.size - int(occupied.sum()) >= least:
                 waves = waves or self._waves(kernels, shape)
                 for found in self._free_in(kernels, waves, tile, tiling.side, last)[:_SLIDES]:
-                    spot = slid(found.spot, kernels.outline, self._standing)
+                    spot = slid(found, kernels.outline, self._standing)
                     if spot is not None:
                         return spot
             tiling.close(number, size)
@@ -291,7 +282,7 @@ class SheetPixels:
 
     def _free_in(
         self, kernels: Kernels, waves: _Waves, tile: _Tile, side: int, last: IntArray
-    ) -> list[_Found]:
+    ) -> list[Spot]:
         """Return a tile's free position with the most contact at each angle, the best first."""
         rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
         columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
@@ -313,14 +304,11 @@ class SheetPixels:
         score = np.where(free[able], score, np.float32(-np.inf))
         flat = score.reshape(len(able), -1)
         where = np.argmax(flat, axis=1)
-        found = []
-        for number, cell in enumerate(where.tolist()):
-            row, column = np.unravel_index(cell, extent)
-            steps = np.array([columns[column], rows[row]]) * self.grid.pixel_mm
-            x, y = steps - kernels.corners[able[number]]
-            spot = Spot(float(kernels.angles_deg[able[number]]), float(x), float(y))
-            found.append(_Found(float(flat[number, cell]), spot))
-        return sorted(found, key=lambda one: -one.score)
+        row, column = np.unravel_index(where, extent)
+        steps = np.stack([columns[column], rows[row]], axis=1) * self.grid.pixel_mm
+        spots = np.column_stack([kernels.angles_deg[able], steps - kernels.corners[able]])
+        best = np.argsort(-flat[np.arange(len(able)), where], kind="stable")
+        return [Spot(*spot) for spot in spots[best].tolist()]
 
     def _correlation(
         self,

@@ -17,7 +17,7 @@ from scipy.optimize import nnls
 
 from fabweave.arrays import FloatArray, IntArray
 from fabweave.sheet.area import Area
-from fabweave.sheet.raster import ring_sides
+from fabweave.sheet.raster import closed_sides, ring_sides
 from fabweave.sheet.shape import Spot
 
 _SPARE_MM = 0.005  # aimed at beyond the gap: what is not linear takes of it
@@ -61,11 +61,6 @@ def _sides(ends: FloatArray) -> _Sides:
     return _Sides(ends[:, 0], along, weight, ends.min(axis=1), ends.max(axis=1))
 
 
-def _closed(outline: FloatArray) -> FloatArray:
-    """Return the ends of the sides of an outline, (K, 2, 2)."""
-    return np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
-
-
 def _joined(parts: Sequence[_Sides]) -> _Sides:
     """Return the sides of all parts."""
     if not parts:
@@ -92,7 +87,7 @@ class Standing:
 
     def add(self, outline: FloatArray) -> None:
         """Put an outline (K, 2) down."""
-        self._add(_closed(outline), shapely.polygons(outline))
+        self._add(closed_sides(outline), shapely.polygons(outline))
 
     def _add(self, ends: FloatArray, geometry: shapely.Geometry) -> None:
         ring = _sides(ends)
@@ -208,7 +203,7 @@ class _Piece:
         self.centre = (low + high) / 2.0
         self.arms = outline - self.centre
         self.radius = float(np.hypot(*self.arms.T).max())
-        self.sides = _sides(_closed(outline))
+        self.sides = _sides(closed_sides(outline))
         self.others = standing.near(low - reach, high + reach)
         #: A corner of this outline with a side of another; a corner of another with a side of this.
         self.out = _near_pairs(outline, self.others, reach)

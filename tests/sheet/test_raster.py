@@ -1,35 +1,12 @@
 import math
 
 import numpy as np
-import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.sheet.raster import clear_radius, filled_pixels, inflated_sides
+from fabweave.sheet.raster import closed_sides, filled_pixels, inflated_sides
 from fabweave.sheet.shape import rotated, shapes_of
-
-
-def shared_centres(gap, pixel, radius, directions, shifts):
-    """Return for each pair of points the gap apart whether a pixel centre is near both."""
-    angle = np.linspace(0, math.pi / 2, directions, endpoint=False)
-    half = gap / 2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    grid = (np.arange(shifts) / shifts - 0.5) * pixel
-    shift = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
-    reach = np.arange(-4, 5) * pixel
-    centres = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
-    middle = centres[None, None] - shift[None, :, None]
-    near_p = np.linalg.norm(middle - half[:, None, None], axis=-1)
-    near_q = np.linalg.norm(middle + half[:, None, None], axis=-1)
-    return (np.maximum(near_p, near_q) <= radius).any(axis=-1)
-
-
-@pytest.mark.parametrize("ratio", [0.0, 0.2, 1.0, 1.5, 3.0])
-def test_clear_radius_is_enough_and_least(ratio):
-    radius = clear_radius(ratio, 1.0)
-    assert shared_centres(ratio, 1.0, radius + 1e-9, 60, 20).all()
-    assert not shared_centres(ratio, 1.0, 0.995 * radius, 60, 20).all()
-    assert radius <= ratio / 2 + math.sqrt(0.5) + 1e-12
 
 
 def star(seed, count):
@@ -43,7 +20,7 @@ def star(seed, count):
 @given(st.integers(0, 10**6), st.integers(5, 30), st.floats(0.4, 2.0))
 def test_filled_pixels_are_the_centres_that_shapely_contains(seed, count, pixel):
     outline = star(seed, count)
-    sides = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
+    sides = closed_sides(outline)
     turned = rotated(sides.reshape(-1, 2) - 15, np.array([0.0, 33.0, 200.0])) + 15
     got = filled_pixels(turned.reshape(3, -1, 2, 2), (40, 50), pixel)
     x, y = np.meshgrid((np.arange(50) + 0.5) * pixel, (np.arange(40) + 0.5) * pixel)
