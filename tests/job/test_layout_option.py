@@ -7,7 +7,7 @@ import pytest
 
 from fabweave.cli import main
 
-MESH = ("shape:torus?m=8&n=4", "--size", "300mm", "--effort", "quick", "-q")
+MESH = ("shape:octahedron", "--size", "300mm", "--effort", "quick", "-q")
 
 
 def run(*arguments):
