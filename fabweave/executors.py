@@ -20,6 +20,7 @@ from concurrent.futures import (
 )
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -73,12 +74,12 @@ class ProcessesExecutor(ThreadPoolExecutor):
     """Hand work to processes; one that dies is replaced, and its part is done again.
 
     Each process belongs to one thread at a time, so that the loss of one is known at once and
-    touches no other. Ctrl-C is left to the main process.
+    touches no other. Ctrl-C is left to the main thread.
     """
 
     def __init__(self, count: int) -> None:
         """Start nothing yet."""
-        super().__init__(count)
+        super().__init__(count, initializer=_leave_interrupts)
         self._closing = threading.Event()
         self._helpers = [_Helper(self._closing) for _ in range(count)]
         self._idle: SimpleQueue[_Helper] = SimpleQueue()
@@ -157,6 +158,17 @@ class _Helper:
             process.join()
 
 
+def _leave_interrupts() -> None:
+    """Block Ctrl-C in this thread, and in what it starts: the main thread ends the processes.
+
+    Ctrl-C reaches every process of a terminal, also those that are still importing.
+    """
+    if hasattr(signal, "pthread_sigmask"):
+        # It starts with the first process, and unblocks the signal after that.
+        resource_tracker.ensure_running()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
 def _context() -> "SpawnContext | ForkServerContext":
     """Return how processes are started: with threads about, a fork of this one is not safe."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
@@ -169,8 +181,7 @@ def _context() -> "SpawnContext | ForkServerContext":
 
 def _serve(link: Connection) -> None:
     """Do what comes through a link until it closes."""
-    # Ctrl-C reaches every process of the group: the main process ends the rest.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it cannot be blocked
     while True:
         try:
             work = link.recv()
