@@ -103,7 +103,11 @@ places. --size 412mm mends it
 
 
 def _digits(found: Finding) -> int:
-    return 2 if found.unit == "mm" and found.limit < 5 else 1
+    """Return how many decimals tell what was found from the limit, four at most."""
+    digits = 2 if found.unit == "mm" and found.limit < 5 else 1
+    while digits < 4 and f"{found.value:.{digits}f}" == f"{found.limit:.{digits}f}":
+        digits += 1
+    return digits
 
 
 def remedies(found: Finding) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray
+from fabweave.arrays import BoolArray, FloatArray, IntArray
 from fabweave.sheet.area import Area
 from fabweave.sheet.arrangement import NOWHERE, Arrangement
 from fabweave.sheet.barrier import Barrier
@@ -22,6 +22,7 @@ from fabweave.sheet.crowd import crowd_of, stand_at
 from fabweave.sheet.exact import missing_mm
 from fabweave.sheet.finder import Finder, Found, Terrain, pixels_of, terrain_of
 from fabweave.sheet.settle import settle
+from fabweave.sheet.shape import rotated
 
 _STEPS = 40  # of one try to push pieces apart
 _PULLS, _PULL_MM = 15, 3.0  # steps that shake a sheet, and how far free pieces move in each
@@ -36,6 +37,7 @@ _MOST_PARTNER = 0.98  # of a piece's area: so that there is progress
 _MOST_BODIES = 250  # a sheet with more pieces than this is left alone
 _FULL = 80  # on a sheet with more pieces, not all make room for one
 _MOVED = 40  # pieces that do
+_AWAY_MM = 8.0  # what is farther from all of these does not matter to them
 _PUSHED = 600  # pieces that may stand where one is put, in all tries together, for each round
 _PROOF_MM = 1e-9
 
@@ -80,13 +82,16 @@ class Ground:
         All pieces move, or those that are ``moving``.
         """
         bodies = [self.bodies[piece] for piece in pieces]
-        crowd, area, gap = crowd_of(bodies), self.areas[sheet], self.gap_mm
-        usable = area.size_mm
+        near = _concerned(bodies, poses, moving)
+        crowd = crowd_of([bodies[number] for number in near])
+        moving = None if moving is None else moving[near]
+        area, gap = self.areas[sheet], self.gap_mm
+        usable, poses = area.size_mm, poses.copy()
         for _ in range(3):
             pulls = 0 if pull is None else _PULLS
             found = settle(
                 crowd,
-                poses,
+                poses[near],
                 usable,
                 gap,
                 steps=_STEPS,
@@ -98,12 +103,26 @@ class Ground:
             )
             if not found.ok:
                 return None
-            missing = missing_mm(bodies, found.poses, usable, self.gap_mm, area.barred)
+            poses[near] = found.poses
+            missing = missing_mm(bodies, poses, usable, self.gap_mm, area.barred)
             if missing <= _PROOF_MM:
-                return found.poses
+                return poses
             # The fields are a little coarse: ask for that much more.
-            poses, gap, pull = found.poses, gap + missing + 0.005, None
+            gap, pull = gap + missing + 0.005, None
         return None
+
+
+def _concerned(bodies: Sequence[Body], poses: FloatArray, moving: BoolArray | None) -> IntArray:
+    """Return the bodies that move and those that they might come near to."""
+    if moving is None:
+        return np.arange(len(bodies))
+    low, high = np.empty((2, len(bodies), 2))
+    for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
+        outline = rotated(body.outline, np.rad2deg(pose[2:]))[0] + pose[:2]
+        low[number], high[number] = outline.min(axis=0), outline.max(axis=0)
+    low, high = low[:, None] - _AWAY_MM, high[:, None] + _AWAY_MM
+    meet = (low <= high[moving, 0]) & (high >= low[moving, 0])
+    return np.flatnonzero(meet.all(axis=2).any(axis=1))
 
 
 @dataclass(eq=False)

@@ -1,5 +1,6 @@
 """Findings name the right place, and the sizes that they propose are the smallest that do."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from fabweave.errors import CannotMakeError
 from fabweave.job import complete_settings
 from fabweave.report.ribbons import ribbon_notes, ribbon_report
 from fabweave.ribbon.bends import measure_bends, measure_spans
+from fabweave.ribbon.finding import Finding, sentence
 from fabweave.ribbon.findings import RibbonCheck, check_ribbons
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules import excerpt, twist_limit_deg
@@ -281,3 +283,11 @@ def test_the_size_at_which_all_hold_is_told_as_it_is() -> None:
     assert bad.still == ("twist",)
     text = f"would all hold at --size {bad.smallest_mm}mm; twist would not"
     assert any(text in note for note in ribbon_notes(bad))
+
+
+@given(st.floats(1.0, 60.0), st.integers(1, 300))
+def test_a_finding_never_says_that_a_value_breaks_a_limit_equal_to_it(limit, thousandths) -> None:
+    place = ("A", 3, 17, None, (0.0, 0.0, 0.0), 2, 128)
+    found = Finding("twist", "warn", limit + thousandths / 1000, limit, "degrees", *place)
+    said = re.findall(r"([\d.]+)°", sentence(found))
+    assert float(said[0]) > float(said[1])
