@@ -36,7 +36,7 @@ def small(monkeypatch):
 def hasty(monkeypatch):
     """Let nesting lose patience soon."""
     monkeypatch.setattr(
-        nesting, "effort_named", lambda name: replace(effort_named(name), rounds=6, patience=2)
+        nesting, "effort_named", lambda name: replace(effort_named(name), rounds=3, patience=1)
     )
 
 
