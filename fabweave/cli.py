@@ -16,6 +16,7 @@ from rich.text import Text
 
 from fabweave import __version__
 from fabweave.errors import CannotMakeError, FabweaveError
+from fabweave.interrupt import held_back
 from fabweave.making_options import making_options
 from fabweave.option_types import Direction, Length
 from fabweave.options import TARGET, TARGET_HELP, job_settings, weaving_options
@@ -76,10 +77,12 @@ def make(
       fabweave make scan.stl --size 50cm --remesh quads:800 --pattern twill -o scan
       fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
-    # Here and below, heavy imports wait until there is work to do, so that --help is quick.
-    from fabweave.cluster import cluster_at  # noqa: PLC0415
-    from fabweave.cut.flaws import flaw_lines  # noqa: PLC0415
-    from fabweave.folder import run_job  # noqa: PLC0415
+    # Here and below, heavy imports wait until there is work to do, so that --help is quick. Some
+    # that Ctrl-C interrupts fail in ways of their own, or go on as if nothing had been.
+    with held_back():
+        from fabweave.cluster import cluster_at  # noqa: PLC0415
+        from fabweave.cut.flaws import flaw_lines  # noqa: PLC0415
+        from fabweave.folder import run_job  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
     executors = None if cluster is None else cluster_at(cluster)
@@ -134,8 +137,9 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
 
     Exit code 0: every check holds. 1: some do not, and each says what it found.
     """
-    from fabweave.folder import folder_is_readable  # noqa: PLC0415
-    from fabweave.verify import verify_job  # noqa: PLC0415
+    with held_back():
+        from fabweave.folder import folder_is_readable  # noqa: PLC0415
+        from fabweave.verify import verify_job  # noqa: PLC0415
 
     folder_is_readable(directory)
     with _progress(quiet or as_json) as progress:
@@ -175,9 +179,10 @@ def preflight(
     bends; each finding says on which piece, where on its sheet, what is asked for, and what
     would help.
     """
-    from fabweave.cut.flaws import flaw_lines  # noqa: PLC0415
-    from fabweave.folder import folder_is_readable  # noqa: PLC0415
-    from fabweave.preflight_job import preflight_job  # noqa: PLC0415
+    with held_back():
+        from fabweave.cut.flaws import flaw_lines  # noqa: PLC0415
+        from fabweave.folder import folder_is_readable  # noqa: PLC0415
+        from fabweave.preflight_job import preflight_job  # noqa: PLC0415
 
     folder_is_readable(directory)
     found = preflight_job(directory, target)
@@ -234,14 +239,15 @@ def inspect(
       fabweave inspect scan.stl --size 50cm --remesh quads:800
       fabweave inspect shape:tetrahedron --pd rings.txt
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
-    from fabweave.inspection import inspect_mesh  # noqa: PLC0415
-    from fabweave.inspection_files import (  # noqa: PLC0415
-        inspection_gauss,
-        inspection_link,
-        inspection_picture,
-    )
-    from fabweave.report.inspection_text import inspection_text  # noqa: PLC0415
-    from fabweave.report.pictures import png_bytes  # noqa: PLC0415
+    with held_back():
+        from fabweave.inspection import inspect_mesh  # noqa: PLC0415
+        from fabweave.inspection_files import (  # noqa: PLC0415
+            inspection_gauss,
+            inspection_link,
+            inspection_picture,
+        )
+        from fabweave.report.inspection_text import inspection_text  # noqa: PLC0415
+        from fabweave.report.pictures import png_bytes  # noqa: PLC0415
 
     settings = job_settings(mesh, options)
     for path, suffix in ((png, ".png"), (pd, ""), (gauss, "")):
@@ -316,7 +322,8 @@ def model(
       fabweave model shape:tetrahedron --size 60mm --yarn-radius 3mm --sides 24 -o rings.stl
       fabweave model "shape:slit?genus=2" --size 300mm --view -60,30 --view 95,52 -o slit.png
     """  # noqa: D301 - click wants a true backspace, and keeps the lines after it apart
-    from fabweave.model import YarnOptions, check_suffix, write_model  # noqa: PLC0415
+    with held_back():
+        from fabweave.model import YarnOptions, check_suffix, write_model  # noqa: PLC0415
 
     check_suffix(output)
     spun = YarnOptions(yarn_radius, sides) if yarn or yarn_radius is not None else None
@@ -349,7 +356,8 @@ def model(
 )
 def shapes(png: Path | None) -> None:
     """List the built-in shapes and their parameters."""
-    from fabweave.mesh.shapes import SHAPES  # noqa: PLC0415
+    with held_back():
+        from fabweave.mesh.shapes import SHAPES  # noqa: PLC0415
 
     if png is not None:
         check_file(png, ".png")
@@ -387,7 +395,8 @@ def coupon(
     With the folder of a finished job, its material, hole, laps, ribbons and tightest bend.
     coupon.txt says what to measure, and which option to set by it.
     """
-    from fabweave.coupon_job import coupon_for, write_coupon  # noqa: PLC0415
+    with held_back():
+        from fabweave.coupon_job import coupon_for, write_coupon  # noqa: PLC0415
 
     planned = coupon_for(directory, material, thickness, hole)
     write_coupon(planned, output)
@@ -402,7 +411,8 @@ def coupon(
 @cli.command()
 def materials() -> None:
     """List the material library."""
-    from fabweave.sheet.material import material_library  # noqa: PLC0415
+    with held_back():
+        from fabweave.sheet.material import material_library  # noqa: PLC0415
 
     table = Table("name", "material", "thickness, mm", "gap, mm", "sheet, mm", box=None)
     for material in material_library():
