@@ -1,10 +1,18 @@
 import numpy as np
 import pytest
 
+from fabweave.sheet import improve
 from fabweave.sheet import nest as nesting
+from fabweave.sheet.area import area_of
+from fabweave.sheet.body import body_of
 from fabweave.sheet.check import check_layout
+from fabweave.sheet.exact import missing_mm
+from fabweave.sheet.finder import Finder
+from fabweave.sheet.improve import Ground
 from fabweave.sheet.layout import SheetSize
 from fabweave.sheet.nest import nest
+from fabweave.sheet.shape import shape_of
+from fabweave.sheet.turns import FREE
 
 
 def strips(piece_sets, count, seed):
@@ -71,3 +79,21 @@ def test_last_sheet_is_packed_to_the_left(piece_sets):
     here = [p.apply(pieces[p.piece]) for p in layout.placements if p.sheet == last]
     # The leftmost piece stands on the margin, but for a pixel.
     assert min(points[:, 0].min() for points in here) <= 4 + 3
+
+
+def test_pieces_far_from_those_that_move_stay_and_change_nothing(monkeypatch):
+    bar = shape_of(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 6.0], [0.0, 6.0]]))[0]
+    area = area_of(SheetSize(410, 260), 5.0, 1.0, FREE)
+    bodies = [body_of(bar, 1.0)] * 101
+    ground = Ground(bodies, [area], [None], 1.0, Finder())
+    # Ten columns of ten, and one more that lies across a few at their upper end.
+    rows, columns = np.divmod(np.arange(100), 10)
+    poses = np.column_stack([20.0 + 39.0 * columns, 10.0 + 8.6 * rows, np.zeros(100)])
+    poses = np.concatenate([poses, [[25.0, 93.0, 0.1]]])
+    moving = np.hypot(*(poses[:, :2] - poses[-1, :2]).T) < 90.0
+    assert 10 < moving.sum() < 60
+    found = ground.settled(range(101), poses, 0, None, moving)
+    monkeypatch.setattr(improve, "_AWAY_MM", 1e6)
+    assert np.array_equal(found, ground.settled(range(101), poses, 0, None, moving))
+    assert np.array_equal(found[~moving], poses[~moving])
+    assert missing_mm(bodies, found, area.size_mm, 1.0) <= 1e-9
