@@ -45,6 +45,7 @@ def check_destination(directory: Path) -> None:
         return
     if not directory.is_dir():
         raise InputError(f"{directory} is a file; name a folder with -o")
+    # All of it: where a generator is left half-way, Ctrl-C may come to nothing.
     if list(directory.iterdir()) and not (directory / "job.toml").is_file():
         raise InputError(
             f"{directory} holds files that are no fabweave job (it has no job.toml), and they "

@@ -76,11 +76,7 @@ def test_the_octahedron_has_four_rings_of_six_crossings(octahedron):
     assert [row["id"] for row in rows] == [piece["id"] for piece in plan["pieces"]]
 
 
-@pytest.mark.parametrize(
-    "shape",
-    ["tetrahedron", "hypar?m=5&n=5", "tube?m=8&n=4",
-     "sphere?n=2"],
-)  # fmt: skip
+@pytest.mark.parametrize("shape", ["tetrahedron", "hypar?m=5&n=5", "tube?m=8&n=4", "sphere?n=2"])
 def test_shapes_are_made_and_proved(shape, tmp_path):
     folder = tmp_path / "out"
     assert run("make", f"shape:{shape}", "--size", "300mm", *SHEET, "--effort", "quick", "-q",

@@ -49,6 +49,7 @@ NONE_BROKEN = {"edge": 0, "face": 0, "vertex": 0}
         ("shape:tube?m=8&n=6", "twill", ("--boundary", "turn")),
         ("shape:tetrahedron", "triaxial", ("--refine", "catmull-clark:1")),
         ("shape:torus?m=4&n=3", "triaxial", ()),
+        ("shape:tube?m=4&n=2", "triaxial", ("--boundary", "turn")),
     ],
 )
 def test_exact_twills_are_made_and_proved(mesh, pattern, options, tmp_path) -> None:
@@ -113,6 +114,7 @@ def require_fabric(folder: Path, pattern: str, ups: int, size: int) -> None:
     ("mesh", "pattern", "ups", "size"),
     [
         ("shape:torus?m=6&n=3", "2/1", 2, 3),
+        ("shape:torus?m=4&n=4", "2/2", 2, 4),
         ("shape:torus?m=5&n=5", "satin:5/2", 4, 5),
         ("shape:hypar?m=5&n=5", "sateen:5/2", 1, 5),
     ],
