@@ -4,7 +4,7 @@ Run it with: python examples/count_threads.py
 """
 
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.threads import trace_threads
 
 for name in ("tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron"):

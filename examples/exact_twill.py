@@ -4,13 +4,13 @@ Run it with: python examples/exact_twill.py
 """
 
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.bunches import part_bunches
-from fabweave.weave.conditions import twill_conditions
-from fabweave.weave.decide import decide_twill
-from fabweave.weave.labels import thread_labels
+from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.twill import weave_twill
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.weaving import weave_twill
 
 # An m × n quad torus has an exact twill if m or n is even, and only then.
 print("    n = " + " ".join("345678"))

@@ -6,10 +6,10 @@ Run it with: python examples/link_of_a_weave.py
 import numpy as np
 
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes import parse_shape
-from fabweave.weave.gauss import gauss_text
-from fabweave.weave.link import pd_text, planar_diagram
-from fabweave.weave.rotation import trace_twisted
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.weave.knot.gauss import gauss_text
+from fabweave.weave.knot.link import pd_text, planar_diagram
+from fabweave.weave.knot.rotation_system import trace_twisted
 
 halfedges = build_halfedges(parse_shape("shape:tetrahedron"))
 # Plain weave: every edge has one half-twist, all of the same sense.

@@ -6,8 +6,8 @@ Run it with: python examples/make_a_job.py DIR
 import sys
 from pathlib import Path
 
-from fabweave.folder import run_job
-from fabweave.settings import JobSettings
+from fabweave.app.job_folder import run_job
+from fabweave.app.settings import JobSettings
 
 settings = JobSettings(mesh="shape:octahedron", size_mm=180.0, material="birch-veneer")
 job, proof, _ = run_job(settings, Path(sys.argv[1]))

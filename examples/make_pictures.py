@@ -7,13 +7,13 @@ import sys
 
 from PIL import Image
 
-from fabweave.job import complete_settings
-from fabweave.report.pictures import weave_picture
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.report.view import choose_view
-from fabweave.settings import JobSettings
-from fabweave.weave.colours import thread_colours
-from fabweave.woven import weave_object
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import weave_object
+from fabweave.picture.camera import choose_view
+from fabweave.picture.object_picture import weave_picture
+from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.picture.thread_colours import thread_colours
 
 OBJECTS = (
     ("shape:sphere", None, "plain"),

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.folder import run_job
-from fabweave.inspection import inspect_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.settings import JobSettings
+from fabweave.app.inspection import inspect_mesh
+from fabweave.app.job_folder import run_job
+from fabweave.app.settings import JobSettings
+from fabweave.mesh.shapes.catalogue import parse_shape
 
 directory = Path(sys.argv[1])
 directory.mkdir(parents=True, exist_ok=True)

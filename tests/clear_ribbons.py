@@ -4,17 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.job import complete_settings
-from fabweave.lapped import check_made, hole_rules, lay_job
+from fabweave.app.joined_object import check_made, hole_rules, lay_job
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import WovenObject
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.ribbon.findings import RibbonCheck
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.rules import measure_clearance
-from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits
-from fabweave.woven import WovenObject
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.ribbon.rules.rules import measure_clearance
+from fabweave.stock.ribbon_limits import ribbon_limits
 
 
 def intersecting(ribbons: Ribbons) -> int:

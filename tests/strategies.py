@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from fabweave.arrays import offsets_of
-from fabweave.mesh import grids, solids
+from fabweave.core.arrays import offsets_of
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes import grids, solids
 
 SOLIDS = (
     solids.tetrahedron,

@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from fabweave.executors import CalmExecutor, finished, result_of
-from fabweave.folder import finished_folder
-from fabweave.interrupt import held_back
+from fabweave.app.job_folder import finished_folder
+from fabweave.core.parallel.executors import CalmExecutor, finished, result_of
+from fabweave.core.parallel.interrupt import held_back
 
 
 @pytest.fixture(autouse=True)

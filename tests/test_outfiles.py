@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from fabweave.cli import main
-from fabweave.errors import InputError
-from fabweave.outfiles import check_file, write_files
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
+from fabweave.core.output_files import check_file, write_files
 
 
 def test_files_are_written_and_replaced(tmp_path) -> None:

@@ -4,13 +4,13 @@ import re
 
 import pytest
 
-from fabweave.errors import CannotMakeError
-from fabweave.job import make_job
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.files import read_mesh
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.settings import JobSettings
-from fabweave.words import agree
 
 #: One of something in the plural, or a sentence with a hole in it.
 WRONG = re.compile(

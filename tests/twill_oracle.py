@@ -6,14 +6,14 @@ from meshes_shared import shared_mesh
 from strategies import SOLIDS
 from weaving_meshes import meshes
 
-from fabweave.mesh import grids
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.refine import parse_refinements, refine_mesh
-from fabweave.weave.conditions import TwillConditions, twill_conditions
+from fabweave.mesh.shapes import grids
+from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.weave.threads import trace_threads
+from fabweave.weave.twill.conditions import TwillConditions, twill_conditions
 
 
 def conditions_of(mesh: PolyMesh) -> TwillConditions:

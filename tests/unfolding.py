@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.flat.unfold import Strips
+from fabweave.flat.unfold.development import Strips
 from fabweave.ribbon.project import Ribbons
 
 

@@ -7,24 +7,25 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
-from fabweave.assembly.order import Order
+from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, last_tenth
-from fabweave.cut.labels import Label
-from fabweave.cut.marks import Marks
-from fabweave.flat.alike import piece_kinds
+from fabweave.core.arc_path import Path
+from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.cut.labels.marks import Marks
+from fabweave.cut.labels.texts import Label
+from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.layers import grips_mm
-from fabweave.flat.owners import Owners, find_owners
-from fabweave.flat.path import Path
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import Pieces
+from fabweave.flat.strand_owners import Owners, find_owners
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.nest.allotment import Allotment
+from fabweave.nest.layout import Layout
+from fabweave.nest.offcut import Offcut
 from fabweave.ribbon.project import Ribbons
-from fabweave.sheet.layout import Layout, SheetSize
-from fabweave.sheet.offcut import Offcut
-from fabweave.sheet.supplies import Allotment
-from fabweave.weave.choose import Chosen
+from fabweave.stock.sheet_size import SheetSize
 from fabweave.weave.pattern import Weave
+from fabweave.weave.weave_pattern import Chosen
 
 SCHEMA = "fabweave.crossing-map/1"
 

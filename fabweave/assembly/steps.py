@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from fabweave.assembly.order import Order
+from fabweave.assembly.order.planning import Order
 from fabweave.flat.pieces import Pieces
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.labels import ID_HEIGHTS_MM, TEXT_HEIGHTS_MM
-from fabweave.cut.lettering import characters, place_text, text_box
-from fabweave.cut.notes import sheet_notes
-from fabweave.errors import InputError
-from fabweave.sheet.material import Material, hole_edge_mm, min_bend_radius_mm, min_hole_mm
+from fabweave.cut.labels.lettering import characters, place_text, text_box
+from fabweave.cut.labels.texts import ID_HEIGHTS_MM, TEXT_HEIGHTS_MM
+from fabweave.cut.notes.notes import sheet_notes
+from fabweave.stock.material import Material, hole_edge_mm, min_bend_radius_mm, min_hole_mm
 
 #: Holes of the ladder are so much smaller and larger than the one that is wanted.
 LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)
@@ -75,7 +75,7 @@ def plan_coupon(
 
     Examples
     --------
-    >>> from fabweave.sheet.material import material_named
+    >>> from fabweave.stock.material import material_named
     >>> plan_coupon(material_named("card"))[1:]
     (3.3, 13.2, 13.2, 8.0)
     """

@@ -6,8 +6,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, frozen
-from fabweave.flat.path import flattened
+from fabweave.core.arc_path import flattened
+from fabweave.core.arrays import FloatArray, frozen
 
 #: An outline in the notes may have lost its short sides.
 _SAME_MM = 0.5

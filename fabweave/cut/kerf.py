@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from fabweave.arrays import FloatArray
-from fabweave.cut.check import MIN_SEGMENT_MM
+from fabweave.core.arc_path import Path
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.messages import few_of
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, SheetDrawing
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.flat.path import Path
-from fabweave.words import few_of
+from fabweave.cut.drawing_check import MIN_SEGMENT_MM
 
 #: How far a moved outline may be from where it should be, millimetres: leaving out a side of a
 #: tenth of a millimetre in a hollow costs as much.

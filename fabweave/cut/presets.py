@@ -14,9 +14,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from fabweave.core.errors import InputError
+from fabweave.core.messages import closest_first
 from fabweave.cut.drawing import Layer
-from fabweave.errors import InputError
-from fabweave.words import closest_first
 
 #: The preset that is used where none is asked for.
 DEFAULT_PRESET = "lightburn"

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.cut.drawing import PieceDrawing, SheetDrawing
-from fabweave.cut.dxf import write_dxf
-from fabweave.cut.marks import Marks
+from fabweave.cut.labels.marks import Marks
 from fabweave.cut.presets import Preset
 from fabweave.cut.sheets import draw_piece
-from fabweave.cut.svg import write_svg
+from fabweave.cut.write.dxf import write_dxf
+from fabweave.cut.write.svg import write_svg
 from fabweave.flat.piece import Piece
-from fabweave.sheet.layout import Placement
+from fabweave.nest.layout import Placement
 
 #: The table of quantities.
 TABLE = "parts.csv"

@@ -4,18 +4,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
+from fabweave.core.arrays import FloatArray
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.labels import OVER_SIGN, UNDER_SIGN
-from fabweave.cut.lettering import characters
-from fabweave.cut.marks import Marks
-from fabweave.cut.notes import sheet_notes
-from fabweave.cut.stock_notes import stock_notes
+from fabweave.cut.labels.lettering import characters
+from fabweave.cut.labels.marks import Marks
+from fabweave.cut.labels.texts import OVER_SIGN, UNDER_SIGN
+from fabweave.cut.notes.notes import sheet_notes
+from fabweave.cut.notes.stock_notes import stock_notes
 from fabweave.cut.travel import short_route, spread_heat
 from fabweave.flat.piece import Piece
-from fabweave.sheet.layout import Layout, Placement, SheetSize
-from fabweave.sheet.offcut import Offcut
-from fabweave.sheet.turns import HALF_TURN_DEG, Turns
+from fabweave.nest.layout import Layout, Placement
+from fabweave.nest.offcut import Offcut
+from fabweave.stock.rotations import HALF_TURN_DEG, Turns
+from fabweave.stock.sheet_size import SheetSize
 
 
 def sheet_name(number: int) -> str:

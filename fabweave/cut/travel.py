@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 
 #: Runs of so many pieces are improved at a time: every pair of links of a run is looked at.
 _WINDOW = 500

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.flat.pieces import Pieces
 
 _DECIMALS = 6

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from fabweave.arrays import FloatArray
-from fabweave.flat.fit import fit_paths
-from fabweave.flat.path import Path, straight_path
-from fabweave.flat.unfold import Strips
+from fabweave.core.arc_path import Path, straight_path
+from fabweave.core.arrays import FloatArray
+from fabweave.flat.path_fit import fit_paths
+from fabweave.flat.unfold.development import Strips
 
 #: Outlines have no side shorter than this: cutters and their software stumble over shorter ones.
 SHORTEST_SIDE_MM = 0.1

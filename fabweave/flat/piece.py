@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
-from fabweave.flat.path import Path
+from fabweave.core.arc_path import Path
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class Joint:
 
     ``pieces`` holds the number of the piece that ends here and of the piece that begins here;
     for a ring cut from one piece both are the same. ``kind`` is one of
-    :data:`fabweave.flat.joint.KINDS`. ``holes`` is an (n, 2, 2) array: for each fastener the
+    :data:`fabweave.flat.joint.kinds.KINDS`. ``holes`` is an (n, 2, 2) array: for each fastener the
     point on the first and on the second piece; ``hole_mm`` is their diameter, NaN if there are
     none. ``lap_mm`` is how far the pieces lap along their middle line.
     """

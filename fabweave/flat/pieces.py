@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
-from fabweave.flat.drill import Drilled, drill, slot_path
-from fabweave.flat.ends import CutStrips, cut_strips, glue_guides
-from fabweave.flat.holes import HoleRule
-from fabweave.flat.joint import JointRule
-from fabweave.flat.joints import JointPlan, plan_joints
+from fabweave.core.arc_path import Path, straight_path
+from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.flat.joint.drill import Drilled, drill, slot_path
+from fabweave.flat.joint.ends import CutStrips, cut_strips, glue_guides
+from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.joint.kinds import JointRule
+from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import Frame, resting_frame
-from fabweave.flat.path import Path, straight_path
 from fabweave.flat.piece import Joint, Piece, Slot
-from fabweave.flat.runs import Runs
+from fabweave.flat.split.runs import Runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray
 from fabweave.mesh.faults import (
     duplicate_problems,
     face_problems,

@@ -5,12 +5,12 @@ from typing import Literal
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.messages import agree
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import Problem
 from fabweave.mesh.topology import EdgeGroups, keep_faces, sorted_faces
 from fabweave.mesh.weld import same_position_groups
-from fabweave.words import agree
 
 #: How many places a problem lists.
 _LISTED = 20

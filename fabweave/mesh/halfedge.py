@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fabweave.arrays import IntArray, frozen
-from fabweave.errors import InputError
+from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import keep_faces, sound_faces
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.words import agree
 
 #: How many places a note names.
 _NAMED = 5
@@ -52,7 +52,7 @@ def interior_valences(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
 
     Examples
     --------
-    >>> from fabweave.mesh.solids import octahedron
+    >>> from fabweave.mesh.shapes.solids import octahedron
     >>> interior_valences(build_halfedges(octahedron()))[1].tolist()
     [4, 4, 4, 4, 4, 4]
     """
@@ -82,7 +82,7 @@ def find_irregular(mesh: PolyMesh) -> Irregular:
 
     Examples
     --------
-    >>> from fabweave.mesh.grids import hypar, sphere
+    >>> from fabweave.mesh.shapes.grids import hypar, sphere
     >>> len(find_irregular(hypar(3, 2, 1.0, 1.0))), find_irregular(sphere(4, 1.0)).valence.tolist()
     (0, [3, 3, 3, 3, 3, 3, 3, 3])
     """
@@ -102,7 +102,7 @@ def irregular_note(irregular: Irregular) -> str:
 
     Examples
     --------
-    >>> from fabweave.mesh.grids import sphere, torus
+    >>> from fabweave.mesh.shapes.grids import sphere, torus
     >>> irregular_note(find_irregular(torus(4, 4, 2.0, 1.0)))
     'no irregular vertices: every vertex inside has four edges'
     >>> irregular_note(find_irregular(sphere(1, 3**0.5)))[:62]

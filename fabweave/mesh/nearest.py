@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.rings import sum_at
 
 
 def face_fans(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArray]:

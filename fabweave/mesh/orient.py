@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 from fabweave.mesh.topology import EdgeGroups, label_links
 

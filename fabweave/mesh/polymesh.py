@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.arrays import FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import FloatArray, IntArray, frozen, offsets_of
 
 
 @dataclass(frozen=True, eq=False)

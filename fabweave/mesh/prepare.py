@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray
-from fabweave.errors import InputError
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.topology import EdgeGroups, group_edges
-from fabweave.words import agree, few_of
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:

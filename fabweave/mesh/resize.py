@@ -5,7 +5,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from fabweave.errors import InputError
+from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 
 #: The axis that points up.

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from fabweave.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen, offsets_of
 from fabweave.mesh.halfedge import pair_corners
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import IntArray
+from fabweave.core.arrays import IntArray
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 
 

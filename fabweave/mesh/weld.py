@@ -5,8 +5,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from fabweave.arrays import FloatArray, IntArray, offsets_of
-from fabweave.errors import InputError
+from fabweave.core.arrays import FloatArray, IntArray, offsets_of
+from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 
 #: Vertices closer than this share of the bounding box's diagonal are one vertex.

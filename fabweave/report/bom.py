@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.core.messages import agree
 from fabweave.flat.layers import count_layers, grips_mm
 from fabweave.flat.pieces import Pieces
-from fabweave.words import agree
 
 #: Spare fasteners, as a share of those needed; but no fewer than ``LEAST_SPARES``.
 SPARE_SHARE = 0.08

@@ -4,7 +4,7 @@ import html
 from collections.abc import Sequence
 from typing import Any
 
-from fabweave.sheet.material import Material
+from fabweave.stock.material import Material
 
 #: What piercing takes each time, seconds: an engineering default, without a published source.
 PIERCE_S = 0.5
@@ -30,7 +30,7 @@ def estimate_of(
 
     Examples
     --------
-    >>> from fabweave.sheet.material import material_named
+    >>> from fabweave.stock.material import material_named
     >>> estimate_of(material_named("card"), cut_length_mm=1200.0, pierces=10, area_mm2=1e6)
     {'cut_s': [25.0, 35.0], 'price': None}
     """

@@ -5,18 +5,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
-from fabweave.cut.labels import KINDS, WANTED_HEIGHT_MM
-from fabweave.cut.marks import Marks
-from fabweave.flat.holes import WANTED_SHARE, HoleRule
+from fabweave.core.arrays import FloatArray
+from fabweave.core.messages import agree
+from fabweave.cut.labels.marks import Marks
+from fabweave.cut.labels.texts import KINDS, WANTED_HEIGHT_MM
+from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.pieces import Pieces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.bom import bill_of_materials, bom_notes
-from fabweave.report.joints import joint_notes
-from fabweave.ribbon.check import ribbon_widths, size_for
+from fabweave.report.joint_notes import joint_notes
+from fabweave.ribbon.measures import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
-from fabweave.words import agree
 
 #: What labels tell, in the order of ``KINDS``.
 _TOLD = (

@@ -6,9 +6,9 @@ from typing import Any
 
 import tomli_w
 
-from fabweave.sheet.layout import Layout
-from fabweave.sheet.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM, Offcut
-from fabweave.sheet.supplies import Allotment
+from fabweave.nest.allotment import Allotment
+from fabweave.nest.layout import Layout
+from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM, Offcut
 
 #: Where offcuts lie in a job's folder, and the list of stock beside their drawings.
 OFFCUT_FOLDER, OFFCUT_STOCK = "offcuts", "stock.toml"

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.flat.piece import Piece
-from fabweave.plan import Plan
+from fabweave.flat.split.split_plan import Plan
 
 _CHART = (560, 190)  # width and height in pixels
 _EDGE = 90

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.core.arc_path import stretch
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
-from fabweave.flat.alike import piece_kinds
-from fabweave.flat.path import stretch
+from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.piece import Piece
+from fabweave.nest.allotment import Allotment
+from fabweave.nest.layout import Layout
 from fabweave.report.estimate import estimate_record
-from fabweave.sheet.layout import Layout
-from fabweave.sheet.material import sheet_mass_kg
-from fabweave.sheet.supplies import Allotment
+from fabweave.stock.material import sheet_mass_kg
 
 SCHEMA = "fabweave.waste/1"
 _DECIMALS = 6

@@ -4,11 +4,12 @@ import html
 from collections.abc import Sequence
 from typing import Any
 
+from fabweave.nest.allotment import Allotment
 from fabweave.report.bom import bom_section
 from fabweave.report.estimate import estimate_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
-from fabweave.sheet.supplies import Allotment, Supplies
+from fabweave.stock.supplies import Supplies
 
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}: material</title>

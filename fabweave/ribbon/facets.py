@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import FloatArray, IntArray, offsets_of
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import Stretches
 

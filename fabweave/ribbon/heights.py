@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.weave.pattern import Weave
 
 
@@ -55,7 +55,7 @@ def crossing_heights(
     the warp a lap of the weft makes that 1.15 mm, under the weft one of the warp 1 mm.
 
     >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.mesh.shapes import parse_shape
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
     >>> from fabweave.weave.bunches import part_bunches
     >>> from fabweave.weave.pattern import plain_weave
     >>> from fabweave.weave.threads import trace_threads

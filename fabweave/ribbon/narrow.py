@@ -6,22 +6,16 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray, frozen
-from fabweave.ribbon.again import measure_changed, measure_pairs
-from fabweave.ribbon.bends import Bends, measure_bends
-from fabweave.ribbon.clearance import Nearness
-from fabweave.ribbon.part import Part, take_part
+from fabweave.core.arrays import FloatArray, IntArray, frozen
 from fabweave.ribbon.project import Ribbons, following_rung
-from fabweave.ribbon.remedy import is_too_stiff
-from fabweave.ribbon.rules import (
-    Limits,
-    Measured,
-    by_thread,
-    measure_along,
-    measure_clearance,
-    pass_of_rungs,
-)
+from fabweave.ribbon.rules.bends import Bends, measure_bends
+from fabweave.ribbon.rules.clearance import Nearness
+from fabweave.ribbon.rules.clearance_update import measure_changed, measure_pairs
+from fabweave.ribbon.rules.remedy import is_too_stiff
+from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, pass_of_rungs
 from fabweave.ribbon.stretches import ends_of_stretches
+from fabweave.ribbon.subweave import Part, take_part
+from fabweave.stock.ribbon_limits import Limits, by_thread
 from fabweave.weave.pattern import Weave
 
 #: Lays ribbons with a factor on the width at each pass, (P,); only a part of them, if one is given.
@@ -95,7 +89,7 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
     Examples
     --------
     >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.mesh.solids import tetrahedron
+    >>> from fabweave.mesh.shapes.solids import tetrahedron
     >>> from fabweave.ribbon.project import project_ribbons
     >>> from fabweave.weave.pattern import plain_weave
     >>> from fabweave.weave.threads import trace_threads

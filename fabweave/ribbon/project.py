@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
-from fabweave.errors import InputError
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.ribbon.turns import RUNGS_A_TURN, turn_rungs
+from fabweave.ribbon.boundary_turns import RUNGS_A_TURN, turn_rungs
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
-from fabweave.words import agree
 
 #: The diagonals of a crossing's quad divide each other in shares not less than this.
 _INSIDE = 0.1

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.ribbon.project import Ribbons, better_diagonals, following_rung
 
 
@@ -29,7 +29,7 @@ def smooth_ribbons(ribbons: Ribbons, steps: int) -> Ribbons:
 
     Examples
     --------
-    >>> from fabweave.mesh.grids import torus
+    >>> from fabweave.mesh.shapes.grids import torus
     >>> from fabweave.mesh.halfedge import build_halfedges
     >>> from fabweave.ribbon.project import project_ribbons
     >>> from fabweave.weave.pattern import plain_weave

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, offsets_of
 from fabweave.ribbon.project import Ribbons, following_rung
 
 

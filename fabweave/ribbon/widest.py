@@ -4,13 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fabweave.arrays import IntArray
+from fabweave.core.arrays import IntArray
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.ribbon.check import ribbon_widths
+from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import Ribbons, project_ribbons
-from fabweave.ribbon.rules import Limits, measure_clearance
+from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.width import WidthRule
+from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 
 #: The widest width is found to this share of itself.

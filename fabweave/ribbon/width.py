@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fabweave.arrays import FloatArray
-from fabweave.errors import InputError
-from fabweave.units import parse_length
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import InputError
+from fabweave.core.units import parse_length
 
 _RELATIVE = re.compile(r"\d*\.?\d+", re.ASCII)
 

@@ -8,8 +8,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.verify import arcs
-from fabweave.verify.arcs import along, arc_lengths
+from fabweave.verify.measure import arcs
+from fabweave.verify.measure.arcs import along, arc_lengths
 
 Floats: TypeAlias = arcs.Floats
 Ints: TypeAlias = arcs.Ints

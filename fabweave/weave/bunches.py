@@ -7,8 +7,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.arrays import BoolArray, IntArray, frozen
-from fabweave.weave.colouring import colour_graph
+from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.weave.graph_colouring import colour_graph
 from fabweave.weave.threads import Threads
 
 #: How many threads the searches of ``colour_graph`` may look at; a few seconds at the most.
@@ -94,7 +94,7 @@ def find_bunches(threads: Threads, *, effort: int = _EFFORT) -> Bunches:
     Examples
     --------
     >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.mesh.shapes import parse_shape
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
     >>> from fabweave.weave.threads import trace_threads
     >>> bunches = find_bunches(trace_threads(build_halfedges(parse_shape("shape:cube"))))
     >>> bunches.bunch.tolist(), bunches.fewest

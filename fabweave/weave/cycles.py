@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray
 
 
 def order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, BoolArray]:

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, frozen
-from fabweave.weave.conditions import Broken
+from fabweave.core.arrays import BoolArray, frozen
 from fabweave.weave.threads import Threads
+from fabweave.weave.twill.conditions import Broken
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.cycles import order_states
 
@@ -148,7 +148,7 @@ def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
 
     On a mat of two by three squares, one thread goes round all the crossings:
 
-    >>> from fabweave.mesh.grids import hypar
+    >>> from fabweave.mesh.shapes.grids import hypar
     >>> mat = trace_threads(build_halfedges(hypar(2, 3, 1.0, 0.0)), turn=True)
     >>> mat.lengths.tolist(), mat.closed.tolist(), len(mat.turn_pass)
     ([14], [True], 10)

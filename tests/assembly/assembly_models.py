@@ -5,14 +5,14 @@ from functools import cache
 
 import numpy as np
 
-from fabweave.flat.joint import parse_joint
-from fabweave.flat.joints import plan_joints
+from fabweave.app.joined_object import hole_rules
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.split_job import plan_pieces
+from fabweave.app.woven_object import lay_ribbons, weave_object
+from fabweave.flat.joint.kinds import parse_joint
+from fabweave.flat.joint.planning import plan_joints
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.job import complete_settings
-from fabweave.lapped import hole_rules
-from fabweave.plan import plan_pieces
-from fabweave.settings import JobSettings
-from fabweave.woven import lay_ribbons, weave_object
 
 
 @dataclass(frozen=True, eq=False)

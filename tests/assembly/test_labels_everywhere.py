@@ -11,12 +11,12 @@ import pypdf
 import pytest
 from viewer_scene import page_data
 
-from fabweave.job import make_job
-from fabweave.job_files import write_job
-from fabweave.settings import JobSettings
-from fabweave.verify.check_labels import _check_strokes
-from fabweave.verify.glyphs import _GAP, _SAME, Glyphs, _letters
-from fabweave.verify.loading import load_job
+from fabweave.app.job_files import write_job
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.verify.checks.labels import _check_strokes
+from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 PIECE, JOINT = re.compile(r"\b[A-Z]+\d+\b"), re.compile(r"#(\d+)")

@@ -11,26 +11,26 @@ import pytest
 import shapely
 from PIL import Image
 
-from fabweave.assembly import manual_book
-from fabweave.assembly.manual import manual_pdf
-from fabweave.assembly.manual_pixels import GREY_STEP
-from fabweave.assembly.manual_steps import _Pictures, placing, strand_pieces, turn_words
-from fabweave.assembly.manual_titles import place_across
-from fabweave.assembly.manual_views import (
+from fabweave.app.job_records import job_facts, job_plan
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import PAPERS, JobSettings
+from fabweave.assembly.manual import book as manual_book
+from fabweave.assembly.manual.piece_titles import place_across
+from fabweave.assembly.manual.pixels import GREY_STEP
+from fabweave.assembly.manual.steps import _Pictures, placing, strand_pieces, turn_words
+from fabweave.assembly.manual.views import (
     PICTURE_PX,
     VIEWS,
     StepPicture,
     choose_views,
     step_pictures,
 )
-from fabweave.flat.stretch import piece_stretches
-from fabweave.job import make_job
-from fabweave.job_records import job_facts, job_plan
+from fabweave.assembly.manual.writing import manual_pdf
+from fabweave.flat.unfold.stretch import piece_stretches
+from fabweave.picture.camera import View, frame_object
+from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.picture.zbuffer import all_fragments, nearest_triangles
 from fabweave.report.bom import bill_of_materials
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.report.view import View, frame_object
-from fabweave.report.zbuffer import all_fragments, nearest_triangles
-from fabweave.settings import PAPERS, JobSettings
 
 
 @cache

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.assembly.manual_stock import draw_stock, stock_words
+from fabweave.assembly.manual.stock import draw_stock, stock_words
 
 EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]
 KNOT = [[150.0, 20.0], [190.0, 20.0], [190.0, 50.0], [150.0, 50.0]]

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.assembly import effort as model
-from fabweave.assembly.contacts import find_contacts
-from fabweave.assembly.effort import State, piece_effort, reach
-from fabweave.assembly.grow import Measured, grow_order, measure_order
-from fabweave.assembly.improve import improve_order
-from fabweave.assembly.order import _easy_end, order_by_number, plan_order
+from fabweave.assembly.order import effort as model
+from fabweave.assembly.order.annealed import improve_order
+from fabweave.assembly.order.contacts import find_contacts
+from fabweave.assembly.order.effort import State, piece_effort, reach
+from fabweave.assembly.order.greedy import Measured, grow_order, measure_order
+from fabweave.assembly.order.planning import _easy_end, order_by_number, plan_order
 from fabweave.assembly.steps import build_steps
-from fabweave.errors import InputError
+from fabweave.core.errors import InputError
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 from viewer_scene import make_page, shoot, triangles_of
 
-from fabweave.verify.read_viewer import read_viewer
+from fabweave.verify.read.viewer import read_viewer
 
 pytestmark = pytest.mark.apt
 playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is absent")

@@ -8,9 +8,9 @@ import pytest
 import shapely
 from viewer_scene import make_page, page_data, triangles_of
 
-from fabweave.assembly import viewer as module
-from fabweave.assembly.viewer import three_script, viewer_page
-from fabweave.verify.read_viewer import read_viewer
+from fabweave.assembly.viewer import page as module
+from fabweave.assembly.viewer.page import three_script, viewer_page
+from fabweave.verify.read.viewer import read_viewer
 
 
 @pytest.fixture(scope="module")

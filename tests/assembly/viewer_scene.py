@@ -7,10 +7,11 @@ from unittest import mock
 
 import numpy as np
 
-from fabweave.job import make_job
-from fabweave.job_records import job_plan, job_viewer
-from fabweave.settings import JobSettings
-from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.app.job_records import job_plan, job_viewer
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.nest.layout import Layout, Placement
+from fabweave.stock.sheet_size import SheetSize
 
 
 def make_page(shape, size_mm, *, across=2, **settings):
@@ -25,7 +26,10 @@ def make_page(shape, size_mm, *, across=2, **settings):
     def laid(outlines, *_, **__):
         return put_down(outlines, across)
 
-    with mock.patch("fabweave.laying.nest", laid), mock.patch("fabweave.job.portrait_png"):
+    with (
+        mock.patch("fabweave.app.nest_job.nest", laid),
+        mock.patch("fabweave.app.pipeline.portrait_png"),
+    ):
         job = make_job(JobSettings(mesh=shape, size_mm=size_mm, effort="quick", **settings))
     plan = job_plan(job)
     return job_viewer(job, plan), plan, job

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.cut.code import with_code
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.dxf import DXF_VERSIONS, write_dxf
-from fabweave.cut.lettering import place_text
-from fabweave.cut.notes import sheet_notes
-from fabweave.cut.svg import SVG_UNITS, write_svg
+from fabweave.cut.labels.lettering import place_text
+from fabweave.cut.notes.notes import sheet_notes
+from fabweave.cut.notes.qr_code import with_code
+from fabweave.cut.write.dxf import DXF_VERSIONS, write_dxf
+from fabweave.cut.write.svg import SVG_UNITS, write_svg
 
 #: Pieces of a sheet, of a row, and from piece to piece, millimetres.
 SHEET, ROW, STEP = 250, 10, (95.0, 26.0)

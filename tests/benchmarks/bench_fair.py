@@ -13,12 +13,12 @@ from time import perf_counter
 import numpy as np
 import shapely
 
-from fabweave.errors import FabweaveError
-from fabweave.job import Job, make_job
-from fabweave.mesh.fairness import Fairness
-from fabweave.settings import JobSettings
-from fabweave.sheet.layout import SheetSize
-from fabweave.source import load_mesh
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.pipeline import Job, make_job
+from fabweave.app.settings import JobSettings
+from fabweave.core.errors import FabweaveError
+from fabweave.mesh.fair.fairness import Fairness
+from fabweave.stock.sheet_size import SheetSize
 
 MESHES = Path(__file__).resolve().parents[2].parent / "shared" / "meshes"
 CASES = (

@@ -14,12 +14,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from fabweave.job import make_job
-from fabweave.job_files import write_job
-from fabweave.settings import JobSettings
-from fabweave.units import parse_length
+from fabweave.app.job_files import write_job
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.core.parallel.workers import side_workers
+from fabweave.core.units import parse_length
 from fabweave.verify import verify_job
-from fabweave.workers import side_workers
 
 SPOT = Path(__file__).resolve().parents[3] / "shared" / "meshes" / "quad/spot_quadrangulated.obj"
 JOBS = ("shape:octahedron=300mm", "shape:torus?m=24&n=12=400mm", "shape:sphere?n=8=400mm")

@@ -30,13 +30,14 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from fabweave.arrays import FloatArray
-from fabweave.job import make_job
-from fabweave.settings import JobSettings
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.engine import engine_is_there
-from fabweave.sheet.layout import Layout, SheetSize
-from fabweave.sheet.nest import nest
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.core.arrays import FloatArray
+from fabweave.nest.engine.engine import engine_is_there
+from fabweave.nest.layout import Layout
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import nest
+from fabweave.stock.sheet_size import SheetSize
 
 HERE = Path(__file__)
 MESHES = HERE.resolve().parents[3] / "shared" / "meshes" / "quad"

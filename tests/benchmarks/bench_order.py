@@ -13,9 +13,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from fabweave.assembly.contacts import find_contacts
-from fabweave.assembly.grow import measure_order
-from fabweave.assembly.order import Order, order_by_number, plan_order
+from fabweave.assembly.order.contacts import find_contacts
+from fabweave.assembly.order.greedy import measure_order
+from fabweave.assembly.order.planning import Order, order_by_number, plan_order
 from fabweave.assembly.steps import build_steps, last_tenth
 
 HERE = Path(__file__).resolve()

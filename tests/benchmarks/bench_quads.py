@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.errors import CannotMakeError
-from fabweave.mesh.files import read_mesh
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh import remesh_quads
+from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 from fabweave.weave.threads import trace_threads
 

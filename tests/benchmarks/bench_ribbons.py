@@ -20,12 +20,12 @@ sys.path.insert(0, str(ROOT / "tests"))
 from clear_ribbons import laid  # noqa: E402 - found beside the tests
 from meshes_shared import FOLDER, known_meshes  # noqa: E402 - found beside the tests
 
-from fabweave.job import complete_settings  # noqa: E402 - after the path is set
-from fabweave.lapped import check_made  # noqa: E402 - after the path is set
-from fabweave.mesh.files import read_mesh  # noqa: E402 - after the path is set
+from fabweave.app.joined_object import check_made  # noqa: E402 - after the path is set
+from fabweave.app.pipeline import complete_settings  # noqa: E402 - after the path is set
+from fabweave.app.settings import JobSettings  # noqa: E402 - after the path is set
+from fabweave.app.woven_object import keep_clear, weave_object  # noqa: E402 - as above
 from fabweave.mesh.intersections import self_intersections  # noqa: E402 - after the path is set
-from fabweave.settings import JobSettings  # noqa: E402 - after the path is set
-from fabweave.woven import keep_clear, weave_object  # noqa: E402 - as above
+from fabweave.mesh.io.files import read_mesh  # noqa: E402 - after the path is set
 
 SIZE_MM = 400.0
 

@@ -22,20 +22,20 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from fabweave.arrays import IntArray
-from fabweave.flat.candidates import Bed, Candidates, list_candidates, price_candidates
-from fabweave.flat.choose import cheapest_ring, cheapest_row
-from fabweave.flat.cost import sheet_area
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import WovenObject, weave_object
+from fabweave.core.arrays import IntArray
 from fabweave.flat.outline import strip_outlines
-from fabweave.flat.runs import Runs, unfold_runs
-from fabweave.flat.split import choose_runs
-from fabweave.flat.unfold import Strips, unfold_threads
-from fabweave.job import complete_settings
-from fabweave.mesh.files import write_mesh
-from fabweave.settings import JobSettings
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import fits_some_sheet, nest
-from fabweave.woven import WovenObject, weave_object
+from fabweave.flat.split.candidate_costs import Bed, Candidates, list_candidates, price_candidates
+from fabweave.flat.split.cost import sheet_area
+from fabweave.flat.split.runs import Runs, unfold_runs
+from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
+from fabweave.flat.split.splitting import choose_runs
+from fabweave.flat.unfold.development import Strips, unfold_threads
+from fabweave.mesh.io.files import write_mesh
+from fabweave.nest.nesting import fits_some_sheet, nest
+from fabweave.stock.sheet_size import SheetSize
 
 SHEET, MARGIN, GAP = SheetSize(600.0, 400.0), 10.0, 2.0
 USABLE = (580.0, 380.0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.threads import trace_threads
 
 SIDES = {"10k": (100, 50), "100k": (500, 100), "1M": (1000, 500)}

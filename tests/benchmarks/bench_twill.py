@@ -20,20 +20,20 @@ from typing import ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.refine import parse_refinements, refine_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.weave.anneal import couple
-from fabweave.weave.bound import irregular_seeds, prove_bound
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.weave.bunches import part_bunches
-from fabweave.weave.conditions import count_broken, twill_conditions
-from fabweave.weave.decide import decide_twill
-from fabweave.weave.optimise import optimise_twill
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.voting import best_vote
+from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.bound import irregular_seeds, prove_bound
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.optimise import optimise_twill
+from fabweave.weave.twill.voting import best_vote
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "meshes"
 #: A slab of squares with two holes, as a plan.

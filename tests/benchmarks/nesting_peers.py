@@ -10,11 +10,11 @@ import rectpack
 import scipy.fft
 import shapely
 
-from fabweave.arrays import FloatArray
-from fabweave.sheet.body import Body, body_of
-from fabweave.sheet.engine import packed
-from fabweave.sheet.exact import missing_mm
-from fabweave.sheet.shape import rotated, shape_of
+from fabweave.core.arrays import FloatArray
+from fabweave.nest.engine.engine import packed
+from fabweave.nest.item_shape import rotated, shape_of
+from fabweave.nest.separate.clearance_proof import missing_mm
+from fabweave.nest.separate.item_field import Body, body_of
 
 
 def sheets_by_rectpack(pieces: list[FloatArray], usable: tuple[float, float], gap: float) -> float:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import strategies as st
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.lettering import place_text
-from fabweave.cut.notes import sheet_notes
+from fabweave.cut.labels.lettering import place_text
+from fabweave.cut.notes.notes import sheet_notes
 
 PITCH_MM = 30.0
 

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.cut.bridges import MicroJoints, bridged, parse_micro_joints
-from fabweave.cut.check import check_drawing
+from fabweave.core.arc_path import Path, stretch
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.ready import ready_notes, ready_sheets
-from fabweave.errors import InputError
-from fabweave.flat.path import Path, stretch
+from fabweave.cut.drawing_check import check_drawing
+from fabweave.cut.kerfed_sheets import ready_notes, ready_sheets
+from fabweave.cut.micro_joints import MicroJoints, bridged, parse_micro_joints
 
 
 def sheet(*entities):

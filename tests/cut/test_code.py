@@ -19,18 +19,26 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from strangers import rsvg_png
 
-from fabweave.cli import cli
-from fabweave.command import command_text, settings_digest
-from fabweave.cut.check import check_drawing
-from fabweave.cut.code import DOTS_MM, QUIET_DOTS, Code, code_notes, code_of, draw_code, with_code
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.remake_command import command_text, settings_digest
+from fabweave.app.settings import JobSettings, settings_table
+from fabweave.cli.commands import cli
+from fabweave.cli.options import job_settings
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
+from fabweave.cut.drawing_check import check_drawing
+from fabweave.cut.notes.qr_code import (
+    DOTS_MM,
+    QUIET_DOTS,
+    Code,
+    code_notes,
+    code_of,
+    draw_code,
+    with_code,
+)
 from fabweave.cut.presets import preset_named
-from fabweave.cut.preview import png_bytes
-from fabweave.cut.svg import SVG_UNITS, write_svg
-from fabweave.errors import InputError
-from fabweave.job import complete_settings
-from fabweave.options import job_settings
-from fabweave.settings import JobSettings, settings_table
+from fabweave.cut.write.preview import png_bytes
+from fabweave.cut.write.svg import SVG_UNITS, write_svg
 
 TEXT = "fabweave make 'shape:torus?m=8&n=4' --size 300mm -o again"
 

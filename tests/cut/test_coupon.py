@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.cli import main
-from fabweave.coupon_job import coupon_for, write_coupon
+from fabweave.app.coupon_job import coupon_for, write_coupon
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
 from fabweave.cut.coupon import BLOCKS, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.drawing import Circle, Layer, Polyline
-from fabweave.errors import InputError
-from fabweave.sheet.material import hole_edge_mm, material_library, material_named
-from fabweave.verify.read_dxf import read_dxf
-from fabweave.verify.read_svg import read_svg
+from fabweave.stock.material import hole_edge_mm, material_library, material_named
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.svg import read_svg
 
 COUPONS = [plan_coupon(material) for material in material_library()]
 COUPONS.append(
@@ -159,8 +159,8 @@ def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
 
 
 def test_a_job_gives_its_figures(tmp_path):
-    from fabweave.folder import run_job  # noqa: PLC0415 - only here
-    from fabweave.settings import JobSettings  # noqa: PLC0415 - only here
+    from fabweave.app.job_folder import run_job  # noqa: PLC0415 - only here
+    from fabweave.app.settings import JobSettings  # noqa: PLC0415 - only here
 
     settings = JobSettings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")
     job = run_job(settings, tmp_path / "job").job

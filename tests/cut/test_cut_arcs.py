@@ -11,14 +11,14 @@ import shapely
 from ezdxf import path as ezpath
 from PIL import Image
 
-from fabweave.cut.check import check_drawing
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.dxf import DXF_VERSIONS, dxf_bytes, extents, write_dxf
-from fabweave.cut.preview import png_bytes
-from fabweave.cut.svg import SVG_UNITS, svg_text, write_svg
-from fabweave.cut.titles import place_titles
-from fabweave.errors import InputError
-from fabweave.flat.fit import fit_paths
+from fabweave.cut.drawing_check import check_drawing
+from fabweave.cut.labels.titles import place_titles
+from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes, extents, write_dxf
+from fabweave.cut.write.preview import png_bytes
+from fabweave.cut.write.svg import SVG_UNITS, svg_text, write_svg
+from fabweave.flat.path_fit import fit_paths
 from fabweave.report.waste import length_mm
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.cut.check import check_drawing
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.dxf import write_dxf
-from fabweave.cut.overlap import overlapping
-from fabweave.cut.preview import write_png
-from fabweave.cut.svg import write_svg
-from fabweave.errors import InputError
-from fabweave.verify.check_lines import _on_others
+from fabweave.cut.drawing_check import check_drawing
+from fabweave.cut.line_overlap import overlapping
+from fabweave.cut.write.dxf import write_dxf
+from fabweave.cut.write.preview import write_png
+from fabweave.cut.write.svg import write_svg
+from fabweave.verify.checks.lines import _on_others
 
 
 def outline(points, layer=Layer.CUT_OUTER, closed=True):

@@ -7,8 +7,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.cut.lettering import characters, place_text, strokes, text_box, text_width
-from fabweave.errors import InputError
+from fabweave.core.errors import InputError
+from fabweave.cut.labels.lettering import characters, place_text, strokes, text_box, text_width
 
 REQUIRED = string.ascii_uppercase + string.digits + "-./+:×=><()#*^ "
 VISIBLE = characters().replace(" ", "")

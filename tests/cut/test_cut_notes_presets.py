@@ -6,12 +6,12 @@ import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabweave.cut.check import check_drawing
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, SheetDrawing
-from fabweave.cut.lettering import strokes
-from fabweave.cut.notes import sheet_notes
+from fabweave.cut.drawing_check import check_drawing
+from fabweave.cut.labels.lettering import strokes
+from fabweave.cut.notes.notes import sheet_notes
 from fabweave.cut.presets import LayerColour, preset_named, preset_names
-from fabweave.errors import InputError
 
 sides = st.floats(12.0, 2000.0)
 lines = st.lists(st.text(alphabet="ABC 069-/.", max_size=60), max_size=4)

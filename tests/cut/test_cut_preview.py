@@ -8,12 +8,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.lettering import place_text
+from fabweave.cut.labels.lettering import place_text
+from fabweave.cut.labels.titles import Title, place_titles
 from fabweave.cut.presets import preset_named
-from fabweave.cut.preview import png_bytes, preview_frame, write_png
-from fabweave.cut.titles import Title, place_titles
-from fabweave.errors import InputError
+from fabweave.cut.write.preview import png_bytes, preview_frame, write_png
 
 SCALE = 4.0
 

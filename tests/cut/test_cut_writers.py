@@ -14,11 +14,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.dxf import DXF_VERSIONS, dxf_bytes, write_dxf
 from fabweave.cut.presets import preset_named
-from fabweave.cut.svg import svg_text, write_svg
-from fabweave.errors import InputError
+from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes, write_dxf
+from fabweave.cut.write.svg import svg_text, write_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -257,7 +257,7 @@ def test_same_drawing_same_bytes_in_every_process():
     code = (
         "import hashlib, numpy as np\n"
         "from fabweave.cut.drawing import *\n"
-        "from fabweave.cut.dxf import DXF_VERSIONS, dxf_bytes\n"
+        "from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes\n"
         "p = np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]])\n"
         "piece = PieceDrawing('A1', (Polyline(Layer.CUT_OUTER, p, True),))\n"
         "d = SheetDrawing('s', 20.0, 10.0, (piece,), ())\n"

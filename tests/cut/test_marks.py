@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.cut.labels import ARROW, ID_HEIGHTS_MM, OVER_SIGN, TEXT_HEIGHTS_MM, UNDER_SIGN
-from fabweave.cut.marks import Marks, mark_pieces
-from fabweave.cut.room import CLEAR_MM, WORD_SPACE_MM
-from fabweave.flat.path import straight_path
+from fabweave.core.arc_path import straight_path
+from fabweave.cut.labels.marks import Marks, mark_pieces
+from fabweave.cut.labels.placement import CLEAR_MM, WORD_SPACE_MM
+from fabweave.cut.labels.texts import ARROW, ID_HEIGHTS_MM, OVER_SIGN, TEXT_HEIGHTS_MM, UNDER_SIGN
 from fabweave.flat.piece import Piece
 
 

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabweave.cli import main
-from fabweave.cut.flaws import flaw_lines, preflight_record
-from fabweave.cut.preflight import preflight
-from fabweave.cut.targets import target_named, targets
-from fabweave.errors import InputError
-from fabweave.sheet.material import material_named, with_thickness
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
+from fabweave.cut.preflight.rules import preflight
+from fabweave.cut.preflight.targets import target_named, targets
+from fabweave.cut.preflight.violations import flaw_lines, preflight_record
+from fabweave.stock.material import material_named, with_thickness
 
 CARD = material_named("card")
 PLY = with_thickness(material_named("birch-ply-3"), 3.0)

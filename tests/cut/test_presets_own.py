@@ -10,7 +10,10 @@ import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.cli import cli, main
+from fabweave.app.settings import JobSettings, job_toml, settings_table
+from fabweave.cli.commands import cli, main
+from fabweave.cli.options import job_settings
+from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer
 from fabweave.cut.presets import (
     LayerColour,
@@ -20,9 +23,6 @@ from fabweave.cut.presets import (
     preset_names,
     read_preset,
 )
-from fabweave.errors import InputError
-from fabweave.options import job_settings
-from fabweave.settings import JobSettings, job_toml, settings_table
 
 MINE = """
 name = "mine"

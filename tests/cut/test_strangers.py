@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from strangers import ENGRAVED, INNER, OUTER, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
 
-from fabweave.cli import main
+from fabweave.cli.commands import main
 
 #: MeerK40t shrinks a DXF drawing that is larger than its bed.
 SHEET = (230.0, 225.0)

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from strangers import INNER, OUTER, ask_meerk40t
 
-from fabweave.cli import main
+from fabweave.cli.commands import main
 
 KERF, BRIDGES, BRIDGE = 0.2, 2, 2.0
 

@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from strangers import ENGRAVED, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, SheetDrawing
-from fabweave.cut.dxf import DXF_VERSIONS, write_dxf
-from fabweave.cut.svg import SVG_UNITS, write_svg
+from fabweave.cut.write.dxf import DXF_VERSIONS, write_dxf
+from fabweave.cut.write.svg import SVG_UNITS, write_svg
 
 SIZES = (1, 40, 800)
 PROFILES = ("maker", "service")

@@ -5,8 +5,8 @@ import pytest
 from pypdf import PdfReader
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.cut.template import PAPERS_MM, tiles, write_template
-from fabweave.verify.read_template import read_template
+from fabweave.cut.write.template import PAPERS_MM, tiles, write_template
+from fabweave.verify.read.template import read_template
 
 MM = 72.0 / 25.4
 

@@ -7,14 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fabweave.core.arc_path import Path
 from fabweave.cut.drawing import Circle, Layer
-from fabweave.cut.labels import Label
-from fabweave.cut.marks import Marks
+from fabweave.cut.labels.marks import Marks
+from fabweave.cut.labels.texts import Label
 from fabweave.cut.sheets import draw_sheets
 from fabweave.cut.travel import short_route
-from fabweave.flat.path import Path
 from fabweave.flat.piece import Piece
-from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.nest.layout import Layout, Placement
+from fabweave.stock.sheet_size import SheetSize
 
 
 def way(ends, order, backwards):

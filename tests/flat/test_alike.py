@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabweave.flat.alike import SAME_MM, piece_kinds, superpose
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.flat.congruence import SAME_MM, piece_kinds, superpose
 from fabweave.flat.outline import Frame
-from fabweave.job import make_job
-from fabweave.settings import JobSettings
 
 
 def moved(piece, angle=0.7, shift=(30.0, -4.0), mirrored=False):

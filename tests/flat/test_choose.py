@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.flat.choose import cheapest_ring, cheapest_row
+from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 
 
 @st.composite

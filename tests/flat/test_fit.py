@@ -8,9 +8,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.flat.fit import CORNER_DEG, fit_paths
+from fabweave.core.arc_path import Path, straight_path
 from fabweave.flat.outline import FIT_MM, INSCRIBED_MM, inscribed_polygon
-from fabweave.flat.path import Path, straight_path
+from fabweave.flat.path_fit import CORNER_DEG, fit_paths
 
 
 def wavy(length, width, amplitude, waves, count, phase):

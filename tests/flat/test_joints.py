@@ -7,29 +7,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
-from fabweave.errors import InputError
-from fabweave.flat.drill import SLIDE_D, slot_path
-from fabweave.flat.holes import PITCH_D, HoleRule, group_offsets
-from fabweave.flat.interlock import (
+from fabweave.core.errors import InputError
+from fabweave.flat.joint.drill import SLIDE_D, slot_path
+from fabweave.flat.joint.holes import PITCH_D, HoleRule, group_offsets
+from fabweave.flat.joint.interlock import (
     CLEARANCE_MM,
     dovetail,
     dovetail_room,
     slot_room,
     tab_in_slot,
 )
-from fabweave.flat.joint import KINDS, LAPPED, JointRule, parse_joint
-from fabweave.flat.joints import plan_joints
+from fabweave.flat.joint.kinds import KINDS, LAPPED, JointRule, parse_joint
+from fabweave.flat.joint.planning import plan_joints
 from fabweave.flat.outline import STRAIGHT_MM
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.flat.split import split_threads
-from fabweave.flat.unfold import unfold_threads
+from fabweave.flat.split.splitting import split_threads
+from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.project import project_ribbons
 from fabweave.ribbon.smooth import smooth_ribbons
-from fabweave.weave.labels import thread_labels
 from fabweave.weave.pattern import plain_weave
+from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads
 
 RULES = tuple(HoleRule(hole, 2 * hole) for hole in (4.1, 2.5, 1.6, 1.0))

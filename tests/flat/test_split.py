@@ -7,23 +7,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
-from fabweave.errors import CannotMakeError
-from fabweave.flat.holes import HoleRule
+from fabweave.core.errors import CannotMakeError
+from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.outline import Frame, resting_frame, strip_outline, strip_outlines
-from fabweave.flat.owners import find_owners
 from fabweave.flat.piece import Joint
 from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.flat.runs import Runs, unfold_runs
-from fabweave.flat.split import split_threads
+from fabweave.flat.split.runs import Runs, unfold_runs
+from fabweave.flat.split.splitting import split_threads
+from fabweave.flat.strand_owners import find_owners
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.nest.nesting import fits_some_sheet
 from fabweave.ribbon.project import Ribbons, project_ribbons
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import fits_some_sheet
-from fabweave.weave.labels import thread_labels
+from fabweave.stock.sheet_size import SheetSize
 from fabweave.weave.pattern import Weave, plain_weave
+from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads
 
 RULES = tuple(HoleRule(hole, 2 * hole) for hole in (4.1, 2.5, 1.0))

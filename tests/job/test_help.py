@@ -6,8 +6,8 @@ import shlex
 import click
 import pytest
 
-from fabweave.cli import cli
-from fabweave.sections import REST, SECTIONS
+from fabweave.cli.commands import cli
+from fabweave.cli.sections import REST, SECTIONS
 
 COMMANDS = ("make", "inspect")
 

@@ -10,17 +10,17 @@ import pytest
 from meshes_shared import known_meshes, mesh_params, shared_mesh
 from PIL import Image
 
-from fabweave.cli import main
-from fabweave.errors import CannotMakeError
-from fabweave.inspection import inspect_mesh
-from fabweave.job import make_job
-from fabweave.mesh.files import write_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.app.inspection import inspect_mesh
+from fabweave.app.inspection_text import inspection_text
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.cli.commands import main
+from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
-from fabweave.report.inspection_text import inspection_text
-from fabweave.ribbon.check import ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.width import WidthRule
-from fabweave.settings import JobSettings
 
 
 def run(*arguments: object) -> int:

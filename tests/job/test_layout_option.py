@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from fabweave.cli import main
+from fabweave.cli.commands import main
 
 MESH = ("shape:octahedron", "--size", "300mm", "--effort", "quick", "-q")
 

@@ -6,14 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fabweave.errors import CannotMakeError
-from fabweave.job import complete_settings
-from fabweave.lapped import hole_rules, lay_job
-from fabweave.report.ribbons import ribbon_notes
-from fabweave.ribbon.findings import RibbonCheck
-from fabweave.settings import JobSettings
-from fabweave.sheet.material import material_named, min_bend_radius_mm
-from fabweave.woven import check_object
+from fabweave.app.joined_object import hole_rules, lay_job
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import check_object
+from fabweave.core.errors import CannotMakeError
+from fabweave.report.ribbon_report import ribbon_notes
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.material import material_named, min_bend_radius_mm
 
 #: From the most pliable to the stiffest that can be made at 300 mm.
 MADE = ("spring-shim-0.1", "card", "polypropylene", "birch-veneer", "aluminium-5052")

@@ -11,26 +11,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fabweave.bybunch import split_by_bunch
-from fabweave.cli import main
-from fabweave.errors import InputError
-from fabweave.flat.alike import piece_kinds
-from fabweave.folder import run_job
-from fabweave.job import complete_settings
+from fabweave.app.job_folder import run_job
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings, job_toml
+from fabweave.app.woven_object import weave_object
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
+from fabweave.flat.congruence import piece_kinds
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.remedy import is_too_stiff
-from fabweave.ribbon.rules import measure_along, measure_between, measure_layers
-from fabweave.settings import JobSettings, job_toml
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.limits import ribbon_limits, thread_limits
-from fabweave.sheet.supply_plan import plan_supplies
+from fabweave.ribbon.rules.remedy import is_too_stiff
+from fabweave.ribbon.rules.rules import measure_along, measure_between, measure_layers
+from fabweave.stock.per_bunch import split_by_bunch
+from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.supply_plan import plan_supplies
 from fabweave.verify import verify_job
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
-from fabweave.woven import weave_object
 
 WARP, WEFT = 0.4, 0.7
 SETTINGS = JobSettings(

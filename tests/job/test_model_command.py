@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from fabweave.cli import main
+from fabweave.cli.commands import main
 
 TORUS = "shape:torus?m=8&n=6"
 

@@ -3,16 +3,16 @@
 import pytest
 from meshes_shared import shared_mesh
 
-from fabweave.errors import CannotMakeError
-from fabweave.job import complete_settings
-from fabweave.lapped import hole_rules, lay_job
-from fabweave.refining import MOST_CROSSINGS, REFINEMENTS, try_refinement
-from fabweave.report.ribbons import ribbon_notes
-from fabweave.ribbon.finding import finding_record, sentence
-from fabweave.ribbon.findings import RibbonCheck
+from fabweave.app.joined_object import hole_rules, lay_job
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.refinement_remedy import MOST_CROSSINGS, REFINEMENTS, try_refinement
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import check_object
+from fabweave.core.errors import CannotMakeError
+from fabweave.report.ribbon_report import ribbon_notes
+from fabweave.ribbon.rules.finding import finding_record, sentence
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.ribbon.width import WidthRule
-from fabweave.settings import JobSettings
-from fabweave.woven import check_object
 
 
 def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:

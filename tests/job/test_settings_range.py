@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from fabweave.cli import main
-from fabweave.errors import InputError
-from fabweave.settings import JobSettings, job_toml
+from fabweave.app.settings import JobSettings, job_toml
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from meshes_shared import shared_mesh
 
-from fabweave.cli import main
+from fabweave.cli.commands import main
 from fabweave.verify import verify_job
-from fabweave.verify.walks import read_obj, trace_walks
+from fabweave.verify.measure.walks import read_obj, trace_walks
 
 
 def run(*arguments: object) -> int:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from meshes_shared import shared_mesh
 
-from fabweave.cli import main
-from fabweave.errors import InputError
-from fabweave.job import make_job
-from fabweave.mesh.files import write_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
-from fabweave.settings import JobSettings
 from fabweave.verify import verify_job
 
 

@@ -13,24 +13,24 @@ from strategies import merged
 from trimesh.triangles import closest_point
 from weaving_meshes import meshes
 
-from fabweave.cli import main
-from fabweave.errors import InputError
-from fabweave.mesh.catmull_clark import split_to_quads
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.settings import JobSettings
+from fabweave.cli.commands import main
+from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.fair import ON_SURFACE, fair_mesh
-from fabweave.mesh.fairness import Fairness
-from fabweave.mesh.files import read_mesh, write_mesh
-from fabweave.mesh.grids import hemisphere, hypar, sphere, torus, tube
+from fabweave.mesh.fair.fairing import ON_SURFACE, fair_mesh
+from fabweave.mesh.fair.fairness import Fairness
+from fabweave.mesh.fair.feature_lines import find_lines
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.nearest import Surface, face_fans
+from fabweave.mesh.one_rings import find_rim
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.rings import find_rim
-from fabweave.mesh.sharplines import find_lines
-from fabweave.mesh.solids import cube
+from fabweave.mesh.shapes.grids import hemisphere, hypar, sphere, torus, tube
+from fabweave.mesh.shapes.solids import cube
+from fabweave.mesh.subdivide.catmull_clark import split_to_quads
 from fabweave.mesh.triangulate import triangulate
-from fabweave.settings import JobSettings
-from fabweave.source import load_mesh
 from fabweave.weave.threads import trace_threads
 
 

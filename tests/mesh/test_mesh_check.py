@@ -17,13 +17,13 @@ from strategies import (
     with_flips,
 )
 
-from fabweave.errors import InputError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh, component_genus
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.shapes import grids, solids
 
 
 def codes(mesh):

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import any_meshes
 
-from fabweave.errors import InputError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.files import READABLE, WRITABLE, read_mesh, write_mesh
-from fabweave.mesh.obj import obj_bytes, read_obj
-from fabweave.mesh.off import off_bytes, read_off
-from fabweave.mesh.ply import ply_bytes, read_ply
+from fabweave.mesh.io.files import READABLE, WRITABLE, read_mesh, write_mesh
+from fabweave.mesh.io.obj import obj_bytes, read_obj
+from fabweave.mesh.io.off import off_bytes, read_off
+from fabweave.mesh.io.ply import ply_bytes, read_ply
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.weld import weld_mesh
 
 READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}

@@ -13,12 +13,12 @@ from strategies import (
     shuffled,
 )
 
-from fabweave.errors import InputError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
 from fabweave.mesh.resize import largest_dimension, resize_mesh
+from fabweave.mesh.shapes import grids, solids
 
 
 @given(closed_surfaces(), st.floats(0.01, 1e6))

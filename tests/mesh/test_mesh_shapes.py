@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
+from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.resize import largest_dimension
-from fabweave.mesh.shapes import SHAPES, is_shape, parse_shape
+from fabweave.mesh.shapes.catalogue import SHAPES, is_shape, parse_shape
 
 # V, E, F, genus, loops of each shape as functions of its counts.
 COUNTS = {

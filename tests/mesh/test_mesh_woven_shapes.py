@@ -7,20 +7,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.mesh.bundles import bundle_quads, slit_columns
+from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.knots import closed_frame, reach_of, torus_knot
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.regular_map import dual_map, slit_map
 from fabweave.mesh.resize import largest_dimension
-from fabweave.mesh.shapes import parse_shape
-from fabweave.mesh.softtubes import edges_of, soft_tubes, spread
-from fabweave.weave.conditions import count_broken, twill_conditions
-from fabweave.weave.decide import decide_twill
+from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.shapes.knots import closed_frame, reach_of, torus_knot
+from fabweave.mesh.shapes.regular_map import dual_map, slit_map
+from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes, spread
 from fabweave.weave.threads import trace_threads
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
 
 
 def twillable(halfedges):

@@ -8,13 +8,13 @@ from meshes_shared import shared_mesh
 from strategies import closed_surfaces, merged, open_surfaces, shuffled
 from weaving_meshes import cut_faces
 
-from fabweave.mesh import grids, solids
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.irregular import find_irregular, irregular_note
-from fabweave.mesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
+from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
 

@@ -11,17 +11,18 @@ from meshes_shared import shared_mesh
 from strategies import klein_bottle, merged, moebius_strip, shuffled
 from weaving_meshes import meshes
 
-from fabweave.arrays import offsets_of
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.mesh import grids, solids
-from fabweave.mesh.catmull_clark import catmull_clark, catmull_clark_limit, split_to_quads
+from fabweave.core.arrays import offsets_of
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.dual import doo_sabin, simplest
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.loop import loop, loop_limit, mid_edge, mid_edge_twist
+from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.one_rings import corners_in_turn, find_rim, valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.refine import (
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.subdivide.catmull_clark import catmull_clark, catmull_clark_limit, split_to_quads
+from fabweave.mesh.subdivide.dual import doo_sabin, simplest
+from fabweave.mesh.subdivide.loop import loop, loop_limit, mid_edge, mid_edge_twist
+from fabweave.mesh.subdivide.refine import (
     MOST_FACES,
     SCHEMES,
     Refinement,
@@ -31,8 +32,7 @@ from fabweave.mesh.refine import (
     predict_faces,
     refine_mesh,
 )
-from fabweave.mesh.rings import corners_in_turn, find_rim, valences
-from fabweave.mesh.sqrt3 import sqrt3
+from fabweave.mesh.subdivide.sqrt3 import sqrt3
 
 NAMES = [scheme.name for scheme in SCHEMES]
 names = pytest.mark.parametrize("name", NAMES)

@@ -14,15 +14,11 @@ import pytest
 from meshes_shared import shared_mesh
 from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
 
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.files import read_mesh
-from fabweave.mesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh import Remesh, parse_remesh, remesh_quads
-from fabweave.mesh.remesh_check import check_remeshed
-from fabweave.mesh.remesh_engines import (
+from fabweave.mesh.remesh.engines import (
     ENGINES,
     AttemptFailedError,
     Engine,
@@ -30,6 +26,10 @@ from fabweave.mesh.remesh_engines import (
     Run,
     run_engine,
 )
+from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.quads import Remesh, parse_remesh, remesh_quads
+from fabweave.mesh.remesh.remesh_check import check_remeshed
+from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
 QUADRIFLOW, INSTANT = ENGINES
@@ -376,7 +376,7 @@ def test_unwanted_run_is_stopped(tmp_path):
 def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
     mark = tmp_path / "pid"
     watching = (
-        "from fabweave.mesh.remesh_child import end_with_parent\n"
+        "from fabweave.mesh.remesh.child import end_with_parent\n"
         "import threading\n"
         "threading.Thread(target=end_with_parent, daemon=True).start()\n"
         f"with open({str(mark)!r}, 'a') as file: print(os.getpid(), file=file, flush=True)\n"
@@ -388,9 +388,9 @@ def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
         # Where tests run in the background of a shell, children are told to ignore the signal.
         "import signal\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from fabweave.mesh.remesh import remesh_quads\n"
-        "from fabweave.mesh.remesh_engines import Engine\n"
-        "from fabweave.mesh.solids import icosahedron\n"
+        "from fabweave.mesh.remesh.quads import remesh_quads\n"
+        "from fabweave.mesh.remesh.engines import Engine\n"
+        "from fabweave.mesh.shapes.solids import icosahedron\n"
         f"engine = Engine('e', 'E', '', command={engine.command!r})\n"
         "remesh_quads(icosahedron(), 100, engines=[engine])\n"
     )

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from fabweave.mesh import solids
-from fabweave.mesh.grids import hypar
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.report.surfaces import polygon_triangles
-from fabweave.report.view import View, choose_view
+from fabweave.mesh.shapes import solids
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.shapes.grids import hypar
+from fabweave.picture.camera import View, choose_view
+from fabweave.picture.surfaces import polygon_triangles
 
 
 def seen_faces(mesh: PolyMesh, view: View) -> np.ndarray:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fabweave.errors import InputError
-from fabweave.mesh.shapes import SHAPES, parse_shape
-from fabweave.report.contact import contact_sheet
-from fabweave.report.pictures import irregular_marks, mesh_picture, render_shapes
+from fabweave.core.errors import InputError
+from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
+from fabweave.picture.contact_sheet import contact_sheet
+from fabweave.picture.object_picture import irregular_marks, mesh_picture, render_shapes
 
 
 def tile(colour, size=(100, 60)):

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fabweave.errors import InputError
+from fabweave.core.colour_space import Colours
+from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.report.portrait import object_portrait, opposite_view, portrait_png
-from fabweave.report.view import View
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.picture.camera import View
+from fabweave.picture.portrait import object_portrait, opposite_view, portrait_png
+from fabweave.picture.thread_colours import thread_colours
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.weave.bunches import part_bunches
-from fabweave.weave.colours import thread_colours
-from fabweave.weave.colourspace import Colours
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 

@@ -5,20 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
+from fabweave.core.colour_space import light_of
+from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.shapes import parse_shape
-from fabweave.report.floor import floor_light, floor_points
-from fabweave.report.pictures import irregular_marks, mesh_picture, weave_picture
-from fabweave.report.render import Marks, object_frame, render_scene
-from fabweave.report.shade import facet_normals, key_shadow, narrow_places, smooth_normals
-from fabweave.report.surfaces import face_normals, polygon_triangles, ribbon_triangles
-from fabweave.report.view import View, choose_view, frame_object
-from fabweave.report.zbuffer import nearest_triangles, planes_through
-from fabweave.ribbon.export import ribbon_faces
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.model.woven_glb import ribbon_faces
+from fabweave.picture.camera import View, choose_view, frame_object
+from fabweave.picture.floor import floor_light, floor_points
+from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
+from fabweave.picture.render import Marks, object_frame, render_scene
+from fabweave.picture.shading import facet_normals, key_shadow, narrow_places, smooth_normals
+from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles
+from fabweave.picture.zbuffer import nearest_triangles, planes_through
 from fabweave.ribbon.project import project_ribbons
-from fabweave.weave.colourspace import light_of
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import trace_threads
 
@@ -92,7 +92,7 @@ def test_many_batches_show_the_same_as_one(monkeypatch):
     vertices, triangles, _, _ = polygon_triangles(mesh)
     points = frame_object(vertices, View(), SIZE).pixels(vertices)
     whole = nearest_triangles(points, triangles, width=SIZE[0], height=SIZE[1])
-    monkeypatch.setattr("fabweave.report.zbuffer._BATCH", 50)
+    monkeypatch.setattr("fabweave.picture.zbuffer._BATCH", 50)
     parts = nearest_triangles(points, triangles, width=SIZE[0], height=SIZE[1])
     assert np.array_equal(whole[0], parts[0])
     assert np.array_equal(whole[1], parts[1])

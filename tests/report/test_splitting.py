@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
-from fabweave.cli import main
-from fabweave.flat.curve import Choice
+from fabweave.cli.commands import main
+from fabweave.flat.split.length_curve import Choice
 from fabweave.report.splitting import splitting_section
 from fabweave.verify import verify_job
 

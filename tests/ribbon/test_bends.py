@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ribbon_strips import strip
 
-from fabweave.flat.waves import wave_turns
-from fabweave.ribbon.bends import measure_bends, measure_spans
+from fabweave.flat.unfold.waves import wave_turns
+from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 
 RADII = st.floats(5.0, 500.0)
 

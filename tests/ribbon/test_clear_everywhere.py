@@ -5,9 +5,9 @@ import pytest
 from clear_ribbons import laid
 from meshes_shared import known_meshes, shared_mesh
 
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.intersections import self_intersections
-from fabweave.report.ribbons import ribbon_notes
+from fabweave.mesh.io.files import read_mesh
+from fabweave.report.ribbon_report import ribbon_notes
 
 #: Those that keep clear at 400 mm; those at the size that is proposed; and those that run through
 #: themselves, where none is promised.

@@ -9,16 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import shared_mesh
 
-from fabweave.job import complete_settings
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import weave_object
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.ribbon.clearance import near_pairs
-from fabweave.ribbon.distance import apart_by, triangle_distances
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.rules.clearance import near_pairs
+from fabweave.ribbon.rules.distance import apart_by, triangle_distances
 from fabweave.ribbon.stretches import cut_stretches, steps_apart
-from fabweave.settings import JobSettings
-from fabweave.woven import weave_object
 
 COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ribbon_strips import strip
 
-from fabweave.job import complete_settings
-from fabweave.ribbon.findings import check_ribbons
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import check_object, weave_object
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.rules import Limits, measure_along
-from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits
-from fabweave.woven import check_object, weave_object
+from fabweave.ribbon.rules.ribbon_check import check_ribbons
+from fabweave.ribbon.rules.rules import measure_along
+from fabweave.stock.ribbon_limits import Limits, ribbon_limits
 
 
 def folded(angle_deg: float, at: int, width: float = 8.0) -> Ribbons:

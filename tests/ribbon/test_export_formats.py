@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 import trimesh
 
-from fabweave.errors import InputError
-from fabweave.job import complete_settings
-from fabweave.ribbon.bodies import clashing_facets, ribbon_bodies, yarn_bodies
-from fabweave.ribbon.check import ribbon_widths
-from fabweave.ribbon.formats import model_bytes, require_rhino
-from fabweave.ribbon.yarns import spin_yarns
-from fabweave.settings import JobSettings
-from fabweave.weave.colours import thread_colours
-from fabweave.woven import weave_object
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import weave_object
+from fabweave.core.errors import InputError
+from fabweave.model.bodies import clashing_facets, ribbon_bodies, yarn_bodies
+from fabweave.model.formats import model_bytes, require_rhino
+from fabweave.model.yarns import spin_yarns
+from fabweave.picture.thread_colours import thread_colours
+from fabweave.ribbon.measures import ribbon_widths
 
 FORMATS = (".glb", ".obj", ".ply", ".stl", ".3mf")
 THICKNESS = 0.8

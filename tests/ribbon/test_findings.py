@@ -8,21 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import CannotMakeError
-from fabweave.job import complete_settings
-from fabweave.report.ribbons import ribbon_notes, ribbon_report
-from fabweave.ribbon.bends import measure_bends, measure_spans
-from fabweave.ribbon.finding import Finding, sentence
-from fabweave.ribbon.findings import RibbonCheck, check_ribbons
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import WovenObject, check_object, require_stiffness, weave_object
+from fabweave.core.errors import CannotMakeError
+from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.rules import excerpt, twist_limit_deg
-from fabweave.ribbon.sizing import smallest_size
+from fabweave.ribbon.rules.bends import measure_bends, measure_spans
+from fabweave.ribbon.rules.finding import Finding, sentence
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
+from fabweave.ribbon.rules.rules import excerpt
+from fabweave.ribbon.rules.sizing import smallest_size
 from fabweave.ribbon.width import WidthRule
-from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits
-from fabweave.sheet.material import material_library, material_named
-from fabweave.sheet.supplies import Supplies
-from fabweave.woven import WovenObject, check_object, require_stiffness, weave_object
+from fabweave.stock.material import material_library, material_named
+from fabweave.stock.ribbon_limits import ribbon_limits, twist_limit_deg
+from fabweave.stock.supplies import Supplies
 
 
 def woven(mesh: str, **options) -> tuple[WovenObject, JobSettings, Supplies]:

@@ -8,19 +8,25 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from meshes_shared import shared_mesh
 
-from fabweave.job import complete_settings
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import (
+    WovenObject,
+    check_object,
+    keep_clear,
+    lay_ribbons,
+    weave_object,
+)
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes import SHAPES
-from fabweave.report.surfaces import ribbon_triangles
-from fabweave.ribbon.bends import measure_bends
+from fabweave.mesh.shapes.catalogue import SHAPES
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons, convex_quads, following_rung
-from fabweave.ribbon.rules import measure_clearance
+from fabweave.ribbon.rules.bends import measure_bends
+from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
-from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits
-from fabweave.woven import WovenObject, check_object, keep_clear, lay_ribbons, weave_object
+from fabweave.stock.ribbon_limits import ribbon_limits
 
 #: Shared meshes that have room for ribbons of card at 400 mm.
 ROOMY = (

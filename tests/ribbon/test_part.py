@@ -5,18 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.job import complete_settings
-from fabweave.ribbon.again import measure_changed, measure_pairs
-from fabweave.ribbon.clearance import near_pairs
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import lay_ribbons, weave_object
 from fabweave.ribbon.facets import cut_facets
-from fabweave.ribbon.folding import folded_pairs, run_straight
-from fabweave.ribbon.part import take_part
 from fabweave.ribbon.project import following_rung
-from fabweave.ribbon.rules import measure_clearance
+from fabweave.ribbon.rules.clearance import near_pairs
+from fabweave.ribbon.rules.clearance_update import measure_changed, measure_pairs
+from fabweave.ribbon.rules.folding import folded_pairs, run_straight
+from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.stretches import cut_stretches, ends_of_stretches, neighbours, passes_along
-from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits
-from fabweave.woven import lay_ribbons, weave_object
+from fabweave.ribbon.subweave import take_part
+from fabweave.stock.ribbon_limits import ribbon_limits
 
 #: Closed and open threads, turns, long and short rings, several components.
 MODELS = (

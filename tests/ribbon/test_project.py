@@ -10,16 +10,16 @@ from meshes_shared import shared_mesh
 from unfolding import worst_stretch
 from weaving_meshes import meshes
 
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.flat.unfold import unfold_threads
-from fabweave.mesh.files import read_mesh
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.ribbon.check import NARROWEST_MM, require_width, ribbon_widths
-from fabweave.ribbon.export import ribbon_faces
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.model.woven_glb import ribbon_faces
+from fabweave.ribbon.measures import NARROWEST_MM, require_width, ribbon_widths
 from fabweave.ribbon.project import Ribbons, local_entry, project_ribbons
 from fabweave.weave.pattern import Weave, plain_weave
 from fabweave.weave.threads import trace_threads

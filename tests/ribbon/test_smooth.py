@@ -8,15 +8,15 @@ from meshes_shared import shared_mesh
 from unfolding import worst_stretch
 from weaving_meshes import meshes
 
-from fabweave.flat.unfold import unfold_threads
-from fabweave.mesh.files import read_mesh
+from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.report.surfaces import ribbon_triangles
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.weave.pattern import plain_weave

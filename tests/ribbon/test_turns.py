@@ -9,17 +9,17 @@ from meshes_shared import shared_mesh
 from unfolding import worst_stretch
 from weaving_meshes import meshes
 
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.flat.unfold import unfold_threads
-from fabweave.mesh import grids
-from fabweave.mesh.files import read_mesh
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes import grids
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.ribbon.boundary_turns import RUNGS_A_TURN, require_no_loop, turn_rungs
 from fabweave.ribbon.project import Ribbons, project_ribbons
-from fabweave.ribbon.turns import RUNGS_A_TURN, require_no_loop, turn_rungs
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave, plain_weave
 from fabweave.weave.threads import Threads, trace_threads

@@ -7,20 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.job import complete_settings
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.split_job import plan_pieces
+from fabweave.app.woven_object import lay_ribbons, weave_object
+from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.plan import plan_pieces
-from fabweave.ribbon.check import ribbon_widths
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import project_ribbons
 from fabweave.ribbon.widest import widest_width
 from fabweave.ribbon.width import WidthRule, parse_width
-from fabweave.settings import JobSettings
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
-from fabweave.woven import lay_ribbons, weave_object
 
 
 def widths(shape: str, rule: WidthRule | float) -> np.ndarray:

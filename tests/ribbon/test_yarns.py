@@ -10,17 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.job import complete_settings
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import WovenObject, weave_object
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
-from fabweave.ribbon.bodies import Body, clashing_facets, yarn_bodies
-from fabweave.ribbon.course import draw_spines, lay_course
-from fabweave.ribbon.touching import bends_too_tightly, segment_distances, touching_points
-from fabweave.ribbon.yarns import Yarns, spin_yarns
-from fabweave.settings import JobSettings
-from fabweave.weave.colours import thread_colours
-from fabweave.woven import WovenObject, weave_object
+from fabweave.model.bodies import Body, clashing_facets, yarn_bodies
+from fabweave.model.yarn_contact import bends_too_tightly, segment_distances, touching_points
+from fabweave.model.yarn_course import draw_spines, lay_course
+from fabweave.model.yarns import Yarns, spin_yarns
+from fabweave.picture.thread_colours import thread_colours
 
 SHAPES = {
     "torus": ("torus?m=10&n=6", "plain", "end"),
@@ -192,8 +192,8 @@ def test_a_surface_that_runs_through_itself_is_refused():
 
 def woven_mesh(mesh: PolyMesh) -> WovenObject:
     from fabweave.mesh.halfedge import build_halfedges  # noqa: PLC0415 - only here
-    from fabweave.weave.labels import thread_labels  # noqa: PLC0415
     from fabweave.weave.pattern import plain_weave  # noqa: PLC0415
+    from fabweave.weave.thread_labels import thread_labels  # noqa: PLC0415
     from fabweave.weave.threads import trace_threads  # noqa: PLC0415
 
     halfedges = build_halfedges(mesh)

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from fabweave.arrays import FloatArray
+from fabweave.core.arrays import FloatArray
 
 
 def strip(

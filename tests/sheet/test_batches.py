@@ -7,19 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabweave.errors import CannotMakeError
-from fabweave.executors import processes
-from fabweave.sheet import batches
-from fabweave.sheet import nest as nesting
-from fabweave.sheet.area import area_of
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.effort import effort_named
-from fabweave.sheet.fill import NestingJob
-from fabweave.sheet.fits import fits_on
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import nest
-from fabweave.sheet.shape import shapes_of
-from fabweave.sheet.turns import FREE
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.parallel.executors import processes
+from fabweave.nest import batches, nesting
+from fabweave.nest.area import area_of
+from fabweave.nest.effort import effort_named
+from fabweave.nest.fits import fits_on
+from fabweave.nest.item_shape import shapes_of
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import nest
+from fabweave.nest.place.fill import NestingJob
+from fabweave.stock.rotations import FREE
+from fabweave.stock.sheet_size import SheetSize
 
 STOCK = [SheetSize(120, 80)]
 RULES = {"margin_mm": 3.0, "gap_mm": 1.0}

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.layout import Layout, Placement, SheetSize
+from fabweave.nest.layout import Layout, Placement
+from fabweave.nest.layout_check import check_layout
+from fabweave.stock.sheet_size import SheetSize
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 ANGLE = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 5.0], [5.0, 5.0], [5.0, 30.0], [0.0, 30.0]])

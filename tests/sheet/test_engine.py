@@ -3,10 +3,10 @@ import sys
 import numpy as np
 import pytest
 
-from fabweave.sheet.body import body_of
-from fabweave.sheet.engine import engine_is_there, packed
-from fabweave.sheet.exact import missing_mm
-from fabweave.sheet.shape import shape_of
+from fabweave.nest.engine.engine import engine_is_there, packed
+from fabweave.nest.item_shape import shape_of
+from fabweave.nest.separate.clearance_proof import missing_mm
+from fabweave.nest.separate.item_field import body_of
 
 USABLE = (90.0, 45.0)
 

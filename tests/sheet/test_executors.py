@@ -13,15 +13,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fabweave import cluster, folder
-from fabweave.cli import main
-from fabweave.cluster import cluster_at, versions
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.executors import finished, here, processes
-from fabweave.sheet import batches
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import nest
-from fabweave.workers import side_workers
+from fabweave.app import job_folder as folder
+from fabweave.cli.commands import main
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.parallel import cluster
+from fabweave.core.parallel.cluster import cluster_at, versions
+from fabweave.core.parallel.executors import finished, here, processes
+from fabweave.core.parallel.workers import side_workers
+from fabweave.nest import batches
+from fabweave.nest.nesting import nest
+from fabweave.stock.sheet_size import SheetSize
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import nest
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import nest
+from fabweave.stock.sheet_size import SheetSize
 
 
 def odd_piece(rng):

@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from fabweave.errors import InputError
-from fabweave.sheet.given import read_layout
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import nest
+from fabweave.core.errors import InputError
+from fabweave.nest.nesting import nest
+from fabweave.nest.recorded_layout import read_layout
+from fabweave.stock.sheet_size import SheetSize
 
 STOCK = [SheetSize(120, 90)]
 RULES = {"margin_mm": 5.0, "gap_mm": 2.0}

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.errors import CannotMakeError
-from fabweave.sheet import nest as nesting
-from fabweave.sheet.area import area_of
-from fabweave.sheet.barrier import barrier_of
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.effort import effort_named
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import nest
-from fabweave.sheet.turns import FREE, Turns, parse_rotations
+from fabweave.core.errors import CannotMakeError
+from fabweave.nest import nesting
+from fabweave.nest.area import area_of
+from fabweave.nest.effort import effort_named
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import nest
+from fabweave.nest.separate.obstacle import barrier_of
+from fabweave.stock.rotations import FREE, Turns, parse_rotations
+from fabweave.stock.sheet_size import SheetSize
 
 MARGIN, GAP = 4.0, 1.0
 EL = ((0.0, 0.0), (260.0, 0.0), (260.0, 70.0), (110.0, 90.0), (80.0, 180.0), (0.0, 180.0))

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.sheet.material import (
+from fabweave.core.errors import InputError
+from fabweave.stock.material import (
     hole_edge_mm,
     material_library,
     material_named,

@@ -6,11 +6,11 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.errors import CannotMakeError, InputError
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.effort import effort_named
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import fits_some_sheet, nest
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.nest.effort import effort_named
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import fits_some_sheet, nest
+from fabweave.stock.sheet_size import SheetSize
 
 
 def bar(length, width):

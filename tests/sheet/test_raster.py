@@ -5,8 +5,8 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.sheet.raster import closed_sides, filled_pixels, inflated_sides
-from fabweave.sheet.shape import rotated, shapes_of
+from fabweave.nest.item_shape import rotated, shapes_of
+from fabweave.nest.place.raster import closed_sides, filled_pixels, inflated_sides
 
 
 def star(seed, count):

@@ -1,18 +1,18 @@
 import numpy as np
 import pytest
 
-from fabweave.sheet import improve
-from fabweave.sheet import nest as nesting
-from fabweave.sheet.area import area_of
-from fabweave.sheet.body import body_of
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.exact import missing_mm
-from fabweave.sheet.finder import Finder
-from fabweave.sheet.improve import Ground
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.nest import nest
-from fabweave.sheet.shape import shape_of
-from fabweave.sheet.turns import FREE
+from fabweave.nest import nesting
+from fabweave.nest.area import area_of
+from fabweave.nest.item_shape import shape_of
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import nest
+from fabweave.nest.place.coarse_search import Finder
+from fabweave.nest.separate import emptying as improve
+from fabweave.nest.separate.clearance_proof import missing_mm
+from fabweave.nest.separate.emptying import Ground
+from fabweave.nest.separate.item_field import body_of
+from fabweave.stock.rotations import FREE
+from fabweave.stock.sheet_size import SheetSize
 
 
 def strips(piece_sets, count, seed):

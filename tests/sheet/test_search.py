@@ -6,10 +6,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.sheet.area import Area
-from fabweave.sheet.effort import effort_named
-from fabweave.sheet.search import SheetPixels, grid_of, kernels_of
-from fabweave.sheet.shape import shape_of
+from fabweave.nest.area import Area
+from fabweave.nest.effort import effort_named
+from fabweave.nest.item_shape import shape_of
+from fabweave.nest.place.search import SheetPixels, grid_of, kernels_of
 
 SHEET = (160.0, 120.0)
 

@@ -6,11 +6,11 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.sheet.body import body_of
-from fabweave.sheet.crowd import crowd_of, distances, near_pairs, stand_at
-from fabweave.sheet.exact import missing_mm
-from fabweave.sheet.settle import settle
-from fabweave.sheet.shape import rotated, shape_of
+from fabweave.nest.item_shape import rotated, shape_of
+from fabweave.nest.separate.clearance_proof import missing_mm
+from fabweave.nest.separate.item_field import body_of
+from fabweave.nest.separate.overlap import crowd_of, distances, near_pairs, stand_at
+from fabweave.nest.separate.separation import settle
 
 GAP = 2.0
 

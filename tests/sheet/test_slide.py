@@ -8,10 +8,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.sheet.area import Area
-from fabweave.sheet.shape import Spot, rotated
-from fabweave.sheet.slide import Standing, slid
-from fabweave.sheet.turns import Turns
+from fabweave.nest.area import Area
+from fabweave.nest.item_shape import Spot, rotated
+from fabweave.nest.place.slide import Standing, slid
+from fabweave.stock.rotations import Turns
 
 BAR = np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 8.0], [0.0, 8.0]])
 GAP = 2.0

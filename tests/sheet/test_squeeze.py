@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from fabweave.sheet import squeeze
-from fabweave.sheet.area import area_of
-from fabweave.sheet.arrangement import NOWHERE, Arrangement
-from fabweave.sheet.barrier import barrier_of
-from fabweave.sheet.body import body_of
-from fabweave.sheet.exact import missing_mm
-from fabweave.sheet.finder import Finder
-from fabweave.sheet.improve import Ground
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.shape import shape_of
-from fabweave.sheet.turns import FREE
+from fabweave.nest.area import area_of
+from fabweave.nest.engine import squeeze
+from fabweave.nest.item_shape import shape_of
+from fabweave.nest.place.coarse_search import Finder
+from fabweave.nest.separate.arrangement import NOWHERE, Arrangement
+from fabweave.nest.separate.clearance_proof import missing_mm
+from fabweave.nest.separate.emptying import Ground
+from fabweave.nest.separate.item_field import body_of
+from fabweave.nest.separate.obstacle import barrier_of
+from fabweave.stock.rotations import FREE
+from fabweave.stock.sheet_size import SheetSize
 
 GAP = 2.0
 ASK = {"tries": 3, "seconds": 1, "seed": 4}

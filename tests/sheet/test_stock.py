@@ -2,9 +2,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.stock import check_stock, format_stock, parse_stock, usable_size
+from fabweave.core.errors import InputError
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.sheet_text import check_stock, format_stock, parse_stock, usable_size
 
 
 @pytest.mark.parametrize(

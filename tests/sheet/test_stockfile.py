@@ -14,11 +14,11 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.sheet.layout import SheetSize
-from fabweave.sheet.outline_file import read_outline
-from fabweave.sheet.stock import stock_for, stock_table
-from fabweave.sheet.stockfile import read_stock, stock_of
+from fabweave.core.errors import InputError
+from fabweave.stock.outline_file import read_outline
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.sheet_text import stock_for, stock_table
+from fabweave.stock.stock_file import read_stock, stock_of
 
 LIST = """
 [[sheet]]

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.errors import CannotMakeError
-from fabweave.sheet.area import Area, clear_rectangle
-from fabweave.sheet.check import check_layout
-from fabweave.sheet.layout import Layout, Placement, SheetSize
-from fabweave.sheet.nest import nest
-from fabweave.sheet.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
-from fabweave.sheet.rectangle import largest_rectangle
-from fabweave.sheet.turns import parse_rotations
+from fabweave.core.errors import CannotMakeError
+from fabweave.nest.area import Area, clear_rectangle
+from fabweave.nest.layout import Layout, Placement
+from fabweave.nest.layout_check import check_layout
+from fabweave.nest.nesting import nest
+from fabweave.nest.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
+from fabweave.nest.place.rectangle import largest_rectangle
+from fabweave.stock.rotations import parse_rotations
+from fabweave.stock.sheet_size import SheetSize
 
 
 def bar(length, width):

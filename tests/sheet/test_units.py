@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.units import format_length, parse_length
+from fabweave.core.errors import InputError
+from fabweave.core.units import format_length, parse_length
 
 UNITS = {"": 1, "mm": 1, "cm": 10, "m": 1000, "in": 25.4, '"': 25.4, "ft": 304.8, "'": 304.8}
 

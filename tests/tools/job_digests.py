@@ -43,7 +43,7 @@ JOBS = {
     "dovetail": "make shape:octahedron --size 300mm --joint dovetail --effort quick -o OUT/job",
     "slot": "make shape:octahedron --size 300mm --joint slot --effort quick -o OUT/job",
     "butt": "make shape:icosahedron --size 300mm --joint none --effort quick --up y -o OUT/job",
-    "remeshed": "make OUT/made.obj --size 300mm --remesh quads:60 --effort quick -o OUT/job",
+    "remeshed": "make shape:icosahedron --size 300mm --remesh quads:60 --effort quick -o OUT/job",
     "glb": "model shape:octahedron --size 100mm --pattern triaxial -o OUT/model.glb",
     "yarn": "model shape:octahedron --size 100mm --yarn -o OUT/model.stl",
     "picture": "model shape:tube --size 100mm --view -60,30 --view 95,52 -o OUT/model.png",
@@ -54,33 +54,28 @@ JOBS = {
     "shapes": "shapes --png OUT/shapes.png",
     "materials": "materials",
 }
-#: What a job starts from, where that is no built-in shape.
-BEFORE = {"remeshed": "model shape:sphere?n=3 --size 300mm --yarn -o OUT/made.obj"}
+
+
+def digest(content: bytes, folder: str) -> str:
+    """Return a short digest of a file, whatever folder it was made in and is named in it."""
+    return hashlib.sha256(content.replace(folder.encode(), b"OUT")).hexdigest()[:16]
 
 
 def run(name: str) -> list[str]:
     """Run one job and return a line for each file, and for what was printed."""
     with tempfile.TemporaryDirectory() as folder:
-        printed = b""
-        for words in (BEFORE.get(name), JOBS[name]):
-            if words is not None:
-                command = words.replace("OUT", folder).split()
-                done = subprocess.run(
-                    [sys.executable, "-m", "fabweave", *command], capture_output=True, check=False
-                )
-                printed += done.stdout + done.stderr + str(done.returncode).encode()
+        words = JOBS[name].replace("OUT", folder).split()
+        done = subprocess.run(
+            [sys.executable, "-m", "fabweave", *words], capture_output=True, check=False
+        )
         here = Path(folder)
         contents = {
             str(path.relative_to(here)): path.read_bytes()
             for path in sorted(here.rglob("*"))
             if path.is_file()
         }
-        contents["(printed)"] = printed
-        # The temporary folder's own name may stand in messages and settings.
-        return [
-            f"{hashlib.sha256(text.replace(folder.encode(), b'OUT')).hexdigest()[:16]} {name}/{file}"
-            for file, text in contents.items()
-        ]
+        contents["(printed)"] = done.stdout + done.stderr + str(done.returncode).encode()
+        return [f"{digest(text, folder)} {name}/{file}" for file, text in contents.items()]
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabweave.verify.drawing import ReadError
-from fabweave.verify.read_code import read_code
+from fabweave.verify.read.qr_code import read_code
 
 
 def dots_of(text, **options):

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sheets
 
 from fabweave.verify import verify_job
-from fabweave.verify.arcs import CHORDS_MM, along, arc_lengths, ring_area, ring_length
 from fabweave.verify.drawing import ReadError
-from fabweave.verify.read_dxf import read_dxf
-from fabweave.verify.read_svg import read_svg
-from fabweave.verify.svg_paths import path_runs
+from fabweave.verify.measure.arcs import CHORDS_MM, along, arc_lengths, ring_area, ring_length
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.svg import read_svg
+from fabweave.verify.read.svg_paths import path_runs
 
 
 def told(folder):

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from verify_writers import glb_bytes
 
-from fabweave.job import complete_settings
-from fabweave.report.ribbons import ribbon_report
-from fabweave.ribbon.export import woven_glb
-from fabweave.ribbon.finding import finding_record
-from fabweave.settings import JobSettings
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import check_object, weave_object
+from fabweave.model.woven_glb import woven_glb
+from fabweave.picture.thread_colours import thread_colours
+from fabweave.report.ribbon_report import ribbon_report
+from fabweave.ribbon.rules.finding import finding_record
 from fabweave.verify import verify_job
-from fabweave.verify.bending import measure_bending
-from fabweave.verify.check_bends import check_bends
-from fabweave.verify.check_ribbons import measure_strip
-from fabweave.verify.loading import load_job
-from fabweave.verify.read_glb import read_glb
+from fabweave.verify.checks.bends import check_bends
+from fabweave.verify.checks.ribbons import measure_strip
+from fabweave.verify.measure.bending import measure_bending
+from fabweave.verify.read.glb import read_glb
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
-from fabweave.weave.colours import thread_colours
-from fabweave.woven import check_object, weave_object
 
 FIGURES = ("bend_mm", "modelled_bend_mm", "fold_deg", "crease_deg", "twist_deg")
 

@@ -11,19 +11,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from verify_writers import LIMITS, glb_bytes
 
-from fabweave.job import complete_settings
-from fabweave.ribbon.export import woven_glb
-from fabweave.ribbon.rules import measure_clearance
-from fabweave.settings import JobSettings
-from fabweave.sheet.limits import ribbon_limits
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import weave_object
+from fabweave.model.woven_glb import woven_glb
+from fabweave.picture.thread_colours import thread_colours
+from fabweave.ribbon.rules.rules import measure_clearance
+from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.verify import verify_job
-from fabweave.verify.gaps import triangle_gaps
-from fabweave.verify.loading import load_job
-from fabweave.verify.nearness import cut_steps, near_parts
-from fabweave.verify.read_glb import read_glb
+from fabweave.verify.measure.gaps import triangle_gaps
+from fabweave.verify.measure.nearness import cut_steps, near_parts
+from fabweave.verify.read.glb import read_glb
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
-from fabweave.weave.colours import thread_colours
-from fabweave.woven import weave_object
 
 COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabweave.cut.bridges import MicroJoints
+from fabweave.app.job_folder import run_job
+from fabweave.app.settings import JobSettings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.dxf import write_dxf
-from fabweave.cut.ready import ready_sheets
-from fabweave.cut.svg import write_svg
-from fabweave.cut.template import write_template
-from fabweave.folder import run_job
-from fabweave.settings import JobSettings
+from fabweave.cut.kerfed_sheets import ready_sheets
+from fabweave.cut.micro_joints import MicroJoints
+from fabweave.cut.write.dxf import write_dxf
+from fabweave.cut.write.svg import write_svg
+from fabweave.cut.write.template import write_template
 from fabweave.verify import verify_job
 
 SETTINGS = JobSettings(

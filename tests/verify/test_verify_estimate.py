@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from fabweave.report.estimate import PIERCE_S, estimate_record, estimate_section
-from fabweave.sheet.material import material_named
-from fabweave.verify.check_estimate import check_estimate
-from fabweave.verify.loading import load_job
+from fabweave.stock.material import material_named
+from fabweave.verify.checks.estimate import check_estimate
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 CARD, SHIM = material_named("card"), material_named("spring-shim-0.1")

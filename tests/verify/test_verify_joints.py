@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.flat import interlock, joints
-from fabweave.job import make_job
-from fabweave.job_files import write_job
-from fabweave.settings import JobSettings
-from fabweave.sheet.layout import SheetSize
-from fabweave.verify.check_bom import check_bom
-from fabweave.verify.check_joints import check_joints
-from fabweave.verify.check_pieces import check_crossing_holes
-from fabweave.verify.check_unfolding import check_unfolding
-from fabweave.verify.loading import load_job
+from fabweave.app.job_files import write_job
+from fabweave.app.pipeline import make_job
+from fabweave.app.settings import JobSettings
+from fabweave.flat.joint import interlock
+from fabweave.flat.joint import planning as joints
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.verify.checks.bill import check_bom
+from fabweave.verify.checks.joints import check_joints
+from fabweave.verify.checks.pieces import check_crossing_holes
+from fabweave.verify.checks.unfolding import check_unfolding
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 CHECKS = {
@@ -44,7 +45,10 @@ KINDS = {
 
 def write(folder, **options):
     # Joints are in no picture, and the manual takes longer than all else.
-    with mock.patch("fabweave.job.portrait_png"), mock.patch("fabweave.job_files.write_manual"):
+    with (
+        mock.patch("fabweave.app.pipeline.portrait_png"),
+        mock.patch("fabweave.app.job_files.write_manual"),
+    ):
         job = replace(make_job(replace(BASE, **options)), portrait=lambda: b"")
         write_job(job, folder)
 

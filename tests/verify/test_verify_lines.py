@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fabweave.verify.check_lines import check_lines
-from fabweave.verify.loading import load_job
-from fabweave.verify.read_dxf import read_dxf
+from fabweave.verify.checks.lines import check_lines
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 

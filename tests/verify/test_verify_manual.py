@@ -8,7 +8,7 @@ import pytest
 from verify_writers import write_manual
 
 from fabweave.verify import verify_job
-from fabweave.verify.read_pdf import read_texts
+from fabweave.verify.read.pdf import read_texts
 
 
 def failed(folder):

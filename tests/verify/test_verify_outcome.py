@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from fabweave.folder import run_job
-from fabweave.settings import JobSettings
+from fabweave.app.job_folder import run_job
+from fabweave.app.settings import JobSettings
 from fabweave.verify import verify_job
-from fabweave.verify.check_outcome import check_outcome
-from fabweave.verify.loading import load_job
+from fabweave.verify.checks.outcome import check_outcome
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 

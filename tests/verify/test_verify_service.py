@@ -9,9 +9,9 @@ import shutil
 import ezdxf
 import pytest
 
-from fabweave.cli import main
-from fabweave.verify.check_service import check_service
-from fabweave.verify.loading import load_job
+from fabweave.cli.commands import main
+from fabweave.verify.checks.service import check_service
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 

@@ -7,8 +7,8 @@ from verify_writers import dxf_text, sheet_shapes, svg_text, write_sheets
 
 from fabweave.verify import verify_job
 from fabweave.verify.drawing import ReadError, length_of, traced
-from fabweave.verify.read_dxf import read_dxf
-from fabweave.verify.read_svg import read_svg
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.svg import read_svg
 
 # --- shapes -------------------------------------------------------------------------------------
 

@@ -9,13 +9,13 @@ from types import SimpleNamespace
 import pytest
 import shapely
 
-from fabweave.cli import main
+from fabweave.cli.commands import main
 from fabweave.verify import verify_job
-from fabweave.verify.check_offcuts import check_offcuts
-from fabweave.verify.check_sheets import check_areas, check_sheets
-from fabweave.verify.check_stock import check_stock
-from fabweave.verify.loading import load_job
-from fabweave.verify.read_map import read_crossing_map
+from fabweave.verify.checks.offcuts import check_offcuts
+from fabweave.verify.checks.sheets import check_areas, check_sheets
+from fabweave.verify.checks.stock import check_stock
+from fabweave.verify.read.crossing_map import read_crossing_map
+from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 FIRST = """

@@ -8,10 +8,10 @@ from verify_specimen import make_specimen, octahedron, saddle
 from verify_writers import write_job, write_mesh
 
 from fabweave.verify import verify_job
-from fabweave.verify.read_glb import Strip
+from fabweave.verify.measure.turning import Turn, check_turns, turns_after
+from fabweave.verify.measure.walks import Pass, read_obj, trace_walks
+from fabweave.verify.read.glb import Strip
 from fabweave.verify.report import Tally
-from fabweave.verify.turning import Turn, check_turns, turns_after
-from fabweave.verify.walks import Pass, read_obj, trace_walks
 
 
 def failed(specimen, folder):

@@ -7,7 +7,7 @@ import pytest
 from verify_writers import POLICY, rounded, write_viewer
 
 from fabweave.verify import verify_job
-from fabweave.verify.read_viewer import POLICY as WANTED
+from fabweave.verify.read.viewer import POLICY as WANTED
 
 
 def failed(folder):

@@ -15,9 +15,9 @@ import numpy as np
 import shapely
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
-from fabweave.verify.bending import measure_bending
-from fabweave.verify.check_ribbons import measure_strip
-from fabweave.verify.read_glb import read_glb
+from fabweave.verify.checks.ribbons import measure_strip
+from fabweave.verify.measure.bending import measure_bending
+from fabweave.verify.read.glb import read_glb
 
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from meshes_shared import shared_mesh
 from weaving_meshes import meshes
 
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.bunches import find_bunches, part_bunches
-from fabweave.weave.colouring import colour_graph, find_clique
+from fabweave.weave.graph_colouring import colour_graph, find_clique
 from fabweave.weave.threads import Threads, trace_threads
 
 

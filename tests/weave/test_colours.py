@@ -5,15 +5,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.errors import InputError
-from fabweave.weave.colours import STRATEGIES, colour_differences, safe_palette, thread_colours
-from fabweave.weave.colourspace import (
+from fabweave.core.colour_space import (
     COLOUR_BLINDNESS,
     as_seen_with,
     bytes_of,
     light_of,
     light_of_hue,
     oklab_of,
+)
+from fabweave.core.errors import InputError
+from fabweave.picture.thread_colours import (
+    STRATEGIES,
+    colour_differences,
+    safe_palette,
+    thread_colours,
 )
 
 _VIEWS = (None, *COLOUR_BLINDNESS)

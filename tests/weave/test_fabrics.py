@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 from strategies import merged, shuffled
 from weaving_meshes import meshes
 
-from fabweave.errors import InputError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.weave.conditions import count_broken, twill_conditions
-from fabweave.weave.decide import decide_twill
-from fabweave.weave.fabrics import FabricWeave, weave_fabric
-from fabweave.weave.labelling import Labelling, label_body, sort_crossings
-from fabweave.weave.labels import thread_labels
+from fabweave.mesh.shapes import grids, solids
+from fabweave.weave.fabric.fabrics import FabricWeave, weave_fabric
+from fabweave.weave.fabric.labelling import Labelling, label_body, sort_crossings
+from fabweave.weave.fabric.repeat import Fabric, broken_floats, parse_fabric
+from fabweave.weave.fabric.warp_and_weft import part_strands
 from fabweave.weave.pattern import over_of_passes, plain_weave
-from fabweave.weave.repeat import Fabric, broken_floats, parse_fabric
-from fabweave.weave.strands import part_strands
+from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
 
 FABRICS = ("2/1", "1/2", "2/2", "3/1", "1/3", "2/2/2", "3/2", "4/1", "satin:5/2", "sateen:5/2",
            "3/3", "3/3/3", "4/2/2", "satin:8/3")  # fmt: skip

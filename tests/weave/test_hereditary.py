@@ -22,16 +22,16 @@ from meshes_shared import shared_mesh
 from strategies import shuffled
 from weaving_meshes import meshes
 
-from fabweave.mesh import grids, solids
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.loop import mid_edge, mid_edge_twist
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.refine import parse_refinements, refine_mesh
-from fabweave.weave.conditions import count_broken, twill_conditions
-from fabweave.weave.decide import decide_twill
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.subdivide.loop import mid_edge, mid_edge_twist
+from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.weave.threads import trace_threads
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
 
 BIAXIAL = ("catmull-clark", "doo-sabin", "simplest:2")
 

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import SOLIDS, merged
 
-from fabweave.errors import CannotMakeError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes import parse_shape
-from fabweave.weave.link import PlanarDiagram, genus_of_bodies, pd_text, planar_diagram
-from fabweave.weave.rotation import TwistedThreads, trace_twisted
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.weave.knot.link import PlanarDiagram, genus_of_bodies, pd_text, planar_diagram
+from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
 
 
 def knot_package():

@@ -8,10 +8,10 @@ from weaving_meshes import meshes
 
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.bunches import part_bunches, thread_graph
-from fabweave.weave.labels import ALPHABET, thread_labels
 from fabweave.weave.pattern import over_of_passes, plain_weave
+from fabweave.weave.thread_labels import ALPHABET, thread_labels
 from fabweave.weave.threads import trace_threads
 
 

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from strategies import SOLIDS
 from weaving_meshes import meshes
 
-from fabweave.errors import InputError
-from fabweave.mesh import grids, solids
+from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.weave.gauss import extended_gauss_code, gauss_code, gauss_text
+from fabweave.mesh.shapes import grids, solids
+from fabweave.weave.knot.gauss import extended_gauss_code, gauss_code, gauss_text
+from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted, twisted_successor
 from fabweave.weave.pattern import over_of_passes
-from fabweave.weave.rotation import TwistedThreads, trace_twisted, twisted_successor
 from fabweave.weave.threads import trace_threads
 
 

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from meshes_shared import mesh_params
 from weaving_meshes import meshes
 
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.shapes import parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.threads import Threads, trace_threads
 
 

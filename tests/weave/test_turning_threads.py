@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from meshes_shared import mesh_params
 from weaving_meshes import meshes
 
-from fabweave.mesh import grids
-from fabweave.mesh.files import read_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.shapes import grids
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import Threads, trace_threads
 

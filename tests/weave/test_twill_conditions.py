@@ -10,15 +10,15 @@ from strategies import merged, shuffled
 from twill_oracle import brute_force, conditions_of, real_mesh, refined, small_meshes
 from weaving_meshes import meshes
 
-from fabweave.mesh import grids, solids
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.weave.conditions import Broken, TwillConditions, count_broken, twill_conditions
-from fabweave.weave.decide import Decision, decide_twill, proves
-from fabweave.weave.labels import thread_labels
-from fabweave.weave.obstruction import explain
+from fabweave.mesh.shapes import grids, solids
 from fabweave.weave.pattern import over_of_passes
+from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken, twill_conditions
+from fabweave.weave.twill.decide import Decision, decide_twill, proves
+from fabweave.weave.twill.obstruction import explain
 
 
 @pytest.mark.parametrize(

@@ -7,18 +7,18 @@ from hypothesis import strategies as st
 from twill_oracle import brute_force, conditions_of, real_mesh, refined, small_meshes
 from weaving_meshes import meshes
 
-from fabweave.mesh import grids, solids
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.weave.anneal import N_COPIES, couple, pack, random_copies, scores, sweep, unpack
-from fabweave.weave.bound import irregular_seeds, prove_bound
+from fabweave.mesh.shapes import grids, solids
 from fabweave.weave.bunches import part_bunches
-from fabweave.weave.conditions import count_broken, twill_conditions
-from fabweave.weave.crossover import cross, score
-from fabweave.weave.decide import decide_twill
-from fabweave.weave.optimise import optimise_twill
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.voting import RULES, best_vote
+from fabweave.weave.twill.anneal import N_COPIES, couple, pack, random_copies, scores, sweep, unpack
+from fabweave.weave.twill.bound import irregular_seeds, prove_bound
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.crossover import cross, score
+from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.optimise import optimise_twill
+from fabweave.weave.twill.voting import RULES, best_vote
 
 
 def vote_of(mesh: PolyMesh):

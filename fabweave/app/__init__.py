@@ -1,0 +1,1 @@
+"""Run jobs: settings, the pipeline from mesh to proof, and the folder that it leaves."""

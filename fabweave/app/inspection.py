@@ -1,0 +1,288 @@
+"""Tell what a mesh is and what can be woven on it, before anything is decided."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fabweave.app.joined_object import check_made, hole_rules
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.refinement_remedy import try_refinement
+from fabweave.app.settings import JobSettings
+from fabweave.app.split_job import plan_pieces
+from fabweave.app.woven_object import (
+    WovenObject,
+    keep_clear,
+    require_stiffness,
+    weave_object,
+    width_notes,
+)
+from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.irregular import find_irregular, interior_valences
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
+from fabweave.ribbon.boundary_turns import require_no_loop
+from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
+from fabweave.stock.sheet_text import format_stock
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import find_bunches, thread_graph
+from fabweave.weave.fabric.fabrics import weave_fabric
+from fabweave.weave.fabric.repeat import parse_fabric
+from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.bound import irregular_seeds, prove_bound
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.obstruction import explain
+from fabweave.weave.twill.voting import best_vote
+
+#: Refinements that may turn a mesh into one with an exact twill.
+_REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "sqrt3:1", "loop:1")
+#: Fabrics that are tried.
+_FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
+#: Larger meshes are not refined on trial, nor voted on.
+_MOST_REFINED = 60_000
+_MOST_VOTED = 30_000
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """What is known about a mesh.
+
+    Parameters
+    ----------
+    object : WovenObject
+        The mesh, woven as asked.
+    facts : dict
+        Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
+        ``fabrics``, ``ribbons``, ``pieces``, ``checks`` and
+        ``notes``.
+    """
+
+    object: WovenObject
+    facts: dict[str, Any]
+
+
+def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Inspection:
+    """Find out what a maker needs to know before deciding how to weave a mesh.
+
+    Parameters
+    ----------
+    settings : JobSettings
+        The mesh, its size, and how it would be woven.
+    progress : callable
+        Told what is being done.
+
+    Returns
+    -------
+    Inspection
+
+    Raises
+    ------
+    InputError, CannotMakeError
+        If the mesh cannot be woven at all.
+    """
+    settings, supplies = complete_settings(settings)
+    thing = weave_object(settings, supplies, progress)
+    thing, pieces = _planned(thing, settings, supplies, progress)
+    progress("checks", 0, 1)
+    check = try_refinement(check_made(thing, settings, supplies), thing, settings, supplies)
+    mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
+    threads = thing.weave.threads
+    progress("twill", 0, 1)
+    facts = {
+        "mesh": _mesh_facts(mesh, halfedges),
+        "threads": _thread_facts(threads, thing.labels, thread_lengths(thing.ribbons)),
+        "bunches": _bunch_facts(threads),
+        "twill": _twill_facts(thing, settings, progress),
+        "fabrics": _fabric_facts(halfedges, threads, thing.labels),
+        "ribbons": _spread(ribbon_widths(thing.ribbons)),
+        "pieces": pieces,
+        "checks": {
+            **ribbon_report(check, thing.ribbons, thing.labels),
+            "notes": [*width_notes(thing, settings, supplies), *ribbon_notes(check)],
+        },
+        "notes": [*thing.woven.notes, *thing.chosen.notes],
+    }
+    return Inspection(thing, facts)
+
+
+def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
+    """Return sizes, topology and regularity."""
+    report = check_mesh(mesh)
+    first = halfedges.edge_halfedge
+    ends = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
+    _, valences = interior_valences(halfedges)
+    irregular = find_irregular(mesh)
+    return {
+        "vertices": report.n_vertices,
+        "edges": report.n_edges,
+        "faces": report.n_faces,
+        "face_sizes": {str(size): number for size, number in report.face_sizes},
+        "valences": {str(k): int(n) for k, n in sorted(Counter(valences.tolist()).items())},
+        "components": report.n_components,
+        "boundary_loops": report.n_boundary_loops,
+        "genus": report.genus,
+        "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
+        "edge_mm": _spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
+        "irregular_vertices": len(irregular),
+        "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
+    }
+
+
+def _thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray) -> dict[str, Any]:
+    """Return how many threads there are and how long; the longest by name."""
+    longest = np.argsort(-threads.lengths, kind="stable")[:8]
+    return {
+        "count": threads.n_threads,
+        "closed": int(np.count_nonzero(threads.closed)),
+        "crossings": threads.n_crossings,
+        "crossing_themselves": int(np.count_nonzero(thread_graph(threads).diagonal())),
+        "passes": _spread(threads.lengths),
+        "length_mm": _spread(length_mm),
+        "total_mm": round(float(length_mm.sum()), 1),
+        "longest": [
+            {
+                "label": labels[number],
+                "passes": int(threads.lengths[number]),
+                "length_mm": round(float(length_mm[number]), 1),
+            }
+            for number in longest.tolist()
+        ],
+    }
+
+
+def _bunch_facts(threads: Threads) -> dict[str, Any]:
+    """Return how many bunches there are."""
+    bunches = find_bunches(threads)
+    return {
+        "count": bunches.n_bunches,
+        "fewest": bunches.fewest,
+        "warp_and_weft": bunches.warp_and_weft,
+    }
+
+
+def _twill_facts(thing: WovenObject, settings: JobSettings, progress: Progress) -> dict[str, Any]:
+    """Decide the 2/2 twill, here and after changes of the mesh."""
+    halfedges, threads, twill = thing.woven.halfedges, thing.weave.threads, thing.chosen.twill
+    conditions = twill_conditions(halfedges, threads)
+    facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
+    if twill is not None:
+        # The weave was to be a twill, so all this is known already.
+        reason, voted, bound = twill.obstruction, twill.voted, twill.bound
+    else:
+        decision = decide_twill(conditions)
+        reason, voted, bound = None, None, None
+        if not decision.twillable:
+            reason = explain(halfedges, threads, conditions, decision, thing.labels)
+            if threads.n_crossings <= _MOST_VOTED:
+                progress("voting", 0, 1)
+                voted = best_vote(conditions, threads, thing.bunches).broken
+                seeds = irregular_seeds(halfedges, threads)
+                bound = prove_bound(couple(conditions), seeds, progress=progress)
+    if reason is None:
+        return facts
+    facts |= {"exact": False, "because": reason.text}
+    if voted is not None and bound is not None:
+        facts["voting_breaks"] = voted.total
+        # What is not twillable breaks one condition at least.
+        facts["at_least_broken"] = max(bound.least, 1)
+    if twill is not None:
+        facts["broken"] = twill.weave.broken.total
+    facts["exact_after"] = _exact_after(thing.woven.mesh, settings, progress)
+    return facts
+
+
+def _exact_after(mesh: PolyMesh, settings: JobSettings, progress: Progress) -> list[dict[str, Any]]:
+    """Return the options that would give the mesh an exact twill, and how large it is then."""
+    if build_halfedges(mesh).n_edges > _MOST_REFINED:
+        return []
+    found = []
+    for number, text in enumerate(("", *_REFINEMENTS)):
+        progress("refinements", number, len(_REFINEMENTS) + 1)
+        if text:
+            option = f"refine {settings.refine},{text}" if settings.refine else f"refine {text}"
+        else:
+            option = "remesh quads"
+        try:
+            changed = (
+                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings)
+            )
+            halfedges = build_halfedges(changed)
+        except FabweaveError:
+            continue  # a scheme that cannot hold this mesh is no advice
+        threads = trace_threads(halfedges, turn=settings.boundary == "turn")
+        if decide_twill(twill_conditions(halfedges, threads)).twillable:
+            found.append(
+                {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
+            )
+    return found
+
+
+def _paired(mesh: PolyMesh, settings: JobSettings) -> PolyMesh:
+    """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
+
+    Raises
+    ------
+    CannotMakeError
+        If it would do something else.
+    """
+    first = not settings.remesh and not settings.refine
+    pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
+    paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
+    if paired is mesh or (paired.face_sizes != 4).any():
+        raise CannotMakeError("the mesh is not made of split quads")
+    return paired
+
+
+def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> dict[str, Any]:
+    """Try the usual fabrics."""
+    exact, reasons = [], {}
+    for text in _FABRICS:
+        result = weave_fabric(halfedges, threads, parse_fabric(text), labels=labels)
+        if result.weave is not None:
+            exact.append(text)
+        elif result.obstruction is not None:
+            reasons[text] = result.obstruction.text
+    return {"exact": exact, "because": reasons}
+
+
+def _planned(
+    thing: WovenObject, settings: JobSettings, supplies: Supplies, progress: Progress
+) -> tuple[WovenObject, dict[str, Any]]:
+    """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
+    progress("pieces", 0, 1)
+    threads, sheets = thing.weave.threads, [format_stock(sheet) for sheet in settings.sheets]
+    try:
+        require_width(thing.ribbons, thing.labels, thing.size_mm)
+        require_no_loop(threads, thing.woven.halfedges)
+        require_stiffness(thing, settings, supplies)
+        rules = hole_rules(settings, supplies)
+        plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
+        thing = keep_clear(thing, settings, supplies, plan.runs.laps(threads))
+    except FabweaveError as error:
+        return thing, {"count": None, "because": str(error), "sheets": sheets}
+    return thing, {
+        "count": len(plan.runs.thread),
+        "sheets": sheets,
+        "max_length_mm": round(plan.length_mm, 1),
+        "choices": [choice.record() for choice in plan.choices],
+    }
+
+
+def _spread(values: FloatArray | IntArray) -> dict[str, float]:
+    """Return the least, the middle and the greatest of some values."""
+    if not len(values):
+        return {"least": 0.0, "median": 0.0, "greatest": 0.0}
+    return {
+        "least": round(float(values.min()), 3),
+        "median": round(float(np.median(values)), 3),
+        "greatest": round(float(values.max()), 3),
+    }

@@ -1,0 +1,62 @@
+"""Draw what was found out about a mesh, and write its weave for knot theory."""
+
+import numpy as np
+from PIL import Image
+
+from fabweave.app.inspection import Inspection
+from fabweave.core.messages import agree
+from fabweave.picture.contact_sheet import contact_sheet
+from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
+from fabweave.picture.thread_colours import Strategy, thread_colours
+from fabweave.weave.knot.gauss import gauss_text
+from fabweave.weave.knot.link import pd_text, planar_diagram
+from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
+
+
+def inspection_picture(found: Inspection, colours: Strategy) -> Image.Image:
+    """Return the mesh with its irregular vertices marked, beside the woven object."""
+    thing = found.object
+    mesh, threads = thing.woven.mesh, thing.weave.threads
+    marks, broken = irregular_marks(mesh), thing.weave.broken.total
+    tiles = [
+        mesh_picture(mesh, marks=marks),
+        weave_picture(thing.ribbons, thread_colours(thing.bunches, colours)),
+    ]
+    captions = [
+        f"{thing.woven.title}\n{agree(mesh.n_faces, '{n} [face|faces]')}, "
+        + (
+            agree(len(marks.points), "{n} irregular [vertex|vertices] marked")
+            if marks.points.size
+            else "no irregular vertices"
+        ),
+        f"{thing.weave.pattern}\n{agree(threads.n_threads, '{n} thread[|s]')}, "
+        f"{agree(threads.n_crossings, '{n} crossing[|s]')}, "
+        + ("exact" if thing.weave.exact else agree(broken, "{n} broken condition[|s]")),
+    ]
+    return contact_sheet(tiles, captions, columns=2)
+
+
+def inspection_link(found: Inspection) -> str:
+    """Return the link of the weave as a planar diagram code.
+
+    Raises
+    ------
+    CannotMakeError
+        If the mesh is open or has handles.
+    """
+    return pd_text(planar_diagram(found.object.woven.halfedges, _twisted(found))) + "\n"
+
+
+def inspection_gauss(found: Inspection) -> str:
+    """Return the signed Gauss code of the weave, a line a thread, for a mesh of any genus."""
+    return gauss_text(_twisted(found))
+
+
+def _twisted(found: Inspection) -> TwistedThreads:
+    """Return the threads as a link program sees them: every crossing a half-twist of its edge."""
+    halfedges, weave = found.object.woven.halfedges, found.object.weave
+    threads = weave.threads
+    half_twists = np.zeros(halfedges.n_edges, dtype=np.int64)
+    edge = halfedges.edge[threads.crossing_halfedge]
+    half_twists[edge] = np.where(weave.twist, 1, -1)
+    return trace_twisted(halfedges, half_twists, turn=len(threads.turn_pass) > 0)

@@ -1,0 +1,137 @@
+"""Say in words what was found out about a mesh."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fabweave.core.messages import agree
+
+#: Topics of the job's own notes that the facts say better.
+_SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
+
+
+def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what was found as topics and sentences.
+
+    Parameters
+    ----------
+    facts : mapping
+        As ``inspect_mesh`` finds them.
+
+    Returns
+    -------
+    list of (topic, sentence)
+        In the order in which a person reads; a line without a topic goes on with the one above.
+    """
+    notes = [_topic(note) for note in facts["notes"] if not note.startswith(_SAID_OTHERWISE)]
+    return [
+        *notes,
+        *_mesh_rows(facts["mesh"]),
+        *_thread_rows(facts["threads"], facts["bunches"]),
+        *_twill_rows(facts["twill"], facts["mesh"]),
+        *_fabric_rows(facts["fabrics"]),
+        ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
+        *(_topic(note) for note in facts["checks"]["notes"]),
+        ("pieces", _pieces(facts["pieces"])),
+        *_choices(facts["pieces"]),
+    ]
+
+
+def _topic(note: str) -> tuple[str, str]:
+    """Split a note at its topic, if it names one."""
+    topic, colon, text = note.partition(": ")
+    return (topic, text) if colon and topic.isalpha() else ("note", note)
+
+
+def _mesh_rows(mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
+    sizes = (f"{number} with {size} sides" for size, number in mesh["face_sizes"].items())
+    valences = (f"{number} of valence {valence}" for valence, number in mesh["valences"].items())
+    return [
+        ("faces", ", ".join(sizes)),
+        ("vertices", ", ".join(valences) or "none inside the surface"),
+        ("edges", f"{_range(mesh['edge_mm'], 1)} mm long"),
+    ]
+
+
+def _thread_rows(threads: Mapping[str, Any], bunches: Mapping[str, Any]) -> list[tuple[str, str]]:
+    text = (
+        f"{threads['count']} ({threads['closed']} closed), "
+        f"{agree(threads['crossings'], '{n} crossing[|s]')}; each passes "
+        f"{_range(threads['passes'], 0)} of them and is {_range(threads['length_mm'], 0)} mm long; "
+        f"{threads['total_mm'] / 1000:.1f} m in all"
+    )
+    if threads["crossing_themselves"]:
+        text += agree(threads["crossing_themselves"], "; {n} cross[es itself| themselves]")
+    number = f"{bunches['count']}{'' if bunches['fewest'] else ' or fewer'}"
+    return [
+        ("threads", text),
+        ("bunches", "2: warp and weft" if bunches["warp_and_weft"] else number),
+    ]
+
+
+def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
+    if twill["exact"]:
+        return [("twill", "exact (--pattern twill)")]
+    rows = [("twill", f"no exact 2/2 twill: {twill['because']}")]
+    if "voting_breaks" in twill:
+        rows.append(("", _broken(twill)))
+    after = [
+        f"--{one['option']} ({agree(one['crossings'], '{n} crossing[|s]')})"
+        for one in twill["exact_after"]
+    ]
+    rows.append(("", f"exact {_either('with --pattern triaxial', after)}"))
+    # A mesh that pairs up is among those above if that helps.
+    paired = any(one["option"].startswith("remesh") for one in twill["exact_after"])
+    if 2 * int(mesh["face_sizes"].get("3", 0)) > mesh["faces"] and not paired:
+        rows.append(("", "triangles become quads, fit for a biaxial twill, with --remesh quads"))
+    return rows
+
+
+def _broken(twill: Mapping[str, Any]) -> str:
+    """Say how good a twill can be where none is exact."""
+    voted, least = twill["voting_breaks"], twill["at_least_broken"]
+    text = f"of {agree(twill['conditions'], '{n} condition[|s]')} the paper's voting breaks {voted}"
+    found = twill.get("broken")
+    if found is not None:
+        best = "the least there is" if found == least else f"and every weave {least} or more"
+        return f"{text}; this weave breaks {found}, {best}"
+    if voted == least:
+        return f"{text}, which is proved to be the least (--pattern twill)"
+    return f"{text}, and every weave {least} or more; --pattern twill searches between the two"
+
+
+def _either(first: str, after: Sequence[str]) -> str:
+    """Join ways that lead to the same."""
+    return ", ".join((first, *(f"or after {text}" for text in after)))
+
+
+def _fabric_rows(fabrics: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say which fabrics close up, and why others do not; one reason once."""
+    rows = [("fabrics", f"exact: {', '.join(fabrics['exact']) or 'none'}")]
+    reasons: dict[str, list[str]] = {}
+    for text, reason in fabrics["because"].items():
+        reasons.setdefault(reason, []).append(text)
+    return rows + [("", f"not {', '.join(texts)}: {reason}") for reason, texts in reasons.items()]
+
+
+def _pieces(pieces: Mapping[str, Any]) -> str:
+    if pieces["count"] is None:
+        return f"cannot be cut: {pieces['because']}"
+    return (
+        f"{pieces['count']}, up to {pieces['max_length_mm']:.0f} mm long, for sheets of "
+        f"{' or '.join(pieces['sheets'])}"
+    )
+
+
+def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say what other greatest lengths would come to; lengths that change nothing are left out."""
+    rows: list[tuple[str, str]] = []
+    for choice in pieces.get("choices", []):
+        told = f"{choice['joints']} joints, {choice['sheet_mm2'] / 1e6:.2f} m² of sheet"
+        if not rows or not rows[-1][1].endswith(f" {told}"):
+            rows.append(("", f"--max-length {choice['max_length_mm']:.0f}mm: about {told}"))
+    return rows
+
+
+def _range(spread: Mapping[str, float], digits: int) -> str:
+    least, most = f"{spread['least']:.{digits}f}", f"{spread['greatest']:.{digits}f}"
+    return least if least == most else f"{least} to {most} (median {spread['median']:.{digits}f})"

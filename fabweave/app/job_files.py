@@ -1,0 +1,230 @@
+"""Write the files of a job into a folder."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from fabweave.app.job_records import job_facts, job_plan, job_viewer
+from fabweave.app.pipeline import Job
+from fabweave.app.preflight_job import Preflight
+from fabweave.app.settings import JobSettings, job_toml
+from fabweave.assembly.crossing_map import crossing_table
+from fabweave.assembly.manual.writing import write_manual
+from fabweave.assembly.stations import station_table
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.parallel.workers import Start, at_once
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.kerfed_sheets import READY_FOLDER
+from fabweave.cut.notes.stock_notes import draw_offcut
+from fabweave.cut.preflight.rules import preflight
+from fabweave.cut.preflight.targets import target_named
+from fabweave.cut.preflight.violations import flaw_lines
+from fabweave.cut.service import Stuff, kind_files, write_kind_files
+from fabweave.cut.write.dxf import write_dxf
+from fabweave.cut.write.preview import write_png
+from fabweave.cut.write.svg import write_svg
+from fabweave.cut.write.template import write_template
+from fabweave.mesh.io.files import write_mesh
+from fabweave.model.woven_glb import woven_glb
+from fabweave.report.bom import bill_of_materials
+from fabweave.report.offcuts import (
+    OFFCUT_FOLDER,
+    OFFCUT_STOCK,
+    offcut_records,
+    stock_entries,
+    stock_text,
+)
+from fabweave.report.ribbon_report import ribbon_report
+from fabweave.report.splitting import splitting_record
+from fabweave.report.waste import piece_table, waste_report
+from fabweave.report.waste_page import waste_page
+from fabweave.verify import VerifyReport
+
+
+def write_job(
+    job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
+) -> Preflight:
+    """Write every file of a job into an existing empty folder, all but ``verify.json``.
+
+    Returns
+    -------
+    Preflight
+        Which rules the pieces break, as it is written.
+
+    Raises
+    ------
+    CannotMakeError
+        If they break any, and that was ruled out.
+    """
+    progress("files", 0, len(job.drawings))
+    sheets = directory / "sheets"
+    sheets.mkdir()
+    written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
+    if job.ready:
+        (directory / READY_FOLDER).mkdir()
+    written += [
+        start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
+    ]
+    plan, bill = job_plan(job), bill_of_materials(job.made)
+    written.append(
+        start(
+            write_manual,
+            directory / "assembly.pdf",
+            plan,
+            job_facts(job, bill),
+            job.drawings,
+            (job.object.ribbons, job.weave, job.made.pieces),
+            job.settings.paper,
+        )
+    )
+    if job.settings.profile == "service":
+        _write_service(job, plan, directory / "service")
+    found = _write_tables(job, plan, bill, directory)
+    for number, finish in enumerate(written):
+        progress("files", number, len(written))
+        finish()
+    (directory / "render.png").write_bytes(job.portrait())
+    return found
+
+
+def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+    """Write one sheet as DXF, SVG, picture, and PDF at full size."""
+    _write_cuts(folder, drawing, settings)
+    if settings.template != "none":
+        write_template(folder / f"{drawing.name}.pdf", drawing, settings.template)
+    write_png(folder / f"{drawing.name}.png", drawing, colours=settings.preset)
+
+
+def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+    """Write one sheet as DXF and SVG."""
+    colours = settings.preset
+    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
+    write_svg(
+        folder / f"{drawing.name}.svg",
+        drawing,
+        colours=colours,
+        units=settings.svg_units,
+        stroke_width_mm=settings.line_mm,
+    )
+
+
+def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
+    """Write a file for each distinct piece, and the table of quantities."""
+    each = [Stuff(one.name, one.thickness_mm) for one in job.supplies.materials]
+    stuff = [each[index] for index in job.allotment.of_pieces(job.made.pieces)]
+    kinds = [piece["kind"] for piece in plan["pieces"]]
+    write_kind_files(
+        directory,
+        kind_files(job.made.pieces, kinds, stuff),
+        version=job.settings.dxf,
+        colours=job.settings.preset,
+        units=job.settings.svg_units,
+        stroke_width_mm=job.settings.line_mm,
+    )
+
+
+def _write_tables(
+    job: Job, plan: dict[str, Any], bill: dict[str, Any], directory: Path
+) -> Preflight:
+    """Write every file but the sheets, the manual and the picture; see ``write_job``."""
+    thing = job.object
+    names = [drawing.name for drawing in job.drawings]
+    report = waste_report(job.made.pieces, job.layout, job.drawings, job.allotment, job.notes)
+    report["offcuts"] = offcut_records(job.offcuts, job.layout, job.allotment)
+    entries = _write_offcuts(job, report["offcuts"], directory / OFFCUT_FOLDER)
+    report |= bill
+    report["kerf_mm"] = job.settings.kerf_mm
+    report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)
+    outcome = {
+        "threads": job.weave.threads.n_threads,
+        "crossings": job.weave.threads.n_crossings,
+        "pieces": len(job.made.pieces),
+        "joints": len(job.made.joints),
+        "sheets": len(names),
+        "utilisation": report["totals"]["utilisation"],
+        "hole_mm": job.made.rule.hole_mm if job.made.rule else 0.0,
+        "notes": list(job.notes),
+    }
+    _write(directory / "job.toml", job_toml(job.settings, outcome))
+    write_mesh(directory / "woven_mesh.obj", thing.woven.mesh)
+    findings = (*job.check.findings, *job.holes)
+    (directory / "model.glb").write_bytes(
+        woven_glb(thing.ribbons, thing.labels, job.colours, findings)
+    )
+    _write(directory / "crossing_map.json", json_text(plan))
+    _write(directory / "crossing_map.csv", crossing_table(plan))
+    _write(directory / "stations.csv", station_table(plan))
+    _write(directory / "assembly.html", job_viewer(job, plan))
+    _write(
+        directory / "pieces.csv",
+        piece_table(job.made.pieces, job.layout, thing.labels, job.allotment),
+    )
+    ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
+    _write(directory / "ribbons.json", json_text(ribbons))
+    found = _preflight(job, plan, ribbons)
+    _write(directory / "preflight.json", json_text(found.record))
+    _write(directory / "waste.json", json_text(report))
+    page = waste_page(
+        report,
+        title=thing.woven.title,
+        allotment=job.allotment,
+        sheet_names=names,
+        entries=entries,
+    )
+    _write(directory / "waste.html", page)
+    return found
+
+
+def _preflight(job: Job, plan: dict[str, Any], ribbons: dict[str, Any]) -> Preflight:
+    """Check the pieces against the rules of those who cut them."""
+    target, supplies = target_named(job.settings.target), job.supplies
+    materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
+    found = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
+    if job.settings.strict and found.flaws:
+        lines = "\n".join(f"  {line}" for line in flaw_lines(found.flaws))
+        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
+    return found
+
+
+def _write_offcuts(job: Job, records: list[dict[str, Any]], directory: Path) -> list[str]:
+    """Draw what is worth keeping, if anything is, and list it as stock; return its entries."""
+    entries = stock_entries(
+        job.offcuts,
+        job.layout,
+        job.allotment,
+        title=job.object.woven.title,
+        mirrored=job.settings.label_side == "inside",
+    )
+    if job.offcuts:
+        directory.mkdir()
+        for offcut in job.offcuts:
+            drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
+            write_dxf(directory / f"{offcut.name}.dxf", drawing, version=job.settings.dxf)
+        _write(directory / OFFCUT_STOCK, stock_text(records, entries))
+    return entries
+
+
+def write_proof(directory: Path, proof: VerifyReport) -> None:
+    """Write what was proved about a job's files beside them."""
+    _write(directory / "verify.json", json_text(proof.to_json()))
+
+
+def json_text(value: Any) -> str:
+    """Return JSON with one short record a line: readable, and easy to compare."""
+    if not isinstance(value, dict):
+        return json.dumps(value) + "\n"
+    parts = []
+    for key, item in value.items():
+        if isinstance(item, list) and item:
+            rows = ",\n".join("  " + json.dumps(row) for row in item)
+            parts.append(f" {json.dumps(key)}: [\n{rows}\n ]")
+        else:
+            parts.append(f" {json.dumps(key)}: {json.dumps(item)}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _write(path: Path, text: str) -> None:
+    """Write text as UTF-8 with plain line ends on every system."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(text)

@@ -1,0 +1,158 @@
+"""Lay the ribbons of a job as they are cut: with room for laps where its pieces are joined."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fabweave.app.settings import JobSettings
+from fabweave.app.split_job import plan_pieces
+from fabweave.app.woven_object import (
+    WovenObject,
+    check_object,
+    keep_clear,
+    lay_ribbons,
+    require_stiffness,
+    resized,
+    weave_object,
+)
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.joint.kinds import parse_joint
+from fabweave.flat.joint.planning import JointPlan, plan_joints
+from fabweave.flat.split.runs import Runs
+from fabweave.flat.split.split_plan import Plan
+from fabweave.ribbon.boundary_turns import require_no_loop
+from fabweave.ribbon.measures import require_width
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.material import hole_edge_mm, min_hole_mm
+from fabweave.stock.supplies import Supplies
+
+#: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
+HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class LaidObject:
+    """A woven object with its ribbons as they are cut, and where they are cut and joined."""
+
+    object: WovenObject
+    plan: Plan
+    joints: JointPlan
+
+
+def lay_job(
+    settings: JobSettings,
+    supplies: Supplies,
+    rules: Sequence[HoleRule],
+    progress: Progress = no_progress,
+) -> LaidObject:
+    """Weave the mesh of a job, plan pieces and joints, and lay the ribbons for them.
+
+    Parameters
+    ----------
+    settings : JobSettings
+        Complete.
+    supplies : Supplies
+        Materials and sheets.
+    rules : sequence of HoleRule
+        The holes that may be used, from :func:`hole_rules`.
+    progress : callable
+        Told what is being done.
+
+    Raises
+    ------
+    InputError
+        For bad input or settings.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+    """
+    thing = weave_object(settings, supplies, progress)
+    require_width(thing.ribbons, thing.labels, thing.size_mm)
+    require_no_loop(thing.weave.threads, thing.woven.halfedges)
+    require_stiffness(thing, settings, supplies)
+    progress("pieces", 0, 1)
+    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
+    thing, joints = _with_joints(thing, plan.runs, settings, supplies)
+    return LaidObject(thing, plan, joints)
+
+
+def remake(
+    thing: WovenObject,
+    settings: JobSettings,
+    supplies: Supplies,
+    rules: Sequence[HoleRule],
+    size_mm: float,
+) -> WovenObject:
+    """Plan the pieces of an object at another size, and lay its ribbons for them, as a job does.
+
+    Where no pieces can be planned (none may fit the sheet), there is room for a lap everywhere.
+
+    Parameters
+    ----------
+    thing : WovenObject
+        As it is.
+    settings, supplies, rules
+        As for :func:`lay_job`.
+    size_mm : float
+        The largest dimension that it gets.
+    """
+    other = resized(thing, size_mm)
+    ribbons = lay_ribbons(other.woven, other.weave, settings, supplies.thickness_mm(other.bunches))
+    try:
+        plan = plan_pieces(ribbons, other.weave, other.labels, settings, rules, supplies)
+        return _with_joints(replace(other, ribbons=ribbons), plan.runs, settings, supplies)[0]
+    except CannotMakeError:
+        return keep_clear(other, settings, supplies)
+
+
+def check_made(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> RibbonCheck:
+    """Check the ribbons of an object, and confirm the sizes that are proposed on what is made."""
+    rules = hole_rules(settings, supplies)
+    return check_object(
+        thing, settings, supplies, lambda size: remake(thing, settings, supplies, rules, size)
+    )
+
+
+def _with_joints(
+    thing: WovenObject, runs: Runs, settings: JobSettings, supplies: Supplies
+) -> tuple[WovenObject, JointPlan]:
+    """Plan the joints, and lay the ribbons again with room for laps where they are."""
+    rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
+    thickness = supplies.thickness_mm(thing.bunches)
+    laps = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness).laps
+    while True:
+        thing = keep_clear(thing, settings, supplies, laps)
+        joints = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness)
+        # Panels keep their shape when the strands move apart; but where ribbons were narrowed,
+        # there may be room for nothing but a lap.
+        more = np.setdiff1d(joints.laps, laps)
+        if not len(more):
+            return thing, joints
+        laps = np.concatenate((laps, more))
+
+
+def hole_rules(settings: JobSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
+    """Return the holes that may be used, the largest first; none if none are wanted.
+
+    A fastener goes through both strands of a crossing, so a hole suits all materials.
+    """
+    if settings.hole_mm == 0:
+        return ()
+    material = max(supplies.materials, key=min_hole_mm)
+    least = min_hole_mm(material)
+    if settings.hole_mm is not None:
+        if settings.hole_mm < least:
+            raise InputError(
+                f"a hole of {settings.hole_mm:g} mm is too small for a laser in "
+                f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
+                "or --hole none"
+            )
+        holes: Sequence[float] = (settings.hole_mm,)
+    else:
+        holes = [hole for hole in HOLES_MM if hole >= least] or [least]
+    return tuple(
+        HoleRule(hole, max(hole_edge_mm(material, hole) for material in supplies.materials))
+        for hole in holes
+    )

@@ -1,0 +1,205 @@
+"""Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fabweave.app.settings import JobSettings
+from fabweave.core.arrays import IntArray, Progress, no_progress
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.messages import agree
+from fabweave.mesh.fair.fairing import fair_mesh
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.quads import parse_remesh, remesh_quads
+from fabweave.mesh.report import MeshReport
+from fabweave.mesh.resize import largest_dimension, resize_mesh, turn_upright
+from fabweave.mesh.shapes.catalogue import PREFIX, is_shape, parse_shape
+from fabweave.mesh.subdivide.loop import mid_edge
+from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
+
+#: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
+_LEAST_MM, _MOST_MM = 0.01, 1e6
+
+
+#: Larger meshes would fill the memory of a workstation, and nobody weaves so much by hand.
+MOST_EDGES = 2_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class WovenMesh:
+    """The mesh of a job, ready to be woven, with what was done to it.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        In millimetres.
+    halfedges : Halfedges
+        Its connectivity.
+    title : str
+        What to call the job.
+    notes : tuple of str
+        What a person should know about the mesh.
+    n_old_vertices : int
+        For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
+    clashes : int
+        How many pairs of faces ran through one another, or touched, as the mesh was given.
+    """
+
+    mesh: PolyMesh
+    halfedges: Halfedges
+    title: str
+    notes: tuple[str, ...]
+    n_old_vertices: int = 0
+    clashes: int = 0
+
+
+def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenMesh:
+    """Read or build the mesh of a job, and do to it what the settings ask for.
+
+    A mesh is first turned upright, checked, oriented and brought to size; then remeshed to quads,
+    refined, faired, and brought to size again where that changed it; at last subdivided for
+    triaxial twill.
+
+    Raises
+    ------
+    InputError
+        If the mesh is bad.
+    CannotMakeError
+        If it cannot be remeshed or refined as asked.
+    """
+    notes: list[str] = []
+    unit: str | None = "mm"
+    unit_mm = 1.0
+    if is_shape(settings.mesh):
+        mesh, title = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX)
+    else:
+        found = read_mesh(settings.mesh)
+        mesh, title, unit, unit_mm = (
+            found.mesh,
+            Path(settings.mesh).stem,
+            found.unit,
+            found.unit_mm or 1.0,
+        )
+        notes += found.notes
+    if not settings.remesh:
+        _require_few(mesh.n_corners // 2)
+    mesh = turn_upright(mesh, settings.up)
+    mesh, report, repairs = prepare_mesh(mesh)
+    clashes = self_intersections(mesh)
+    notes += [*repairs, *mesh_notes(report, clashes)]
+    if settings.size_mm is None:
+        mesh, factor = resize_mesh(
+            mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
+        )
+    else:
+        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
+    _require_size(largest_dimension(mesh))
+    stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
+    if is_shape(settings.mesh):
+        stated = "built-in shapes are in millimetres"
+    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
+    mesh, n_old_vertices, changes = _changed(mesh, settings, progress)
+    notes += changes
+    halfedges = build_halfedges(mesh)
+    _require_few(halfedges.n_edges)
+    x, y, z = np.ptp(mesh.vertices, axis=0)
+    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
+    return WovenMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes))
+
+
+def _require_few(n_edges: int) -> None:
+    """Raise CannotMakeError for more edges than can be woven."""
+    if n_edges > MOST_EDGES:
+        raise CannotMakeError(
+            f"the mesh to be woven has {n_edges} edges, each a crossing, and {MOST_EDGES} are the "
+            "most; take a coarser mesh or fewer steps of refinement"
+        )
+
+
+def _require_size(size_mm: float) -> None:
+    """Raise InputError for an object that nobody can mean."""
+    if not _LEAST_MM <= size_mm <= _MOST_MM:
+        raise InputError(
+            f"the mesh would be {size_mm:.3g} mm large, and woven objects are from {_LEAST_MM:g} "
+            f"to {_MOST_MM:g} mm: say how large it is to be, such as --size 400mm"
+        )
+
+
+def _changed(
+    mesh: PolyMesh, settings: JobSettings, progress: Progress
+) -> tuple[PolyMesh, int, list[str]]:
+    """Remesh, refine, fair and subdivide as the settings ask; say what became of the mesh."""
+    notes: list[str] = []
+    done = []
+    if settings.remesh:
+        wanted = parse_remesh(settings.remesh)
+        remeshed = remesh_quads(mesh, wanted.n_quads, seed=settings.seed, progress=progress)
+        mesh = remeshed.mesh
+        notes += remeshed.notes
+        done.append(f"remeshed to quads ({remeshed.method})")
+    refinements = parse_refinements(settings.refine or "")
+    if refinements:
+        mesh = refine_mesh(mesh, refinements, progress=progress)
+        done.append(f"refined by {format_refinements(refinements)}")
+    if done and settings.size_mm is not None:
+        mesh, _ = resize_mesh(mesh, size_mm=settings.size_mm)
+    if settings.fair:
+        faired = fair_mesh(mesh, settings.fair, progress=progress)
+        mesh, scale = faired.mesh, 1.0
+        if settings.size_mm is not None:
+            mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)
+        notes.append(faired.note(scale))
+        done.append("faired")
+    n_old_vertices = 0
+    if settings.pattern == "triaxial":
+        n_old_vertices = mesh.n_vertices
+        mesh = mid_edge(mesh)
+        done.append("subdivided through the middles of its edges for triaxial twill")
+    if done:
+        mesh, report, repairs = prepare_mesh(mesh)
+        notes += repairs
+        notes.append(f"the mesh was {', '.join(done)}: {_counts(report)}")
+    return mesh, n_old_vertices, notes
+
+
+def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
+    """Say what a mesh is, what is odd about it, and whether it runs through itself.
+
+    Parameters
+    ----------
+    report : MeshReport
+    pairs : (N, 2) int array
+        Faces that run through one another.
+    """
+    bounds = "closed"
+    if not report.closed:
+        bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
+    bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
+    notes = [f"mesh: {_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
+    notes += [str(problem) for problem in report.problems]
+    if len(pairs):
+        some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
+        notes.append(
+            agree(
+                len(pairs), "{n} [pair|pairs] of faces [runs|run] through one another or touch[es|]"
+            )
+            + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
+            "let the surface keep clear of itself in the modelling program"
+        )
+    return notes
+
+
+def _counts(report: MeshReport) -> str:
+    return ", ".join(
+        agree(number, text)
+        for number, text in (
+            (report.n_vertices, "{n} [vertex|vertices]"),
+            (report.n_edges, "{n} [edge|edges]"),
+            (report.n_faces, "{n} [face|faces]"),
+        )
+    )

@@ -1,0 +1,187 @@
+"""Write the woven object as a model or a picture, without making anything to cut."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from fabweave.app.pipeline import complete_settings
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import WovenObject, keep_clear, weave_object
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.colour_space import Colours
+from fabweave.core.errors import InputError
+from fabweave.core.output_files import check_file, write_files
+from fabweave.model.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
+from fabweave.model.formats import model_bytes, require_rhino
+from fabweave.model.woven_glb import woven_glb
+from fabweave.model.yarns import spin_yarns
+from fabweave.picture.body_picture import bodies_picture
+from fabweave.picture.camera import View
+from fabweave.picture.object_picture import png_bytes, weave_picture
+from fabweave.picture.thread_colours import thread_colours
+
+#: Suffixes of the files that can be written; those for printing hold solids.
+SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
+_PRINTED = (".stl", ".3mf")
+
+
+@dataclass(frozen=True)
+class YarnOptions:
+    """How yarns are spun: one radius for all, or the thickest that have room; and their sides."""
+
+    radius_mm: float | None = None
+    sides: int = 12
+
+
+def check_suffix(path: Path) -> str:
+    """Return which kind of file a path asks for.
+
+    Raises
+    ------
+    InputError
+        If it is none that can be written, or the folder is not there.
+
+    Examples
+    --------
+    >>> check_suffix(Path("vase.GLB"))
+    '.glb'
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"{path.name} does not say what to write: end its name with one of "
+            f"{', '.join(SUFFIXES)}"
+        )
+    check_file(path, suffix)
+    if suffix == ".3dm":
+        require_rhino()
+    return suffix
+
+
+def write_model(
+    settings: JobSettings,
+    path: Path,
+    *,
+    yarn: YarnOptions | None = None,
+    views: Sequence[View] = (),
+    progress: Progress = no_progress,
+) -> dict[str, Any]:
+    """Weave a mesh and write the woven object in the format that a file's suffix names.
+
+    Parameters
+    ----------
+    settings : JobSettings
+        The mesh and how it is woven.
+    path : Path
+        Ends in one of ``SUFFIXES``; what is there is replaced when the new file is complete.
+    yarn : YarnOptions or None
+        Spin yarns instead of laying ribbons. Ribbons for printing are as thick as the material.
+    views : sequence of View
+        For a picture: from where, side by side; none lets fabweave choose one.
+    progress : callable
+        Told what is being done.
+
+    Returns
+    -------
+    dict
+        What was written: ``file``, ``threads``, ``crossings``, ``kind`` (ribbons, solid ribbons,
+        yarns), ``radius_mm`` of yarns as least, greatest and greatest possible, and ``notes``.
+
+    Raises
+    ------
+    InputError
+        For bad input, settings, or a suffix that cannot be written.
+    CannotMakeError
+        For what cannot be woven, or yarns that have no room.
+    """
+    suffix = check_suffix(path)
+    completed, supplies = complete_settings(settings)
+    thing = weave_object(completed, supplies, progress)
+    if yarn is None:
+        thing = keep_clear(thing, completed, supplies)
+    colours = thread_colours(thing.bunches, settings.colours)
+    facts: dict[str, Any] = {
+        "file": str(path),
+        "kind": "ribbons" if yarn is None else "yarns",
+        "threads": thing.weave.threads.n_threads,
+        "crossings": thing.weave.threads.n_crossings,
+        "notes": [*thing.woven.notes, *thing.chosen.notes],
+    }
+    bodies: tuple[Body, ...]
+    if yarn is not None:
+        bodies, facts["radius_mm"] = _spun(thing, colours, yarn, progress)
+    elif suffix in _PRINTED:
+        each = dict.fromkeys(f"{one.thickness_mm:g}" for one in supplies.materials)
+        facts["kind"] = f"solid ribbons, {' and '.join(each)} mm thick"
+        thickness = supplies.thickness_mm(thing.bunches)
+        bodies = ribbon_bodies(thing.ribbons, thing.labels, colours, thickness_mm=thickness)
+        facts["notes"] += _clashes(bodies)
+    else:
+        bodies = ribbon_bodies(thing.ribbons, thing.labels, colours)
+    progress("model", 0, 1)
+    if suffix == ".png":
+        data = _picture(thing, colours, bodies if yarn is not None else None, views)
+    elif suffix == ".glb" and yarn is None:
+        data = woven_glb(thing.ribbons, thing.labels, colours)
+    else:
+        data = model_bytes(suffix, bodies)
+    write_files({path: data})
+    return facts
+
+
+def _clashes(bodies: tuple[Body, ...]) -> list[str]:
+    """Say where solid ribbons run into one another or themselves; a printer would weld them."""
+    pairs = clashing_facets(bodies)
+    if len(pairs) == 0:
+        return []
+    names = [bodies[index].label for index in np.unique(pairs).tolist()]
+    shown = ", ".join(names[:6]) + (" …" if len(names) > 6 else "")
+    return [
+        f"solid ribbons touch in {len(pairs)} pairs of facets (threads {shown}): a printer welds "
+        "them there; make the object larger, take a smaller --thickness or --width, or print "
+        "--yarn, which never touch"
+    ]
+
+
+def _spun(
+    thing: WovenObject, colours: Colours, yarn: YarnOptions, progress: Progress
+) -> tuple[tuple[Body, ...], dict[str, float]]:
+    """Return yarns as bodies, and their radii."""
+    yarns = spin_yarns(
+        thing.woven.mesh,
+        thing.woven.halfedges,
+        thing.weave,
+        thing.labels,
+        radius_mm=yarn.radius_mm,
+        sides=yarn.sides,
+        progress=progress,
+    )
+    least, most = float(yarns.radius_mm.min()), float(yarns.radius_mm.max())
+    radii = {"least": least, "greatest": most, "greatest_possible": most * yarns.most}
+    return yarn_bodies(yarns, thing.labels, colours), {
+        name: round(value, 4) for name, value in radii.items()
+    }
+
+
+def _picture(
+    thing: WovenObject,
+    colours: Colours,
+    bodies: tuple[Body, ...] | None,
+    views: Sequence[View],
+) -> bytes:
+    """Return a picture from each of the views, side by side, as PNG."""
+    tiles = []
+    for view in views or (None,):
+        tiles.append(
+            weave_picture(thing.ribbons, colours, view=view)
+            if bodies is None
+            else bodies_picture(bodies, view=view)
+        )
+    sheet = Image.new("RGB", (sum(tile.width for tile in tiles), tiles[0].height))
+    for left, tile in zip(np.cumsum([0, *(tile.width for tile in tiles)]), tiles, strict=False):
+        sheet.paste(tile, (int(left), 0))
+    return png_bytes(sheet)

@@ -1,0 +1,88 @@
+"""Check a finished job's folder against the rules of those who cut it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.app.settings import read_job_options
+from fabweave.core.errors import InputError
+from fabweave.core.units import parse_length
+from fabweave.cut.preflight.rules import preflight
+from fabweave.cut.preflight.targets import Target, target_named
+from fabweave.cut.preflight.violations import Flaw, preflight_record
+from fabweave.stock.per_bunch import split_by_bunch
+from fabweave.stock.supplies import Supplies
+from fabweave.stock.supply_plan import plan_supplies
+
+
+@dataclass(frozen=True, eq=False)
+class Preflight:
+    """What was found, and against whose rules."""
+
+    supplies: Supplies
+    target: Target
+    flaws: tuple[Flaw, ...]
+
+    @property
+    def all_clear(self) -> str:
+        """What to say if nothing was found."""
+        return f"no rule is broken: {self.target.title}, {self.supplies.titles}"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The findings as ``preflight.json`` holds them."""
+        return preflight_record(self.flaws, self.supplies.materials, self.target)
+
+
+def preflight_job(directory: Path, target: str | None = None) -> Preflight:
+    """Check the pieces in a finished job's folder.
+
+    Parameters
+    ----------
+    directory : Path
+    target : str, optional
+        Whose rules; else those that the job was made for.
+
+    Raises
+    ------
+    InputError
+        If a file of the job is missing or is not what fabweave writes.
+    """
+    options = read_job_options(directory / "job.toml")
+    try:
+        supplies = supplies_of(options)
+        named = target_named(target or options.get("target", "default"))
+        plan = json.loads((directory / "crossing_map.json").read_text(encoding="utf-8"))
+        ribbons = json.loads((directory / "ribbons.json").read_text(encoding="utf-8"))
+        bunches = np.array([thread["bunch"] for thread in plan["threads"]], dtype=np.int64)
+        supplies.require(bunches)
+        materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
+        return Preflight(supplies, named, preflight(plan, ribbons, materials, named))
+    except (OSError, LookupError, TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{directory} is no finished job that can be checked "
+            f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
+        ) from error
+
+
+def supplies_of(options: Mapping[str, Any]) -> Supplies:
+    """Return the materials that a job.toml names, with their thickness, but without its sheets.
+
+    Raises
+    ------
+    InputError, KeyError
+        If they are not told as fabweave tells them.
+    """
+    thickness = split_by_bunch(str(options["thickness"]), what="thickness")
+    return plan_supplies(
+        split_by_bunch(str(options["material"]), what="material"),
+        tuple((name, parse_length(text)) for name, text in thickness),
+        (("", None),),
+        (),
+    )

@@ -1,0 +1,81 @@
+"""Try whether a finer mesh mends what was found of ribbons."""
+
+from dataclasses import replace
+
+from fabweave.app.joined_object import hole_rules, lay_job
+from fabweave.app.settings import JobSettings
+from fabweave.app.woven_object import WovenObject
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
+from fabweave.stock.ribbon_limits import thread_limits
+from fabweave.stock.supplies import Supplies
+
+#: The refinements that are tried, one after the other: they round the shape, and divide every face.
+REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
+#: Each is tried if it comes to so many crossings at most, where every step makes four of one; and
+#: in plain weave, which needs no search.
+MOST_CROSSINGS = 2000
+#: What comes of coarse faces: between them ribbons turn sharply.
+_COARSE = frozenset(("bend", "twist", "crease", "clearance"))
+
+
+def try_refinement(
+    check: RibbonCheck, thing: WovenObject, settings: JobSettings, supplies: Supplies
+) -> RibbonCheck:
+    """Add refinement as a remedy to findings that one or two steps of it mend, as tried.
+
+    The object is woven, planned and laid once more from the refined mesh, as a job would. A rule
+    is mended if it holds there, and no rule is broken that is not broken now.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    thing, settings, supplies
+        What was checked.
+
+    Returns
+    -------
+    RibbonCheck
+        With ``untried`` saying why, if refinement might be a remedy and was not tried.
+    """
+    broken = {found.rule for found in check.findings}
+    if not broken & _COARSE:
+        return check
+    if settings.pattern != "plain":
+        return replace(check, untried="it is tried in plain weave only")
+    crossings, most = thing.weave.threads.n_crossings, MOST_CROSSINGS // 4
+    if crossings > most:
+        return replace(check, untried=f"there are more than {most} crossings")
+    findings = check.findings
+    for steps, refinement in enumerate(REFINEMENTS, start=1):
+        waiting = {found.rule for found in findings if found.refine is None}
+        if not waiting & _COARSE or crossings * 4**steps > MOST_CROSSINGS:
+            break
+        before = f"{settings.refine}," if settings.refine else ""
+        finer = replace(settings, refine=before + refinement)
+        still = _broken(finer, supplies)
+        if still is not None and still <= broken:
+            findings = tuple(
+                found
+                if found.refine is not None or found.rule in still
+                else replace(found, refine=finer.refine)
+                for found in findings
+            )
+    return replace(check, findings=findings)
+
+
+def _broken(settings: JobSettings, supplies: Supplies) -> set[str] | None:
+    """Return the rules that are broken by what is made with some settings; None if nothing is."""
+    try:
+        laid = lay_job(settings, supplies, hole_rules(settings, supplies)).object
+    except (CannotMakeError, InputError):
+        return None
+    check = check_ribbons(
+        laid.ribbons,
+        laid.weave,
+        laid.labels,
+        thread_limits(supplies, laid.bunches, settings.clearance_mm),
+        size_mm=laid.size_mm,
+        clearance=laid.narrowed.clearance if laid.narrowed is not None else None,
+    )
+    return None if check.refused else {found.rule for found in check.findings}

@@ -1,0 +1,67 @@
+"""Say how a job is made again: the command line that its settings come from."""
+
+import hashlib
+import json
+import shlex
+from typing import Any
+
+from fabweave.app.settings import JobSettings, settings_table
+
+#: A longer command becomes a code of dots too small, millimetres; its settings' digest is coded.
+MOST_BYTES = 170
+_PROGRAM = ("fabweave", "make")
+_AGAIN = ("-o", "again")
+
+
+def command_text(settings: JobSettings, usual: JobSettings) -> str:
+    """Return a command that makes a job again, or one that names its job.toml by a digest.
+
+    Parameters
+    ----------
+    settings : JobSettings
+        Complete.
+    usual : JobSettings
+        What they would be if nothing but the mesh and the material had been asked for.
+
+    Returns
+    -------
+    str
+        Options with what is unusual. Where that is too long, or holds a preset or a layout, which
+        stand in the job's own files: ``fabweave make --config job.toml -o again # sha256 0123…``,
+        with the first 16 digits of ``settings_digest``.
+
+    Examples
+    --------
+    >>> settings = JobSettings("shape:torus?m=8&n=4", size_mm=300.0, slots=True)
+    >>> command_text(settings, JobSettings(settings.mesh))
+    "fabweave make 'shape:torus?m=8&n=4' --size 300mm --slots -o again"
+    """
+    told, expected = settings_table(settings), settings_table(usual)
+    expected["material"] = JobSettings(settings.mesh).material
+    words, embedded = [*_PROGRAM, settings.mesh], "layout" in told
+    for key, value in told.items():
+        if key == "mesh" or expected.get(key) == value:
+            continue
+        option = "--" + key.replace("_", "-")
+        if value is True:
+            words.append(option)
+        else:
+            for one in value if isinstance(value, list) else [value]:
+                words += [option, str(one)]
+                embedded |= isinstance(one, dict)
+    text = shlex.join([*words, *_AGAIN])
+    if not embedded and text.isprintable() and len(text.encode()) <= MOST_BYTES:
+        return text
+    again = shlex.join([*_PROGRAM, "--config", "job.toml", *_AGAIN])
+    return f"{again} # sha256 {settings_digest(told)[:16]}"
+
+
+def settings_digest(table: dict[str, Any]) -> str:
+    """Return the SHA-256 digest of the table ``[job]`` of a job.toml, as JSON with sorted keys.
+
+    Examples
+    --------
+    >>> settings_digest({"mesh": "shape:cube"})[:16]
+    'f9ef7b4cfe15a959'
+    """
+    return hashlib.sha256(json.dumps(table, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,305 @@
+"""Weave a mesh and lay its ribbons: the woven object, before anything is unfolded or cut."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fabweave.app.mesh_source import WovenMesh, load_mesh
+from fabweave.app.settings import JobSettings
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress
+from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import largest_dimension
+from fabweave.ribbon.heights import crossing_heights
+from fabweave.ribbon.narrow import Narrowed, narrow_ribbons
+from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.rules.clearance import Nearness
+from fabweave.ribbon.rules.remedy import is_too_stiff
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons, require_pliable
+from fabweave.ribbon.rules.rules import measure_along, measure_clearance
+from fabweave.ribbon.smooth import smooth_ribbons
+from fabweave.ribbon.subweave import Part
+from fabweave.ribbon.widest import widest_clear, widest_width
+from fabweave.ribbon.width import WidthRule
+from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.pattern import Weave
+from fabweave.weave.thread_labels import thread_labels
+from fabweave.weave.threads import trace_threads
+from fabweave.weave.weave_pattern import Chosen, weave_pattern
+
+
+@dataclass(frozen=True, eq=False)
+class WovenObject:
+    """A woven mesh with its ribbons, before anything is unfolded or cut.
+
+    Parameters
+    ----------
+    woven : WovenMesh
+        The mesh.
+    chosen : Chosen
+        The weave, in the pattern that was asked for.
+    labels : tuple of str
+        Names of the threads.
+    bunches : (T,) int array
+        The bunch of each thread.
+    ribbons : Ribbons
+        The ribbons.
+    laps : (N,) int array or None
+        The crossings at which there is room for a lap; None for all.
+    narrowed : Narrowed or None
+        Where ribbons are narrower than asked, so as to keep clear of one another; None if they
+        are as wide as asked.
+    """
+
+    woven: WovenMesh
+    chosen: Chosen
+    labels: tuple[str, ...]
+    bunches: IntArray
+    ribbons: Ribbons
+    laps: IntArray | None = None
+    narrowed: Narrowed | None = None
+
+    @property
+    def weave(self) -> Weave:
+        """The weave."""
+        return self.chosen.weave
+
+    @property
+    def size_mm(self) -> float:
+        """Largest dimension."""
+        return largest_dimension(self.woven.mesh)
+
+
+def weave_object(
+    settings: JobSettings, supplies: Supplies, progress: Progress = no_progress
+) -> WovenObject:
+    """Bring the mesh of a job to the loom, weave it, and lay its ribbons as wide as asked.
+
+    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
+    at any.
+
+    Raises
+    ------
+    InputError
+        For bad input or settings.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+    """
+    progress("mesh", 0, 1)
+    woven = load_mesh(settings, progress)
+    progress("weave", 0, 1)
+    threads = trace_threads(woven.halfedges, turn=settings.boundary == "turn")
+    labels = thread_labels(threads.n_threads)
+    bunches = part_bunches(threads)
+    supplies.require(bunches)
+    chosen = weave_pattern(
+        settings.pattern,
+        woven.halfedges,
+        threads,
+        bunches,
+        labels,
+        n_old_vertices=woven.n_old_vertices,
+        effort=settings.effort,
+        seed=settings.seed,
+        progress=progress,
+    )
+    progress("ribbons", 0, 1)
+    ribbons = lay_ribbons(woven, chosen.weave, settings, supplies.thickness_mm(bunches))
+    if ribbons.n_rungs == 0:
+        raise CannotMakeError(
+            "nothing crosses anything on this mesh: no edge lies between two faces; "
+            "weaving needs faces that share edges"
+        )
+    return WovenObject(woven, chosen, labels, bunches, ribbons)
+
+
+def lay_ribbons(
+    woven: WovenMesh,
+    weave: Weave,
+    settings: JobSettings,
+    thickness_mm: FloatArray,
+    laps: IntArray | None = None,
+    narrowing: FloatArray | None = None,
+    part: Part | None = None,
+) -> Ribbons:
+    """Lay the ribbons of a weave, with room for two layers, and for three where a joint laps.
+
+    Parameters
+    ----------
+    woven, weave
+        The mesh and its weave.
+    settings : JobSettings
+        Width and clearance.
+    thickness_mm : (T,) float array
+        Of each thread's material.
+    laps : (N,) int array, optional
+        The crossings at which a joint laps; before pieces are planned it may be any.
+    narrowing : (P,) float array, optional
+        Factor on the width at each pass.
+    part : Part, optional
+        Lay only this part of the weave.
+    """
+    height = crossing_heights(weave, thickness_mm, settings.clearance_mm, laps)
+    if part is not None:
+        weave, height = part.weave, height[part.crossings]
+        narrowing = narrowing[part.passes] if narrowing is not None else None
+    ribbons = project_ribbons(
+        woven.mesh,
+        woven.halfedges,
+        weave,
+        height_mm=height,
+        length=settings.crossing,
+        width=settings.width,
+        narrowing=narrowing,
+    )
+    return smooth_ribbons(ribbons, settings.smooth)
+
+
+def keep_clear(
+    thing: WovenObject, settings: JobSettings, supplies: Supplies, laps: IntArray | None = None
+) -> WovenObject:
+    """Lay the ribbons of a woven object again, with room for laps where joints are.
+
+    If the width is left to fabweave, they get narrower where they would be too near to others.
+    """
+    thickness = supplies.thickness_mm(thing.bunches)
+
+    def lay(factor: FloatArray | None = None, part: Part | None = None) -> Ribbons:
+        return lay_ribbons(thing.woven, thing.weave, settings, thickness, laps, factor, part)
+
+    if not settings.width.auto:
+        return replace(thing, ribbons=lay(), laps=laps)
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    narrowed = narrow_ribbons(lay, thing.weave, limits)
+    return replace(thing, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
+
+
+def check_object(
+    thing: WovenObject,
+    settings: JobSettings,
+    supplies: Supplies,
+    remake: Callable[[float], WovenObject] | None = None,
+) -> RibbonCheck:
+    """Check the ribbons of a woven object against their materials, and look for remedies.
+
+    At another size joints may lie elsewhere, and widths be others: sizes are looked for with room
+    for a lap everywhere, and then confirmed on what would be made there.
+
+    Parameters
+    ----------
+    thing, settings, supplies
+        What is checked.
+    remake : callable, optional
+        Plans its pieces and lays its ribbons for them at another size, in millimetres. Without it,
+        they are taken to have room for a lap everywhere.
+    """
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(thing.bunches)
+    narrowed = thing.narrowed
+
+    def lay(size_mm: float, narrower: float, narrowest: bool, part: Part | None) -> Ribbons:
+        growth = size_mm / thing.size_mm
+        woven = _scaled(thing.woven, growth)
+        changed = replace(settings, width=settings.width.times(narrower))
+        factor = None
+        if narrowed is not None and growth == 1.0:
+            factor = narrowed.factor
+        elif narrowed is not None and narrowest:
+            # At another size, what is too near will be narrowed as far as may be. Widths grow with
+            # the size, unless they are bounded.
+            if np.isfinite(settings.width.most_mm):
+                growth = 1.0
+            factor, stuck = narrowed.factor.copy(), narrowed.stuck
+            factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
+        laps = thing.laps if size_mm == thing.size_mm else None
+        return lay_ribbons(woven, thing.weave, changed, thickness, laps, factor, part)
+
+    def settle(size_mm: float, planned: bool) -> tuple[Ribbons, Nearness | None]:
+        made = remake(size_mm) if remake is not None and planned else None
+        if made is None:
+            made = keep_clear(resized(thing, size_mm), settings, supplies)
+        if made.narrowed is None:
+            return made.ribbons, measure_clearance(made.ribbons, made.weave, limits)[1]
+        known = made.narrowed.clearance
+        return made.ribbons, known[1] if known is not None else None
+
+    return check_ribbons(
+        thing.ribbons,
+        thing.weave,
+        thing.labels,
+        limits,
+        size_mm=thing.size_mm,
+        lay=lay,
+        clearance=narrowed.clearance if narrowed is not None else None,
+        settle=settle,
+        auto=narrowed is not None,
+        clashing=_beside_clashes(thing) if thing.woven.clashes else None,
+    )
+
+
+def _beside_clashes(thing: WovenObject) -> BoolArray:
+    """Tell which crossings lie beside faces that run through other faces, (X,)."""
+    halfedges = thing.woven.halfedges
+    clashing = np.zeros(thing.woven.mesh.n_faces, dtype=bool)
+    clashing[self_intersections(thing.woven.mesh).ravel()] = True
+    here = thing.weave.threads.crossing_halfedge
+    beside = halfedges.face[here], halfedges.face[halfedges.twin[here]]
+    return np.asarray(clashing[beside[0]] | clashing[beside[1]])
+
+
+def resized(thing: WovenObject, size_mm: float) -> WovenObject:
+    """Return an object whose mesh has another largest dimension; its ribbons are not laid anew."""
+    return replace(thing, woven=_scaled(thing.woven, size_mm / thing.size_mm))
+
+
+def _scaled(woven: WovenMesh, factor: float) -> WovenMesh:
+    mesh = woven.mesh
+    return replace(woven, mesh=PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices))
+
+
+def require_stiffness(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> None:
+    """Raise CannotMakeError if a material is too stiff for an object."""
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    if is_too_stiff(measure_along(thing.ribbons, limits)["bend"]):
+        check = check_object(thing, settings, supplies)
+        for found in check.refused:
+            own = int(supplies.of(thing.bunches)[thing.labels.index(found.thread)])
+            thinner = thinner_supply(supplies, own, found.value)
+            require_pliable(check, supplies.materials[own].title, thinner)
+
+
+def width_notes(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> list[str]:
+    """Say where ribbons were narrowed, and how wide ribbons of one width could be."""
+    notes = []
+    factor = thing.narrowed.factor if thing.narrowed is not None else np.ones(1)
+    if factor.min() < 1:
+        notes.append(
+            f"width: at {np.count_nonzero(factor < 1)} of {len(factor)} places ribbons were made "
+            f"narrower, down to {factor.min():.0%}, to keep clear of one another"
+        )
+    mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
+    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(thing.bunches)
+    room = widest_width(mesh, halfedges, thing.weave, length=settings.crossing)
+
+    def lay(width_mm: float) -> Ribbons:
+        changed = replace(settings, width=WidthRule(least_mm=width_mm, most_mm=width_mm))
+        return lay_ribbons(thing.woven, thing.weave, changed, thickness, thing.laps)
+
+    widest = widest_clear(lay, thing.weave, limits, room)
+    if widest is None:
+        notes.append(
+            f"width: ribbons of one width have no room, or do not keep clear of one another, at "
+            f"any width from {np.max(limits.width_mm):g} mm, the least to handle"
+        )
+    else:
+        # Rounded down: what is said has room.
+        notes.append(
+            f"width: ribbons of one width have room and keep clear of one another up to "
+            f"{int(widest * 100) / 100:g} mm"
+        )
+    return notes

@@ -1,0 +1,1 @@
+"""Write the manual to print."""

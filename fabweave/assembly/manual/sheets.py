@@ -1,0 +1,284 @@
+"""Draw the pieces and sheets of the manual: parts list, sheet pages, and how to read a piece."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fabweave.assembly.manual.book import LEADING, PLATE, SMALL, TEXT, Book, text_width
+from fabweave.assembly.manual.piece_titles import place_across, upright
+from fabweave.assembly.manual.stock import draw_stock, write_stock
+from fabweave.core.arrays import FloatArray
+from fabweave.core.messages import agree
+from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
+from fabweave.cut.labels.titles import Title, place_titles
+
+PARTS, SHEETS = "Parts list", "Sheets"
+#: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
+_MOST_TILES, _READABLE = 4, PLATE
+#: The largest titles, in points, and how many rows of ids are a short list.
+_LARGEST, _SHORT_LIST = 14.0, 8
+_TITLE_MM = 14.0
+#: Cells of the parts list: so many in a row, and the space below a piece for its texts.
+_COLUMNS, _TEXTS = 3, 40.0
+_FLAT_MM = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A piece as it is drawn on its sheet.
+
+    Parameters
+    ----------
+    lines : tuple of (kind, points)
+        Runs of points in millimetres on the sheet; the outline is closed.
+    holes : (H, 3) float array
+        x, y, radius.
+    outline : (N, 2) float array
+        Corners.
+    """
+
+    lines: tuple[tuple[Layer, FloatArray], ...]
+    holes: FloatArray
+    outline: FloatArray
+
+    @property
+    def middle(self) -> FloatArray:
+        """The middle of its bounding box."""
+        return (self.outline.min(axis=0) + self.outline.max(axis=0)) / 2.0
+
+
+def drawn_pieces(drawing: SheetDrawing) -> dict[str, Drawn]:
+    """Return the pieces of a sheet."""
+    found = {}
+    for piece in drawing.pieces:
+        lines, holes, outline = [], [], np.zeros((0, 2))
+        for entity in piece.entities:
+            if isinstance(entity, Circle):
+                holes.append((entity.x, entity.y, entity.radius))
+                continue
+            points = entity.flattened(_FLAT_MM)
+            if entity.layer is Layer.CUT_OUTER:
+                outline = points
+            else:
+                closed = isinstance(entity, Polyline) and entity.closed
+                lines.append((entity.layer, np.vstack((points, points[:1])) if closed else points))
+        found[piece.piece_id] = Drawn(tuple(lines), np.array(holes).reshape(-1, 3), outline)
+    return found
+
+
+def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawing]) -> None:
+    """Write the parts list: every piece to one scale, with its length, stations and place."""
+    drawn = {key: one for drawing in drawings for key, one in drawn_pieces(drawing).items()}
+    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
+    alike = Counter(piece["kind"] for piece in plan["pieces"])
+    level = {key: levelled(one.outline) for key, one in drawn.items()}
+    cell = (book.right - book.left) / _COLUMNS
+    scale = (cell - 14.0) / max(float(np.ptp(points[:, 0])) for points in level.values())
+    book.page(PARTS)
+    book.y = book.block(
+        book.left,
+        book.y,
+        agree(len(level), "{n} [piece|pieces], the engraved face up, all")
+        + f" to the scale 1 : {72.0 / 25.4 / scale:.1f}. Places are those of the middle of the "
+        "piece on its sheet, in mm from the left and from the lower edge; pieces of one kind are "
+        "cut alike, and there are so many (x) of it.",
+        book.right - book.left,
+        size=SMALL,
+    )
+    book.y -= 8.0
+    pieces = plan["pieces"]
+    for first in range(0, len(pieces), _COLUMNS):
+        row = pieces[first : first + _COLUMNS]
+        high = max(float(np.ptp(level[piece["id"]][:, 1])) for piece in row) * scale
+        book.room(high + _TEXTS, PARTS)
+        for column, piece in enumerate(row):
+            key = piece["id"]
+            points = level[key]
+            x = book.left + column * cell
+            shift = np.array([x, book.y - high]) - points.min(axis=0) * scale
+            book.line(points * scale + shift, width=0.6, closed=True, fill=0.9)
+            y = book.y - high - 13.0
+            book.text(x, y, key, size=12.0, bold=True)
+            book.text(
+                x + text_width(key, 12.0, bold=True) + 6.0,
+                y,
+                f"{np.ptp(points[:, 0]):.0f} mm, "
+                + agree(len(piece["stations"]), "{n} [station|stations]"),
+                size=SMALL,
+            )
+            across, up = drawn[key].middle.tolist()
+            place = f"{names[piece['sheet']]} at {across:.0f}, {up:.0f}"
+            if alike[piece["kind"]] > 1:
+                place += f", kind {piece['kind']} (x {alike[piece['kind']]})"
+            book.text(x, y - LEADING * SMALL, place, size=SMALL)
+        book.y -= high + _TEXTS
+
+
+def levelled(outline: FloatArray) -> FloatArray:
+    """Turn an outline so that its longest direction is level.
+
+    Examples
+    --------
+    >>> levelled(np.array([[0, 0], [1, 1], [5, 5.0], [4, 4]])).round(6)[:, 1].tolist()
+    [0.0, 0.0, 0.0, 0.0]
+    """
+    _, _, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
+    x, y = axes[0] * (1.0 if axes[0, 0] >= 0.0 else -1.0)
+    return np.asarray(outline @ np.array([[x, -y], [y, x]]))
+
+
+def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawing]) -> None:
+    """Draw every sheet with the names of its pieces, and list them to be ticked when peeled."""
+    margin_mm = plan["layout"]["margin_mm"]
+    several = len({(sheet["material"], sheet["thickness_mm"]) for sheet in plan["sheets"]}) > 1
+    for sheet, drawing in zip(plan["sheets"], drawings, strict=True):
+        titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
+        drawn = drawn_pieces(drawing)
+        keys = sorted(drawn, key=_natural)
+        rows = -(-len(keys) // _tick_columns(book, keys))
+        # A short list of pieces stands below its sheet, a long one on pages of its own.
+        reserved = 60.0 + 15.0 * (rows if rows <= _SHORT_LIST else 0)
+        tiles = _tiles(book, drawing, drawn, titles, reserved)
+        for number, tile in enumerate(tiles, start=1):
+            book.page(SHEETS)
+            frame = _Placed(book, tile.low, tile.size, reserved)
+            book.y -= 14.0
+            part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
+            mirrored = ", mirrored, as it is cut" if sheet["mirrored"] else ""
+            told = f", {sheet['material']} {sheet['thickness_mm']:g} mm" if several else ""
+            turned = ", its left edge below" if frame.quarter else ""
+            book.text(
+                book.left,
+                book.y,
+                f"{sheet['name']}{part}: {drawing.width_mm:g} x {drawing.height_mm:g} mm{told}"
+                f"{mirrored}{turned}, scale 1 : {72.0 / 25.4 / frame.scale:.1f}",
+                bold=True,
+            )
+            draw_stock(book, sheet, margin_mm, frame.at, (tile.low, tile.low + tile.size))
+            for key in tile.pieces:
+                book.line(frame.at(drawn[key].outline), width=0.5, closed=True, fill=0.92)
+            _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles)
+            book.y = frame.bottom - 4.0
+            write_stock(book, sheet)
+        if rows > _SHORT_LIST:
+            book.page(SHEETS)
+        write_ticks(book, sheet["name"], keys)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tile:
+    """A part of a sheet that is drawn on one page: its corner, its size, and its pieces."""
+
+    low: FloatArray
+    size: FloatArray
+    pieces: list[str]
+
+
+def _tiles(
+    book: Book,
+    drawing: SheetDrawing,
+    drawn: dict[str, Drawn],
+    titles: dict[str, Title],
+    reserved: float,
+) -> list[_Tile]:
+    """Cut a sheet along its longer side into parts so large that most titles can be read."""
+    size = np.array([drawing.width_mm, drawing.height_mm])
+    heights = sorted(title.height_mm for title in titles.values()) or [_TITLE_MM]
+    axis = int(np.argmax(size))
+    for count in range(1, _MOST_TILES + 1):
+        part = size / np.where(np.arange(2) == axis, count, 1)
+        if fitting_scale(book, part, reserved) * heights[len(heights) // 2] >= _READABLE:
+            break
+    if count == 1:
+        return [_Tile(np.zeros(2), size, list(drawn))]
+    tiles = []
+    for number in range(count):
+        own = [
+            key for key, one in drawn.items()
+            if min(int(one.middle[axis] / part[axis]), count - 1) == number
+        ]  # fmt: skip
+        if own:
+            corners = np.concatenate([drawn[key].outline for key in own])
+            low, high = np.zeros(2), size.copy()
+            low[axis], high[axis] = corners[:, axis].min() - 2.0, corners[:, axis].max() + 2.0
+            tiles.append(_Tile(low, high - low, own))
+    return tiles
+
+
+def _write_titles(
+    book: Book, frame: "_Placed", drawn: dict[str, Drawn], titles: dict[str, Title]
+) -> None:
+    """Write the id of each piece, never on its head: inside it, or across it where it is narrow."""
+    narrow: dict[str, FloatArray] = {}
+    for key, one in drawn.items():
+        title = titles.get(key) or Title(0.0, 0.0, height_mm=0.0)
+        size = min(title.height_mm * frame.scale, _LARGEST)
+        if size < _READABLE:
+            narrow[key] = frame.at(one.outline)
+            continue
+        angle = upright(title.angle_deg + (90.0 if frame.quarter else 0.0))
+        ((x, y),) = frame.at(np.array([[title.x, title.y]])).tolist()
+        book.text(x, y, key, size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
+    for key, (x, y, angle) in place_across(narrow).items():
+        book.plate(x, y, key, angle_deg=angle)
+
+
+def fitting_scale(book: Book, size: FloatArray, reserved: float) -> float:
+    """Return how many points a millimetre has if an area fills a page, its longer side upright.
+
+    So many points of the page's height are reserved for texts.
+    """
+    room = book.right - book.left, book.top - book.foot - 22.0 - reserved
+    return min(room[0] / float(size.min()), room[1] / float(size.max()))
+
+
+class _Placed:
+    """An area of a sheet on the page, turned by a quarter if it is wide."""
+
+    def __init__(self, book: Book, low: FloatArray, size: FloatArray, reserved: float) -> None:
+        self._book, self._low = book, low
+        self.scale = fitting_scale(book, size, reserved)
+        self.quarter = bool(size[0] > size[1])
+        wide, high = (size[::-1] if self.quarter else size) * self.scale
+        self._wide, self._high = float(wide), float(high)
+        self.bottom = book.y - 22.0 - self._high
+
+    def at(self, points: FloatArray) -> FloatArray:
+        """Return where points of the sheet stand on the page."""
+        x, y = ((points - self._low) * self.scale).T
+        if self.quarter:
+            x, y = self._wide - y, x
+        return np.column_stack((x + self._book.left, y + self.bottom))
+
+
+def write_ticks(book: Book, name: str, keys: Sequence[str]) -> None:
+    """Write the list of a sheet's pieces, each with a box to tick."""
+    book.y -= 14.0
+    book.text(book.left, book.y, f"Peeled from {name}:", bold=True)
+    book.y -= 16.0
+    columns = _tick_columns(book, keys)
+    for number, key in enumerate(keys):
+        column = number % columns
+        if number and not column:
+            book.y -= 15.0
+            if book.y < book.foot:
+                book.page(SHEETS)
+                book.y -= 14.0
+        x = book.left + column * (book.right - book.left) / columns
+        book.tick_box(x, book.y - 1.0, 9.0)
+        book.text(x + 13.0, book.y, key)
+
+
+def _tick_columns(book: Book, keys: Sequence[str]) -> int:
+    """Return how many ids with their boxes stand in a row."""
+    widest = max((text_width(key, TEXT) for key in keys), default=1.0)
+    return int((book.right - book.left) / (widest + 22.0))
+
+
+def _natural(key: str) -> tuple[str, int]:
+    """Sort A2 before A10."""
+    letters = key.rstrip("0123456789")
+    return letters, int(key[len(letters) :] or 0)

@@ -1,0 +1,138 @@
+"""Draw the map of the manual: each thread as a band with its pieces, joints and crossings."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from fabweave.assembly.manual.book import SMALL, Book, text_width
+from fabweave.core.colour_space import Colours
+from fabweave.core.messages import agree
+
+MAP = "Threads and their pieces"
+#: Least and greatest distance of crossings along a band, in points, and the band's half width.
+_PITCH, _WIDEST, _HALF = 10.5, 16.0, 4.5
+#: Above the middle of a band stand its pieces, then its joints; below it its crossings.
+_PIECES_UP, _JOINTS_UP, _CROSSINGS_DOWN = 12.0, 22.0, 11.0
+#: The least size of a name that has little room, in points.
+_LEAST = 6.0
+#: Height of a thread's heading, of what is above and below a band, and half the width of a strand
+#: that crosses it.
+_HEAD, _ABOVE, _BELOW, _STRAND = 18.0, 36.0, 46.0, 1.9
+
+
+@dataclass(frozen=True)
+class _Stop:
+    """A crossing on the way along a thread, with the piece and, if two pieces lap, the joint."""
+
+    crossing: int
+    over: bool
+    piece: str
+    joint: int | None
+
+
+def thread_stops(thread: dict[str, Any], pieces: dict[str, Any]) -> list[_Stop]:
+    """Return the crossings of a thread in order, those of joints once.
+
+    A closed thread ends with the joint at which it began.
+
+    Parameters
+    ----------
+    thread : dict
+        As in the crossing map.
+    pieces : dict from id to piece
+        As in the crossing map.
+    """
+    stops: list[_Stop] = []
+    for key in thread["pieces"]:
+        piece = pieces[key]
+        shared = 1 if stops and piece["joints"][0] is not None else 0
+        stops += [
+            _Stop(one["crossing"], one["over"], key, one["joint"])
+            for one in piece["stations"][shared:]
+        ]
+    return stops
+
+
+def write_map(book: Book, plan: dict[str, Any], colours: Colours) -> None:
+    """Draw each thread as a band of its colour, with its pieces, joints and crossings in order."""
+    book.page(MAP)
+    book.y = book.block(
+        book.left,
+        book.y,
+        "Each thread is a band with its colour in the pictures: above it its pieces and, at a "
+        "line, the joints (#) between them; below it the number of each crossing, o where the "
+        "thread goes over and u where it goes under the strand that is drawn across. A ring ends "
+        "with the joint at which it begins.",
+        book.right - book.left,
+        size=SMALL,
+    )
+    pieces = {piece["id"]: piece for piece in plan["pieces"]}
+    wide = book.right - book.left
+    per_row = int(wide / _PITCH) - 1
+    for thread, colour in zip(plan["threads"], colours.tolist(), strict=True):
+        stops = thread_stops(thread, pieces)
+        book.room(_HEAD + _ABOVE + _BELOW, MAP)
+        book.y -= _HEAD
+        name = f"Thread {thread['label']}"
+        book.text(book.left, book.y, name, size=12.0, bold=True)
+        told = "ring" if thread["closed"] else "open"
+        told += agree(len(thread["pieces"]), ", {n} [piece|pieces]")
+        told += agree(len(set(thread["crossings"])), ", {n} [crossing|crossings]")
+        book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y, told, size=SMALL)
+        pitch = max(_PITCH, min(_WIDEST, wide / (len(stops) + 1)))
+        start = 0
+        while start < len(stops):
+            end = _row_end(stops, start, per_row)
+            book.room(_ABOVE + _BELOW, MAP)
+            book.y -= _ABOVE
+            _write_row(book, stops[start:end], pitch, colour)
+            book.y -= _BELOW
+            start = end
+
+
+def _row_end(stops: list[_Stop], start: int, most: int) -> int:
+    """Return where a row ends: at a joint if there is one, so that pieces stay whole."""
+    end = min(start + most, len(stops))
+    if end == len(stops):
+        return end
+    joints = (at + 1 for at in range(end - 1, start, -1) if stops[at].joint is not None)
+    return next(joints, end)
+
+
+def _write_row(book: Book, stops: list[_Stop], pitch: float, colour: list[int]) -> None:
+    """Draw a part of a thread; the middle of its band is where the book stands."""
+    y = book.y
+    places = [book.left + (number + 1) * pitch for number in range(len(stops))]
+    for x, stop in zip(places, stops, strict=True):
+        if stop.over:
+            _strand(book, x, y)
+    wide = len(stops) * pitch
+    book.area(book.left + pitch / 2, y - _HALF, wide, 2 * _HALF, colour)
+    for x, stop in zip(places, stops, strict=True):
+        if not stop.over:
+            _strand(book, x, y)
+        if stop.joint is not None:
+            book.line([(x, y - _HALF - 1.0), (x, y + _JOINTS_UP - 2.0)], width=1.3)
+            book.text(x, y + _JOINTS_UP, f"#{stop.joint}", size=SMALL, align=0.5)
+        said = f"{stop.crossing} {'o' if stop.over else 'u'}"
+        book.text(x, y - _CROSSINGS_DOWN, said, size=SMALL, align=1.0, angle_deg=90.0, middle=True)
+    first = 0
+    for at in range(1, len(stops) + 1):
+        if at == len(stops) or stops[at].piece != stops[first].piece:
+            # From the joint where the piece begins, which is the stop before, to its last stop.
+            left = places[first] - pitch if first else places[0]
+            _name_piece(book, stops[first].piece, left, places[at - 1], y + _PIECES_UP)
+            first = at
+
+
+def _name_piece(book: Book, key: str, left: float, right: float, y: float) -> None:
+    """Write the id of a piece above the middle of what is seen of it, in its room."""
+    room = max(right - left, _PITCH) - 3.0
+    size = min(10.0, max(_LEAST, 10.0 * room / text_width(key, 10.0, bold=True)))
+    book.text((left + right) / 2, y - _PIECES_UP + 6.5, key, size=size, bold=True, align=0.5)
+
+
+def _strand(book: Book, x: float, y: float) -> None:
+    """Draw the strand that crosses a band."""
+    low, high = y - _HALF - 3.5, y + _HALF + 1.5
+    corners = [(x - _STRAND, low), (x + _STRAND, low), (x + _STRAND, high), (x - _STRAND, high)]
+    book.line(corners, width=0.5, closed=True, fill=1.0)

@@ -1,0 +1,1 @@
+"""Find the order in which pieces are put together."""

@@ -1,0 +1,1 @@
+"""Write the page that shows a job in a browser."""

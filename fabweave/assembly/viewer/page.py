@@ -1,0 +1,121 @@
+"""Make the viewer: one web page with the woven object, its pieces, its sheets and its steps."""
+
+import hashlib
+import html
+import json
+import re
+from collections.abc import Sequence
+from importlib import resources
+from typing import Any
+
+import trimesh
+from trimesh.viewer import scene_to_html
+
+from fabweave.core.colour_space import Colours
+
+SCHEMA = "fabweave.viewer/1"
+
+#: Numbers of the plan are rounded to a thousandth in the page, which is for looking.
+_DECIMALS = 3
+
+#: Our own scripts, in the order in which they build on one another.
+_SCRIPTS = ("plan.js", "camera.js", "space.js", "flat.js", "page.js")
+
+#: three.js as trimesh carries it, from its licence to the end of its one expression.
+_THREE = re.compile(
+    r"/\*\*\s*\* @license\s*\* Copyright [\d-]+ Three\.js Authors.*?"
+    r"Object\.defineProperty\(\w+,\"__esModule\",\{value:!0\}\)\}\)\);",
+    re.DOTALL,
+)
+
+
+def viewer_page(
+    plan: dict[str, Any],
+    space: dict[str, Any],
+    *,
+    title: str,
+    colours: Colours,
+    view_deg: tuple[float, float],
+) -> str:
+    """Return the viewer as one HTML file that needs nothing else, neither files nor a network.
+
+    Parameters
+    ----------
+    plan : dict
+        The crossing map.
+    space : dict
+        The pieces in space, from ``space_record``.
+    title : str
+        Name of the job.
+    colours : (T, 3) uint8 array
+        The colour of each thread.
+    view_deg : (float, float)
+        Azimuth and elevation of the first view.
+
+    Returns
+    -------
+    str
+        The page. It holds the whole plan, numbers rounded to a thousandth.
+    """
+    shown = _rounded(plan)
+    data = {
+        "schema": SCHEMA,
+        "title": title,
+        # What is remembered between visits is kept under this name.
+        "job": hashlib.sha256(_compact(shown).encode()).hexdigest()[:16],
+        "colours": ["#" + bytes(colour).hex() for colour in colours],
+        "view_deg": list(view_deg),
+        "plan": shown,
+        "space": space,
+    }
+    parts = {
+        "TITLE": html.escape(title),
+        "STYLE": _own("page.css"),
+        "DATA": _compact(data),
+        "THREE": three_script(),
+        "SCRIPT": "\n".join(_own(name) for name in _SCRIPTS),
+    }
+    # One pass, so that nothing that is put in is looked at again.
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _own("page.html"))
+
+
+def three_script() -> str:
+    """Return three.js (MIT licence) out of the viewer that trimesh brings along.
+
+    Returns
+    -------
+    str
+        The script, or nothing if this trimesh has another viewer: the page then shows no space,
+        says so, and works as a plan of sheets and pieces.
+
+    Examples
+    --------
+    >>> three_script().count("Three.js Authors")
+    1
+    """
+    found = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
+    return found[0] if found else ""
+
+
+def _own(name: str) -> str:
+    """Return one of the files that the page is made of."""
+    folder = resources.files("fabweave.assembly.viewer").joinpath("viewer_page")
+    return folder.joinpath(name).read_text("utf-8")
+
+
+def _compact(value: Any) -> str:
+    """Return JSON that can stand in a script element: no tag begins in it."""
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False)
+    return text.replace("<", "\\u003c")
+
+
+def _rounded(value: Any) -> Any:
+    """Return the same with every float rounded, whole ones without a point."""
+    if isinstance(value, float):
+        short = round(value, _DECIMALS)
+        return int(short) if short.is_integer() else short
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_rounded(item) for item in value]
+    return value

@@ -1,0 +1,1 @@
+"""Hold what every room needs: arrays, errors, units, messages, arc paths."""

@@ -1,0 +1,86 @@
+"""Let words agree with a number."""
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
+
+from fabweave.core.errors import InputError
+
+_Value = TypeVar("_Value")
+_CHOICE = re.compile(r"\[([^|\[\]]*)\|([^|\[\]]*)\]")
+
+
+def agree(count: int, text: str) -> str:
+    """Return a text in which words agree with a number.
+
+    Parameters
+    ----------
+    count : int
+        The number.
+    text : str
+        ``{n}`` becomes the number, and each ``[one|many]`` the word for one or for any other
+        number.
+
+    Examples
+    --------
+    >>> agree(1, "{n} [face has|faces have] no area"), agree(2, "{n} [face has|faces have] no area")
+    ('1 face has no area', '2 faces have no area')
+    """
+    one = count == 1
+    chosen = _CHOICE.sub(lambda found: found[1] if one else found[2], text)
+    return chosen.replace("{n}", str(count))
+
+
+def few_of(names: Sequence[object], most: int = 8) -> str:
+    """Return the first of some names or numbers, and how many more there are.
+
+    Examples
+    --------
+    >>> few_of(["A1", "A2", "B1"], 2), few_of(["A1", "A2"], 2)
+    ('A1, A2 and 1 more', 'A1, A2')
+    """
+    return ", ".join(map(str, names[:most])) + (
+        f" and {len(names) - most} more" if len(names) > most else ""
+    )
+
+
+def closest_first(wanted: str, names: Iterable[str]) -> list[str]:
+    """Return names, those that resemble a wanted one first, the others as they come.
+
+    Examples
+    --------
+    >>> closest_first("brich", ["card", "birch", "shim"])
+    ['birch', 'card', 'shim']
+    """
+    names = list(names)
+    close = difflib.get_close_matches(wanted, names, n=max(len(names), 1), cutoff=0.4)
+    return close + [other for other in names if other not in close]
+
+
+def one_named(kind: str, name: str, known: Mapping[str, _Value]) -> _Value:
+    """Return what has a name, in lower or upper case.
+
+    Parameters
+    ----------
+    kind : str
+        What it is, for the message.
+    name : str
+    known : mapping
+        All there are, by names in lower case.
+
+    Raises
+    ------
+    InputError
+        If there is none; the message lists the names, closest first.
+
+    Examples
+    --------
+    >>> one_named("material", " Card", {"card": 0.4})
+    0.4
+    """
+    wanted = name.strip().lower()
+    if wanted not in known:
+        names = ", ".join(closest_first(wanted, known))
+        raise InputError(f"no {kind} is called {name!r}: choose one of {names}")
+    return known[wanted]

@@ -1,0 +1,1 @@
+"""Run work in other processes, on a cluster, or here, with the same result."""

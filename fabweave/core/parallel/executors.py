@@ -1,0 +1,287 @@
+"""Open executors (`concurrent.futures`) for long work in parts: here, beside, or on a cluster.
+
+A part of the work is a function of the package and its arguments, both picklable; its result does
+not depend on who does it. A worker that is lost costs the part it had, which is done again.
+"""
+
+import multiprocessing
+import signal
+import threading
+import traceback
+from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.parallel.interrupt import held_back
+
+if TYPE_CHECKING:  # not every platform has both
+    from multiprocessing.context import ForkServerContext, SpawnContext
+
+#: Opens an executor; nothing that it started is left when the block ends.
+Executors: TypeAlias = Callable[[], AbstractContextManager[Executor]]
+
+_TRIES = 3  # how many workers one part of the work may cost
+_PATIENCE_S = 0.1  # how long Ctrl-C may wait while results are waited for
+
+
+class HereExecutor(Executor):
+    """Do the work at once, in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Do the work and return a future that is done."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class CalmExecutor(Executor):
+    """Pass work on to another executor, with Ctrl-C held back while that one holds its locks."""
+
+    def __init__(self, executor: Executor) -> None:
+        """Take one whose ``submit`` and ``shutdown`` do not wait for work."""
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Schedule work there."""
+        with held_back():
+            return self._executor.submit(fn, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Shut that one down."""
+        with held_back():
+            # Not every executor has the option.
+            self._executor.shutdown(wait, **({"cancel_futures": True} if cancel_futures else {}))
+
+
+class ProcessesExecutor(ThreadPoolExecutor):
+    """Hand work to processes; one that dies is replaced, and its part is done again.
+
+    Each process belongs to one thread at a time, so that the loss of one is known at once and
+    touches no other. Ctrl-C is left to the main thread.
+    """
+
+    def __init__(self, count: int) -> None:
+        """Start nothing yet."""
+        super().__init__(count, initializer=_leave_interrupts)
+        self._closing = threading.Event()
+        self._helpers = [_Helper(self._closing) for _ in range(count)]
+        self._idle: SimpleQueue[_Helper] = SimpleQueue()
+        for helper in self._helpers:
+            self._idle.put(helper)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Schedule work; a BrokenExecutor says that it cost too many processes."""
+        return super().submit(self._handed, partial(fn, *args, **kwargs))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Wait for what is running, or stop it (``cancel_futures``); then end the processes."""
+        if not cancel_futures:
+            super().shutdown(wait=wait)
+        self._closing.set()
+        for helper in self._helpers:
+            helper.stop()
+        super().shutdown(wait=wait, cancel_futures=True)
+
+    def _handed(self, work: Callable[[], Any]) -> Any:
+        helper = self._idle.get()
+        try:
+            for _ in range(_TRIES):
+                try:
+                    return helper.do(work)
+                except _LostError:
+                    helper.stop()
+                    if self._closing.is_set():
+                        raise BrokenExecutor("the executor was closed") from None
+            raise BrokenExecutor(f"{_TRIES} processes ended before they were done with this part")
+        finally:
+            self._idle.put(helper)
+
+
+class _LostError(Exception):
+    """Say that a process ended before it was done."""
+
+
+class _Helper:
+    """A process that does one thing after another; started when there is something to do."""
+
+    def __init__(self, closing: threading.Event) -> None:
+        self._closing = closing
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._link: Connection | None = None
+
+    def do(self, work: Callable[[], Any]) -> Any:
+        """Return what the process comes to; _LostError if it ends before that."""
+        try:
+            link = self._link or self._start()
+            link.send(work)
+            good, result = link.recv()
+        except (EOFError, OSError) as error:
+            raise _LostError from error
+        if not good:
+            raise result
+        return result
+
+    def _start(self) -> Connection:
+        context = _context()
+        here, there = context.Pipe()
+        process = context.Process(target=_serve, args=(there,), daemon=True)
+        process.start()
+        there.close()  # so that the end of the process closes the link
+        self._process, self._link = process, here
+        if self._closing.is_set():
+            self.stop()
+            raise _LostError
+        return here
+
+    def stop(self) -> None:
+        """End the process, if there is one."""
+        process, self._process, self._link = self._process, None, None
+        if process is not None:
+            process.terminate()
+            process.join()
+
+
+def _leave_interrupts() -> None:
+    """Block Ctrl-C in this thread, and in what it starts: the main thread ends the processes.
+
+    Ctrl-C reaches every process of a terminal, also those that are still importing.
+    """
+    if hasattr(signal, "pthread_sigmask"):
+        # It starts with the first process, and unblocks the signal after that.
+        resource_tracker.ensure_running()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+def _context() -> "SpawnContext | ForkServerContext":
+    """Return how processes are started: with threads about, a fork of this one is not safe."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    # The server imports the package once, and not each process for itself.
+    context.set_forkserver_preload(["fabweave.app.job_folder"])
+    return context
+
+
+def _serve(link: Connection) -> None:
+    """Do what comes through a link until it closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it cannot be blocked
+    while True:
+        try:
+            work = link.recv()
+        except EOFError:
+            return
+        try:
+            answer = True, work()
+        except Exception as error:
+            error.add_note(traceback.format_exc())
+            answer = False, error
+        link.send(answer)
+
+
+@contextmanager
+def here() -> Iterator[Executor]:
+    """Open an executor that does the work at once, in this process.
+
+    Examples
+    --------
+    >>> with here() as executor:
+    ...     executor.submit(max, 2, 3).result()
+    3
+    """
+    yield HereExecutor()
+
+
+def processes(count: int) -> Executors:
+    """Return what opens an executor of processes beside this one; of none, it works here.
+
+    Scripts that use more than none need the usual guard, ``if __name__ == "__main__"``.
+    """
+
+    @contextmanager
+    def opened() -> Iterator[Executor]:
+        executor = CalmExecutor(ProcessesExecutor(count))
+        try:
+            yield executor
+        finally:
+            executor.shutdown(cancel_futures=True)
+
+    return opened if count > 0 else here
+
+
+def finished(
+    executor: Executor, function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]
+) -> Iterator[tuple[int, Any]]:
+    """Yield the number and the result of each task as it is done; in what order is left open.
+
+    Parameters
+    ----------
+    executor : Executor
+        Who does it.
+    function : callable
+        What is done.
+    tasks : sequence of tuple
+        The arguments for each time.
+
+    Raises
+    ------
+    CannotMakeError
+        If a task was lost again and again with those who did it.
+
+    Examples
+    --------
+    >>> with here() as executor:
+    ...     sorted(finished(executor, max, [(2, 3), (5, 4)]))
+    [(0, 3), (1, 5)]
+    """
+    waiting: dict[Future[Any], int] = {}
+    try:
+        for number, task in enumerate(tasks):
+            waiting[executor.submit(function, *task)] = number
+            # Where work is done here, it is done by now: it is not to wait for the rest.
+            for future in _done(waiting, 0.0):
+                yield waiting.pop(future), result_of(future)
+        while waiting:
+            for future in _done(waiting, _PATIENCE_S):
+                yield waiting.pop(future), result_of(future)
+    finally:
+        with held_back():
+            for future in waiting:
+                future.cancel()
+
+
+def _done(waiting: Collection[Future[Any]], most_s: float) -> list[Future[Any]]:
+    """Return which are done, after no more than some seconds, in the order given."""
+    with held_back():
+        done = wait(waiting, most_s, FIRST_COMPLETED).done
+    return [future for future in waiting if future in done]
+
+
+def result_of(future: Future[Any]) -> Any:
+    """Wait for a result and return it; raise CannotMakeError if it was lost."""
+    while not _done([future], _PATIENCE_S):
+        pass
+    try:
+        with held_back():
+            return future.result()
+    except (BrokenExecutor, CancelledError) as error:
+        said = str(error) or "its cluster went away"
+        raise CannotMakeError(
+            f"a part of the work was lost ({said}); see that there is enough memory, and try again"
+        ) from error

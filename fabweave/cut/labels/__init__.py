@@ -1,0 +1,1 @@
+"""Letter pieces: what is said, how, and where there is room."""

@@ -1,0 +1,325 @@
+"""Find room for labels on pieces: inside the outline, off holes and ticks, apart from others.
+
+Every wish has a list of boxes in which it would be lettered, the best first: at its best choice in
+all its places, then at the next choice. All pieces are worked on at once, and each takes its
+wishes one after another: a wish gets its first box that is free.
+"""
+
+from collections.abc import Sequence
+from itertools import chain, pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.cut.labels.lettering import text_box
+from fabweave.cut.labels.texts import ARROW, Choice, Wish
+from fabweave.flat.piece import Piece
+
+#: Nothing engraved comes nearer to an outline, a hole or another mark.
+CLEAR_MM = 0.35
+#: Labels in one line keep this far apart, or two would read as one: a space between words.
+WORD_SPACE_MM = 1.5
+
+# Where a label may be centred, as parts of the way from a station to the next, or, if negative, to
+# the one before; beyond the ends of a piece the way goes on as far. First what is tried beside a
+# station, then what is only for the piece's own id, midway between stations.
+_BESIDE = (0.0, 0.25, -0.25, 0.3, -0.3, 0.2, -0.2, 0.35, -0.35, 0.4, -0.4, 0.45, -0.45)
+_MIDWAY = (0.5, 0.35, -0.35)
+_WAYS = (*_BESIDE, 0.5)
+# The same places on the middle line, and then off it by these parts of the ribbon's width.
+_ASIDE = (0.0, 0.25, -0.25)
+
+#: So many boxes of each piece are tried at once.
+_CHUNK = 12
+
+
+class Spot(NamedTuple):
+    """Where a wish is lettered: how, around which point, in which direction."""
+
+    choice: Choice
+    centre: FloatArray
+    rotation_deg: float
+    box_mm: tuple[float, float]
+
+
+class _Places(NamedTuple):
+    """Places where a label may be centred, and their reading directions, (S, T, A, 2) arrays."""
+
+    centre: FloatArray
+    along: FloatArray
+
+
+class _Boxes(NamedTuple):
+    """The boxes of every wish: its choices' half sizes, and its places.
+
+    Choices and places of wish ``w`` are those from ``first[w]`` to ``first[w + 1]``.
+    """
+
+    half: FloatArray
+    first_choice: IntArray
+    place: IntArray
+    first_place: IntArray
+
+
+def find_spots(
+    pieces: Sequence[Piece],
+    ticks: Sequence[Sequence[FloatArray]],
+    wishes: Sequence[Sequence[Wish]],
+) -> list[list[Spot | None]]:
+    """Find a spot for every wish of every piece, or None.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    ticks : sequence of sequences of (2, 2) float arrays
+        What is engraved on each piece beside its labels.
+    wishes : sequence of sequences of Wish
+        What each piece is to tell, the most important first. A wish is passed over if the one
+        before it was lettered in a way that tells the same.
+
+    Returns
+    -------
+    list of lists of Spot or None
+        For each piece one for each of its wishes.
+    """
+    counts = [len(own) for own in wishes]
+    if not sum(counts):
+        return [[] for _ in pieces]
+    places = _places(pieces)
+    free = _free_regions(pieces, ticks)
+    boxes = _boxes(pieces, wishes, places)
+    bounds = offsets_of(np.array(counts))
+    flat = list(chain.from_iterable(wishes))
+    chosen = _choose(places, boxes, free, bounds, _spare(flat, bounds))
+    centre, along = places.centre.reshape(-1, 2), places.along.reshape(-1, 2)
+    turned = np.rad2deg(np.arctan2(along[:, 1], along[:, 0]))
+    spots: list[Spot | None] = []
+    for number, (choice, place) in enumerate(chosen.tolist()):
+        if choice < 0:
+            spots.append(None)
+            continue
+        wide, high = (2 * boxes.half[choice]).tolist()
+        own = flat[number].choices[choice - int(boxes.first_choice[number])]
+        spots.append(Spot(own, centre[place], float(turned[place]), (wide, high)))
+    return [spots[start:end] for start, end in pairwise(bounds.tolist())]
+
+
+def _places(pieces: Sequence[Piece]) -> _Places:
+    """List the places around every station of all pieces: ways by asides."""
+    counts = np.array([len(piece.crossings) for piece in pieces])
+    last = np.cumsum(counts) - 1
+    points = np.concatenate([piece.points for piece in pieces])
+    directions = np.concatenate([piece.directions for piece in pieces])
+    rails = np.concatenate([piece.rails for piece in pieces])
+    breadth = np.hypot(*(rails[:, 1] - rails[:, 0]).T)
+    step = np.diff(points, axis=0, append=points[-1:])
+    # Before the first station and after the last one the ribbon goes straight on.
+    length = np.hypot(*step.T)
+    pitch = np.where(counts > 1, length[last - 1], breadth[last])
+    after, before = step.copy(), np.roll(step, 1, axis=0)
+    after[last] = directions[last] * pitch[:, None]
+    start = last - counts + 1
+    pitch = np.where(counts > 1, length[start], breadth[start])
+    before[start] = directions[start] * pitch[:, None]
+    wider, wider_before = np.diff(breadth, append=0.0), np.zeros(len(breadth))
+    wider[last] = 0.0
+    wider_before[1:] = -wider[:-1]
+    wider_before[start] = 0.0
+    centre = np.empty((len(points), len(_WAYS), len(_ASIDE), 2))
+    along = np.empty_like(centre)
+    for column, part in enumerate(_WAYS):
+        way, change = (after, wider) if part > 0 else (before, wider_before)
+        unit = way / np.hypot(*way.T)[:, None] if part else directions
+        across = unit[:, ::-1] * (-1.0, 1.0) * (breadth + abs(part) * change)[:, None]
+        for row, aside in enumerate(_ASIDE):
+            centre[:, column, row] = points + part * way + aside * across
+            along[:, column, row] = unit
+    return _Places(centre, along)
+
+
+def _outlines(pieces: Sequence[Piece]) -> npt.NDArray[Any]:
+    """Return the outline of each piece as a polygon."""
+    return np.array([shapely.Polygon(piece.outline) for piece in pieces], dtype=object)
+
+
+def _free_regions(
+    pieces: Sequence[Piece], ticks: Sequence[Sequence[FloatArray]]
+) -> npt.NDArray[Any]:
+    """Return the part of each piece where letters may stand: off its edge, holes and ticks."""
+    inside = shapely.buffer(_outlines(pieces), -CLEAR_MM, join_style="mitre")
+    every = np.arange(len(pieces))
+    holes = np.concatenate([piece.holes for piece in pieces])
+    lines = np.array(list(chain.from_iterable(ticks))).reshape(-1, 2, 2)
+    slots = [shapely.Polygon(slot.path.flattened(0.01)) for piece in pieces for slot in piece.slots]
+    things = np.concatenate(
+        (
+            shapely.buffer(shapely.points(holes[:, 1:3]), holes[:, 3] / 2 + CLEAR_MM, quad_segs=6),
+            shapely.buffer(shapely.linestrings(lines), CLEAR_MM, cap_style="square"),
+            shapely.buffer(np.array(slots, dtype=object), CLEAR_MM, quad_segs=6),
+        )
+    )
+    counts = (
+        [len(piece.holes) for piece in pieces],
+        [len(own) for own in ticks],
+        [len(piece.slots) for piece in pieces],
+    )
+    owner = np.concatenate([np.repeat(every, count) for count in counts])
+    order = np.argsort(owner, kind="stable")
+    has, number = np.unique(owner[order], return_inverse=True)
+    taken = shapely.multipolygons(things[order], indices=number)
+    # Two of the things may overlap, and make no valid multipolygon.
+    inside[has] = shapely.difference(inside[has], shapely.buffer(taken, 0.0))
+    shapely.prepare(inside)
+    return np.asarray(inside)
+
+
+def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _Places) -> _Boxes:
+    """List the boxes of every wish; places without room for its lowest choice are left out."""
+    stations = offsets_of(np.array([len(piece.crossings) for piece in pieces]))
+    halves: list[tuple[float, float]] = []
+    listed, n_choices, owner = [], [], []
+    for index, (piece, own) in enumerate(zip(pieces, wishes, strict=True)):
+        first = int(stations[index]) * _PER_STATION
+        anywhere = first + _for_the_whole(len(piece.crossings))
+        for wish in own:
+            if wish.station is None:
+                listed.append(anywhere)
+            else:
+                listed.append(first + wish.station * _PER_STATION + _AT_A_STATION)
+            halves += [_half_size(choice) for choice in wish.choices]
+            n_choices.append(len(wish.choices))
+            owner.append(index)
+    half, place = np.array(halves), np.concatenate(listed)
+    first_choice = offsets_of(np.array(n_choices))
+    number = np.repeat(np.arange(len(owner)), [len(own) for own in listed])
+    # Whatever its length, a text needs half its height around the middle of its box.
+    lowest = np.minimum.reduceat(half[:, 1], first_choice[:-1])[number]
+    kept = np.zeros(len(place), dtype=np.bool_)
+    x, y = places.centre.reshape(-1, 2)[place].T
+    piece_of, outlines = np.array(owner)[number], _outlines(pieces)
+    for height in np.unique(lowest).tolist():
+        # Bevelled corners leave a little more than there is, so nothing is missed.
+        core = shapely.buffer(outlines, -(CLEAR_MM + height), join_style="bevel")
+        shapely.prepare(core)
+        some = np.flatnonzero(lowest == height)
+        kept[some] = shapely.contains_xy(core[piece_of[some]], x[some], y[some])
+    n_kept = np.bincount(number[kept], minlength=len(owner))
+    return _Boxes(half, first_choice, place[kept], offsets_of(n_kept))
+
+
+_PER_STATION = len(_WAYS) * len(_ASIDE)
+# A place's number is (station * ways + way) * asides + aside.
+_AT_A_STATION = np.add.outer(np.arange(len(_ASIDE)), np.arange(len(_BESIDE)) * len(_ASIDE)).reshape(
+    -1
+)
+
+
+def _for_the_whole(count: int) -> IntArray:
+    """Return the places for a label of a whole piece, the nearest to its middle first."""
+    segments = sorted(range(count - 1), key=lambda k: (abs(k - (count - 2) / 2), k))
+    stations = sorted(range(count), key=lambda k: (abs(k - (count - 1) / 2), k))
+    way = {part: number for number, part in enumerate(_WAYS)}
+    steps = [
+        (segment + (part < 0)) * len(_WAYS) + way[part] for part in _MIDWAY for segment in segments
+    ]
+    steps += [station * len(_WAYS) + way[0.0] for station in stations]
+    return np.add.outer(np.arange(len(_ASIDE)), np.array(steps) * len(_ASIDE)).reshape(-1)
+
+
+def _half_size(choice: Choice) -> tuple[float, float]:
+    """Return half the width and half the height of a lettered text."""
+    box = text_box(choice.text, choice.height_mm)
+    if choice.text == ARROW:  # a low sign, alone in its line
+        return box.width / 2, choice.height_mm / 4
+    return box.width / 2, (box.top - box.bottom) / 2
+
+
+def _spare(wishes: Sequence[Wish], bounds: IntArray) -> BoolArray:
+    """Return for each choice whether it tells all that the next wish of its piece tells."""
+    following: list[Wish | None] = [*wishes[1:], None]
+    for end in bounds[1:].tolist():
+        if end:
+            following[end - 1] = None
+    return np.array(
+        [
+            after is not None
+            and set(after.words) <= set(choice.kinds)
+            and after.station == wish.station
+            for wish, after in zip(wishes, following, strict=True)
+            for choice in wish.choices
+        ]
+    )
+
+
+def _choose(
+    places: _Places, boxes: _Boxes, free: npt.NDArray[Any], bounds: IntArray, spare: BoolArray
+) -> IntArray:
+    """Return the choice and the place of every wish, (W, 2); -1 where there is none."""
+    centre, along = places.centre.reshape(-1, 2), places.along.reshape(-1, 2)
+    n_places = np.diff(boxes.first_place)
+    n_boxes = n_places * np.diff(boxes.first_choice)
+    chosen = np.full((len(n_boxes), 2), -1)
+    most = int(np.diff(bounds).max())
+    # Of every piece, the boxes that are taken: centre, direction, half size.
+    kept = np.zeros((len(free), most, 6))
+    n_kept = np.zeros(len(free), dtype=np.int64)
+    wish, tried = bounds[:-1].copy(), np.zeros(len(free), dtype=np.int64)
+    while len(active := np.flatnonzero(wish < bounds[1:])):
+        now = wish[active]
+        number = tried[active, None] + np.arange(_CHUNK)
+        row, column = np.nonzero(number < n_boxes[now][:, None])
+        own, number = now[row], number[row, column]
+        choice = boxes.first_choice[own] + number // n_places[own]
+        place = boxes.place[boxes.first_place[own] + number % n_places[own]]
+        box = np.column_stack((centre[place], along[place], boxes.half[choice]))
+        piece = active[row]
+        good = shapely.contains_properly(free[piece], shapely.polygons(_corners(box)))
+        some = np.flatnonzero(good)
+        good[some] = _apart(box[some], kept[piece[some]], n_kept[piece[some]])
+        # The first good box of each wish; rows come in order.
+        found, first = np.unique(row[good], return_index=True)
+        taken = np.flatnonzero(good)[first]
+        chosen[now[found], 0], chosen[now[found], 1] = choice[taken], place[taken]
+        winner = active[found]
+        kept[winner, n_kept[winner]] = box[taken]
+        n_kept[winner] += 1
+        tried[active] += _CHUNK
+        done = tried[active] >= n_boxes[now]
+        done[found] = True
+        wish[active[done]] += 1
+        tried[active[done]] = 0
+        passed = winner[spare[choice[taken]]]
+        wish[passed] += 1
+    return chosen
+
+
+def _corners(box: FloatArray) -> FloatArray:
+    """Return the corners of boxes, (N, 4, 2)."""
+    along = box[:, 2:4] * box[:, 4:5]
+    upward = box[:, 3:1:-1] * (-1.0, 1.0) * box[:, 5:6]
+    reach = np.stack((-along - upward, along - upward, along + upward, upward - along), axis=1)
+    return np.asarray(box[:, None, :2] + reach)
+
+
+def _apart(box: FloatArray, kept: FloatArray, n_kept: IntArray) -> BoolArray:
+    """Say which boxes (N, 6) keep apart from all boxes that are taken (N, K, 6).
+
+    Two rectangles are apart if they are so along a side of one of them. In a line they keep a
+    space between words, one above the other the clearance.
+    """
+    one, other = box[:, None, :], kept
+    away = other[..., :2] - one[..., :2]
+    turn = one[..., 2] * other[..., 2] + one[..., 3] * other[..., 3]
+    slant = one[..., 2] * other[..., 3] - one[..., 3] * other[..., 2]
+    turn, slant = np.abs(turn), np.abs(slant)
+    apart = np.arange(kept.shape[1]) >= n_kept[:, None]
+    for mine, theirs in ((one, other), (other, one)):
+        wide, high = mine[..., 4] + WORD_SPACE_MM, mine[..., 5] + CLEAR_MM
+        along = np.abs(away[..., 0] * mine[..., 2] + away[..., 1] * mine[..., 3])
+        across = np.abs(away[..., 1] * mine[..., 2] - away[..., 0] * mine[..., 3])
+        apart |= along > wide + theirs[..., 4] * turn + theirs[..., 5] * slant
+        apart |= across > high + theirs[..., 4] * slant + theirs[..., 5] * turn
+    return np.asarray(apart.all(axis=1))

@@ -1,0 +1,1 @@
+"""Draw what stands on a sheet for people and is not cut."""

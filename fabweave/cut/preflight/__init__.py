@@ -1,0 +1,1 @@
+"""Check pieces against the rules of those who cut them."""

@@ -1,0 +1,1 @@
+"""Write drawings as DXF, SVG, pictures and templates."""

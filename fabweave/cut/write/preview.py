@@ -1,0 +1,238 @@
+"""Paint a picture of a sheet for people: where each piece lies, and what it is called."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import InputError
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.drawing_check import check_drawing
+from fabweave.cut.labels.titles import Title, place_titles
+from fabweave.cut.presets import Preset, preset_named
+from fabweave.cut.write.paint import SHEET, Painter, png_encoded
+
+_Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
+
+_INK = (38, 43, 51)
+
+# Measures of a sheet of up to half a metre; on a larger one they grow with it, because its
+# picture is looked at from farther away.
+_BORDER_MM, _HEADING_MM, _TITLE_MM = 8.0, 16.0, 9.0
+_PLAIN_SHEET_MM = 500.0
+_BAR_MM = 100.0
+#: A picture is painted this many times larger, then shrunk, so that its lines are smooth.
+_SUPERSAMPLING = 2
+_MAX_PIXELS = 100_000_000
+
+
+@dataclass(frozen=True)
+class PreviewFrame:
+    """How a preview maps millimetres on the sheet to pixels of the picture.
+
+    Parameters
+    ----------
+    width_px, height_px : int
+        Size of the picture.
+    pixels_per_mm : float
+        Scale.
+    left_px, bottom_px : float
+        Where the lower left corner of the sheet stands in the picture, y counted from the top.
+    growth : float
+        How much larger than on a small sheet heading and titles are.
+    """
+
+    width_px: int
+    height_px: int
+    pixels_per_mm: float
+    left_px: float
+    bottom_px: float
+    growth: float = 1.0
+
+    def pixels(self, points: FloatArray) -> FloatArray:
+        """Return where points of the sheet stand in the picture, (N, 2), y from the top.
+
+        Examples
+        --------
+        >>> frame = preview_frame(SheetDrawing("s", 100.0, 50.0, (), ()), pixels_per_mm=2.0)
+        >>> frame.pixels(np.array([[0.0, 50.0]])).tolist()
+        [[16.0, 48.0]]
+        """
+        return points * (self.pixels_per_mm, -self.pixels_per_mm) + (self.left_px, self.bottom_px)
+
+
+def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> PreviewFrame:
+    """Return how ``write_png`` maps a sheet to pixels.
+
+    Raises
+    ------
+    InputError
+        If the scale is not positive, or the picture would be larger than 100 megapixels.
+    """
+    if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0.0):
+        raise InputError(f"the scale is {pixels_per_mm} pixels per mm; it must be positive")
+    growth = max(1.0, max(drawing.width_mm, drawing.height_mm) / _PLAIN_SHEET_MM)
+    border, heading = _BORDER_MM * growth, _HEADING_MM * growth
+    wide = (drawing.width_mm + 2.0 * border) * pixels_per_mm
+    high = (drawing.height_mm + 2.0 * border + heading) * pixels_per_mm
+    if not wide * high <= _MAX_PIXELS:
+        raise InputError(
+            f"the picture of sheet {drawing.name!r} would have {wide:.0f} x {high:.0f} pixels, "
+            f"over {_MAX_PIXELS // 1_000_000} million; take fewer pixels per mm"
+        )
+    return PreviewFrame(
+        width_px=max(round(wide), 1),
+        height_px=max(round(high), 1),
+        pixels_per_mm=pixels_per_mm,
+        left_px=border * pixels_per_mm,
+        bottom_px=(drawing.height_mm + border + heading) * pixels_per_mm,
+        growth=growth,
+    )
+
+
+def write_png(
+    path: Path | str,
+    drawing: SheetDrawing,
+    *,
+    pixels_per_mm: float = 4.0,
+    titles: Mapping[str, Title] | None = None,
+    colours: Preset | None = None,
+) -> None:
+    """Write a picture of a sheet as PNG.
+
+    Pieces are filled lightly; outlines, holes and engraving have the colours that the laser
+    program shows. Each piece carries its id in large letters, along the piece where it is
+    widest. The heading names the sheet and its size; beside it stands a bar of 100 mm.
+
+    Parameters
+    ----------
+    path : path
+        The file to write.
+    drawing : SheetDrawing
+        One sheet, millimetres.
+    pixels_per_mm : float
+        Scale.
+    titles : mapping from piece id to Title, or None
+        Where the ids stand; None finds places. A piece that is not in the mapping has none.
+    colours : Preset or None
+        The colours of the layers; None takes the default preset.
+
+    Raises
+    ------
+    InputError
+        If the picture would be too large, or the drawing cannot be cut (see ``check_drawing``).
+    """
+    Path(path).write_bytes(
+        png_bytes(drawing, pixels_per_mm=pixels_per_mm, titles=titles, colours=colours)
+    )
+
+
+def png_bytes(
+    drawing: SheetDrawing,
+    *,
+    pixels_per_mm: float = 4.0,
+    titles: Mapping[str, Title] | None = None,
+    colours: Preset | None = None,
+) -> bytes:
+    """Return the bytes of the file that ``write_png`` writes; see there."""
+    check_drawing(drawing)
+    frame = preview_frame(drawing, pixels_per_mm=pixels_per_mm)
+    if titles is None:
+        titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM * frame.growth)
+    factor = _SUPERSAMPLING
+    if frame.width_px * frame.height_px * factor**2 > _MAX_PIXELS:
+        factor = 1
+    painter = Painter(
+        frame.width_px,
+        frame.height_px,
+        frame.pixels,
+        factor,
+        preset_named() if colours is None else colours,
+    )
+    painter.paint(drawing)
+    letterer = _Letterer(painter.picture(), frame)
+    letterer.heading(drawing)
+    for piece in drawing.pieces:
+        if piece.piece_id in titles:
+            letterer.title(piece.piece_id, titles[piece.piece_id])
+    return png_encoded(letterer.image)
+
+
+class _Letterer:
+    """Write texts on a picture."""
+
+    def __init__(self, image: Image.Image, frame: PreviewFrame) -> None:
+        self.image = image
+        self._draw = ImageDraw.Draw(image)
+        self._frame = frame
+        self._fonts: dict[float, _Font] = {}
+
+    def heading(self, drawing: SheetDrawing) -> None:
+        """Write the name of the sheet and draw the reference bar."""
+        scale, left = self._frame.pixels_per_mm, self._frame.left_px
+        right = left + drawing.width_mm * scale
+        unit = scale * self._frame.growth
+        top = self._frame.bottom_px - drawing.height_mm * scale
+        middle = top - (_HEADING_MM / 2.0 + 1.0) * unit
+        # On a sheet narrower than two bars, whole centimetres that leave room for the heading.
+        bar = min(_BAR_MM, drawing.width_mm / 2.0 // 10.0 * 10.0) * scale
+        heading = (
+            f"{drawing.name}   {drawing.width_mm:g} x {drawing.height_mm:g} mm   "
+            f"{len(drawing.pieces)} piece{'' if len(drawing.pieces) == 1 else 's'}"
+        )
+        font = self._fit(heading, 7.0 * unit, right - left - bar - (6.0 * unit if bar else 0.0))
+        self._draw.text((left, middle), heading, fill=_INK, font=font, anchor="lm")
+        if bar:
+            self._bar(right - bar, right, middle)
+
+    def _bar(self, start: float, end: float, middle: float) -> None:
+        """Draw the reference bar with its length above it."""
+        unit = self._frame.pixels_per_mm * self._frame.growth
+        y, tick = middle + 2.6 * unit, 1.4 * unit
+        for run in (
+            [(start, y - tick), (start, y + tick)],
+            [(start, y), (end, y)],
+            [(end, y - tick), (end, y + tick)],
+        ):
+            self._draw.line(run, fill=_INK, width=2)
+        name = f"{(end - start) / self._frame.pixels_per_mm:.0f} mm"
+        font = self._fit(name, 4.5 * unit, end - start)
+        place = ((start + end) / 2.0, y - 0.8 * unit)
+        self._draw.text(place, name, fill=_INK, font=font, anchor="mb")
+
+    def title(self, text: str, title: Title) -> None:
+        """Write a title, upright or turned, with a halo that keeps it legible on lines."""
+        # Turned letters are smooth if they are turned enlarged.
+        size = max(title.height_mm * self._frame.pixels_per_mm, 1.0) * _SUPERSAMPLING
+        font = self._font(size)
+        halo = max(round(size * 0.12), 1)
+        left, top, right, bottom = font.getbbox(text, anchor="mm", stroke_width=halo)
+        wide, high = int(np.ceil(right - left)) + 4, int(np.ceil(bottom - top)) + 4
+        # The letters are painted on a mask, which is turned about the middle of what it shows.
+        middle = (wide / 2.0 - (left + right) / 2.0, high / 2.0 - (top + bottom) / 2.0)
+        ((x, y),) = self._frame.pixels(np.array([[title.x, title.y]])).tolist()
+        for colour, stroke in ((SHEET, halo), (_INK, 0)):
+            mask = Image.new("L", (wide, high), 0)
+            ImageDraw.Draw(mask).text(
+                middle, text, fill=255, font=font, anchor="mm", stroke_width=stroke
+            )
+            turned = mask.rotate(title.angle_deg, Image.Resampling.BICUBIC, expand=True)
+            turned = turned.reduce(_SUPERSAMPLING)
+            self.image.paste(
+                colour, (round(x - turned.width / 2.0), round(y - turned.height / 2.0)), turned
+            )
+
+    def _fit(self, text: str, size: float, room: float) -> _Font:
+        """Return the font of the largest size, up to ``size``, at which a text fits the room."""
+        wide = self._font(size).getlength(text)
+        return self._font(size * min(1.0, room / wide))
+
+    def _font(self, size: float) -> _Font:
+        """Return Pillow's own font: it is the same everywhere."""
+        if size not in self._fonts:
+            self._fonts[size] = ImageFont.load_default(size=max(size, 1.0))
+        return self._fonts[size]

@@ -1,0 +1,1 @@
+"""Join the pieces of a thread: kinds, ends, holes."""

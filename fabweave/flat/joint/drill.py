@@ -1,0 +1,204 @@
+"""Drill the pieces: holes and slots at their stations, where there is room for them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabweave.core.arc_path import Path
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.flat.joint.ends import CutStrips, Stations
+from fabweave.flat.joint.holes import (
+    PITCH_D,
+    HoleRule,
+    choose_rule,
+    group_offsets,
+    group_rooms,
+    panel_axes,
+)
+from fabweave.flat.joint.planning import JointPlan
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+#: A slot lets its fastener move by this share of its diameter to either side.
+SLIDE_D = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Drilled:
+    """All holes of a job, in the frames of the strips.
+
+    Parameters
+    ----------
+    rule : HoleRule or None
+        The hole that was chosen.
+    room_mm : (X,) float array
+        The distance from the middle of each crossing to every edge; infinite where no hole in
+        the middle is wanted.
+    hole_mm : (S,) float array
+        Diameter of the fastener in the middle of each station, NaN where there is none.
+    slotted : (S,) bool array
+        Where a slot takes the place of the round hole.
+    more_station : (H,) int array
+        The stations of holes that are not in the middle.
+    more_point : (H, n, 2) float array
+        Their places, in the same order in all layers of a crossing.
+    held : (J,) bool array
+        Which joints have fasteners.
+    """
+
+    rule: HoleRule | None
+    room_mm: FloatArray
+    hole_mm: FloatArray
+    slotted: BoolArray
+    more_station: IntArray
+    more_point: FloatArray
+    held: BoolArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in (
+            "room_mm", "hole_mm", "slotted", "more_station", "more_point", "held",
+        ):  # fmt: skip
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def drill(
+    ribbons: Ribbons,
+    weave: Weave,
+    plan: JointPlan,
+    cut: CutStrips,
+    rules: Sequence[HoleRule],
+    *,
+    slots: bool,
+) -> Drilled:
+    """Choose the hole of a job and drill every crossing and joint that has room for it.
+
+    A crossing has a hole in its middle, through both strands. A riveted joint has all the
+    fasteners that were asked for, through both laps and the strand above; where there is no room
+    for several it has one, and where there is none for that it has none. Other joints have none.
+
+    Parameters
+    ----------
+    ribbons, weave, plan, cut
+        The ribbons, who is on top, the joints, and the pieces as they are cut off.
+    rules : sequence of HoleRule
+        The preferred first; empty for no holes.
+    slots : bool
+        Whether a strand that lies under has a slot along it in place of its hole, where it has no
+        joint and does not end.
+    """
+    stations, threads = cut.stations, weave.threads
+    room = _room(cut, threads.n_crossings)
+    room[plan.crossing[~plan.are(["rivet"])]] = np.inf
+    rule = choose_rule(room, rules, ribbons, threads, plan)
+    drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
+    more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))
+    if rule is not None and plan.rule.fasteners > 1:
+        more_station, more_point = _groups(ribbons, weave, plan, cut, rule)
+    drilled[stations.crossing[more_station]] = False
+    middle = drilled[stations.crossing]
+    inner = np.ones(len(middle), dtype=bool)
+    inner[stations.offsets[:-1]] = inner[stations.offsets[1:] - 1] = False
+    drilled[stations.crossing[more_station]] = True
+    return Drilled(
+        rule=rule,
+        room_mm=room,
+        hole_mm=np.where(middle, rule.hole_mm if rule else np.nan, np.nan),
+        slotted=middle & inner & ~weave.over[stations.passes] & slots,
+        more_station=more_station,
+        more_point=more_point,
+        held=drilled[plan.crossing],
+    )
+
+
+def _room(cut: CutStrips, n_crossings: int) -> FloatArray:
+    """Return for each crossing the edge distance that the middle of all its layers has, (X,).
+
+    Holes three diameters apart want two thirds of the way to the next station, as an edge wants
+    two diameters.
+    """
+    stations = cut.stations
+    distance = _edge_distance(cut, np.arange(len(stations.piece)), stations.point)
+    step = np.hypot(*np.diff(stations.point, axis=0).T) * (2 / 3)
+    same = stations.piece[1:] == stations.piece[:-1]
+    distance[1:][same] = np.minimum(distance[1:][same], step[same])
+    distance[:-1][same] = np.minimum(distance[:-1][same], step[same])
+    room = np.full(n_crossings, np.inf)
+    np.minimum.at(room, stations.crossing, distance)
+    return room
+
+
+def _edge_distance(cut: CutStrips, station: IntArray, point: FloatArray) -> FloatArray:
+    """Return how far points of stations' pieces are from the pieces' outlines."""
+    rings = np.array([shapely.LinearRing(outline) for outline in cut.outlines], dtype=object)
+    return np.asarray(shapely.distance(shapely.points(point), rings[cut.stations.piece[station]]))
+
+
+def _groups(
+    ribbons: Ribbons, weave: Weave, plan: JointPlan, cut: CutStrips, rule: HoleRule
+) -> tuple[IntArray, FloatArray]:
+    """Return the stations with several fasteners, and where these are: (H,), (H, n, 2)."""
+    threads, stations, count = weave.threads, cut.stations, plan.rule.fasteners
+    groups = group_rooms(ribbons, threads, plan, rule)
+    offsets = group_offsets(count, rule.hole_mm, groups.angle)
+    joint_of = np.full(threads.n_crossings, -1)
+    roomy = groups.room_mm >= rule.edge_mm
+    joint_of[plan.crossing[roomy]] = np.flatnonzero(roomy)
+    station = np.flatnonzero(joint_of[stations.crossing] >= 0)
+    joint = joint_of[stations.crossing[station]]
+    point = _in_layers(ribbons, weave, plan, stations, station, joint, offsets[joint])
+    owner = np.repeat(station, count)
+    distance = _edge_distance(cut, owner, point.reshape(-1, 2)).reshape(-1, count).min(axis=1)
+    # Towards the next stations of its piece a group needs a pitch, too.
+    reach = float(np.hypot(*offsets[0, 0])) if len(offsets) else 0.0
+    steps = np.hypot(*np.diff(stations.point, axis=0).T)
+    steps = np.where(stations.piece[1:] == stations.piece[:-1], steps, np.inf)
+    nearest = np.minimum(np.append(steps, np.inf), np.append(np.inf, steps))[station]
+    fits = (distance >= rule.edge_mm) & (nearest >= 2 * reach + PITCH_D * rule.hole_mm)
+    good = np.ones(len(plan.passes), dtype=bool)
+    good[joint[~fits]] = False
+    return station[good[joint]], point[good[joint]]
+
+
+def _in_layers(
+    ribbons: Ribbons,
+    weave: Weave,
+    plan: JointPlan,
+    stations: Stations,
+    station: IntArray,
+    joint: IntArray,
+    offsets: FloatArray,
+) -> FloatArray:
+    """Return offsets, which are in the frames of joints, as points of stations, (H, n, 2)."""
+    threads = weave.threads
+    under = panel_axes(ribbons, threads, plan.passes[joint])
+    own = panel_axes(ribbons, threads, stations.passes[station])
+    space = offsets[:, :, :1] * under[0][:, None] + offsets[:, :, 1:] * under[1][:, None]
+    left = stations.left[station]
+    along = left[:, ::-1] * (1.0, -1.0)
+    return np.asarray(
+        stations.point[station][:, None]
+        + np.einsum("hnk,hk->hn", space, own[0])[:, :, None] * along[:, None]
+        + np.einsum("hnk,hk->hn", space, own[1])[:, :, None] * left[:, None]
+    )
+
+
+def slot_path(hole_mm: float, point: FloatArray, way: FloatArray) -> Path:
+    """Return a slot with round ends: its fastener may move half a diameter to either side.
+
+    Examples
+    --------
+    >>> slot = slot_path(2.0, np.zeros(2), np.array([1.0, 0.0]))
+    >>> np.ptp(slot.points, axis=0).round(9).tolist()
+    [4.0, 2.0]
+    """
+    radius, slide = hole_mm / 2, SLIDE_D * hole_mm
+    right = np.array([(slide, -radius), (slide + radius, 0.0), (slide, radius)])
+    ring = np.concatenate((right, -right))
+    quarter = np.tan(np.pi / 8)
+    return Path(
+        point + ring @ np.array([way, [-way[1], way[0]]]),
+        np.array([quarter, quarter, 0.0, quarter, quarter, 0.0]),
+    )

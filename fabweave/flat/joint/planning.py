@@ -1,0 +1,289 @@
+"""Plan every joint: its kind, where its two pieces end, and how their ends are shaped."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from types import MappingProxyType
+
+import numpy as np
+import shapely
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.flat.joint.interlock import (
+    Interlock,
+    butt,
+    butt_room,
+    dovetail,
+    dovetail_room,
+    slot_room,
+    tab_in_slot,
+)
+from fabweave.flat.joint.kinds import LAPPED, JointRule
+from fabweave.flat.split.runs import Runs
+from fabweave.flat.unfold.development import Strips, run_rungs, unfold
+from fabweave.flat.unfold.trim import trim_strips
+from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.weave.pattern import Weave
+from fabweave.weave.threads import Threads
+
+#: A lap ends at least this far from the crossing panels before and after its own.
+_SHORT_OF_NEXT_MM = 0.5
+#: The kinds that are cut to a shape: the room that each needs, and how it is shaped.
+_SHAPES: Mapping[str, tuple[Callable[[float], float], Callable[[float, float], Interlock]]] = (
+    MappingProxyType(
+        {
+            "dovetail": (dovetail_room, dovetail),
+            "slot": (slot_room, tab_in_slot),
+            "none": (butt_room, butt),
+        }
+    )
+)
+#: Rungs apart in one long line of all windows; no window is longer.
+_APART_MM = 1e7
+
+
+@dataclass(frozen=True, eq=False)
+class JointPlan:
+    """All joints of a job, numbered from 1 in the order of threads; arrays have one row a joint.
+
+    Places are counted in rungs from where the ribbon enters the crossing panel: the panel goes
+    from 0 to 1. Where ends interlock, shapes are cut from pieces that end at these places.
+
+    Parameters
+    ----------
+    rule : JointRule
+        What was asked.
+    crossing, passes : (J,) int arrays
+        The crossing, and the pass that goes under there.
+    kind : tuple of str
+        As each is made: what was asked, or ``"glue"`` where there is no room for that.
+    begin, end : (J,) float arrays
+        Where the second piece begins, and where the first one ends.
+    lap_mm : (J,) float array
+        Length of the lap along the middle line; 0 where none.
+    lap_mm2 : (J,) float array
+        Area of the lap.
+    room_mm : (J,) float array
+        From the middle of the crossing panel to its nearest edge.
+    needed_mm : (J,) float array
+        What ``room_mm`` must be for the kind that was asked; 0 where any will do.
+    ends : tuple of Interlock or None
+        How the ends are shaped, in the frame of the station; None where they are cut straight.
+    thickness_mm : (T,) float array
+        Of each thread's material.
+    """
+
+    rule: JointRule
+    crossing: IntArray
+    passes: IntArray
+    kind: tuple[str, ...]
+    begin: FloatArray
+    end: FloatArray
+    lap_mm: FloatArray
+    lap_mm2: FloatArray
+    room_mm: FloatArray
+    needed_mm: FloatArray
+    ends: tuple[Interlock | None, ...]
+    thickness_mm: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in (
+            "crossing", "passes", "begin", "end", "lap_mm", "lap_mm2", "room_mm", "needed_mm",
+            "thickness_mm",
+        ):  # fmt: skip
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def are(self, kinds: Sequence[str]) -> BoolArray:
+        """Return which joints are of one of some kinds, (J,)."""
+        return np.array([kind in kinds for kind in self.kind], dtype=np.bool_)
+
+    @property
+    def laps(self) -> IntArray:
+        """The crossings at which two pieces lie on one another."""
+        return np.asarray(self.crossing[self.are(LAPPED)])
+
+
+def plan_joints(
+    ribbons: Ribbons,
+    weave: Weave,
+    runs: Runs,
+    rule: JointRule,
+    thickness_mm: float | FloatArray = 0.5,
+) -> JointPlan:
+    """Decide how each joint is made and where its pieces end.
+
+    A lap is as long as its crossing panel unless another length is asked for; it then reaches as
+    far to either side, and stops short of the crossing panels before and after. Pieces that do
+    not lap meet in the middle of the panel. Where the panel is too narrow or too slanting for the
+    kind, the joint is a glued lap. The strands' heights do not matter: panels keep their shape.
+
+    Parameters
+    ----------
+    ribbons, weave, runs
+        The ribbons, who is on top, and which passes each piece carries.
+    rule : JointRule
+    thickness_mm : float or (T,) float array
+        Of the material, or of each thread's: tongues and slots are cut to their own thread's.
+
+    Returns
+    -------
+    JointPlan
+    """
+    passes = joint_passes(runs, weave.threads)
+    strips, entry = _windows(ribbons, weave.threads, passes)
+    middle = (strips.right + strips.left) / 2
+    panel_mm = np.hypot(*(middle[entry + 1] - middle[entry]).T)
+    room = _room(strips, entry)
+    begin, end, lap = np.zeros(len(passes)), np.ones(len(passes)), panel_mm.copy()
+    if rule.lap_mm is not None:
+        begin, end, lap = _reach(strips, entry, rule.lap_mm)
+        # On a slanting panel a cross-line may meet the rails again: then the panel is the lap.
+        bent = ~_simple(strips, entry, begin, end)
+        begin[bent], end[bent], lap[bent] = 0.0, 1.0, panel_mm[bent]
+    kinds, needed = [rule.kind] * len(passes), np.zeros(len(passes))
+    thickness = np.array(np.broadcast_to(thickness_mm, weave.threads.n_threads))
+    ends: list[Interlock | None] = [None] * len(passes)
+    if rule.kind in _SHAPES:
+        fits, make = _SHAPES[rule.kind]
+        own = thickness[weave.threads.thread_of_pass[passes]]
+        needed = np.array([fits(thick) for thick in own.tolist()])
+        # However long the lap, tongues stay in the flat panel.
+        reach = np.minimum(room, lap / 2)
+        for index in np.flatnonzero(reach >= needed).tolist():
+            ends[index] = shape = make(float(reach[index]), float(own[index]))
+            end[index] = 1.0
+            if shape.begin_mm is not None:
+                begin[index] = 0.0
+        kinds = [rule.kind if shape is not None else "glue" for shape in ends]
+    lapped = np.array([kind in LAPPED for kind in kinds], dtype=np.bool_)
+    return JointPlan(
+        rule=rule,
+        crossing=weave.threads.crossing[passes],
+        passes=passes,
+        kind=tuple(kinds),
+        begin=begin,
+        end=end,
+        lap_mm=np.where(lapped, lap, 0.0),
+        lap_mm2=np.where(lapped, _areas(strips, entry, begin, end), 0.0),
+        room_mm=room,
+        needed_mm=needed,
+        ends=tuple(ends),
+        thickness_mm=thickness,
+    )
+
+
+def lap_beyond(ribbons: Ribbons, lap_mm: float | None) -> float:
+    """Return how far laps of a length go beyond either end of the shortest crossing panel."""
+    if lap_mm is None or not len(ribbons.entry):
+        return 0.0
+    middle = (ribbons.right + ribbons.left) / 2
+    panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
+    return max((lap_mm - float(panel.min())) / 2, 0.0)
+
+
+def joint_passes(runs: Runs, threads: Threads) -> IntArray:
+    """Return the pass at which each joint lies, (J,), in the order of the runs that end there."""
+    count = threads.lengths[runs.thread]
+    goes_on = threads.closed[runs.thread] | (runs.last < count - 1)
+    at = threads.offsets[runs.thread] + runs.last % np.maximum(count, 1)
+    return np.asarray(at[goes_on])
+
+
+def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Strips, IntArray]:
+    """Unfold the ribbon about each joint, from the panel before to the panel after.
+
+    Returns the strips, and the rung where each enters its joint's panel.
+    """
+    thread = threads.thread_of_pass[passes]
+    count = threads.lengths[thread]
+    # Once around a ring, so that there always is a panel before.
+    place = passes - threads.offsets[thread] + np.where(ribbons.closed[thread], count, 0)
+    own = local_entry(ribbons, thread, place)
+    ring = ribbons.closed[thread]
+    final = np.diff(ribbons.offsets)[thread] - 1
+    before = local_entry(ribbons, thread, np.maximum(place - 1, 0)) + 1
+    after = local_entry(
+        ribbons, thread, np.where(ring, place + 1, np.minimum(place + 1, count - 1))
+    )
+    first = np.where(~ring & (place == 0), 0, before)
+    last = np.where(~ring & (place == count - 1), final, after)
+    offsets, rung = run_rungs(ribbons, thread, first, last)
+    return unfold(ribbons, offsets, rung), offsets[:-1] + own - first
+
+
+def _reach(
+    strips: Strips, entry: IntArray, lap_mm: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the places at half a lap from the middle of each panel, and the laps' lengths."""
+    middle = (strips.right + strips.left) / 2
+    steps = np.append(0.0, np.hypot(*np.diff(middle, axis=0).T))
+    steps[strips.offsets[1:-1]] = _APART_MM
+    run = np.cumsum(steps)
+    centre = (run[entry] + run[entry + 1]) / 2
+    panel = run[entry + 1] - run[entry]
+    room = np.minimum(centre - run[strips.offsets[:-1]], run[strips.offsets[1:] - 1] - centre)
+    most = np.maximum(room - _SHORT_OF_NEXT_MM, panel / 2)
+    reach = np.minimum(lap_mm / 2, most)
+    rungs = np.arange(len(run), dtype=np.float64)
+    places = [np.interp(centre + side * reach, run, rungs) - entry for side in (-1, 1)]
+    # The ends of the panel are rungs themselves.
+    near = [np.where(np.abs(place - np.round(place)) < 1e-9, np.round(place), place)
+            for place in places]  # fmt: skip
+    return near[0], near[1], 2 * reach
+
+
+def _simple(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) -> BoolArray:
+    """Say which windows are still simple figures when they end, or begin, at the given places."""
+    first, last = strips.offsets[:-1], strips.offsets[1:] - 1
+    good = np.ones(len(entry), dtype=bool)
+    for low, high in ((first - first, entry + end - first), (entry + begin - first, last - first)):
+        kept = trim_strips(strips, low.astype(np.float64), high.astype(np.float64))
+        rings = [
+            np.concatenate((kept.right[a:b], kept.left[a:b][::-1]))
+            for a, b in pairwise(kept.offsets.tolist())
+        ]
+        good &= shapely.is_valid([shapely.Polygon(ring) for ring in rings])
+    return good
+
+
+def _areas(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the area of each ribbon between two places, (J,)."""
+    place = (entry - strips.offsets[:-1]).astype(np.float64)
+    laps = trim_strips(strips, place + begin, place + end)
+    right, left = (rail[:, 0] + 1j * rail[:, 1] for rail in (laps.right, laps.left))
+    # Each quad between two rungs by its diagonals; the step to the next strip does not count.
+    quads = ((left[1:] - right[:-1]).conj() * (left[:-1] - right[1:])).imag / 2
+    strip = np.repeat(np.arange(len(entry)), np.diff(laps.offsets))
+    same = strip[1:] == strip[:-1]
+    return np.bincount(strip[1:][same], quads[same], len(entry)).astype(np.float64)
+
+
+def _room(strips: Strips, entry: IntArray) -> FloatArray:
+    """Return how far the middle of each panel is from its edges, (J,).
+
+    Also, from the line square across the middle to the corners: it must not meet the ends.
+    """
+    middle = (strips.right + strips.left) / 2
+    centre = (middle[entry] + middle[entry + 1]) / 2
+    sides = [
+        _distance(centre, rail[entry], rail[entry + 1]) for rail in (strips.right, strips.left)
+    ]
+    ends = [_distance(centre, strips.right[at], strips.left[at]) for at in (entry, entry + 1)]
+    way = middle[entry + 1] - middle[entry]
+    way /= np.hypot(*way.T)[:, None]
+    corners = [
+        side * np.einsum("jk,jk->j", rail[at] - centre, way)
+        for rail in (strips.right, strips.left)
+        for side, at in ((-1.0, entry), (1.0, entry + 1))
+    ]
+    return np.asarray(np.minimum.reduce([*sides, *ends, *corners]))
+
+
+def _distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the distance of points from lines."""
+    way = end - start
+    length = np.hypot(*way.T)
+    away = point - start
+    twice = np.abs(way[:, 0] * away[:, 1] - way[:, 1] * away[:, 0])
+    return np.asarray(twice / np.where(length > 0, length, 1.0))

@@ -1,0 +1,1 @@
+"""Choose where threads are cut into pieces."""

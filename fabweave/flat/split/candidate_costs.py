@@ -1,0 +1,130 @@
+"""Gather the pieces that threads could be cut into, and what each would cost."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.flat.split.candidates import (
+    Course,
+    Windows,
+    lay_course,
+    measure_windows,
+    station_of_site,
+)
+from fabweave.flat.split.cost import window_costs
+from fabweave.flat.split.self_clearance import last_clear
+from fabweave.flat.split.sites import Sites, list_sites
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+#: Pieces pass no more crossings than this unless there is no other way: they would be hard to
+#: thread, and there would be no end of pieces to choose from on fine meshes.
+MOST_PASSES = 64
+
+#: Rooms are measured at whole degrees only; between them a piece may have this share of its
+#: length more.
+_ROOM_SHARE = 0.01
+
+#: A joint is worth as much sheet as so many crossings of its ribbon take.
+JOINT_WORTH = 4.0
+#: An uneven division may cost as much more as this share of a joint.
+_EVEN_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class Bed:
+    """What a piece must fit on.
+
+    Parameters
+    ----------
+    fits : callable
+        Whether an outline (K, 2) fits the usable stock at some angle.
+    usable : tuple of (float, float)
+        What the margin leaves of each sheet, so that most answers are known without asking; may
+        be empty.
+    gap_mm : float
+        Least distance between two pieces on a sheet.
+    """
+
+    fits: Callable[[FloatArray], bool]
+    usable: tuple[tuple[float, float], ...] = ()
+    gap_mm: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """All pieces that threads could be cut into.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    sites : Sites
+        Where threads may be cut.
+    course : Course
+        The unfolded threads.
+    windows : Windows
+        The pieces from site to site.
+    clear : (N, D) bool array
+        Which of them keep clear of themselves.
+    """
+
+    ribbons: Ribbons
+    sites: Sites
+    course: Course
+    windows: Windows
+    clear: BoolArray
+
+    @property
+    def slack(self) -> FloatArray:
+        """How exactly the room of each is known, (N, D)."""
+        length = self.windows.length_mm
+        return np.where(np.isfinite(length), length, 0.0) * _ROOM_SHARE
+
+    def fresh(self) -> BoolArray:
+        """Return which pieces may be cut as far as is known, (N, D)."""
+        return np.asarray(self.clear & (self.windows.room_mm >= -self.slack))
+
+
+def list_candidates(
+    ribbons: Ribbons,
+    weave: Weave,
+    bed: Bed,
+    longest_mm: float,
+    threads: IntArray,
+    most_passes: int = MOST_PASSES,
+) -> Candidates:
+    """Measure all pieces that some threads could be cut into."""
+    sites = list_sites(weave).of(threads)
+    course = lay_course(ribbons, most_passes)
+    windows = measure_windows(
+        course, sites, most_passes=most_passes, longest_mm=longest_mm, usable=bed.usable
+    )
+    behind = last_clear(course, int(windows.passes.max(initial=1)))
+    at = station_of_site(course, sites)[:, None]
+    there = windows.passes > 0
+    last = np.where(there, at + windows.passes - 1, at)
+    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]))
+
+
+def joint_price(found: Candidates) -> float:
+    """Return what a joint is worth in square millimetres: the mean ribbon of some crossings."""
+    windows = found.windows
+    there = windows.passes > 1
+    if not there.any():
+        return 0.0
+    area = windows.area_mm2[there].sum() / (windows.passes[there] - 0.5).sum()
+    return float(JOINT_WORTH * area)
+
+
+def price_candidates(found: Candidates, bed: Bed, longest_mm: float) -> FloatArray:
+    """Return the cost of every piece, (N, D), without its joints; infinite where it is none."""
+    cost = window_costs(
+        found.windows,
+        gap_mm=bed.gap_mm,
+        even_mm2=_EVEN_SHARE * joint_price(found),
+        longest_mm=longest_mm,
+    )
+    cost[~found.fresh()] = np.inf
+    return cost

@@ -1,0 +1,139 @@
+"""Cut a row or a ring of sites into pieces of least total cost, exactly."""
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray
+
+
+def cheapest_row(cost: FloatArray) -> tuple[float, IntArray]:
+    """Cut a row of sites from its first to its last at least cost.
+
+    Parameters
+    ----------
+    cost : (N, D) float array
+        ``cost[i, d]`` is that of the piece from site ``i`` to site ``i + 1 + d``; infinite where
+        there can be none. What lies past the last site is ignored.
+
+    Returns
+    -------
+    total : float
+        The least sum, infinite if the row cannot be cut.
+    cuts : (K,) int array
+        The sites where pieces begin, from 0 on; empty if the row cannot be cut. Of equally cheap
+        pieces the shortest is taken.
+
+    Examples
+    --------
+    >>> inf = np.inf
+    >>> total, cuts = cheapest_row(np.array([[5.0, 7.0], [1.0, 9.0], [3.0, 1.0], [inf, inf]]))
+    >>> total, cuts.tolist()
+    (9.0, [0, 1, 2])
+    """
+    if not np.isfinite(cost).any():
+        return np.inf, np.zeros(0, dtype=np.int64)
+    totals, before = _relax(cost, np.zeros(1, dtype=np.int64))
+    return float(totals[-1, 0]), _trace(before[:, 0], 0)
+
+
+def cheapest_ring(cost: FloatArray) -> tuple[float, IntArray]:
+    """Cut a ring of sites into pieces of least total cost, opened at the best site.
+
+    Some piece holds the first site, or begins there. So every way to cut the ring begins a piece
+    at one of the sites from which a piece reaches the first one, and each of those openings is
+    solved as a row, all at once. Of all sites, the one that the fewest pieces hold is taken as
+    the first.
+
+    Parameters
+    ----------
+    cost : (N, D) float array
+        ``cost[i, d]`` is that of the piece from site ``i`` to site ``i + 1 + d``, counted around
+        the ring; infinite where there can be none. With ``d = N - 1`` the piece is the whole ring.
+
+    Returns
+    -------
+    total : float
+        The least sum, infinite if the ring cannot be cut.
+    cuts : (K,) int array
+        The sites where pieces begin, ascending; empty if the ring cannot be cut.
+
+    Examples
+    --------
+    >>> inf = np.inf
+    >>> total, cuts = cheapest_ring(np.array([[5.0, 2.0], [1.0, 9.0], [3.0, 1.0], [8.0, 4.0]]))
+    >>> total, cuts.tolist()
+    (3.0, [0, 2])
+    """
+    count, width = cost.shape
+    width = min(width, count)
+    feasible = np.isfinite(cost[:, :width])
+    if not feasible.any():
+        return np.inf, np.zeros(0, dtype=np.int64)
+    # Each site is held by the pieces that begin at it or end behind it.
+    reach = np.where(feasible, np.arange(1, width + 1), 0).max(axis=1)
+    change = np.zeros(2 * count + 1, dtype=np.int64)
+    np.add.at(change, np.arange(count), 1)
+    np.add.at(change, np.arange(count) + np.maximum(reach, 1), -1)
+    held = np.cumsum(change)[: 2 * count].reshape(2, count).sum(axis=0)
+    first = int(np.argmin(held))
+    back = np.arange(width)
+    openings = back[reach[(first - back) % count] > back]
+    if not len(openings):
+        return np.inf, np.zeros(0, dtype=np.int64)
+    # A row that goes around from the earliest opening to the latest one, one lap later.
+    early = int(openings[-1])
+    begin = first - early
+    row = cost[(begin + np.arange(count + early + 1)) % count, :width]
+    starts = early - openings
+    totals, before = _relax(row, starts)
+    laps = totals[starts + count, np.arange(len(starts))]
+    best = int(np.argmin(laps))
+    if not np.isfinite(laps[best]):
+        return np.inf, np.zeros(0, dtype=np.int64)
+    start = int(starts[best])
+    cuts = _trace(before[: start + count + 1, best], start)
+    return float(laps[best]), np.sort((cuts + begin) % count)
+
+
+def _relax(cost: FloatArray, starts: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return the least cost to each site from each start, and how far the last piece reaches back.
+
+    Returns
+    -------
+    totals : (N, S) float array
+    before : (N, S) int array
+        Number of sites of the last piece, 0 at the start and where nothing leads.
+    """
+    count, width = cost.shape
+    which = np.arange(len(starts))
+    # Column d of row j: the piece of d + 1 sites that ends at j.
+    ending = np.full((count, width), np.inf)
+    for d in range(min(width, count - 1)):
+        ending[d + 1 :, d] = cost[: count - d - 1, d]
+    # Before the first site lie as many rows as a piece may reach back, none of them reached.
+    totals = np.full((width + count, len(starts)), np.inf)
+    totals[width + starts, which] = 0.0
+    before = np.zeros((count, len(starts)), dtype=np.int64)
+    begins = {start: column for column, start in enumerate(starts.tolist())}
+    for j in range(1, count):
+        ways = totals[j : j + width][::-1] + ending[j][:, None]
+        best = ways.argmin(axis=0)
+        totals[width + j] = ways[best, which]
+        before[j] = best + 1
+        if j in begins:
+            # Nothing leads to a row's own start: it was taken for out of reach.
+            totals[width + j, begins[j]] = 0.0
+    before[~np.isfinite(totals[width:])] = 0
+    before[starts, which] = 0
+    return totals[width:], before
+
+
+def _trace(before: IntArray, start: int) -> IntArray:
+    """Return where the pieces begin, by going back from the last site to the start."""
+    cuts = []
+    at = len(before) - 1
+    while at > start:
+        if before[at] == 0:
+            return np.zeros(0, dtype=np.int64)
+        at -= int(before[at])
+        cuts.append(at)
+    return np.array(cuts[::-1], dtype=np.int64)

@@ -1,0 +1,250 @@
+"""Choose where to cut long strips into pieces: at the least cost, exactly for each thread.
+
+Every thread is unfolded once, and everything that it could be cut into is measured (``windows``),
+priced (``cost``) and chosen from (``choose``). Joints of different threads should not lie side by
+side, which couples the threads: they are cut one after another, each knowing where those before
+it have their joints, and then each once more, knowing all others. So each thread is cut at the
+least cost for the joints of the others, which is the optimum of that thread and not of all.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree
+from fabweave.flat.outline import strip_outlines
+from fabweave.flat.split.candidate_costs import (
+    Bed,
+    Candidates,
+    joint_price,
+    list_candidates,
+    price_candidates,
+)
+from fabweave.flat.split.candidates import station_of_site
+from fabweave.flat.split.runs import Runs
+from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
+from fabweave.flat.split.sites import Sites
+from fabweave.flat.split.stagger import Joints
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+#: A joint beside another strand's joint costs as much more as this share of a joint.
+_NEAR_SHARE = 0.25
+
+
+def split_threads(
+    ribbons: Ribbons,
+    weave: Weave,
+    *,
+    length_mm: float = np.inf,
+    max_length_mm: float = np.inf,
+    fits: Callable[[FloatArray], bool],
+    labels: tuple[str, ...],
+    usable: Sequence[tuple[float, float]] = (),
+    gap_mm: float = 0.0,
+    room: BoolArray | None = None,
+) -> Runs:
+    """Cut every thread at crossings where it goes under, at the least cost.
+
+    The cost is the predicted area of sheet, a price for every joint, and a little for unevenness
+    and for joints beside one another. A closed thread is always opened, into two pieces at least
+    where it goes under twice. Pieces of fewer than three crossings, joints without room and two
+    joints at one crossing are avoided where that is possible at all.
+
+    Parameters
+    ----------
+    ribbons, weave
+        The ribbons and who goes under where.
+    length_mm : float
+        Pieces are no longer than this, measured along their unfolded middle, laps included, but
+        for threads that cannot be cut so short.
+    max_length_mm : float
+        No piece is longer than this in any case.
+    fits : callable
+        Whether an outline (K, 2) fits the usable stock.
+    labels : tuple of str
+        Names of the threads, for messages.
+    usable : sequence of (float, float)
+        Width and height of the usable stock, if known: most pieces then need no call of ``fits``.
+    gap_mm : float
+        Distance between pieces on a sheet.
+    room : (X,) bool array, optional
+        Which crossings have room for a joint's fasteners; by default all.
+
+    Returns
+    -------
+    Runs
+        The pieces.
+
+    Raises
+    ------
+    CannotMakeError
+        If a stretch without any crossing to join at is still too long, too large or too curled.
+    """
+    bed = Bed(fits, tuple(usable), gap_mm)
+    every = np.arange(weave.threads.n_threads)
+    found = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
+    return choose_runs(found, weave, bed, labels, length_mm, max_length_mm, room)
+
+
+def choose_runs(
+    found: Candidates,
+    weave: Weave,
+    bed: Bed,
+    labels: tuple[str, ...],
+    length_mm: float,
+    max_length_mm: float,
+    room: BoolArray | None,
+) -> Runs:
+    """Choose from candidates as ``split_threads`` does.
+
+    Raises
+    ------
+    CannotMakeError
+        If a thread cannot be cut.
+    """
+    joints = Joints(weave.threads, _NEAR_SHARE * joint_price(found), room)
+    cuts = _cut(found, joints, bed, min(length_mm, max_length_mm))
+    lost = [thread for thread, cut in cuts.items() if cut is None]
+    if lost:
+        most = int(weave.threads.lengths.max()) + 1
+        wider = list_candidates(found.ribbons, weave, bed, max_length_mm, np.array(lost), most)
+        cuts |= _cut(wider, joints, bed, max_length_mm)
+        stuck = [
+            f"{labels[thread]} between its crossings {first} and {last}"
+            for thread in lost
+            if cuts[thread] is None
+            for first, last in _stuck(wider, bed, thread)
+        ]
+        if stuck:
+            raise CannotMakeError(_refusal(stuck, max_length_mm))
+    return _runs_of_cuts(
+        {thread: cut for thread, cut in cuts.items() if cut is not None}, found.sites
+    )
+
+
+def _cut(
+    found: Candidates, joints: Joints, bed: Bed, longest_mm: float
+) -> dict[int, IntArray | None]:
+    """Cut every thread that has sites; None for those that cannot be cut so short.
+
+    Returns
+    -------
+    dict
+        For each thread the sites, counted in it, at which its pieces begin.
+    """
+    sites, price = found.sites, joint_price(found)
+    cost = price_candidates(found, bed, longest_mm)
+    fitting = (found.windows.room_mm > found.slack) & bool(bed.usable)
+    outer = sites.outer
+    cuts: dict[int, IntArray | None] = {}
+    for _sweep in range(2):
+        for thread in np.flatnonzero(np.diff(sites.offsets)).tolist():
+            own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+            crossing, end = sites.crossing[own], outer[own]
+            earlier = cuts.get(thread)
+            if earlier is not None:
+                joints.add(crossing[earlier[~end[earlier]]], -1)
+            joint = np.where(end, 0.0, price + joints.costs(crossing))
+            cuts[thread] = cut = _cut_thread(found, thread, cost, joint, fitting, bed)
+            if cut is not None:
+                joints.add(crossing[cut[~end[cut]]])
+    return cuts
+
+
+def _cut_thread(
+    found: Candidates,
+    thread: int,
+    cost: FloatArray,
+    joint: FloatArray,
+    fitting: BoolArray,
+    bed: Bed,
+) -> IntArray | None:
+    """Cut one thread; pieces that turn out not to fit are struck off in ``cost``."""
+    sites = found.sites
+    own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    ring = bool(sites.closed[thread])
+    count, width = cost[own].shape
+    if count == 1 and not ring:
+        station = np.array([found.course.offsets[thread]])
+        outline = strip_outlines(found.course.stretches(station, station))[0]
+        return np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
+    target = np.arange(count)[:, None] + np.arange(1, width + 1)
+    target = target % count if ring else np.minimum(target, count - 1)
+    solve = cheapest_ring if ring else cheapest_row
+    while True:
+        total, cut = solve(cost[own] + joint[target])
+        if not np.isfinite(total):
+            return None
+        after = np.append(cut[1:], cut[0] + count if ring else count - 1)
+        row, ahead = sites.offsets[thread] + cut, after - cut - 1
+        asked = ~fitting[row, ahead]
+        row, ahead = row[asked], ahead[asked]
+        if not len(row):
+            return cut
+        fits = _fits(found, row, ahead, bed)
+        fitting[row[fits], ahead[fits]] = True
+        cost[row[~fits], ahead[~fits]] = np.inf
+        if fits.all():
+            return cut
+
+
+def _fits(found: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
+    """Ask whether candidates fit the stock."""
+    if not len(row):
+        return np.zeros(0, dtype=bool)
+    first = station_of_site(found.course, found.sites)[row]
+    last = first + found.windows.passes[row, ahead] - 1
+    outlines = strip_outlines(found.course.stretches(first, last))
+    return np.array([bed.fits(outline) for outline in outlines], dtype=bool)
+
+
+def _stuck(found: Candidates, bed: Bed, thread: int) -> list[tuple[int, int]]:
+    """Return from which pass to which a thread has no piece; all of them if none is to blame."""
+    sites = found.sites
+    own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    begin = sites.position[own]
+    end = np.roll(begin, -1)
+    if not sites.closed[thread]:
+        begin, end = begin[: max(len(begin) - 1, 1)], end[: max(len(end) - 1, 1)]
+    row = sites.offsets[thread] + np.arange(len(begin))
+    wrong = np.ones(len(row), dtype=bool)
+    if found.windows.passes.shape[1]:
+        asked = found.fresh()[row, 0]
+        none_between = np.zeros(np.count_nonzero(asked), dtype=np.int64)
+        wrong[asked] = ~_fits(found, row[asked], none_between, bed)
+    if not wrong.any():
+        wrong[:] = True
+    return list(zip(begin[wrong].tolist(), end[wrong].tolist(), strict=True))
+
+
+def _refusal(stuck: list[str], max_length_mm: float) -> str:
+    """Say which stretches of threads no piece can be made of."""
+    some = "; ".join(stuck[:4]) + (" …" if len(stuck) > 4 else "")
+    limit = f"longer than {max_length_mm:g} mm, " if np.isfinite(max_length_mm) else ""
+    return (
+        agree(len(stuck), "{n} stretch[|es] of thread [is|are] ")
+        + f"{limit}too large for the sheet, or "
+        + agree(len(stuck), "[curls onto itself, and has|curl onto themselves, and have] ")
+        + f"no crossing to be joined at: {some}. A larger --sheet"
+        + (", a longer --max-length" if limit else "")
+        + ", a smaller --size or a finer mesh would help."
+    )
+
+
+def _runs_of_cuts(cuts: dict[int, IntArray], sites: Sites) -> Runs:
+    """Turn the sites where pieces begin into runs of passes."""
+    thread, first, last = [], [], []
+    for number in sorted(cuts):
+        count = int(sites.lengths[number])
+        begins = sites.position[sites.offsets[number] + cuts[number]]
+        end = begins[0] + count if sites.closed[number] else count - 1
+        thread.append(np.full(len(begins), number))
+        first.append(begins)
+        last.append(np.append(begins[1:], end))
+    if not thread:
+        none = np.zeros(0, dtype=np.int64)
+        return Runs(none, none.copy(), none.copy())
+    return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))

@@ -1,0 +1,1 @@
+"""Unfold ribbons to the plane, exactly."""

@@ -1,0 +1,172 @@
+"""Unfold strips of planar facets to the plane, exactly."""
+
+from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.ribbon.project import Ribbons
+
+_Complex: TypeAlias = npt.NDArray[np.complex128]
+_Number = TypeVar("_Number", np.float64, np.complex128)
+
+
+@dataclass(frozen=True, eq=False)
+class Strips:
+    """Runs of ribbon rungs, in compressed rows, with their development in the plane.
+
+    Parameters
+    ----------
+    offsets : (S + 1,) int array
+        Strip ``s`` owns the rungs ``offsets[s]:offsets[s + 1]``.
+    rung : (N,) int array
+        The ribbon's rung behind each rung of the strips.
+    right, left : (N, 2) float arrays
+        The unfolded rails. The first rung of a strip runs from the origin along +y, and the strip
+        sets off along +x, so its outer face is seen.
+    """
+
+    offsets: IntArray
+    rung: IntArray
+    right: FloatArray
+    left: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("offsets", "rung", "right", "left"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def run_rungs(
+    ribbons: Ribbons, thread: IntArray, first: IntArray, last: IntArray
+) -> tuple[IntArray, IntArray]:
+    """List the rungs of runs along threads, each from rung ``first`` to ``last`` inclusive.
+
+    Rung numbers count from the start of the thread; on a ring ``last`` may go past the end and
+    wraps around.
+
+    Returns
+    -------
+    offsets : (S + 1,) int array
+    rung : (N,) int array
+    """
+    counts = last - first + 1
+    offsets = offsets_of(counts)
+    within = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
+    sizes = np.diff(ribbons.offsets)[thread]
+    local = (np.repeat(first, counts) + within) % np.repeat(sizes, counts)
+    return offsets, np.repeat(ribbons.offsets[:-1][thread], counts) + local
+
+
+def unfold(ribbons: Ribbons, offsets: IntArray, rung: IntArray) -> Strips:
+    """Unfold runs of rungs to the plane; every edge and diagonal of every facet keeps its length.
+
+    Each quad between two rungs is two triangles, laid side by side in a frame at its first rung.
+    The frames follow one another by rigid motions of the plane, whose product along a strip is a
+    running sum of angles and then of displacements: the whole is array work.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        The ribbons in space.
+    offsets, rung
+        The runs, as from :func:`run_rungs`.
+
+    Returns
+    -------
+    Strips
+        The development, by strips.
+    """
+    right, left = ribbons.right[rung], ribbons.left[rung]
+    breadth = np.linalg.norm(left - right, axis=1)
+    count = len(rung)
+    if count == 0:
+        return Strips(offsets, rung, np.empty((0, 2)), np.empty((0, 2)))
+    after = np.minimum(np.arange(count) + 1, count - 1)
+    near_right, near_left = _lay_quads(
+        right, left, right[after], left[after], breadth, ribbons.from_right[rung]
+    )
+    # A strip's last rung starts no quad: the next strip sets off afresh.
+    last = offsets[1:][np.diff(offsets) > 0] - 1
+    turn = np.angle((near_left - near_right) / 1j)
+    turn[last] = 0.0
+    near_right[last] = 0.0
+
+    strip = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    heading = _running_sum(turn, offsets, strip)
+    rotation = np.exp(1j * heading)
+    origin = _running_sum(rotation * near_right, offsets, strip)
+    end = origin + 1j * rotation * breadth
+    return Strips(
+        offsets,
+        rung,
+        np.column_stack((origin.real, origin.imag)),
+        np.column_stack((end.real, end.imag)),
+    )
+
+
+def _running_sum(
+    values: npt.NDArray[_Number], offsets: IntArray, strip: IntArray
+) -> npt.NDArray[_Number]:
+    """Return the sum of the values before each place in its own strip."""
+    before = np.concatenate((np.zeros(1, dtype=values.dtype), np.cumsum(values)[:-1]))
+    return before - before[offsets[:-1][strip]]
+
+
+def _lay_quads(
+    right: FloatArray,
+    left: FloatArray,
+    next_right: FloatArray,
+    next_left: FloatArray,
+    breadth: FloatArray,
+    from_right: BoolArray,
+) -> tuple[_Complex, _Complex]:
+    """Return where each quad's far rung lies when its near rung runs from 0 to ``1j * breadth``."""
+    zero = np.zeros(len(right), dtype=np.complex128)
+    tip = zero + 1j * breadth
+    # Diagonal from the near right to the far left: the far left first, then the far right.
+    left_a = _apex(right, left, next_left, zero, tip, -1.0)
+    right_a = _apex(right, next_left, next_right, zero, left_a, -1.0)
+    # Diagonal from the near left to the far right.
+    right_b = _apex(right, left, next_right, zero, tip, -1.0)
+    left_b = _apex(left, next_right, next_left, tip, right_b, 1.0)
+    return np.where(from_right, right_a, right_b), np.where(from_right, left_a, left_b)
+
+
+def _apex(
+    start: FloatArray,
+    end: FloatArray,
+    apex: FloatArray,
+    flat_start: _Complex,
+    flat_end: _Complex,
+    side: float,
+) -> _Complex:
+    """Lay the third corner of a triangle beside its flattened base; side +1 is to its left."""
+    base = end - start
+    length = np.linalg.norm(base, axis=1)
+    safe = np.where(length > 0, length, 1.0)
+    to_apex = apex - start
+    along = np.einsum("ij,ij->i", to_apex, base) / safe
+    across = np.linalg.norm(np.cross(base, to_apex), axis=1) / safe
+    flat = flat_end - flat_start
+    size = np.abs(flat)
+    unit = flat / np.where(size > 0, size, 1.0)
+    return flat_start + unit * (along + 1j * side * across)
+
+
+def unfold_threads(ribbons: Ribbons) -> Strips:
+    """Unfold every ribbon as one whole strip; a ring is opened at its first rung.
+
+    Returns
+    -------
+    Strips
+        One strip for each thread, without rungs where the thread has no crossing; the first rung
+        of a ring is there again at its end.
+    """
+    sizes = np.diff(ribbons.offsets)
+    threads = np.arange(len(sizes))
+    last = np.where(sizes > 0, sizes - 1 + ribbons.closed, -1)
+    offsets, rung = run_rungs(ribbons, threads, np.zeros_like(last), last)
+    return unfold(ribbons, offsets, rung)

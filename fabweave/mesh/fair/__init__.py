@@ -1,0 +1,1 @@
+"""Fair meshes: move vertices along the surface so that threads run straight and even."""

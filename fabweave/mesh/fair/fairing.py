@@ -1,0 +1,211 @@
+"""Fair a mesh: move its vertices along its surface so that threads run straight and even."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.core.errors import InputError
+from fabweave.mesh.fair.fairness import Fairness, Slope
+from fabweave.mesh.fair.feature_lines import SHARP_DEG, find_lines
+from fabweave.mesh.fair.surface_constraints import Ground
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.nearest import Surface, face_fans
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+
+#: Vertices end on the surface within this share of the mesh's size.
+ON_SURFACE = 1e-6
+
+# Steps of the linear solver in an iteration, and the share of the error that is left to the next
+# iteration anyway: more cost more than they gain.
+_SOLVER_STEPS = 6
+_SOLVED = 1e-6
+# A step of less than this share of the size is none.
+_AT_REST = 1e-9
+# How much steps are damped at first, relative to the stiffness.
+_DAMPING = 1e-2
+
+
+@dataclass(frozen=True)
+class Waviness:
+    """How wavy the threads of a mesh are, and how even the ribbons.
+
+    Parameters
+    ----------
+    turning_deg : float
+        Mean angle by which the middle of a developed strip changes its direction over a crossing,
+        from the portal before it to the portal after it.
+    width_spread : float
+        The width that 5 % of the portals fall short of, divided by the median; 1 is even.
+    shortest_edge : float
+        In the mesh's unit.
+    """
+
+    turning_deg: float
+    width_spread: float
+    shortest_edge: float
+
+
+@dataclass(frozen=True, eq=False)
+class Faired:
+    """A faired mesh, and what fairing did.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        The same connectivity; vertices on the given mesh's surface.
+    iterations : int
+        How many were made: fewer than asked if nothing moved any more.
+    before, after : Waviness
+    off_surface : float
+        Largest distance of a vertex from the given surface, in the mesh's unit.
+    centres_off : float
+        Largest distance of the centre of a face from the given surface.
+    moved : float
+        Largest distance that a vertex moved.
+    n_fixed : int
+        Vertices that stay: corners of the boundary, and ends and corners of sharp edges.
+    """
+
+    mesh: PolyMesh
+    iterations: int
+    before: Waviness
+    after: Waviness
+    off_surface: float
+    centres_off: float
+    moved: float
+    n_fixed: int
+
+    def note(self, scale: float = 1.0) -> str:
+        """Say what fairing did; lengths are multiplied by a scale."""
+        one, two = self.before, self.after
+        iterations = "iteration" if self.iterations == 1 else "iterations"
+        text = (
+            f"fairing: in {self.iterations} {iterations} vertices moved up to "
+            f"{self.moved * scale:.1f} mm along the surface. Threads turn by "
+            f"{two.turning_deg:.1f}° over a crossing on average (before, {one.turning_deg:.1f}°); "
+            f"one ribbon width in twenty is below {two.width_spread:.0%} of the median (before, "
+            f"{one.width_spread:.0%}); the shortest edge is {two.shortest_edge * scale:.2f} mm "
+            f"(before, {one.shortest_edge * scale:.2f} mm). Centres of faces are up to "
+            f"{self.centres_off * scale:.2f} mm off the former surface"
+        )
+        return text + (f"; {self.n_fixed} corners stay" if self.n_fixed else "")
+
+
+def fair_mesh(
+    mesh: PolyMesh,
+    iterations: int,
+    *,
+    sharp_deg: float = SHARP_DEG,
+    progress: Progress = no_progress,
+) -> Faired:
+    """Move the vertices of a mesh along its surface so that threads run straighter and evener.
+
+    The surface is that of the triangles between each face's edges and its centre, on which
+    ribbons are laid. Each iteration is a damped Gauss-Newton step of the energy in
+    :class:`~fabweave.mesh.fair.fairness.Fairness` in the tangent planes, projected back to the
+    closest point of the surface. Vertices on the boundary and on sharp edges slide along these
+    lines; their corners stay. No step is taken that turns a face over or raises the energy.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold mesh.
+    iterations : int
+        How many steps, 0 or more.
+    sharp_deg : float
+        Edges are sharp where their faces turn by more, and corners where lines do.
+    progress : callable
+
+    Returns
+    -------
+    Faired
+
+    Raises
+    ------
+    InputError
+        If the number of iterations is negative, or no face has an area.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import hypar
+    >>> flat = hypar(4, 4, 40.0, 0.0)
+    >>> bent = flat.vertices + np.where(np.arange(25) == 12, 3.0, 0.0)[:, None] * [1, 1, 0]
+    >>> faired = fair_mesh(flat.with_vertices(bent), 40)
+    >>> faired.before.turning_deg > 5, faired.after.turning_deg < 1
+    (True, True)
+    """
+    if iterations < 0:
+        raise InputError(f"the mesh cannot be faired {iterations} times; 0 or more")
+    halfedges = build_halfedges(mesh)
+    fairness = Fairness(mesh, halfedges)
+    try:
+        surface = Surface(*face_fans(mesh, halfedges))
+    except ValueError as error:
+        raise InputError(f"the mesh cannot be faired: {error}") from error
+    lines = find_lines(mesh, halfedges, sharp_deg)
+    ground = Ground(mesh, surface, lines)
+    footing = ground.start()
+    slope = fairness.at(footing.positions)
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    damping, made = _DAMPING, 0
+    for made in range(1, iterations + 1):
+        progress("fairing", made - 1, iterations)
+        tried = ground.moved(footing, _solve(slope, ground.allowed(footing), damping))
+        if np.abs(tried.positions - footing.positions).max() < _AT_REST * size:
+            break
+        nearby = fairness.at(tried.positions)
+        # Steps grow bolder while they lead down, and more careful where they do not.
+        if nearby.energy < slope.energy:
+            footing, slope, damping = tried, nearby, max(damping / 4, _DAMPING / 100)
+        else:
+            damping *= 8
+    faired = mesh.with_vertices(footing.positions)
+    return Faired(
+        faired,
+        made,
+        _waviness(fairness, mesh.vertices, halfedges.tail, halfedges.head),
+        _waviness(fairness, faired.vertices, halfedges.tail, halfedges.head),
+        off_surface=float(surface.closest(faired.vertices)[2].max(initial=0.0)),
+        centres_off=float(surface.closest(face_centres(faired))[2].max(initial=0.0)),
+        moved=float(np.linalg.norm(faired.vertices - mesh.vertices, axis=1).max(initial=0.0)),
+        n_fixed=int(np.count_nonzero(lines.fixed)),
+    )
+
+
+def _waviness(
+    fairness: Fairness, positions: FloatArray, tail: IntArray, head: IntArray
+) -> Waviness:
+    turning, widths = fairness.turning_deg(positions), fairness.widths(positions)
+    edges = np.linalg.norm(positions[head] - positions[tail], axis=1)
+    return Waviness(
+        float(turning.mean()) if len(turning) else 0.0,
+        float(np.quantile(widths, 0.05) / np.median(widths)) if len(widths) else 1.0,
+        float(edges.min()),
+    )
+
+
+def _solve(slope: Slope, allowed: FloatArray, damping: float) -> FloatArray:
+    """Return the Gauss-Newton step that is allowed, by preconditioned conjugate gradients."""
+    weight = np.maximum(slope.stiffness(), 1e-300)[:, None]
+    scale = 1.0 / ((1.0 + damping) * weight)
+    residual = _project(allowed, -slope.gradient())
+    move = np.zeros_like(residual)
+    ahead = scale * residual
+    direction, size = ahead, float(np.sum(residual * ahead))
+    goal = _SOLVED * size
+    for _ in range(_SOLVER_STEPS):
+        if size <= goal:
+            break
+        bent = _project(allowed, slope.curvature(direction) + damping * weight * direction)
+        step = size / float(np.sum(direction * bent))
+        move += step * direction
+        residual -= step * bent
+        ahead = scale * residual
+        last, size = size, float(np.sum(residual * ahead))
+        direction = ahead + (size / last) * direction
+    return move
+
+
+def _project(allowed: FloatArray, move: FloatArray) -> FloatArray:
+    return np.einsum("vij,vj->vi", allowed, move)

@@ -1,0 +1,242 @@
+"""Measure how straight threads run over a mesh and how even ribbons are, and how to better it."""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from fabweave.core.arrays import BoolArray, FloatArray
+from fabweave.mesh.fair.thread_turns import Portals, ideal_cosines, sparse_rows, turns_in_a_row
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+
+# What counts how much, as factors of residuals. Threads should keep their direction over two
+# portals in a row, and over four: turns that add up make wavy strips, turns that cancel do not.
+_STRAIGHT = {2: 1.0, 4: 0.5}
+# They should meet portals at the angle of a regular tiling, which is the right one for quads.
+_SQUARE = 0.35
+# Ribbons should have room to be wide. The power makes narrow places count, and wide ones hardly.
+_ROOM = 0.11
+_POWER = 2.0
+# Beyond this sine a thread runs along its portal, and nothing is learnt from the exact angle.
+_LEAST_SINE = 1e-3
+
+
+class Fairness:
+    """The energy whose least value is the fairest mesh, for one connectivity.
+
+    Let a thread arrive at a portal of length ``w`` at an angle with cosine ``a``, and leave it at
+    one with cosine ``b``. The energy is a weighted sum of squares of
+
+    - ``a - b`` added up over two and over four portals in a row, signed to the left: by so much
+      the developed thread turns there (a portal where ``a = b`` unfolds straight),
+    - ``a`` and ``b``, less what they are in a regular tiling,
+    - ``(W / w sin)²``, where ``w sin`` is the ribbon's room there, as wide as it can be made, and
+      ``W`` the width of even portals; and likewise for the lengths of boundary edges.
+
+    It does not depend on the mesh's scale.
+    """
+
+    def __init__(self, mesh: PolyMesh, halfedges: Halfedges) -> None:
+        """Set up the sparse maps from positions to portals."""
+        half, count, n_vertices = halfedges, halfedges.n_halfedges, mesh.n_vertices
+        sizes = mesh.face_sizes[half.face]
+        crossed = half.twin >= 0
+        self._arrives = crossed.astype(np.float64)
+        self._leaves = self._arrives[half.next]
+        # A portal beside two boundary edges is passed by no ribbon.
+        self._used: BoolArray = (self._arrives + self._leaves) > 0
+        passed = crossed & crossed[half.next]
+        self._turns = {length: turns_in_a_row(half, passed, length) for length in _STRAIGHT}
+        self._passed = passed.astype(np.float64)
+        drift = sparse.vstack(
+            [weight * self._turns[length] for length, weight in _STRAIGHT.items()], format="csr"
+        )
+        self.drift, self.drift_back = drift, drift.T.tocsr()
+        self.drift_squares = np.asarray(drift.multiply(drift).sum(axis=0)).reshape(-1)
+        self._ideal = ideal_cosines(half, n_vertices, sizes)
+
+        self._to_centres = sparse.csr_array(
+            (1.0 / sizes, (half.face, half.tail)), shape=(mesh.n_faces, n_vertices)
+        )
+        own, other = n_vertices + half.face, n_vertices + half.face[half.twin]
+        ends = np.stack([half.head, half.tail, own, other], axis=1)
+        width = n_vertices + mesh.n_faces
+        self._map = sparse.vstack(
+            [
+                # Beside a boundary edge, half its square's diagonal in place of what is not there.
+                sparse_rows(
+                    ends,
+                    np.where(
+                        crossed[:, None],
+                        np.array([1, -1, 1, -1]) / 2,
+                        np.array([1, -1, 0, 0]) * np.sqrt(0.5),
+                    ),
+                    width,
+                ),
+                sparse_rows(ends[half.next], np.array([1, -1, -1, 1]) / 2, width),
+                sparse_rows(ends[:, [0, 2]], np.array([1.0, -1.0]), width),
+            ],
+            format="csr",
+        )
+        self._back, self._centres_back = self._map.T.tocsr(), self._to_centres.T.tocsr()
+        self._squares = self._back.power(2), self._centres_back.power(2)
+
+        joined = sparse.coo_array(
+            (np.ones(count), (half.tail, half.head)), shape=(n_vertices, n_vertices)
+        )
+        component = connected_components(joined, directed=False)[1][half.tail]
+        square = self.portals(mesh.vertices).width ** 2 * self._used
+        number = np.maximum(np.bincount(component, weights=self._used), 1.0)
+        self._wanted = np.sqrt(np.bincount(component, weights=square) / number)[component]
+
+    def portals(self, positions: FloatArray) -> Portals:
+        """Return the portals of the mesh with its vertices at some positions, (V, 3)."""
+        vectors = np.split(self.forward(positions), 3)
+        lengths = [np.sqrt(_dot(vector, vector)) for vector in vectors]
+        lengths = [np.where(length > 0, length, 1.0) for length in lengths]
+        return Portals(
+            *(vector / length[:, None] for vector, length in zip(vectors, lengths, strict=True)),
+            *lengths,
+        )
+
+    def turning_deg(self, positions: FloatArray) -> FloatArray:
+        """Return by how much developed threads turn over each crossing, unsigned.
+
+        That is the turn at the portal before it plus that at the portal after it, so the zigzag
+        of a regular triangle mesh is straight. Crossings next to the end of a thread are left out.
+        """
+        portals = self.portals(positions)
+        turn = _angle(portals.leaving, portals.across) - _angle(portals.arriving, portals.across)
+        # Each crossing is passed by a thread in either direction.
+        sums = np.sqrt(2) * (self._turns[2] @ (self._passed * turn))
+        return np.degrees(np.abs(sums))
+
+    def widths(self, positions: FloatArray) -> FloatArray:
+        """Return the length of every portal that a ribbon passes."""
+        return self.portals(positions).width[self._used]
+
+    def at(self, positions: FloatArray) -> "Slope":
+        """Return the energy near some positions, to first order in its residuals."""
+        portals = self.portals(positions)
+        a, b = _dot(portals.arriving, portals.across), _dot(portals.leaving, portals.across)
+        residuals, square, by_cosine, by_log = [self.drift @ (a - b)], [], [], []
+        for cosine, ideal, is_there in (
+            (a, self._ideal, self._arrives),
+            (b, -self._ideal, self._leaves),
+        ):
+            sine2 = np.maximum(1 - cosine**2, _LEAST_SINE**2)
+            room = np.sqrt(sine2) * portals.width
+            lack = _ROOM * is_there * (self._wanted / room) ** _POWER
+            residuals += [_SQUARE * is_there * (cosine - ideal), lack]
+            square.append(_SQUARE * is_there)
+            by_cosine.append(_POWER * lack * cosine / sine2)
+            by_log.append(-_POWER * lack)
+        short = _ROOM * (1.0 - self._arrives) * (self._wanted / portals.come) ** _POWER
+        return Slope(
+            self, portals, [*residuals, short], (a, b), square, by_cosine, by_log, -_POWER * short
+        )
+
+    def forward(self, positions: FloatArray) -> FloatArray:
+        """Return what the vectors at portals become by positions or moves, (3H, 3)."""
+        return np.asarray(self._map @ np.concatenate([positions, self._to_centres @ positions]))
+
+    def adjoint(self, parts: FloatArray) -> FloatArray:
+        """Return the transpose of `forward` applied to rows for the vectors at portals."""
+        both = self._back @ parts
+        n_vertices = self._centres_back.shape[0]
+        return np.asarray(both[:n_vertices] + self._centres_back @ both[n_vertices:])
+
+    def adjoint_squares(self, parts: FloatArray) -> FloatArray:
+        """Return the same with squared coefficients, centres taken for independent."""
+        both = self._squares[0] @ parts
+        n_vertices = self._centres_back.shape[0]
+        return np.asarray(both[:n_vertices] + self._squares[1] @ both[n_vertices:])
+
+
+class Slope:
+    """An energy at one place: its residuals and their derivatives."""
+
+    def __init__(
+        self,
+        fairness: Fairness,
+        portals: Portals,
+        residuals: list[FloatArray],
+        cosines: tuple[FloatArray, FloatArray],
+        square: list[FloatArray],
+        by_cosine: list[FloatArray],
+        by_log: list[FloatArray],
+        short: FloatArray,
+    ) -> None:
+        """Take the residuals and their derivatives by cosines and by logarithms of lengths.
+
+        Residuals are drifts; then, for arriving and for leaving, how far from square, and the
+        lack of room; at last how short boundary edges are.
+        """
+        self._fairness, self._residuals = fairness, residuals
+        self._square, self._by_cosine, self._by_log, self._short = square, by_cosine, by_log, short
+        self.energy = float(sum(np.sum(part**2) for part in residuals))
+        a, b = cosines[0][:, None], cosines[1][:, None]
+        come, go, width = (part[:, None] for part in (portals.come, portals.go, portals.width))
+        # Derivatives of the cosines and of the logarithms by the vectors.
+        self._a_arriving = (portals.across - a * portals.arriving) / come
+        self._b_leaving = (portals.across - b * portals.leaving) / go
+        self._a_across = (portals.arriving - a * portals.across) / width
+        self._b_across = (portals.leaving - b * portals.across) / width
+        self._log_across = portals.across / width
+        self._log_arriving = portals.arriving / come
+
+    def gradient(self) -> FloatArray:
+        """Return half the gradient of the energy, (V, 3)."""
+        return self._pull(self._residuals)
+
+    def curvature(self, move: FloatArray) -> FloatArray:
+        """Return what the Gauss-Newton matrix makes of a move, (V, 3)."""
+        arriving, leaving, across = np.split(self._fairness.forward(move), 3)
+        a = _dot(self._a_arriving, arriving) + _dot(self._a_across, across)
+        b = _dot(self._b_leaving, leaving) + _dot(self._b_across, across)
+        log = _dot(self._log_across, across)
+        changes = [self._fairness.drift @ (a - b)]
+        for k, cosine in enumerate((a, b)):
+            changes += [
+                self._square[k] * cosine,
+                self._by_cosine[k] * cosine + self._by_log[k] * log,
+            ]
+        return self._pull([*changes, self._short * _dot(self._log_arriving, arriving)])
+
+    def stiffness(self) -> FloatArray:
+        """Return about the mean diagonal of that matrix at each vertex, (V,)."""
+        a, b = (
+            self._fairness.drift_squares + self._square[k] ** 2 + self._by_cosine[k] ** 2
+            for k in range(2)
+        )
+        log = self._by_log[0] ** 2 + self._by_log[1] ** 2
+        arriving = a * _size2(self._a_arriving) + self._short**2 * _size2(self._log_arriving)
+        across = a * _size2(self._a_across) + b * _size2(self._b_across)
+        across += log * _size2(self._log_across)
+        parts = np.concatenate([arriving, b * _size2(self._b_leaving), across])
+        return self._fairness.adjoint_squares(parts / 3)
+
+    def _pull(self, values: list[FloatArray]) -> FloatArray:
+        """Return the transposed derivatives applied to values for the residuals."""
+        drift, a_square, a_lack, b_square, b_lack, short = values
+        turn = self._fairness.drift_back @ drift
+        a = (turn + self._square[0] * a_square + self._by_cosine[0] * a_lack)[:, None]
+        b = (self._square[1] * b_square + self._by_cosine[1] * b_lack - turn)[:, None]
+        log = (self._by_log[0] * a_lack + self._by_log[1] * b_lack)[:, None]
+        arriving = a * self._a_arriving + (self._short * short)[:, None] * self._log_arriving
+        across = a * self._a_across + b * self._b_across + log * self._log_across
+        return self._fairness.adjoint(np.concatenate([arriving, b * self._b_leaving, across]))
+
+
+def _angle(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the angles between vectors in radians, exact for small ones too."""
+    cross = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.arctan2(cross, _dot(first, second))
+
+
+def _size2(vectors: FloatArray) -> FloatArray:
+    return _dot(vectors, vectors)
+
+
+def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    return np.einsum("nd,nd->n", first, second)

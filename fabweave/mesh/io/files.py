@@ -1,0 +1,164 @@
+"""Read and write mesh files by their extension."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fabweave.core.errors import InputError
+from fabweave.mesh.io.obj import obj_bytes, read_obj
+from fabweave.mesh.io.off import off_bytes, read_off
+from fabweave.mesh.io.ply import ply_bytes, read_ply
+from fabweave.mesh.io.scenes import read_scene
+from fabweave.mesh.polymesh import PolyMesh
+
+#: Millimetres in each unit that a mesh file can state.
+UNIT_MM = (("um", 0.001), ("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("ft", 304.8))
+
+_Reader = Callable[[bytes, str], tuple[PolyMesh, tuple[str, ...]]]
+_READERS: tuple[tuple[str, _Reader], ...] = (
+    ("obj", read_obj),
+    ("off", read_off),
+    ("ply", read_ply),
+)
+_SCENES = ("stl", "glb", "gltf", "3mf")
+
+#: Formats that can be read and written.
+READABLE = (*(kind for kind, _ in _READERS), *_SCENES)
+WRITABLE = ("obj", "off", "ply")
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh as it was read from a file.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        The mesh, in the file's own unit.
+    format : str
+        The format: one of `READABLE`.
+    unit : str or None
+        The unit that the file states (one of those in `UNIT_MM`), or None if it states none.
+    notes : tuple of str
+        What a person should know about the reading.
+    """
+
+    mesh: PolyMesh
+    format: str
+    unit: str | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def unit_mm(self) -> float | None:
+        """Millimetres in the stated unit, or None if the file states none."""
+        return None if self.unit is None else dict(UNIT_MM)[self.unit]
+
+
+def read_mesh(path: str | Path) -> MeshFile:
+    """Read a mesh file.
+
+    OBJ, OFF and PLY keep their polygons and vertices as they are; STL, GLB, glTF and 3MF hold
+    triangles, whose vertices are joined where they stand at the same place.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its extension tells the format.
+
+    Returns
+    -------
+    MeshFile
+        The mesh, and what the file says about it.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, of another format, cannot be understood, or has no faces.
+    """
+    path = Path(path)
+    kind = _format_of(path, READABLE, "read")
+    data = _bytes_of(path)
+    if not data:
+        raise InputError(f"{path.name}: the file is empty")
+    unit: str | None = None
+    if kind in _SCENES:
+        mesh, unit, notes = read_scene(path, kind)
+    else:
+        mesh, notes = dict(_READERS)[kind](data, path.name)
+    if not mesh.n_faces:
+        raise InputError(
+            f"{path.name}: the file has {mesh.n_vertices} vertices and no faces; export it again "
+            "as a polygon mesh"
+        )
+    return MeshFile(mesh, kind, unit, notes)
+
+
+def write_mesh(
+    path: str | Path, mesh: PolyMesh, *, binary: bool = False, comment: str = ""
+) -> None:
+    """Write a mesh file; the same mesh gives the same bytes.
+
+    Reading the file gives the same faces and exactly the same positions; only binary OFF, which
+    holds 32-bit floats by definition, rounds them.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where to; the extension tells the format: one of `WRITABLE`.
+    mesh : PolyMesh
+        What to write.
+    binary : bool
+        Whether to write the format's binary kind (OFF and PLY).
+    comment : str
+        Text for the head of a text file, or of any PLY file.
+
+    Raises
+    ------
+    InputError
+        If the format cannot be written, the file cannot be made, or a face names a vertex that
+        is not there.
+    """
+    path = Path(path)
+    kind = _format_of(path, WRITABLE, "written")
+    wrong = np.flatnonzero((mesh.indices < 0) | (mesh.indices >= mesh.n_vertices))
+    if len(wrong):
+        raise InputError(
+            f"{len(wrong)} corners name vertices that are not there (first: vertex "
+            f"{mesh.indices[wrong[0]]} of {mesh.n_vertices}); check the mesh before writing it"
+        )
+    if kind == "obj":
+        if binary:
+            raise InputError(f"{path.name}: OBJ has no binary kind; write OFF or PLY")
+        data = obj_bytes(mesh, comment)
+    elif kind == "off":
+        data = off_bytes(mesh, comment, binary=binary)
+    else:
+        data = ply_bytes(mesh, comment, binary=binary)
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise InputError(f"{path}: cannot write the file: {error.strerror}") from error
+
+
+def _format_of(path: Path, known: tuple[str, ...], verb: str) -> str:
+    kind = path.suffix[1:].lower()
+    if kind not in known:
+        what = f"format {path.suffix!r}" if kind else "a file without extension"
+        raise InputError(
+            f"{path.name}: {what} cannot be {verb}; formats that can: "
+            + ", ".join(item.upper() for item in known)
+        )
+    return kind
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: this is a folder; name the mesh file in it") from None
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        raise InputError(f"{path}: cannot read the file: {error}") from error

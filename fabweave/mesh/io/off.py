@@ -1,0 +1,233 @@
+"""Read and write polygon meshes in OFF, as text and as binary."""
+
+import re
+
+import numpy as np
+
+from fabweave.core.arrays import IntArray, offsets_of
+from fabweave.core.errors import InputError
+from fabweave.mesh.io.number_rows import first_columns, float_numbers, parse_int, row_lists
+from fabweave.mesh.io.obj import counted_face_lines, vertex_lines
+from fabweave.mesh.io.token_rows import Rows, text_rows
+from fabweave.mesh.polymesh import PolyMesh
+
+_KEYWORD = re.compile(r"((?:ST|C|N)*)(4?n?)OFF")
+_BINARY = re.compile(rb"\s*((?:ST|C|N)*)OFF[ \t]+BINARY[ \t]*\r?\n")
+#: Numbers that a letter of the keyword adds to each vertex.
+_EXTRA = {"ST": 2, "C": 4, "N": 3}
+
+
+def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
+    r"""Read the bytes of an OFF file, text or binary.
+
+    The keyword may carry ``ST``, ``C`` and ``N`` and may stand on the line of the counts;
+    comments, colours and normals are passed over.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    name : str
+        Its name, for messages.
+
+    Returns
+    -------
+    mesh : PolyMesh
+        Vertices and faces in the order of the file.
+    notes : tuple of str
+        What a person should know.
+
+    Raises
+    ------
+    InputError
+        If the file is no OFF file, is cut short, or names a vertex that is not there.
+
+    Examples
+    --------
+    >>> mesh, notes = read_off(b"OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n", "a.off")
+    >>> mesh.faces()
+    [[0, 1, 2]]
+    """
+    binary = _BINARY.match(data)
+    if binary:
+        extra = _extra_numbers(binary.group(1).decode("ascii"))
+        return _read_binary(data, binary.end(), name, extra)
+    rows = text_rows(data, name)
+    if not len(rows):
+        raise InputError(f"{name}: the file holds nothing but blanks and comments")
+    extra, n_vertices, n_faces, rows = _text_head(rows)
+    if len(rows) < n_vertices + n_faces:
+        return _read_stream(rows, n_vertices, n_faces, extra), ()
+    vertices = first_columns(rows.cut(0, n_vertices), 3)
+    face_rows = rows.cut(n_vertices, n_vertices + n_faces)
+    # One face a line; what follows its corners is a colour.
+    sizes, indices = row_lists(face_rows, np.zeros(n_faces, dtype=np.int64))
+    check_range(sizes, indices, n_vertices, name, face_rows)
+    spare = len(rows) - n_vertices - n_faces
+    notes = (f"{spare} lines after the last announced face were not read",) if spare else ()
+    return PolyMesh(vertices, offsets_of(sizes), indices), notes
+
+
+def check_range(
+    sizes: IntArray, indices: IntArray, n_vertices: int, name: str, rows: Rows | None = None
+) -> None:
+    """Raise an error that names the first face with a vertex that is not there."""
+    wrong = np.flatnonzero((indices < 0) | (indices >= n_vertices))
+    if not len(wrong):
+        return
+    face = int(np.searchsorted(np.cumsum(sizes), wrong[0], side="right"))
+    what = f"a face names vertex {indices[wrong[0]]}, and there are {n_vertices}, counted from 0"
+    raise rows.fault(face, what) if rows else InputError(f"{name}, face {face}: {what}")
+
+
+def _extra_numbers(letters: str) -> int:
+    return sum(_EXTRA[letter] for letter in re.findall("ST|C|N", letters))
+
+
+def _text_head(rows: Rows) -> tuple[int, int, int, Rows]:
+    """Return the extra numbers of each vertex, the counts, and the rows that follow."""
+    words = rows.tokens(0)
+    keyword = _KEYWORD.fullmatch(words[0])
+    extra = at = 0
+    if keyword is not None:
+        if keyword.group(2):
+            raise rows.fault(0, f"{words[0]} is not in three dimensions; export as plain OFF")
+        extra = _extra_numbers(keyword.group(1))
+        words = words[1:]
+        if not words:
+            at = 1
+            words = rows.tokens(1) if len(rows) > 1 else []
+    elif not words[0].isdigit():  # the format lets the keyword be absent
+        raise rows.fault(0, f"{words[0][:40]!r} where the word OFF is expected")
+    try:
+        counts = [parse_int(word) for word in words]
+    except ValueError:
+        counts = []
+    if len(counts) not in (2, 3) or min(counts) < 0:
+        raise rows.fault(at, "the numbers of vertices, faces and edges are expected here")
+    return extra, counts[0], counts[1], rows.cut(at + 1)
+
+
+def _read_stream(rows: Rows, n_vertices: int, n_faces: int, extra: int) -> PolyMesh:
+    """Read a file that puts several vertices or faces on a line; it may hold no face colours."""
+    values = float_numbers(rows)
+    ends = np.cumsum(rows.counts)
+
+    def fault(token: int, what: str) -> InputError:
+        return rows.fault(int(np.searchsorted(ends, token, side="right")), what)
+
+    width = 3 + extra
+    start = n_vertices * width
+    early = f"the file ends before its {n_vertices} vertices and {n_faces} faces are complete"
+    if len(values) < start + n_faces:
+        raise fault(len(values), early)
+    numbers = values[start:]
+    broken = np.flatnonzero(~((np.abs(numbers) < 2**53) & (numbers == np.floor(numbers))))
+    if len(broken):
+        raise fault(start + int(broken[0]), "a face's number is not whole")
+    flat = numbers.astype(np.int64)
+    heads = _record_heads(flat.tolist(), n_faces)
+    if len(heads) <= n_faces:
+        raise fault(len(values), early)
+    if heads[-1] != len(flat):
+        raise fault(start + int(heads[-1]), "numbers follow after the last face")
+    sizes = flat[heads[:-1]]
+    indices = np.delete(flat, heads[:-1])
+    check_range(sizes, indices, n_vertices, rows.name)
+    vertices = values[:start].reshape(n_vertices, width)[:, :3]
+    return PolyMesh(vertices, offsets_of(sizes), indices)
+
+
+def _record_heads(flat: list[int], n_faces: int) -> IntArray:
+    """Walk from face to face; return where each starts and the last ends, as far as they go."""
+    heads = [0]
+    position = 0
+    for _ in range(n_faces):
+        size = flat[position] if position < len(flat) else -1
+        position += 1 + size
+        if size < 0 or position > len(flat):
+            break
+        heads.append(position)
+    return np.array(heads, dtype=np.int64)
+
+
+def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMesh, tuple[str, ...]]:
+    """Read what follows ``OFF BINARY``: big-endian 32-bit integers and floats."""
+    words = np.frombuffer(data, dtype=">i4", offset=base, count=(len(data) - base) // 4)
+    if len(words) < 3:
+        raise InputError(f"{name}, byte {base}: the file ends inside its head")
+    n_vertices, n_faces = int(words[0]), int(words[1])
+    width = 3 + extra
+    start = 3 + n_vertices * width
+    if n_vertices < 0 or n_faces < 0 or start + 2 * n_faces > len(words):
+        raise InputError(
+            f"{name}, byte {base}: {n_vertices} vertices and {n_faces} faces are announced, and "
+            f"only {len(data) - base} bytes follow"
+        )
+    floats = words[3:start].view(">f4").reshape(n_vertices, width)[:, :3]
+    sizes = []
+    starts = []
+    position, end = start, len(words)
+    flat = words.tolist()
+    # A face's place depends on every face before it (sizes and colours vary), so walk.
+    for face in range(n_faces):
+        size = flat[position] if position < end else -1
+        after = position + 1 + size
+        colours = flat[after] if size >= 0 and after < end else -1
+        if size < 0 or colours < 0 or after + 1 + colours > end:
+            raise InputError(
+                f"{name}, byte {base + 4 * position}: face {face} of {n_faces} is broken or cut "
+                "short"
+            )
+        sizes.append(size)
+        starts.append(position + 1)
+        position = after + 1 + colours
+    size_array = np.array(sizes, dtype=np.int64)
+    offsets = offsets_of(size_array)
+    shift = np.array(starts, dtype=np.int64) - offsets[:-1]
+    indices = words[np.arange(offsets[-1]) + np.repeat(shift, size_array)].astype(np.int64)
+    check_range(size_array, indices, n_vertices, name)
+    with np.errstate(invalid="ignore"):  # a signalling "not a number" is the checker's affair
+        vertices = floats.astype(np.float64)
+    return PolyMesh(vertices, offsets, indices), ()
+
+
+def off_bytes(mesh: PolyMesh, comment: str = "", *, binary: bool = False) -> bytes:
+    r"""Return the bytes of an OFF file.
+
+    Text gives the same numbers back when read; binary OFF holds 32-bit floats by definition.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh.
+    comment : str
+        Text for the head of a text file.
+    binary : bool
+        Whether to write ``OFF BINARY``.
+
+    Returns
+    -------
+    bytes
+        The same mesh gives the same bytes.
+
+    Examples
+    --------
+    >>> off_bytes(PolyMesh.from_faces([[0, 0, 0], [0.1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    b'OFF\n3 1 0\n0.0 0.0 0.0\n0.1 0.0 0.0\n0.0 1.0 0.0\n3 0 1 2\n'
+    """
+    if not binary:
+        notes = comment.encode("ascii", "replace").decode().splitlines()
+        lines = ["OFF", *(f"# {line}" for line in notes)]
+        lines.append(f"{mesh.n_vertices} {mesh.n_faces} 0")
+        lines += vertex_lines(mesh) + counted_face_lines(mesh)
+        return ("\n".join(lines) + "\n").encode("ascii")
+    sizes, offsets = mesh.face_sizes, mesh.offsets
+    faces = np.zeros(mesh.n_corners + 2 * mesh.n_faces, dtype=">i4")  # size, corners, no colour
+    head = offsets[:-1] + 2 * np.arange(mesh.n_faces)
+    faces[head] = sizes
+    faces[np.arange(mesh.n_corners) + np.repeat(head + 1 - offsets[:-1], sizes)] = mesh.indices
+    counts = np.array([mesh.n_vertices, mesh.n_faces, 0], dtype=">i4")
+    with np.errstate(over="ignore"):
+        vertices = mesh.vertices.astype(">f4")
+    return b"OFF BINARY\n" + counts.tobytes() + vertices.tobytes() + faces.tobytes()

@@ -1,0 +1,177 @@
+"""Read and write polygon meshes in PLY, as text and as binary."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fabweave.core.arrays import FloatArray, IntArray, offsets_of
+from fabweave.core.errors import InputError
+from fabweave.mesh.io.obj import counted_face_lines, vertex_lines
+from fabweave.mesh.io.off import check_range
+from fabweave.mesh.io.ply_body import BinaryBody, TextBody
+from fabweave.mesh.io.ply_head import ORDERS, Element, read_head
+from fabweave.mesh.polymesh import PolyMesh
+
+_FACE_LISTS = ("vertex_indices", "vertex_index")
+
+
+def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
+    r"""Read the bytes of a PLY file: text, little-endian or big-endian.
+
+    Positions and faces are read; other properties and elements, before or after them, are
+    passed over.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    name : str
+        Its name, for messages.
+
+    Returns
+    -------
+    mesh : PolyMesh
+        Vertices and faces in the order of the file.
+    notes : tuple of str
+        What a person should know.
+
+    Raises
+    ------
+    InputError
+        If the head cannot be understood, the file is cut short, or a face names a vertex that
+        is not there.
+
+    Examples
+    --------
+    >>> head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    >>> head += "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+    >>> body = "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    >>> read_ply((head + body).encode(), "a.ply")[0].faces()
+    [[0, 1, 2]]
+    """
+    head = read_head(data, name)
+    body: TextBody | BinaryBody
+    if head.order is None:
+        body = TextBody(data, head.size, head.lines, name)
+    else:
+        body = BinaryBody(data, head.size, head.order, name)
+    vertices: FloatArray | None = None
+    faces: tuple[IntArray, IntArray] | None = None
+    for element in head.elements:
+        if element.name == "vertex" and vertices is None:
+            vertices = body.scalars(element, _columns(element, name))
+        elif element.name == "face" and faces is None:
+            faces = body.lists(element, _face_list(element, name))
+        else:
+            body.skip(element)
+        if vertices is not None and faces is not None:
+            break
+    if vertices is None:
+        raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its head)")
+    if faces is None:
+        strips = any(element.name == "tristrips" for element in head.elements)
+        raise InputError(
+            f"{name}: the file has no faces (no element 'face' in its head); "
+            + ("it holds triangle strips, " if strips else "is it a point cloud? ")
+            + "export it again with polygon faces"
+        )
+    check_range(faces[0], faces[1], len(vertices), name)
+    return PolyMesh(vertices, offsets_of(faces[0]), faces[1]), ()
+
+
+def _columns(element: Element, name: str) -> list[int]:
+    """Return which properties of the vertices are x, y and z."""
+    names = [item.name for item in element.properties if item.count is None]
+    if any(item.count is not None for item in element.properties[: len(names)]) or not (
+        {"x", "y", "z"} <= set(names)
+    ):
+        raise InputError(
+            f"{name}: the head gives the vertices no properties x, y and z ahead of any list; it "
+            f"gives {', '.join(item.name for item in element.properties) or 'none'}"
+        )
+    return [names.index(axis) for axis in "xyz"]
+
+
+def _face_list(element: Element, name: str) -> int:
+    """Return which property of the faces is the list of vertices."""
+    for position, item in enumerate(element.properties):
+        if item.name in _FACE_LISTS and item.count is not None:
+            if item.kind[0] == "f":
+                raise InputError(f"{name}: the faces' vertex numbers are not whole numbers")
+            return position
+    raise InputError(
+        f"{name}: the head gives the faces no list property named vertex_indices or vertex_index"
+    )
+
+
+@dataclass(frozen=True)
+class _Types:
+    """Names and codes of the types in which a mesh is written."""
+
+    count: str
+    count_code: str
+    index_code: str = "i4"
+
+
+def ply_bytes(
+    mesh: PolyMesh, comment: str = "", *, binary: bool = False, big_endian: bool = False
+) -> bytes:
+    r"""Return the bytes of a PLY file with double precision: reading gives the numbers back.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh.
+    comment : str
+        Text for the head of the file.
+    binary, big_endian : bool
+        Whether to write binary, and in which byte order.
+
+    Returns
+    -------
+    bytes
+        The same mesh gives the same bytes.
+
+    Examples
+    --------
+    >>> mesh = PolyMesh.from_faces([[0, 0, 0], [0.1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> ply_bytes(mesh).splitlines()[-1], len(ply_bytes(mesh, binary=True).splitlines()[-1])
+    (b'3 0 1 2', 85)
+    """
+    small = mesh.n_faces == 0 or int(mesh.face_sizes.max()) < 256
+    types = _Types("uchar", "u1") if small else _Types("int", "i4")
+    order = "binary_big_endian" if big_endian else "binary_little_endian"
+    lines = ["ply", f"format {order if binary else 'ascii'} 1.0"]
+    lines += [
+        f"comment {line}" for line in comment.encode("ascii", "replace").decode().splitlines()
+    ]
+    lines.append(f"element vertex {mesh.n_vertices}")
+    lines += [f"property double {axis}" for axis in "xyz"]
+    lines.append(f"element face {mesh.n_faces}")
+    lines.append(f"property list {types.count} int vertex_indices")
+    lines.append("end_header")
+    if not binary:
+        lines += vertex_lines(mesh) + counted_face_lines(mesh)
+        return ("\n".join(lines) + "\n").encode("ascii")
+    head = ("\n".join(lines) + "\n").encode("ascii")
+    mark = ORDERS[order]
+    return head + mesh.vertices.astype(f"{mark}f8").tobytes() + _packed_faces(mesh, types, mark)
+
+
+def _packed_faces(mesh: PolyMesh, types: _Types, mark: str) -> bytes:
+    counts = mesh.face_sizes.astype(mark + types.count_code)
+    numbers = mesh.indices.astype(mark + types.index_code)
+    width, step = counts.itemsize, numbers.itemsize
+    heads = mesh.offsets[:-1] * step + np.arange(mesh.n_faces) * width
+    packed = np.zeros(len(counts) * width + len(numbers) * step, dtype=np.uint8)
+    _put(packed, heads, counts.view(np.uint8).reshape(-1, width))
+    places = np.arange(mesh.n_corners) * step + np.repeat(
+        (np.arange(mesh.n_faces) + 1) * width, mesh.face_sizes
+    )
+    _put(packed, places, numbers.view(np.uint8).reshape(-1, step))
+    return packed.tobytes()
+
+
+def _put(packed: npt.NDArray[np.uint8], places: IntArray, rows: npt.NDArray[np.uint8]) -> None:
+    packed[places[:, None] + np.arange(rows.shape[1])] = rows

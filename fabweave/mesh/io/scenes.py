@@ -1,0 +1,119 @@
+"""Read triangle files (STL, GLB, glTF, 3MF) through trimesh."""
+
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.arrays import offsets_of
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.weld import weld_mesh
+
+#: What trimesh calls the units of 3MF, and what fabweave calls them.
+_UNITS = {
+    "micron": "um",
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "meter": "m",
+    "inch": "in",
+    "foot": "ft",
+}
+
+
+def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, ...]]:
+    """Read a file of triangles as one mesh, its objects placed and its vertices welded.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : {"stl", "glb", "gltf", "3mf"}
+        Its format.
+
+    Returns
+    -------
+    mesh : PolyMesh
+        Triangles; vertices at the same place are one vertex.
+    unit : str or None
+        The unit that the file states.
+    notes : tuple of str
+        What was joined and dropped.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or holds no triangles.
+    """
+    # trimesh takes half a second to import; most jobs never need it.
+    import trimesh  # noqa: PLC0415 -- see above
+
+    try:
+        if kind == "gltf":
+            # Where this is no JSON, trimesh would quietly read model.gltf beside it instead.
+            json.loads(path.read_bytes())
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(str(path), file_type=kind, process=False)
+            parts = _placed_parts(scene, trimesh.Trimesh)
+            unit = _UNITS.get(str(scene.units))
+    except ImportError as error:
+        raise InputError(
+            f"{path.name}: reading {kind.upper()} needs the Python package {error.name!r}; install "
+            "fabweave[threemf], or export the mesh as OBJ"
+        ) from None
+    except Exception as error:  # whatever a broken file makes the library do is a broken file
+        raise InputError(
+            f"{path.name}: this is no {kind.upper()} file that can be read "
+            f"({type(error).__name__}: {str(error)[:200]}); export it again, best as OBJ"
+        ) from error
+    if not parts:
+        raise InputError(f"{path.name}: the file has no faces; export it again as a mesh")
+    points = np.concatenate([vertices for vertices, _ in parts])
+    shift = offsets_of(np.array([len(vertices) for vertices, _ in parts]))
+    triangles = np.concatenate(
+        [faces + start for (_, faces), start in zip(parts, shift[:-1], strict=True)]
+    )
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise InputError(f"{path.name}: a face names a vertex that is not there; export it again")
+    soup = PolyMesh(points, np.arange(len(triangles) + 1) * 3, triangles.reshape(-1))
+    mesh, joined, dropped = weld_mesh(soup)
+    notes = []
+    if joined:
+        notes.append(
+            agree(
+                joined,
+                "{n} [vertex|vertices] stood at the place of another one and [was|were] joined to "
+                "it",
+            )
+        )
+    if dropped:
+        notes.append(
+            agree(
+                dropped, "{n} [face|faces] collapsed to a line or a point and [was|were] left out"
+            )
+        )
+    if not mesh.n_faces:
+        raise InputError(f"{path.name}: every face of the file is collapsed to a line or a point")
+    return mesh, "m" if kind in ("glb", "gltf") else unit, tuple(notes)
+
+
+def _placed_parts(scene: Any, mesh_type: Any) -> list[tuple[Any, Any]]:
+    """Return vertices and faces of every instance in the scene, at its place."""
+    parts = []
+    for node in sorted(scene.graph.nodes_geometry):
+        transform, geometry_name = scene.graph[node]
+        geometry = scene.geometry[geometry_name]
+        if not isinstance(geometry, mesh_type) or not len(geometry.faces):
+            continue
+        vertices = np.asarray(geometry.vertices, dtype=np.float64)
+        faces = np.asarray(geometry.faces, dtype=np.int64)
+        if not np.array_equal(transform, np.eye(4)):
+            vertices = vertices @ transform[:3, :3].T + transform[:3, 3]
+            if np.linalg.det(transform[:3, :3]) < 0:
+                faces = faces[:, ::-1]  # a mirror turns the faces inside out
+        parts.append((vertices, faces))
+    return parts

@@ -1,0 +1,200 @@
+"""Gather what lies around each vertex: its edges and faces, and its neighbours on the boundary."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.errors import InputError
+from fabweave.core.messages import few_of
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """The boundary of a mesh as seen from its vertices.
+
+    Parameters
+    ----------
+    on : (V,) bool array
+        Whether the vertex lies on the boundary.
+    corner : (V,) bool array
+        Whether it lies on the boundary and in one face only.
+    before, after : (V,) int arrays
+        Its neighbours along the boundary, face on the left; the vertex itself elsewhere.
+    """
+
+    on: BoolArray
+    corner: BoolArray
+    before: IntArray
+    after: IntArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("on", "corner", "before", "after"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def find_rim(halfedges: Halfedges, n_vertices: int) -> Rim:
+    """Find the boundary neighbours of every vertex.
+
+    Parameters
+    ----------
+    halfedges : Halfedges
+        Connectivity.
+    n_vertices : int
+        Number of vertices, loose ones included.
+
+    Returns
+    -------
+    Rim
+        The boundary.
+
+    Raises
+    ------
+    InputError
+        If boundaries touch in a vertex: it would have more than two neighbours there.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> square = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
+    >>> find_rim(build_halfedges(square), 4).after.tolist()
+    [1, 2, 3, 0]
+    """
+    open_side = np.flatnonzero(halfedges.twin < 0)
+    tail, head = halfedges.tail[open_side], halfedges.head[open_side]
+    touching = np.flatnonzero(np.bincount(tail, minlength=n_vertices) > 1)
+    if len(touching):
+        raise InputError(
+            f"boundaries touch at {len(touching)} vertices ({name_some(touching)}); give each of "
+            "them a vertex of its own"
+        )
+    before = np.arange(n_vertices)
+    after = before.copy()
+    after[tail] = head
+    before[head] = tail
+    on = np.zeros(n_vertices, dtype=bool)
+    on[tail] = True
+    faces = np.bincount(halfedges.tail, minlength=n_vertices)
+    return Rim(on=on, corner=on & (faces == 1), before=before, after=after)
+
+
+def smooth_curve(
+    positions: FloatArray, rim: Rim, kept: BoolArray, weight: float
+) -> tuple[IntArray, FloatArray]:
+    """Average boundary vertices with their two boundary neighbours.
+
+    Parameters
+    ----------
+    positions : (V, 3) float array
+        Positions of all vertices.
+    rim : Rim
+        The boundary.
+    kept : (V,) bool array
+        Vertices that stay where they are.
+    weight : float
+        Weight of each neighbour: 1/8 for a step of the cubic B-spline curve, 1/6 for its limit.
+
+    Returns
+    -------
+    vertices : (N,) int array
+        The boundary vertices that move.
+    points : (N, 3) float array
+        Where they go.
+    """
+    moving = np.flatnonzero(rim.on & ~kept)
+    sides = positions[rim.before[moving]] + positions[rim.after[moving]]
+    return moving, (1 - 2 * weight) * positions[moving] + weight * sides
+
+
+def sum_at(groups: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Add up rows by group.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> sum_at(np.array([1, 1]), np.array([[1.0, 2.0], [3.0, 4.0]]), 2).tolist()
+    [[0.0, 0.0], [4.0, 6.0]]
+    """
+    columns = [np.bincount(groups, weights=column, minlength=count) for column in values.T]
+    return np.stack(columns, axis=1)
+
+
+def valences(halfedges: Halfedges, rim: Rim) -> IntArray:
+    """Return the number of edges at each vertex, (V,)."""
+    return np.bincount(halfedges.tail, minlength=len(rim.on)) + rim.on
+
+
+def edge_middles(mesh: PolyMesh, half: Halfedges) -> FloatArray:
+    """Return the middle of each edge, (E, 3)."""
+    first = half.edge_halfedge
+    return (mesh.vertices[half.tail[first]] + mesh.vertices[half.head[first]]) / 2
+
+
+def face_sums(mesh: PolyMesh) -> FloatArray:
+    """Return the sum of the corners of each face, (F, 3)."""
+    return np.add.reduceat(mesh.vertices[mesh.indices], mesh.offsets[:-1], axis=0)
+
+
+def corners_in_turn(halfedges: Halfedges, n_vertices: int) -> tuple[IntArray, IntArray]:
+    """List the corners at each vertex counter-clockwise.
+
+    Parameters
+    ----------
+    halfedges : Halfedges
+        Connectivity.
+    n_vertices : int
+        Number of vertices.
+
+    Returns
+    -------
+    offsets : (V + 1,) int array
+        Vertex ``v`` owns the entries ``offsets[v]:offsets[v + 1]``.
+    corners : (H,) int array
+        Half-edges that leave the vertex. At a boundary vertex the first one is the boundary's;
+        elsewhere it is the smallest.
+
+    Raises
+    ------
+    InputError
+        If faces meet in a vertex without hanging together by edges there.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> pair = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [0, 2, 3]])
+    >>> offsets, corners = corners_in_turn(build_halfedges(pair), 4)
+    >>> corners[offsets[0] : offsets[1]].tolist()
+    [0, 3]
+    """
+    half = halfedges
+    counts = np.bincount(half.tail, minlength=n_vertices)
+    offsets = offsets_of(counts)
+    start = np.full(n_vertices, -1, dtype=np.int64)
+    start[half.tail[::-1]] = np.arange(half.n_halfedges)[::-1]
+    rim = np.flatnonzero(half.twin < 0)
+    start[half.tail[rim]] = rim
+    corners = np.full(half.n_halfedges, -1, dtype=np.int64)
+    vertex = np.flatnonzero(start >= 0)
+    here = start[vertex]
+    place = offsets[vertex]
+    # One round for each corner of the busiest vertex; every corner is touched once in all.
+    while len(vertex):
+        corners[place] = here
+        here = half.twin[half.prev[here]]
+        goes_on = (here >= 0) & (here != start[vertex])
+        vertex, here, place = vertex[goes_on], here[goes_on], place[goes_on] + 1
+    missed = np.unique(np.repeat(np.arange(n_vertices), counts)[corners < 0])
+    if len(missed):
+        raise InputError(
+            f"separate fans of faces touch at {len(missed)} vertices ({name_some(missed)}); give "
+            "each fan a vertex of its own"
+        )
+    return offsets, corners
+
+
+def name_some(vertices: IntArray) -> str:
+    """Name the first few vertices of a list."""
+    return f"vertex {few_of(vertices.tolist(), 5)}"

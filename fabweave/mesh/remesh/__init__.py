@@ -1,0 +1,1 @@
+"""Turn meshes of triangles into meshes of quads."""

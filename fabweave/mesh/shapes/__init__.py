@@ -1,0 +1,1 @@
+"""Build the built-in shapes."""

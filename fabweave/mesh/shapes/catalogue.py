@@ -1,0 +1,208 @@
+"""Name the built-in shapes and read their descriptions, such as ``shape:torus?m=24&n=12``."""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+
+from fabweave.core.errors import InputError
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.shapes.bipyramid import handled_bipyramid
+from fabweave.mesh.shapes.definition import PREFIX, Parameter, Shape, count, length
+from fabweave.mesh.shapes.knots import knot
+from fabweave.mesh.shapes.regular import regular
+from fabweave.mesh.shapes.slit import slit_sum
+
+__all__ = ["PREFIX", "SHAPES", "Parameter", "Shape", "count", "is_shape", "length", "parse_shape"]
+
+
+def _sized(solid: Callable[[], PolyMesh], *, size: float) -> PolyMesh:
+    return resize_mesh(solid(), size_mm=size)[0]
+
+
+def _ring_and_tube(m: int, n: int, ring: float, tube: float) -> PolyMesh:
+    if tube >= ring:
+        raise InputError(
+            f"the shape torus: the tube's radius ({tube:g} mm) must be less than the ring's "
+            f"({ring:g} mm), or the surface runs through itself"
+        )
+    return grids.torus(m, n, ring, tube)
+
+
+def _bipyramid(n: int, edge: int, handle: int, height: float, size: float) -> PolyMesh:
+    if not 0.2 * size <= height <= size:
+        raise InputError(
+            f"the shape bipyramid: its height ({height:g} mm) must be between a fifth of the size "
+            f"and the size ({size:g} mm)"
+        )
+    return handled_bipyramid(n, edge, handle, height / size, size)
+
+
+_SIZE = length("size", "largest dimension", 100.0)
+
+#: All built-in shapes, in the order in which they are listed; lengths are millimetres.
+SHAPES: tuple[Shape, ...] = (
+    Shape("tetrahedron", "4 triangles", (_SIZE,), partial(_sized, solids.tetrahedron)),
+    Shape(
+        "cube",
+        "a cube of 6 n² squares",
+        (count("n", "squares along each side", 1, most=800), _SIZE),
+        grids.cube,
+    ),
+    Shape("octahedron", "8 triangles", (_SIZE,), partial(_sized, solids.octahedron)),
+    Shape("icosahedron", "20 triangles", (_SIZE,), partial(_sized, solids.icosahedron)),
+    Shape("dodecahedron", "12 pentagons", (_SIZE,), partial(_sized, solids.dodecahedron)),
+    Shape(
+        "torus",
+        "a ring of m × n quads",
+        (
+            count("m", "quads around the ring", 24, least=3),
+            count("n", "quads around the tube", 12, least=3),
+            length("ring", "radius of the circle in the middle of the tube", 35.0),
+            length("tube", "radius of the tube", 15.0),
+        ),
+        _ring_and_tube,
+    ),
+    Shape(
+        "sphere",
+        "a sphere of 6 n² quads, spread evenly",
+        (
+            count("n", "quads along each side of the cube it comes from", 8, most=800),
+            length("radius", "radius", 50.0),
+        ),
+        grids.sphere,
+    ),
+    Shape(
+        "tube",
+        "an open cylinder of m × n quads",
+        (
+            count("m", "quads around", 16, least=3),
+            count("n", "quads along", 12),
+            length("radius", "radius", 25.0),
+            length("height", "height", 100.0),
+        ),
+        grids.tube,
+    ),
+    Shape(
+        "hemisphere",
+        "the upper half of a sphere, open below, of 12 n² quads",
+        (
+            count("n", "rows of quads above the rim", 4, most=500),
+            length("radius", "radius", 50.0),
+        ),
+        grids.hemisphere,
+    ),
+    Shape(
+        "hypar",
+        "an open saddle of m × n quads over a square",
+        (
+            count("m", "quads along one side", 10),
+            count("n", "quads along the other side", 10),
+            length("side", "side of the square", 100.0),
+            length("height", "how far the high corners stand above the low ones", 40.0),
+        ),
+        grids.hypar,
+    ),
+    Shape(
+        "knot",
+        "a tube of m × n quads along a torus knot",
+        (
+            count("p", "turns around the axis", 2, most=12),
+            count("q", "turns around the ring; p and q without a common divisor", 3, most=12),
+            count("m", "quads along the knot, or 0 for about square ones", 0, least=0),
+            count("n", "quads around the tube", 8, least=3, most=200),
+            length("tube", "radius of the tube", 8.0),
+            _SIZE,
+        ),
+        knot,
+    ),
+    Shape(
+        "slit",
+        "two rings of m × n quads that flow together at slits; exactly twillable, of any genus",
+        (
+            count("genus", "genus: one less slit than this, 1 for a torus", 3, most=200),
+            count("m", "quads along each ring, or 0 for what suits the genus", 0, least=0),
+            count("n", "quads around each ring, or 0 for what suits m", 0, least=0, most=200),
+            count("slit", "edges of each slit, or 0 for what suits m", 0, least=0),
+            _SIZE,
+        ),
+        slit_sum,
+    ),
+    Shape(
+        "bipyramid",
+        "a 2n-gonal bipyramid with a handle from each upper face to the face below",
+        (
+            count("n", "half the number of sides", 2, least=2, most=8),
+            count("edge", "quads along each edge of the bipyramid", 10, least=4, most=200),
+            count("handle", "quads along each handle", 8, least=4, most=160),
+            length("height", "distance of the tips", 60.0),
+            _SIZE,
+        ),
+        _bipyramid,
+    ),
+    Shape(
+        "regular",
+        "a regular mesh: all faces with 4k sides and 4 edges at all vertices, or the reverse",
+        (
+            count("face", "sides of each face", 8, least=4, most=16),
+            count("valence", "edges at each vertex", 4, least=4, most=16),
+            count("genus", "genus: 1 more than a multiple of k - 1", 3, most=100),
+            count("refine", "how fine: 2 to this power quads around each ring", 3, least=2, most=6),
+            _SIZE,
+        ),
+        regular,
+    ),
+)
+
+
+def is_shape(text: str) -> bool:
+    """Return whether a text names a built-in shape rather than a file.
+
+    Examples
+    --------
+    >>> is_shape("shape:cube"), is_shape("cube.obj")
+    (True, False)
+    """
+    return text.startswith(PREFIX)
+
+
+def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
+    """Build the shape that a text describes.
+
+    Parameters
+    ----------
+    text : str
+        ``shape:`` and a name, then ``?`` and parameters joined by ``&``.
+    shapes : iterable of Shape
+        The shapes to choose from.
+
+    Returns
+    -------
+    PolyMesh
+        The mesh in millimetres, faces turned outward; about 100 mm large by default.
+
+    Raises
+    ------
+    InputError
+        If the name or a parameter is wrong; the message lists the right ones.
+
+    Examples
+    --------
+    >>> mesh = parse_shape("shape:torus?m=24&n=12")
+    >>> mesh.n_vertices, mesh.n_faces
+    (288, 288)
+    """
+    if not is_shape(text):
+        raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")
+    name, mark, query = text.removeprefix(PREFIX).partition("?")
+    by_name = {shape.name: shape for shape in shapes}
+    if name not in by_name:
+        raise InputError(f"there is no shape {name[:40]!r}; there are {', '.join(by_name)}")
+    values: dict[str, str] = {}
+    for pair in query.split("&") if mark else ():
+        key, equals, value = pair.partition("=")
+        if not equals or key in values:
+            what = "is given twice" if key in values else "should read name=value"
+            raise InputError(f"the shape {name}: {pair[:40]!r} {what}; try {by_name[name].example}")
+        values[key] = value
+    return by_name[name].make(values)

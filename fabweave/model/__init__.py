@@ -1,0 +1,1 @@
+"""Turn ribbons and yarns into bodies, and write model files."""

@@ -1,0 +1,266 @@
+"""Spin yarns along the threads: tubes that cross over and under and do not touch."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, frozen, no_progress
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.model.tubes import sweep
+from fabweave.model.yarn_contact import bends_too_tightly, touching_points
+from fabweave.model.yarn_course import Course, draw_spines, lay_course, tapered
+from fabweave.ribbon.measures import size_for
+from fabweave.weave.pattern import Weave
+
+#: Sides of a tube: fewer than three are none, and more than these are never seen.
+_FEWEST_SIDES, _MOST_SIDES = 3, 128
+#: No yarn is thicker than this share of its room; how much thinner the next one tried is; and how
+#: finely the thickest is found.
+_LARGEST, _SHRINK, _FINER = 0.75, 0.85, 4
+#: The share of guides about which yarns may be thinner than the rest, and how much at a time.
+_FEW, _THIN = 0.03, 0.85
+#: No guide has more points about it, or pairs of stretches that touch, than these; more of them
+#: belong to several guides.
+_MOST_BENDS, _MOST_PAIRS = 100, 400
+#: Thinner than this share of the room there is no yarn left.
+_THINNEST = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Yarns:
+    """Yarns as tubes.
+
+    Parameters
+    ----------
+    offsets : (T + 1,) int array
+        Thread ``t`` owns the cross-sections ``offsets[t]:offsets[t + 1]``; none if it has no
+        crossing.
+    closed : (T,) bool array
+        Whether the yarn is a ring; others end in flat caps.
+    spine : (N, 3) float array
+        The middle of each cross-section, in millimetres.
+    radius_mm : (N,) float array
+        Its radius.
+    rim : (N, S, 3) float array
+        Its S corners, counter-clockwise around the walking direction.
+    most : float
+        How many times as thick the yarns could be without touching, at least 1.
+    """
+
+    offsets: IntArray
+    closed: BoolArray
+    spine: FloatArray
+    radius_mm: FloatArray
+    rim: FloatArray
+    most: float
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("offsets", "closed", "spine", "radius_mm", "rim"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def sides(self) -> int:
+        """Number of sides of the tubes."""
+        return self.rim.shape[1]
+
+
+def spin_yarns(
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    weave: Weave,
+    labels: Sequence[str],
+    *,
+    radius_mm: float | None = None,
+    thickness: float = 0.95,
+    sides: int = 12,
+    progress: Progress = no_progress,
+) -> Yarns:
+    """Spin a tube along every thread, as thick as can be or as asked.
+
+    Each tube follows a curve through the thread's crossings that lies a little more than its
+    radius above or below the surface there. Without a radius, yarns are thick where the weave is
+    wide and thin where it is narrow: the radius is a share of the room at each crossing, and the
+    share is the largest at which hardly any yarns touch, times the relative thickness. About the
+    few crossings where some still do, they are made thinner.
+
+    Parameters
+    ----------
+    mesh, halfedges, weave
+        A mesh, its connectivity, and the weave on it.
+    labels : sequence of str
+        Names of the threads, for messages.
+    radius_mm : float or None
+        One radius for all yarns, or None for the thickest that have room.
+    thickness : float
+        Share of the largest radius, in (0, 1], where ``radius_mm`` is None.
+    sides : int
+        Sides of the tubes, at least 3.
+    progress : callable
+        Told which radius is being tried.
+
+    Returns
+    -------
+    Yarns
+        Closed surfaces, one for each thread with a crossing, that touch neither themselves nor
+        one another.
+
+    Raises
+    ------
+    InputError
+        If the thickness, radius or number of sides makes no sense.
+    CannotMakeError
+        If yarns of the radius touch, or yarns of any radius do.
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), section 9: yarns.
+    Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames" (2008).
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import torus
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> mesh = torus(8, 4, 35.0, 15.0)
+    >>> halfedges = build_halfedges(mesh)
+    >>> weave = plain_weave(trace_threads(halfedges))
+    >>> yarns = spin_yarns(mesh, halfedges, weave, "ABCDEFGH", radius_mm=1.0, sides=6)
+    >>> len(yarns.closed), yarns.sides, bool(yarns.most > 1.5)
+    (8, 6, True)
+    """
+    if not 0.0 < thickness <= 1.0:
+        raise InputError(f"the relative thickness of yarns is {thickness:g}; it must be in (0, 1]")
+    if not _FEWEST_SIDES <= sides <= _MOST_SIDES:
+        raise InputError(
+            f"a yarn has {sides} sides; it needs {_FEWEST_SIDES} at least, and {_MOST_SIDES} do"
+        )
+    if radius_mm is not None and not (np.isfinite(radius_mm) and radius_mm > 0.0):
+        raise InputError(f"the radius of the yarns is {radius_mm} mm; it must be positive")
+    course = lay_course(mesh, halfedges, weave)
+    if len(course.place) == 0:
+        raise CannotMakeError("there is nothing to spin: nothing crosses anything on this mesh")
+    if radius_mm is None:
+        few = int(_FEW * len(course.place))
+        most, _ = _largest_share(course, course.room_mm, few, progress)
+        course = _thinned(course, thickness * most, labels, progress)
+        radii, times = thickness * most * course.room_mm, 1.0 / thickness
+    else:
+        radii, times = _even_radii(course, radius_mm, mesh, labels, progress)
+    spines = draw_spines(course, radii)
+    return Yarns(
+        offsets=spines.offsets,
+        closed=spines.closed,
+        spine=spines.point,
+        radius_mm=spines.radius_mm,
+        rim=sweep(spines, sides),
+        most=times,
+    )
+
+
+def _even_radii(
+    course: Course,
+    radius_mm: float,
+    mesh: PolyMesh,
+    labels: Sequence[str],
+    progress: Progress,
+) -> tuple[FloatArray, float]:
+    """Return the same radius for all guides, if yarns have room for it; and how often it fits."""
+    # Shares are those of the narrowest room.
+    shape = np.full(len(course.place), float(course.room_mm.min()))
+    share, hampered = _largest_share(course, shape, 0, progress)
+    most_mm = share * float(shape[0])
+    radii = np.full(len(shape), radius_mm)
+    if radius_mm <= most_mm and len(_hampered(course, radii, allowed=0)) == 0:
+        return radii, max(most_mm / radius_mm, 1.0)
+    if len(hampered):
+        raise _no_room(course, labels, hampered)
+    size_mm = float(np.ptp(mesh.vertices, axis=0).max())
+    raise CannotMakeError(
+        f"yarns with a radius of {radius_mm:g} mm would touch: {most_mm:.3g} mm is the largest "
+        f"that has room; use --yarn-radius {_rounded_down(most_mm):g}mm, or "
+        f"--size {size_for(most_mm, radius_mm, size_mm)}mm, or leave the radius to fabweave"
+    )
+
+
+def _rounded_down(value: float) -> float:
+    """Return a value with two digits that is not larger."""
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.round(np.floor(value / unit * (1 + 1e-9)) * unit, 9))
+
+
+def _hampered(course: Course, radius_mm: FloatArray, *, allowed: int | None = None) -> IntArray:
+    """Return the guides about which yarns of given radii (G,) get in their own or others' way.
+
+    If these are more than allowed, only some of them are returned.
+    """
+    spines = draw_spines(course, radius_mm)
+    following = spines.following
+    bad = bends_too_tightly(spines)
+    if allowed is None or len(bad) <= allowed * _MOST_BENDS:
+        enough = None if allowed is None else _MOST_PAIRS * allowed
+        bad = np.concatenate((bad, touching_points(spines, enough=enough).ravel()))
+    return np.unique(spines.guide[np.concatenate((bad, following[bad]))])
+
+
+def _largest_share(
+    course: Course, shape: FloatArray, allowed: int, progress: Progress
+) -> tuple[float, IntArray]:
+    """Return the largest share of the room at which yarns touch about few guides, and these."""
+    share, tried = _LARGEST, 0
+    while True:
+        progress("yarns", tried, tried + _FINER)
+        hampered = _hampered(course, share * shape, allowed=allowed)
+        if len(hampered) <= allowed or share < _THINNEST:
+            break
+        share *= _SHRINK
+        tried += 1
+    too_large = min(share / _SHRINK, _LARGEST)
+    for step in range(_FINER if share >= _THINNEST else 0):
+        progress("yarns", tried + step, tried + _FINER)
+        middle = (share + too_large) / 2
+        found = _hampered(course, middle * shape, allowed=allowed)
+        if len(found) <= allowed:
+            share, hampered = middle, found
+        else:
+            too_large = middle
+    return share, hampered
+
+
+def _thinned(course: Course, share: float, labels: Sequence[str], progress: Progress) -> Course:
+    """Return the course with less room about places where yarns would touch, so that none do.
+
+    Raises
+    ------
+    CannotMakeError
+        If they touch though hardly any room is left.
+    """
+    whole, tried = course.room_mm, 0
+    while True:
+        progress("yarns", tried, tried + 1)
+        hampered = _hampered(course, share * course.room_mm)
+        if len(hampered) == 0:
+            return course
+        room = course.room_mm.copy()
+        room[hampered] *= _THIN
+        course = tapered(replace(course, room_mm=room))
+        tried += 1
+        lost = hampered[room[hampered] < _THINNEST * whole[hampered]]
+        if len(lost):
+            raise _no_room(course, labels, lost)
+
+
+def _no_room(course: Course, labels: Sequence[str], lost: IntArray) -> CannotMakeError:
+    """Say where yarns touch however thin they are."""
+    threads = np.searchsorted(course.offsets, lost, side="right") - 1
+    names = " and ".join(sorted({labels[thread] for thread in threads[:4]}))
+    x, y, z = course.place[lost[0]]
+    return CannotMakeError(
+        f"yarns of any radius would touch about {len(lost)} crossings (thread {names} at "
+        f"{x:.1f}, {y:.1f}, {z:.1f} mm): the surface runs through itself there, or a face is too "
+        "thin; move its vertices apart"
+    )

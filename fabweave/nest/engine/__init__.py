@@ -1,0 +1,1 @@
+"""Pack sheets with an engine in a child process."""

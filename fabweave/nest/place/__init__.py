@@ -1,0 +1,1 @@
+"""Place pieces on a sheet, one after another."""

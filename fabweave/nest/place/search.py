@@ -1,0 +1,336 @@
+"""Find the best free position of a shape on one sheet, by correlation of pixels.
+
+All free positions of a shape are the zeros of one correlation of its pixels with the sheet's,
+and its contact with what is there is a second one (the spectral packing of Cui, Rong, Chen and
+Matusik, "Dense, interlocking-free and scalable spectral packing of generic 3D objects",
+SIGGRAPH 2023, in the plane). Correlations of pixels are whole numbers, so rounding makes them
+exact, and the result depends on neither the order of additions nor the number of workers.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.fft
+from scipy.ndimage import distance_transform_edt
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.nest.area import Area
+from fabweave.nest.effort import Effort
+from fabweave.nest.item_shape import Shape, Spot, fitting_angles, rotated
+from fabweave.nest.place.raster import (
+    filled_pixels,
+    inflated_sides,
+    region_sides,
+)
+from fabweave.nest.place.slide import Standing, slid
+
+_SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
+#: How much more contact a position at the far end of the sheet must have.
+PULL = 0.1
+_SLIDES = 4  # of a tile's best positions: how many are tried
+_CACHED = 250_000  # numbers that are transformed together, about: what a cache holds
+_LEAST_TILE = 48  # positions on a side of the smallest tiles
+_LARGEST_TILE = 0.3  # tiles larger than this share of the sheet do not pay: it is searched whole
+
+_Spectrum = npt.NDArray[np.complex64]
+_Cells = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Kernels:
+    """The pixels of one shape at each of R angles.
+
+    ``pixels`` are (R, h, w); ``corners`` (R, 2) is the least corner of the rotated outline, which
+    stands at pixel (pad, pad); ``sizes`` (R, 2) is its width and height; ``sides`` (E, 2, 2) are
+    those of the outline as pixels see it, inflated.
+    """
+
+    outline: FloatArray
+    sides: FloatArray
+    angles_deg: FloatArray
+    corners: FloatArray
+    sizes: FloatArray
+    pixels: BoolArray
+    rim: float
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the pixels, in bytes."""
+        return self.pixels.nbytes
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The pixels of a sheet: the usable area and a border of `pad` pixels around it.
+
+    A shape owns the pixels whose centres are in it, inflated by ``radius_mm``, and what is barred
+    is inflated by ``barred_mm``: shapes that share no pixel do not meet, and keep the gap from
+    what is barred. ``near`` is how far, in pixels, the neighbourhood of a shape or of the border
+    reaches: a position is the better, the more of its pixels are in one.
+    """
+
+    area: Area
+    gap_mm: float
+    pixel_mm: float
+    radius_mm: float
+    barred_mm: float
+    pad: int
+    near: int
+
+    @property
+    def usable_mm(self) -> tuple[float, float]:
+        """Width and height of the usable area."""
+        return self.area.size_mm
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns, padded to sizes with a fast transform."""
+        width, height = (int(np.ceil(side / self.pixel_mm)) for side in self.usable_mm)
+        return (
+            int(scipy.fft.next_fast_len(height + 2 * self.pad + 1, real=False)),
+            int(scipy.fft.next_fast_len(width + 2 * self.pad + 1, real=True)),
+        )
+
+
+def grid_of(area: Area, gap_mm: float, pixel_mm: float, near_mm: float) -> Grid:
+    """Return the grid of a sheet for a gap; what is nearer than ``near_mm`` counts as contact.
+
+    Examples
+    --------
+    >>> grid_of(Area((580.0, 380.0)), 3.0, 2.0, 20.0).shape
+    (196, 300)
+    """
+    # Half the gap, so that no position is lost that has it; more, where shapes would meet else.
+    radius = max(gap_mm / 2.0, pixel_mm / math.sqrt(2.0)) + _SLACK_MM
+    # Of a point, one in a shape and one in what is barred, less than the gap apart, a pixel's
+    # centre is within half a diagonal of the first or of one between them.
+    barred = gap_mm + math.sqrt(2.0) * pixel_mm - radius + 2.0 * _SLACK_MM
+    pad = int(np.ceil(radius / pixel_mm)) + 1
+    near = max(1, round(near_mm / pixel_mm))
+    return Grid(area, gap_mm, pixel_mm, radius, barred, pad, near)
+
+
+def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
+    """Return the pixels of a shape at every angle at which it fits the grid's usable area."""
+    angles = fitting_angles(shape, grid.usable_mm, rotations, grid.area.turns)
+    outlines = rotated(shape.outline, angles)
+    corners = outlines.min(axis=1)
+    sizes = outlines.max(axis=1) - corners
+    sides = inflated_sides(shape.outline, grid.radius_mm)
+    shift = grid.pad * grid.pixel_mm - corners
+    moved = rotated(sides.reshape(-1, 2), angles) + shift[:, None]
+    moved = moved.reshape(len(angles), -1, 2, 2)
+    extent = np.ceil(sizes.max(axis=0) / grid.pixel_mm).astype(int) + 2 * grid.pad
+    pixels = filled_pixels(moved, (int(extent[1]), int(extent[0])), grid.pixel_mm)
+    length = float(np.hypot(*(sides[:, 1] - sides[:, 0]).T).sum())
+    rim = length * grid.near / grid.pixel_mm
+    return Kernels(shape.outline, sides, angles, corners, sizes, pixels, rim)
+
+
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    """Kernels at all angles, transformed for patches of one size."""
+
+    shape: tuple[int, int]
+    pixels: _Spectrum
+
+
+@dataclass(frozen=True)
+class _Tile:
+    """A square of positions, by its least row and column."""
+
+    row: int
+    column: int
+
+
+class _Tiling:
+    """The positions of a sheet in square tiles, from left to right, with what failed in each.
+
+    Part of a search's state: pieces that found no room in a tile are remembered there, as are
+    tiles that are full.
+    """
+
+    def __init__(self, shape: tuple[int, int], side: int) -> None:
+        """Cut the positions of a grid of this shape into tiles."""
+        self.side = side
+        self.tiles = [
+            _Tile(row, column)
+            for column in range(0, shape[1], side)
+            for row in range(0, shape[0], side)
+        ]
+        self._failed: list[FloatArray] = [np.empty((0, 2)) for _ in self.tiles]
+
+    def open_to(self, size: FloatArray, same_size: float) -> Iterator[int]:
+        """Yield the tiles in which nothing as small as this has failed."""
+        for number, failed in enumerate(self._failed):
+            if not (len(failed) and (size >= same_size * failed).all(axis=1).any()):
+                yield number
+
+    def close(self, number: int, size: FloatArray) -> None:
+        """Remember that a piece of this size has no room in a tile."""
+        self._failed[number] = np.concatenate((self._failed[number], size[None]))
+
+
+class SheetPixels:
+    """The occupied pixels of one sheet, and the outlines that stand there.
+
+    The state of a search, not a value: it changes as pieces are put down.
+    """
+
+    def __init__(self, grid: Grid, effort: Effort, *, workers: int, pull: float = PULL) -> None:
+        """Start with an empty sheet."""
+        self.pull = pull
+        self.grid = grid
+        self.effort = effort
+        self.workers = workers
+        self._occupied = np.zeros(grid.shape, dtype=np.float32)
+        columns, rows = (int(side / grid.pixel_mm) for side in grid.usable_mm)
+        self._touched = np.ones(grid.shape, dtype=np.float32)
+        inner = np.s_[grid.near : rows - grid.near, grid.near : columns - grid.near]
+        self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns][inner] = 0.0
+        self._tilings: dict[int, _Tiling] = {}
+        self._standing = Standing(grid.area, grid.gap_mm)
+        if grid.area.barred is not None:
+            self._occupy(region_sides(grid.area.barred, grid.barred_mm))
+
+    def put(self, kernels: Kernels, spot: Spot) -> None:
+        """Put a shape down."""
+        self._standing.add(spot.apply(kernels.outline))
+        self._occupy(spot.apply(kernels.sides))
+
+    def _occupy(self, sides: FloatArray) -> None:
+        """Occupy the pixels inside closed sides (E, 2, 2)."""
+        size = self.grid.pixel_mm
+        sides = sides + self.grid.pad * size
+        low = (np.floor(sides.min(axis=(0, 1)) / size).astype(int) - self.grid.near).clip(0)
+        high = np.ceil(sides.max(axis=(0, 1)) / size).astype(int) + self.grid.near
+        high = high.clip(0, self.grid.shape[::-1])
+        columns, rows = (high - low).tolist()
+        if rows <= 0 or columns <= 0:
+            return
+        inside = filled_pixels((sides - low * size)[None], (rows, columns), size)[0]
+        if not inside.any():
+            return
+        here = np.s_[low[1] : high[1], low[0] : high[0]]
+        self._occupied[here][inside] = 1.0
+        self._touched[here][distance_transform_edt(~inside) <= self.grid.near] = 1.0
+
+    def place(self, kernels: Kernels, size: FloatArray) -> Spot | None:
+        """Return where a shape stands with much contact and the gap, or None if nowhere.
+
+        The sheet is searched tile by tile from the left, up to the first that has room. Tiles where
+        a piece of nearly this size (length and width) has failed before are passed over. What the
+        pixels have found is slid to where it is exact.
+        """
+        tiling = self._tiling(kernels)
+        steps = np.floor(
+            (np.array(self.grid.usable_mm) - kernels.sizes) / self.grid.pixel_mm + 1e-6
+        )
+        last = np.maximum(steps.astype(np.int64), 0)
+        least = int(kernels.pixels.sum(axis=(1, 2)).min())
+        waves: _Waves | None = None
+        for number in tiling.open_to(size, self.effort.same_size):
+            tile = tiling.tiles[number]
+            if tile.row > last[:, 1].max() or tile.column > last[:, 0].max():
+                continue
+            # No position lets a kernel leave the grid, so larger patches are never needed.
+            shape = (
+                min(tiling.side + kernels.pixels.shape[1] - 1, self.grid.shape[0]),
+                min(tiling.side + kernels.pixels.shape[2] - 1, self.grid.shape[1]),
+            )
+            patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
+            occupied = self._occupied[patch]
+            if occupied.size - int(occupied.sum()) >= least:
+                waves = waves or self._waves(kernels, shape)
+                for found in self._free_in(kernels, waves, tile, tiling.side, last)[:_SLIDES]:
+                    spot = slid(found, kernels.outline, self._standing)
+                    if spot is not None:
+                        return spot
+            tiling.close(number, size)
+        return None
+
+    def _tiling(self, kernels: Kernels) -> _Tiling:
+        """Return the tiles for kernels of this extent: as large, or one tile for large kernels."""
+        side, whole = _LEAST_TILE, max(self.grid.shape)
+        while side < max(kernels.pixels.shape[1:]):
+            side *= 2
+        side = side if side <= _LARGEST_TILE * whole else whole
+        if side not in self._tilings:
+            self._tilings[side] = _Tiling(self.grid.shape, side)
+        return self._tilings[side]
+
+    def _waves(self, kernels: Kernels, shape: tuple[int, int]) -> _Waves:
+        """Transform kernels for correlation with patches of at least this shape."""
+        fast = (
+            int(scipy.fft.next_fast_len(shape[0], real=False)),
+            int(scipy.fft.next_fast_len(shape[1], real=True)),
+        )
+        return _Waves(fast, self._transform(kernels.pixels, fast))
+
+    def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
+        """Return conjugate spectra of kernels; rows of zeros are not transformed."""
+        result = np.empty((len(pixels), shape[0], shape[1] // 2 + 1), dtype=np.complex64)
+        for some in _few(len(pixels), shape[0] * shape[1]):
+            rows = pixels[some].astype(np.float32)
+            wave = scipy.fft.rfft(rows, n=shape[1], axis=2, workers=self.workers)
+            wave = scipy.fft.fft(wave, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
+            np.conj(wave, out=result[some])
+        return result
+
+    def _free_in(
+        self, kernels: Kernels, waves: _Waves, tile: _Tile, side: int, last: IntArray
+    ) -> list[Spot]:
+        """Return a tile's free position with the most contact at each angle, the best first."""
+        rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
+        columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
+        extent = (len(rows), len(columns))
+        free = self._correlation(self._occupied, waves.pixels, tile, waves.shape, extent) < 0.5
+        free &= rows[None, :, None] <= last[:, 1][:, None, None]
+        free &= columns[None, None, :] <= last[:, 0][:, None, None]
+        able = np.flatnonzero(free.any(axis=(1, 2)))
+        if len(able) == 0:
+            return []
+        score = self._correlation(self._touched, waves.pixels[able], tile, waves.shape, extent)
+        np.rint(score, out=score)
+        score /= np.float32(kernels.rim)
+        # How far to the right its far side comes, as a share of the sheet; less so upwards.
+        right = columns * self.grid.pixel_mm + kernels.sizes[able, 0][:, None]
+        up = rows * self.grid.pixel_mm
+        score -= (self.pull * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
+        score -= (0.1 * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
+        score = np.where(free[able], score, np.float32(-np.inf))
+        flat = score.reshape(len(able), -1)
+        where = np.argmax(flat, axis=1)
+        row, column = np.unravel_index(where, extent)
+        steps = np.stack([columns[column], rows[row]], axis=1) * self.grid.pixel_mm
+        spots = np.column_stack([kernels.angles_deg[able], steps - kernels.corners[able]])
+        best = np.argsort(-flat[np.arange(len(able)), where], kind="stable")
+        return [Spot(*spot) for spot in spots[best].tolist()]
+
+    def _correlation(
+        self,
+        cells: _Cells,
+        waves: _Spectrum,
+        tile: _Tile,
+        shape: tuple[int, int],
+        extent: tuple[int, int],
+    ) -> _Cells:
+        """Correlate the patch at a tile with kernels, for the positions of the tile."""
+        patch = cells[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
+        own = scipy.fft.rfft2(patch, s=shape, workers=self.workers)
+        result = np.empty((len(waves), *extent), dtype=np.float32)
+        for some in _few(len(waves), shape[0] * shape[1]):
+            wave = scipy.fft.ifft(own * waves[some], axis=1, overwrite_x=True, workers=self.workers)
+            wave = wave[:, : extent[0]]
+            whole = scipy.fft.irfft(wave, n=shape[1], axis=2, workers=self.workers)
+            result[some] = whole[:, :, : extent[1]]
+        return result
+
+
+def _few(count: int, each: int) -> list[slice]:
+    """Return slices of a few transforms of so many numbers: they stay in a processor's cache."""
+    few = max(2, _CACHED // each)
+    return [slice(begin, begin + few) for begin in range(0, count, few)]

@@ -1,0 +1,305 @@
+"""Slide a piece against what stands on a sheet, exactly: pixels leave a little room around it.
+
+The least distance of two polygons that do not meet is that of a corner of one from a side of the
+other. So a small motion of a piece keeps the gap if all such pairs near it keep it, and to first
+order each pair is one linear inequality in three unknowns, a shift and a turn. A step goes as far
+as these inequalities let it towards what stands near, and to the left; what it comes to is
+measured again, so that what is kept is exact.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.optimize import nnls
+
+from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.nest.area import Area
+from fabweave.nest.item_shape import Spot
+from fabweave.nest.place.raster import closed_sides, ring_sides
+
+_SPARE_MM = 0.005  # aimed at beyond the gap: what is not linear takes of it
+_NEAR_MM = 4.0  # beyond the gap: what is nearer draws the piece to it
+_STEP_MM = 1.5  # how far a step moves the centre, or turns the farthest point, at most
+_FAR_MM = 4.0  # all steps together
+_STEPS = 6
+_DONE_MM = 0.02  # a step that gains less is the last
+_LEFT = 0.1  # of how much being near draws: how much the left does
+_DOWN = 0.01
+_REACHED = 1.5  # steps: what is nearer limits one
+_NOTHING = 1e-12
+_PROOF_MM = 1e-9
+_SWINGS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+_GRAIN = 65536.0  # motions are rounded to this fraction, so that no last bit is carried on
+
+
+@dataclass(frozen=True, eq=False)
+class _Sides:
+    """Closed rings as K sides: their starts, their vectors, and how much ring each start is of."""
+
+    start: FloatArray  # (K, 2)
+    along: FloatArray  # (K, 2)
+    weight: FloatArray  # (K,) half of the two sides that meet there, millimetres
+    low: FloatArray  # (K, 2)
+    high: FloatArray  # (K, 2)
+
+    def within(self, low: FloatArray, high: FloatArray) -> "_Sides":
+        """Return the sides whose rectangles meet one."""
+        kept = ((self.low <= high) & (self.high >= low)).all(axis=1)
+        return _Sides(
+            self.start[kept], self.along[kept], self.weight[kept], self.low[kept], self.high[kept]
+        )
+
+
+def _sides(ends: FloatArray) -> _Sides:
+    """Return the sides (K, 2, 2) of one ring."""
+    along = ends[:, 1] - ends[:, 0]
+    length = np.hypot(along[:, 0], along[:, 1])
+    weight = (length + np.roll(length, 1)) / 2.0
+    return _Sides(ends[:, 0], along, weight, ends.min(axis=1), ends.max(axis=1))
+
+
+def _joined(parts: Sequence[_Sides]) -> _Sides:
+    """Return the sides of all parts."""
+    if not parts:
+        return _sides(np.empty((0, 2, 2)))
+    start, along, weight, low, high = (
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("start", "along", "weight", "low", "high")
+    )
+    return _Sides(start, along, weight, low, high)
+
+
+class Standing:
+    """The outlines that stand on a sheet: a search's state, which grows as pieces are put down."""
+
+    def __init__(self, area: Area, gap_mm: float) -> None:
+        """Start with what is barred."""
+        self.area = area
+        self.gap_mm = gap_mm
+        self._rings: list[_Sides] = []
+        self._geometries: list[shapely.Geometry] = []
+        self._low, self._high = np.empty((0, 2)), np.empty((0, 2))
+        for ring in shapely.get_rings(shapely.get_parts(area.barred)):
+            self._add(ring_sides(shapely.Polygon(ring)), ring)
+
+    def add(self, outline: FloatArray) -> None:
+        """Put an outline (K, 2) down."""
+        self._add(closed_sides(outline), shapely.polygons(outline))
+
+    def _add(self, ends: FloatArray, geometry: shapely.Geometry) -> None:
+        ring = _sides(ends)
+        self._rings.append(ring)
+        self._geometries.append(geometry)
+        self._low = np.concatenate([self._low, ring.low.min(axis=0)[None]])
+        self._high = np.concatenate([self._high, ring.high.max(axis=0)[None]])
+
+    def near(self, low: FloatArray, high: FloatArray) -> _Sides:
+        """Return the sides whose rectangles meet one."""
+        return _joined([self._rings[k].within(low, high) for k in self._meeting(low, high)])
+
+    def has_room(self, outline: FloatArray) -> bool:
+        """Return whether an outline is inside the usable area and keeps the gap, exactly."""
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        if min(low.min(), (self.area.size_mm - high).min()) < -_PROOF_MM:
+            return False
+        near = self._meeting(low - self.gap_mm, high + self.gap_mm)
+        others = np.array([self._geometries[k] for k in near], dtype=object)
+        # Touching is no room even where the gap is zero.
+        least = max(self.gap_mm - _PROOF_MM, 0.0)
+        return not bool(shapely.dwithin(shapely.polygons(outline), others, least).any())
+
+    def _meeting(self, low: FloatArray, high: FloatArray) -> IntArray:
+        """Return the rings whose rectangles meet one."""
+        return np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
+
+
+def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
+    """Return a spot near this one where an outline keeps the gap, as near as it can to others.
+
+    Parameters
+    ----------
+    spot : Spot
+        Where the outline overlaps nothing; it need not keep the gap.
+    outline : (K, 2) float array
+        Of the shape, in its own frame.
+    standing : Standing
+        What stands on the sheet already; the border of its usable area counts as something that
+        stands, and its rule for turns holds.
+
+    Returns
+    -------
+    Spot or None
+        None if there is none nearby. That the gap is kept is proved with exact geometry.
+
+    Examples
+    --------
+    >>> bar = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [0.0, 10.0]])
+    >>> standing = Standing(Area((100.0, 50.0)), 2.0)
+    >>> standing.add(bar)
+    >>> spot = slid(Spot(0.0, 1.0, 13.0), bar, standing)
+    >>> round(spot.x_mm, 1), round(spot.y_mm, 1)
+    (0.0, 12.0)
+    """
+    piece = _Piece(spot.apply(outline), standing)
+    least, most = np.deg2rad(standing.area.turns.swing_deg(spot.angle_deg)) * piece.radius
+    motion = np.zeros(3)
+    contacts = piece.contacts(motion)
+    best = motion if contacts.kept else None
+    for _ in range(_STEPS):
+        move = _step(contacts, (least - motion[2], most - motion[2]))
+        if move is None:
+            break
+        motion = np.round((motion + move) * _GRAIN) / _GRAIN
+        motion[2] = min(max(motion[2], least), most)
+        if math.hypot(motion[0], motion[1]) + abs(motion[2]) > _FAR_MM:
+            break
+        contacts = piece.contacts(motion)
+        if contacts.kept:
+            gained = math.inf if best is None else float(np.abs(motion - best).max())
+            best = motion
+            if gained < _DONE_MM:
+                break
+    if best is None:
+        return None
+    moved = piece.moved(spot, best)
+    for found in (moved, spot):
+        if standing.has_room(found.apply(outline)):
+            return found
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Contacts:
+    """What a piece is near to: M places, each with the room that is left there.
+
+    ``rows`` (M, 3) say how much the room grows with a motion, all in millimetres.
+    """
+
+    rows: FloatArray
+    room: FloatArray  # (M,)
+    weight: FloatArray  # (M,) millimetres of outline
+
+    @property
+    def kept(self) -> bool:
+        """Whether the gap is kept, and the border."""
+        return float(self.room.min(initial=0.0)) >= -_PROOF_MM
+
+
+class _Piece:
+    """An outline that moves, and the pairs of corners and sides that it may come near to.
+
+    A motion is a shift of the centre, and a turn as the way of the point farthest from it, (3,).
+    """
+
+    def __init__(self, outline: FloatArray, standing: Standing) -> None:
+        """Look for the pairs around where the outline stands."""
+        reach = standing.gap_mm + _NEAR_MM + _FAR_MM
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        self.gap_mm = standing.gap_mm
+        self.usable = np.array(standing.area.size_mm)
+        self.centre = (low + high) / 2.0
+        self.arms = outline - self.centre
+        self.radius = float(np.hypot(*self.arms.T).max())
+        self.sides = _sides(closed_sides(outline))
+        self.others = standing.near(low - reach, high + reach)
+        #: A corner of this outline with a side of another; a corner of another with a side of this.
+        self.out = _near_pairs(outline, self.others, reach)
+        self.back = _near_pairs(self.others.start, self.sides, reach)
+
+    def contacts(self, motion: FloatArray) -> _Contacts:
+        """Return what the piece is near to after a motion."""
+        turn = _turning(motion[2] / self.radius)
+        arms = self.arms @ turn
+        middle = self.centre + motion[:2]
+        mine, theirs = self.out
+        out, way_out = _apart(arms[mine] + middle, self.others, theirs)
+        corner, side = self.back
+        away = self.others.start[corner] - middle
+        back, way_back = _apart(away @ turn.T + self.centre, self.sides, side)
+        way_back = way_back @ turn
+        # The border: the room of each corner to each of the four sides.
+        place = arms + middle
+        border = np.concatenate([place, self.usable - place], axis=1)
+        who, wall = np.nonzero(border < _NEAR_MM)
+        inward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[wall]
+        normal = np.concatenate([way_out / _least(out), -way_back / _least(back), inward])
+        arm = np.concatenate([arms[mine], away - way_back, arms[who]])
+        swing = (arm[:, 0] * normal[:, 1] - arm[:, 1] * normal[:, 0]) / self.radius
+        return _Contacts(
+            np.column_stack([normal, swing]),
+            np.concatenate([out - self.gap_mm, back - self.gap_mm, border[who, wall]]),
+            np.concatenate(
+                [self.sides.weight[mine], self.others.weight[corner], self.sides.weight[who]]
+            ),
+        )
+
+    def moved(self, spot: Spot, motion: FloatArray) -> Spot:
+        """Return the spot to which a motion takes what stands at one."""
+        turn = float(motion[2] / self.radius)
+        away = np.array([spot.x_mm, spot.y_mm]) - self.centre
+        x, y = away @ _turning(turn) + self.centre + motion[:2]
+        return Spot(spot.angle_deg + math.degrees(turn), float(x), float(y))
+
+
+def _step(contacts: _Contacts, swing: tuple[float, float]) -> FloatArray | None:
+    """Return the motion (3,) that goes as far as there is room towards what is near.
+
+    It is the point nearest to where the draw goes, of those that keep the gap to first order: the
+    least distance from a polyhedron, as one of non-negative least squares (C. L. Lawson, R. J.
+    Hanson, "Solving Least Squares Problems", 1974, chapter 23). None if nothing keeps it.
+    """
+    near = contacts.room < _NEAR_MM
+    draw = contacts.weight[near] * (1.0 - contacts.room[near] / _NEAR_MM)
+    goal = -(draw @ contacts.rows[near]) / max(float(draw.sum()), 1.0)
+    goal -= (_LEFT, _DOWN, 0.0)
+    goal *= _STEP_MM / max(float(np.sqrt(goal @ goal)), _NOTHING)
+    tight = contacts.room < _REACHED * _STEP_MM
+    rows = np.concatenate([contacts.rows[tight], _SWINGS])
+    room = np.concatenate([contacts.room[tight] - _SPARE_MM, [-swing[0], swing[1]]])
+    bounded = np.isfinite(room)
+    rows, room = rows[bounded], room[bounded]
+    if len(rows) == 0:
+        return goal  # nothing is in the way
+    system = np.concatenate([rows.T, [-room - rows @ goal]])
+    target = np.array([0.0, 0.0, 0.0, 1.0])
+    try:
+        weights, _ = nnls(system, target)
+    except RuntimeError:
+        return None  # it found no end
+    rest = system @ weights - target
+    if not rest[3] < -_NOTHING:
+        return None
+    return goal - rest[:3] / rest[3]
+
+
+def _near_pairs(points: FloatArray, sides: _Sides, reach: float) -> tuple[IntArray, IntArray]:
+    """Return the pairs of points and sides that are nearer than the reach."""
+    x, y = points[:, :1], points[:, 1:]
+    near = (x >= sides.low[:, 0] - reach) & (x <= sides.high[:, 0] + reach)
+    near &= (y >= sides.low[:, 1] - reach) & (y <= sides.high[:, 1] + reach)
+    point, side = np.nonzero(near)
+    kept = _apart(points[point], sides, side)[0] < reach
+    return point[kept], side[kept]
+
+
+def _apart(points: FloatArray, sides: _Sides, which: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far points (M, 2) are from one side each, and the way to them from there."""
+    along, away = sides.along[which], points - sides.start[which]
+    length2 = np.maximum((along * along).sum(axis=1), 1e-18)
+    share = ((away * along).sum(axis=1) / length2).clip(0.0, 1.0)
+    way = away - share[:, None] * along
+    return np.hypot(way[:, 0], way[:, 1]), way
+
+
+def _least(distance: FloatArray) -> FloatArray:
+    """Return distances (M, 1) to divide by."""
+    return np.maximum(distance, 1e-9)[:, None]
+
+
+def _turning(angle: float) -> FloatArray:
+    """Return the matrix that turns rows of points."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, s], [-s, c]])

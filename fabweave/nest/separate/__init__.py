@@ -1,0 +1,1 @@
+"""Push pieces on a sheet apart, so that more find room."""

@@ -1,0 +1,1 @@
+"""Make pictures of meshes, ribbons and models, without GPU or display."""

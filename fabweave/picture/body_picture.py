@@ -1,0 +1,75 @@
+"""Make pictures of the bodies of a model."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from PIL import Image
+
+from fabweave.core.errors import InputError
+from fabweave.mesh.resize import Up
+from fabweave.model.bodies import Body
+from fabweave.picture.camera import View, choose_view
+from fabweave.picture.render import render_scene
+from fabweave.picture.shading import smooth_normals
+
+
+def bodies_picture(
+    bodies: Sequence[Body],
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    view: View | None = None,
+    up: Up = "z",
+    samples: int = 2,
+) -> Image.Image:
+    """Make a picture of bodies, each in its colour, on a floor.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        Those with normals look round; others are smoothed by area.
+    size_px : (int, int)
+        Width and height.
+    view : View or None
+        From where; None chooses.
+    up : {"z", "y", "x"}
+        The axis that points up in a view that is chosen.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB.
+
+    Raises
+    ------
+    InputError
+        If there are no bodies, or the picture would be empty or too large.
+    """
+    if not bodies:
+        raise InputError("there is no body to show: nothing crosses anything on this mesh")
+    vertices = np.concatenate([body.vertices for body in bodies])
+    base = np.cumsum([0, *(len(body.vertices) for body in bodies)])
+    cut = [body.all_triangles for body in bodies]
+    triangles = np.concatenate(
+        [part + first for part, first in zip(cut, base[:-1].tolist(), strict=True)]
+    )
+    colours = np.repeat(
+        np.array([body.colour for body in bodies], dtype=np.uint8),
+        [len(part) for part in cut],
+        axis=0,
+    )
+    normals = [
+        smooth_normals(body.vertices, part) if body.normals is None else body.normals[part]
+        for body, part in zip(bodies, cut, strict=True)
+    ]
+    return render_scene(
+        vertices,
+        triangles,
+        colours,
+        size_px=size_px,
+        view=choose_view(vertices, triangles, up=up) if view is None else view,
+        normals=np.concatenate(normals),
+        floor=True,
+        samples=samples,
+    )

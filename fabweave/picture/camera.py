@@ -1,0 +1,196 @@
+"""Choose from where an object is seen, and map it to the pixels of a picture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray, frozen
+from fabweave.core.errors import InputError
+from fabweave.mesh.resize import Up
+
+_MOST_PIXELS = 60_000_000
+#: Share of the picture left free around the object.
+_MARGIN = 0.05
+# The views tried, from the usual place on: right of the front, left of it, more from the side.
+_TURNS_DEG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0)
+_ELEVATIONS_DEG = (30.0, 42.0)
+#: Another view must show this much more; one from higher up, as the horizon reads better.
+_WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.08
+#: What a view is worth in which all that is seen of a body lies in one plane.
+_WORTH_IF_FLAT = 0.8
+
+
+@dataclass(frozen=True)
+class View:
+    """A direction from which an object is seen, from afar (parallel projection).
+
+    Parameters
+    ----------
+    azimuth_deg : float
+        Where the eye stands around the upward axis. With z up, 0 is on the x axis and -90 in
+        front, where x points right; so it is with y up, and z comes forward.
+    elevation_deg : float
+        How high the eye stands over the horizon, -90 to 90.
+    up : {"z", "y", "x"}
+        The axis of the model that points up.
+
+    Examples
+    --------
+    >>> View(-90.0, 0.0).axes().round(12).tolist()
+    [[1.0, 0.0, 0.0], [-0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
+    """
+
+    azimuth_deg: float = -60.0
+    elevation_deg: float = 30.0
+    up: Up = "z"
+
+    def axes(self) -> FloatArray:
+        """Return the unit vectors to the right, up and towards the eye as rows, (3, 3)."""
+        if self.up not in ("x", "y", "z"):
+            raise InputError(f"up is {str(self.up)[:20]!r}; it must be x, y or z")
+        if not (np.isfinite(self.azimuth_deg) and -90.0 <= self.elevation_deg <= 90.0):
+            raise InputError(
+                f"the view has azimuth {self.azimuth_deg} and elevation {self.elevation_deg}; "
+                "the azimuth must be a number, the elevation one from -90 to 90 degrees"
+            )
+        turn, rise = np.radians((self.azimuth_deg, self.elevation_deg))
+        towards = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        right = np.array([-np.sin(turn), np.cos(turn), 0.0])
+        axes = np.stack((right, np.cross(towards, right), towards))
+        if self.up == "y":
+            # As graphics programs have it: x still points right, and z comes forward.
+            return axes[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
+        return np.roll(axes, 1, axis=1) if self.up == "x" else axes
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """How a picture maps an object to pixels.
+
+    Parameters
+    ----------
+    width_px, height_px : int
+        Size of the picture.
+    axes : (3, 3) float array
+        Rows to the right, up and towards the eye.
+    pixels_per_mm : float
+        Scale.
+    left_px, top_px : float
+        Where the model's origin stands.
+    """
+
+    width_px: int
+    height_px: int
+    axes: FloatArray
+    pixels_per_mm: float
+    left_px: float
+    top_px: float
+
+    def __post_init__(self) -> None:
+        """Freeze the array."""
+        object.__setattr__(self, "axes", frozen(self.axes))
+
+    def pixels(self, points: FloatArray) -> FloatArray:
+        """Return x to the right, y from the top and nearness of points, all in pixels, (N, 3)."""
+        turned = points @ self.axes.T * self.pixels_per_mm
+        return turned * (1.0, -1.0, 1.0) + (self.left_px, self.top_px, 0.0)
+
+    def enlarged(self, factor: int) -> "Frame":
+        """Return the same picture with more pixels."""
+        return Frame(
+            self.width_px * factor,
+            self.height_px * factor,
+            self.axes,
+            self.pixels_per_mm * factor,
+            self.left_px * factor,
+            self.top_px * factor,
+        )
+
+
+def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Frame:
+    """Return the frame in which an object fills a picture, with a little margin around.
+
+    Parameters
+    ----------
+    points : (V, 3) float array
+        Everything that must be in the picture.
+    view : View
+        From where it is seen.
+    size_px : (int, int)
+        Width and height in pixels.
+
+    Raises
+    ------
+    InputError
+        If there are no points, one is not finite, or the picture would be empty or too large.
+
+    Examples
+    --------
+    >>> frame = frame_object(np.array([[-1.0, 0, -1], [1.0, 0, 1]]), View(-90.0, 0.0), (100, 100))
+    >>> frame.pixels(np.array([[1.0, 7.0, 1.0]])).round(6).tolist()
+    [[95.0, 5.0, -315.0]]
+    """
+    width, height = size_px
+    if not (width >= 1 and height >= 1 and width * height <= _MOST_PIXELS):
+        raise InputError(
+            f"a picture of {width} x {height} pixels cannot be made; take at least one pixel and "
+            f"at most {_MOST_PIXELS // 1_000_000} million"
+        )
+    if len(points) == 0 or not np.all(np.isfinite(points)):
+        what = "has no points" if len(points) == 0 else "has points that are not finite"
+        raise InputError(f"the object to be shown {what}; check the mesh first")
+    axes = view.axes()
+    across = points @ axes[:2].T
+    low, high = across.min(axis=0), across.max(axis=0)
+    extent = np.maximum(high - low, 1e-9 * max(float(np.abs(points).max()), 1e-9))
+    room = np.array([width, height]) * (1.0 - 2.0 * _MARGIN)
+    scale = float(np.min(room / extent))
+    middle = (low + high) / 2.0 * scale
+    return Frame(
+        width, height, axes, scale, float(width / 2.0 - middle[0]), float(height / 2.0 + middle[1])
+    )
+
+
+def choose_view(points: FloatArray, triangles: IntArray, *, up: Up = "z") -> View:
+    """Choose a three-quarter view from above that shows much of an object.
+
+    Of a few views, that is taken which turns the largest area towards the eye; of nearly equal
+    ones the earlier, so that a round object is seen from the usual place. Flat objects are
+    looked at more from above; and a body is not looked at straight on one of its faces, as the
+    tetrahedron would be, whose other faces then are hidden.
+
+    Parameters
+    ----------
+    points : (V, 3) float array
+        Positions.
+    triangles : (T, 3) int array
+        Corners.
+    up : {"z", "y", "x"}
+        The axis of the model that points up.
+
+    Returns
+    -------
+    View
+    """
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    best, most = View(up=up), -1.0
+    for elevation in _ELEVATIONS_DEG:
+        for azimuth in _TURNS_DEG:
+            view = View(azimuth, elevation, up)
+            area = _shown(normal, view.axes()[2])
+            first = elevation == _ELEVATIONS_DEG[0] or best.elevation_deg == elevation
+            if area > most * (_WORTH_A_TURN if first else _WORTH_A_RISE):
+                best, most = view, area
+    return best
+
+
+def _shown(normal: FloatArray, towards: FloatArray) -> float:
+    """Return how much a view shows: twice the area turned to the eye, less if it looks flat."""
+    turned = normal @ towards
+    front = np.maximum(turned, 0.0)
+    # Of what looks at the eye, each facet's direction with the area that is seen of it.
+    size = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    mean = np.linalg.norm((front / size) @ normal)
+    flat = mean > (1.0 - 1e-6) * front.sum()
+    return float(np.abs(turned).sum()) * (_WORTH_IF_FLAT if flat else 1.0)

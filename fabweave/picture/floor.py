@@ -1,0 +1,135 @@
+"""Let an object stand on a floor that is seen only by the object's shadow."""
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageFilter
+
+from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.picture.camera import Frame, View
+from fabweave.picture.shading import key_direction
+from fabweave.picture.zbuffer import nearest_triangles
+
+#: Light that the shadow of the key light and that of the sky take away at most.
+_KEY_SHADE, _SKY_SHADE = 0.30, 0.34
+#: The sky: directions around the vertical, and how far they lean.
+_SKY_TURNS, _SKY_LEAN_DEG = 6, 38.0
+#: The sky's shadow is soft, so it is painted this many times smaller.
+_COARSER = 4
+#: Softness of both shadows, as shares of the picture's smaller side.
+_KEY_BLUR, _SKY_BLUR = 0.0025, 0.022
+#: Shadows fade in this border of the picture, a share of its smaller side; it is left free.
+_FADE = 0.05
+#: Seen from lower than this, a floor would be a line, or hide the object.
+_LOWEST_DEG = 4.0
+
+
+def has_floor(view: View) -> bool:
+    """Return whether a floor can be seen in a view."""
+    return view.elevation_deg >= _LOWEST_DEG
+
+
+def floor_points(vertices: FloatArray, view: View) -> FloatArray:
+    """Return where the key light's shadow of each vertex falls on the floor, (V, 3).
+
+    The floor touches the lowest vertex.
+
+    Examples
+    --------
+    >>> points = floor_points(np.array([[0.0, 0, 0], [0, 0, 1]]), View())
+    >>> points[0].tolist(), float(points[1, 2])
+    ([0.0, 0.0, 0.0], 0.0)
+    """
+    return _fallen(vertices, key_direction() @ view.axes(), _up(view))
+
+
+def floor_light(
+    vertices: FloatArray, triangles: IntArray, view: View, frame: Frame
+) -> npt.NDArray[np.float32]:
+    """Return the light on the floor at each pixel, 0 to 1, were the object not in front.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float array
+        Positions; only those of triangles are looked at.
+    triangles : (T, 3) int array
+        Corners.
+    view : View
+        From where.
+    frame : Frame
+        The picture.
+
+    Returns
+    -------
+    (height, width) float array
+        1 outside every shadow.
+    """
+    used, corners = np.unique(triangles, return_inverse=True)
+    points, corners = vertices[used], corners.reshape(-1, 3)
+    up, small = _up(view), min(frame.width_px, frame.height_px)
+    key = _covered(frame.pixels(floor_points(points, view)), corners, frame, 1)
+    shadow = _KEY_SHADE * _blurred(key, _KEY_BLUR * small, frame)
+    first, second = _level(up)
+    lean = np.radians(_SKY_LEAN_DEG)
+    sky = np.zeros_like(_covered(points[:0], corners[:0], frame, _COARSER))
+    for turn in 2.0 * np.pi * np.arange(_SKY_TURNS) / _SKY_TURNS:
+        aside = np.cos(turn) * first + np.sin(turn) * second
+        fallen = _fallen(points, np.cos(lean) * up + np.sin(lean) * aside, up)
+        sky += _covered(frame.pixels(fallen), corners, frame, _COARSER) / _SKY_TURNS
+    shadow += _SKY_SHADE * _blurred(sky, _SKY_BLUR * small / _COARSER, frame)
+    return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
+
+
+def _up(view: View) -> FloatArray:
+    """Return the upward axis of the object."""
+    return np.eye(3)["xyz".index(view.up)]
+
+
+def _faded(frame: Frame) -> FloatArray:
+    """Return a share for each pixel that falls to 0 at the borders, where soft shadows end."""
+    width = _FADE * min(frame.width_px, frame.height_px)
+    shares = []
+    for size in (frame.height_px, frame.width_px):
+        place = np.arange(size) + 0.5
+        near = np.clip(np.minimum(place, size - place) / width, 0.0, 1.0)
+        shares.append(near * near * (3.0 - 2.0 * near))
+    return np.asarray(np.outer(*shares), dtype=np.float64)
+
+
+def _level(up: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return two level directions at right angles."""
+    first = np.roll(up, 1)
+    return first, np.cross(up, first)
+
+
+def _fallen(points: FloatArray, towards: FloatArray, up: FloatArray) -> FloatArray:
+    """Return where shadows of points fall, with the light in the given direction."""
+    high = points @ up
+    return points - np.outer((high - high.min(initial=np.inf)) / (towards @ up), towards)
+
+
+def _covered(
+    pixels: FloatArray, triangles: IntArray, frame: Frame, coarser: int
+) -> npt.NDArray[np.float32]:
+    """Return 1 where a pixel of a coarser picture is covered, else 0."""
+    seen, _ = nearest_triangles(
+        pixels / coarser,
+        triangles,
+        width=-(-frame.width_px // coarser),
+        height=-(-frame.height_px // coarser),
+    )
+    return (seen >= 0).astype(np.float32)
+
+
+def _blurred(
+    shares: npt.NDArray[np.float32], radius: float, frame: Frame
+) -> npt.NDArray[np.float32]:
+    """Blur a picture of shares, and bring it to the size of the frame."""
+    image = Image.fromarray(np.round(255.0 * shares).astype(np.uint8))
+    image = image.filter(ImageFilter.GaussianBlur(radius))
+    coarser = -(-frame.width_px // image.width)
+    if coarser > 1:
+        image = image.resize(
+            (image.width * coarser, image.height * coarser), Image.Resampling.BICUBIC
+        )
+    whole = np.asarray(image, dtype=np.float32) / np.float32(255.0)
+    return whole[: frame.height_px, : frame.width_px]

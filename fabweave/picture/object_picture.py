@@ -1,0 +1,243 @@
+"""Make pictures of meshes and of woven objects."""
+
+import io
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.colour_space import Colours
+from fabweave.core.errors import InputError
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.irregular import interior_valences
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import Up
+from fabweave.mesh.shapes.catalogue import SHAPES, Shape
+from fabweave.picture.camera import View, choose_view
+from fabweave.picture.contact_sheet import contact_sheet
+from fabweave.picture.render import Marks, object_frame, render_scene
+from fabweave.picture.shading import smooth_normals
+from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles
+from fabweave.ribbon.project import Ribbons
+
+_STONE = (205, 214, 224)
+#: Vertices with fewer and with more edges than regular ones, and with a multiple of four.
+_FEWER, _MORE, _FOURFOLD = (0, 114, 178), (213, 94, 0), (0, 158, 115)
+
+
+def mesh_picture(
+    mesh: PolyMesh,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    view: View | None = None,
+    up: Up = "z",
+    colours: npt.ArrayLike = _STONE,
+    marks: Marks | None = None,
+    samples: int = 2,
+) -> Image.Image:
+    """Make a picture of a polygon mesh with its edges.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Faces of any size.
+    size_px : (int, int)
+        Width and height.
+    view : View or None
+        From where; None chooses.
+    up : {"z", "y", "x"}
+        The axis that points up in a view that is chosen.
+    colours : (F, 3) or (3,) uint8 array
+        The colour of each face, or of all.
+    marks : Marks or None
+        Marked points, such as ``irregular_marks``.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB.
+
+    Raises
+    ------
+    InputError
+        If the mesh has no face, or the picture would be empty or too large.
+    """
+    vertices, triangles, sides, face = polygon_triangles(mesh)
+    if view is None:
+        view = choose_view(vertices, triangles, up=up)
+    shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (mesh.n_faces, 3))
+    normals = np.repeat(face_normals(mesh)[face][:, None, :], 3, axis=1)
+    return render_scene(
+        vertices,
+        triangles,
+        shown[face],
+        size_px=size_px,
+        view=view,
+        normals=normals,
+        edges=sides,
+        line_px=_line_width(vertices, triangles, sides, view, size_px, 0.09),
+        marks=marks,
+        samples=samples,
+    )
+
+
+def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Marks:
+    """Return marks on the inner vertices whose number of edges is not the regular one.
+
+    Regular are 6 edges where most faces are triangles, else 4. Vertices with fewer are blue,
+    with more vermilion; where 4 is regular, vertices with 8, 12 … are green, as a twill can go
+    around them.
+
+    Returns
+    -------
+    Marks
+        None at all on a regular mesh.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> len(irregular_marks(parse_shape("shape:sphere?n=3")).points)
+    8
+    """
+    triangles = 2 * np.count_nonzero(mesh.face_sizes == 3) > mesh.n_faces
+    regular = 6 if triangles else 4
+    vertices, valences = interior_valences(build_halfedges(mesh))
+    irregular = valences != regular
+    odd, valence = vertices[irregular], valences[irregular]
+    colours = np.where((valence < regular)[:, None], _FEWER, _MORE)
+    if not triangles:
+        colours = np.where((valence % 4 == 0)[:, None], _FOURFOLD, colours)
+    return Marks(mesh.vertices[odd], colours.astype(np.uint8), radius_px)
+
+
+def weave_picture(
+    ribbons: Ribbons,
+    colours: Colours,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    view: View | None = None,
+    up: Up = "z",
+    floor: bool = True,
+    samples: int = 2,
+) -> Image.Image:
+    """Make a picture of a woven object, each thread in its colour.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        The ribbons in space.
+    colours : (T, 3) uint8 array
+        The colour of each thread; see ``thread_colours``.
+    size_px : (int, int)
+        Width and height.
+    view : View or None
+        From where; None chooses.
+    up : {"z", "y", "x"}
+        The axis that points up in a view that is chosen.
+    floor : bool
+        Whether the object stands on a floor, seen by the shadow on it.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB.
+
+    Raises
+    ------
+    InputError
+        If there is no ribbon, the colours are not as many as the threads, or the picture would
+        be empty or too large.
+    """
+    n_threads = len(ribbons.offsets) - 1
+    if np.shape(colours) != (n_threads, 3):
+        raise InputError(
+            f"there are {n_threads} threads, and the colours have the shape {np.shape(colours)}; "
+            "give one row of red, green and blue for each thread"
+        )
+    vertices, triangles, thread = ribbon_triangles(ribbons)
+    if len(triangles) == 0:
+        raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
+    if view is None:
+        view = choose_view(vertices, triangles, up=up)
+    # Even numbers are on the right rail, odd ones on the left: sides between alikes lie on rails.
+    rails = triangles % 2 == np.roll(triangles, -1, axis=1) % 2
+    frame = object_frame(vertices, triangles, view, size_px, floor=floor)
+    width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+    width_px = float(np.median(width)) * frame.pixels_per_mm
+    return render_scene(
+        vertices,
+        triangles,
+        np.asarray(colours, dtype=np.uint8)[thread],
+        size_px=size_px,
+        view=view,
+        normals=smooth_normals(vertices, triangles),
+        edges=rails,
+        line_px=float(np.clip(0.06 * width_px, 0.3, 1.3)),
+        reach_px=float(np.clip(0.5 * width_px, 2.0, 0.02 * min(size_px))),
+        floor=floor,
+        samples=samples,
+    )
+
+
+def png_bytes(picture: Image.Image) -> bytes:
+    """Return a picture as the content of a PNG file."""
+    content = io.BytesIO()
+    picture.save(content, format="PNG")
+    return content.getvalue()
+
+
+def render_shapes(
+    shapes: Sequence[Shape] = SHAPES,
+    *,
+    columns: int = 4,
+    tile_px: tuple[int, int] = (380, 300),
+) -> Image.Image:
+    """Make a contact sheet of built-in shapes with their names, sizes and descriptions.
+
+    Parameters
+    ----------
+    shapes : sequence of Shape
+        Each is made with its default parameters.
+    columns : int
+        How many stand in a row.
+    tile_px : (int, int)
+        Size of each picture.
+
+    Returns
+    -------
+    Image
+        RGB.
+    """
+    tiles, captions = [], []
+    for shape in shapes:
+        mesh = shape.make()
+        marks = irregular_marks(mesh, radius_px=3.0)
+        # Where every other vertex is irregular, marks say nothing.
+        few = 4 * len(marks.points) <= mesh.n_vertices
+        tiles.append(mesh_picture(mesh, size_px=tile_px, marks=marks if few else None))
+        captions.append(f"{shape.name}: {shape.text}\n{shape.example}")
+    return contact_sheet(tiles, captions, columns=columns)
+
+
+def _line_width(
+    vertices: FloatArray,
+    triangles: IntArray,
+    sides: BoolArray,
+    view: View,
+    size_px: tuple[int, int],
+    share: float,
+) -> float:
+    """Return a width in pixels for the edges of a mesh: a share of their length in the picture."""
+    if len(triangles) == 0:
+        return 1.0
+    frame = object_frame(vertices, triangles, view, size_px)
+    row, side = np.nonzero(sides)
+    ends = vertices[triangles[row, side]] - vertices[triangles[row, (side + 1) % 3]]
+    length = float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
+    return float(np.clip(share * length, 0.3, 1.3))

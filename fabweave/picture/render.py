@@ -1,0 +1,269 @@
+"""Render triangles to a picture, from Python alone: no GPU, no display."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.errors import InputError
+from fabweave.picture.camera import Frame, View, choose_view, frame_object
+from fabweave.picture.floor import floor_light, floor_points, has_floor
+from fabweave.picture.shading import (
+    corner_light,
+    covered_places,
+    facet_normals,
+    key_shadow,
+    narrow_places,
+)
+from fabweave.picture.zbuffer import nearest_triangles, planes_through
+
+#: Bytes of red, green and blue.
+Colours = npt.NDArray[np.uint8]
+
+_WHITE = (255, 255, 255)
+#: About 80 bytes of memory each.
+_MOST_SAMPLES = 50_000_000
+#: Lines are this dark, as a share of the surface's own light.
+_LINE_SHADE = 0.16
+#: How far narrow places are looked for, as a share of the picture's smaller side.
+_REACH = 0.014
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Round marks on a surface, of one size in the picture; hidden where the surface is.
+
+    Parameters
+    ----------
+    points : (M, 3) float array
+        Where they stand.
+    colours : (M, 3) uint8 array
+        Their colours.
+    radius_px : float
+        Their radius in the picture.
+    """
+
+    points: FloatArray
+    colours: Colours
+    radius_px: float = 5.0
+
+
+def render_scene(
+    vertices: FloatArray,
+    triangles: IntArray,
+    colours: npt.ArrayLike,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    view: View | None = None,
+    normals: FloatArray | None = None,
+    edges: BoolArray | None = None,
+    line_px: float = 1.2,
+    reach_px: float | None = None,
+    marks: Marks | None = None,
+    background: tuple[int, int, int] = _WHITE,
+    floor: bool = False,
+    lit: bool = True,
+    samples: int = 2,
+) -> Image.Image:
+    """Render triangles that are seen from both sides.
+
+    Nearness is resolved for every sample of every pixel, light and shadow are computed there,
+    and the samples are averaged as light. Lines lie on the surface and are hidden with it.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float array
+        Positions in millimetres.
+    triangles : (T, 3) int array
+        Corners, counter-clockwise seen from outside.
+    colours : (T, 3) or (3,) uint8 array
+        The colour of each triangle, or of all.
+    size_px : (int, int)
+        Width and height of the picture.
+    view : View or None
+        From where; None chooses a three-quarter view from above.
+    normals : (T, 3, 3) float array or None
+        Unit normals at the corners; None makes every triangle flat.
+    edges : (T, 3) bool array or None
+        Whether side k of a triangle, from its corner k to the next, is drawn as a line.
+    line_px : float
+        Width of the lines.
+    reach_px : float or None
+        How far the dark of narrow places reaches; None takes a share of the picture.
+    marks : Marks or None
+        Marked points.
+    background : (int, int, int)
+        What is seen beside the object.
+    floor : bool
+        Whether the object stands on a floor, seen by the shadow on it; not in views from below.
+    lit : bool
+        False leaves out light and shadow: every triangle has exactly its colour.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB; the same for the same input.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to render, or the picture would be empty or too large.
+
+    Examples
+    --------
+    >>> square = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1.0]])
+    >>> picture = render_scene(square, np.array([[0, 1, 2], [0, 2, 3]]), (200, 30, 0),
+    ...                        size_px=(20, 20), view=View(-90.0, 0.0), lit=False)
+    >>> picture.getpixel((10, 10)), picture.getpixel((0, 10))
+    ((200, 30, 0), (255, 255, 255))
+    """
+    if len(triangles) == 0:
+        raise InputError("there is no triangle to render; the mesh has no face with an area")
+    if samples < 1:
+        raise InputError(f"a pixel has {samples} samples; it needs at least one")
+    if size_px[0] * size_px[1] * samples**2 > _MOST_SAMPLES:
+        raise InputError(
+            f"a picture of {size_px[0]} x {size_px[1]} pixels of {samples} x {samples} samples "
+            f"cannot be made; take at most {_MOST_SAMPLES // 1_000_000} million samples in all"
+        )
+    view = choose_view(vertices, triangles) if view is None else view
+    floor = floor and has_floor(view)
+    small = object_frame(vertices, triangles, view, size_px, floor=floor)
+    frame = small.enlarged(samples)
+    points = frame.pixels(vertices)
+    seen, nearness = nearest_triangles(
+        points, triangles, width=frame.width_px, height=frame.height_px
+    )
+    covered, triangle, places = covered_places(seen, nearness)
+    shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (len(triangles), 3))
+    light = np.ones(len(triangle))
+    if lit:
+        given = facet_normals(vertices, triangles) if normals is None else normals
+        light = _light(frame, view, points, triangles, given, triangle, places)
+        reach = _REACH * min(size_px) if reach_px is None else reach_px
+        light *= narrow_places(nearness, reach * samples)[covered]
+    if edges is not None:
+        light *= _lines(points[triangles], edges, triangle, places, line_px * samples)
+    picture = np.empty((frame.height_px, frame.width_px, 3), dtype=np.float32)
+    picture[:] = _linear(np.array(background, dtype=np.uint8))
+    if floor:
+        light_below = floor_light(vertices, triangles, view, small)
+        picture *= light_below.repeat(samples, axis=0).repeat(samples, axis=1)[:, :, None]
+    picture[covered] = _linear(shown)[triangle] * light[:, None].astype(np.float32)
+    if marks is not None:
+        _mark(picture, nearness, frame, marks, samples)
+    return _encoded(picture, samples)
+
+
+def object_frame(
+    vertices: FloatArray,
+    triangles: IntArray,
+    view: View,
+    size_px: tuple[int, int],
+    *,
+    floor: bool = False,
+) -> Frame:
+    """Return how ``render_scene`` maps an object to pixels, with or without a floor."""
+    points = vertices[np.unique(triangles)]
+    if floor and has_floor(view):
+        points = np.concatenate((points, floor_points(points, view)))
+    return frame_object(points, view, size_px)
+
+
+def _light(
+    frame: Frame,
+    view: View,
+    points: FloatArray,
+    triangles: IntArray,
+    normals: FloatArray,
+    triangle: IntArray,
+    places: FloatArray,
+) -> FloatArray:
+    """Return the light at every covered sample."""
+    up = frame.axes[:, "xyz".index(view.up)]
+    light = corner_light(points[triangles], normals @ frame.axes.T, up)
+    x, y = places[:, 0], places[:, 1]
+    shadow = key_shadow(
+        points, triangles, triangle, places, width=frame.width_px, height=frame.height_px
+    )
+    total = light.even.at(triangle, x, y) + light.key.at(triangle, x, y) * shadow
+    return np.clip(total, 0.0, 1.25)
+
+
+def _lines(
+    corners: FloatArray,
+    edges: BoolArray,
+    triangle: IntArray,
+    places: FloatArray,
+    width: float,
+) -> FloatArray:
+    """Return the light that lines leave at every covered sample.
+
+    The distance to a side of one's own triangle is affine, so a line needs no test against the
+    surface: it is part of it.
+    """
+    left = np.ones(len(triangle))
+    for side in range(3):
+        start, end, apex = (corners[:, (side + step) % 3, :2] for step in range(3))
+        run = end - start
+        length = np.linalg.norm(run, axis=1)
+        area = np.abs(run[:, 0] * (apex - start)[:, 1] - run[:, 1] * (apex - start)[:, 0])
+        height = np.divide(area, length, out=np.zeros_like(area), where=length > 0.0)
+        values = np.zeros((len(corners), 3))
+        values[:, (side + 2) % 3] = height
+        drawn = np.flatnonzero(edges[triangle, side])
+        away = planes_through(corners, values).at(
+            triangle[drawn], places[drawn, 0], places[drawn, 1]
+        )
+        ink = np.clip(width / 2.0 - away + 0.5, 0.0, 1.0)
+        left[drawn] = np.minimum(left[drawn], 1.0 - (1.0 - _LINE_SHADE) * ink)
+    return left
+
+
+def _mark(
+    picture: npt.NDArray[np.float32],
+    nearness: FloatArray,
+    frame: Frame,
+    marks: Marks,
+    samples: int,
+) -> None:
+    """Paint the marks that are not hidden, those farther away first."""
+    places = frame.pixels(marks.points)
+    radius = marks.radius_px * samples
+    for index in np.argsort(places[:, 2], kind="stable"):
+        x, y, near = places[index]
+        left, top = max(int(x - radius), 0), max(int(y - radius), 0)
+        right, bottom = int(x + radius) + 2, int(y + radius) + 2
+        around = nearness[
+            max(int(y) - samples, 0) : int(y) + samples + 1,
+            max(int(x) - samples, 0) : int(x) + samples + 1,
+        ]
+        # Beside a point of a slanting surface something nearer may be seen, but not all around.
+        if around.size and float(around.min()) > near + radius:
+            continue
+        area = picture[top:bottom, left:right]
+        rows, columns = np.ogrid[top : top + area.shape[0], left : left + area.shape[1]]
+        away = np.hypot(columns + 0.5 - x, rows + 0.5 - y)
+        area[away <= radius] = 0.0
+        area[away <= radius - 1.2 * samples] = _linear(marks.colours[index])
+
+
+def _linear(colours: Colours) -> npt.NDArray[np.float32]:
+    """Return light, 0 to 1, of bytes of sRGB."""
+    share = np.arange(256) / 255.0
+    table = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return table.astype(np.float32)[colours]
+
+
+def _encoded(light: npt.NDArray[np.float32], samples: int) -> Image.Image:
+    """Average the samples of each pixel, and return the picture in sRGB."""
+    high, wide, _ = light.shape
+    mean = light.reshape(high // samples, samples, wide // samples, samples, 3).mean(axis=(1, 3))
+    steps = np.arange(4096) / 4095.0
+    curve = np.where(steps <= 0.0031308, 12.92 * steps, 1.055 * steps ** (1 / 2.4) - 0.055)
+    table = np.round(255.0 * curve).astype(np.uint8)
+    return Image.fromarray(table[np.clip(np.round(mean * 4095.0), 0, 4095).astype(np.int64)])

@@ -1,0 +1,70 @@
+"""Cut meshes and ribbons to the triangles that pictures are made of."""
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
+from fabweave.ribbon.facets import facet_vertices, rung_ends
+from fabweave.ribbon.project import Ribbons, following_rung
+
+
+def ribbon_triangles(ribbons: Ribbons) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return all ribbons as vertices, triangles, and the thread of each triangle.
+
+    Vertex ``2 r`` is the right and ``2 r + 1`` the left end of rung ``r``; triangles are as
+    ``ribbon_faces`` gives them.
+    """
+    near = np.flatnonzero(following_rung(ribbons.offsets, ribbons.closed) >= 0)
+    thread = np.searchsorted(ribbons.offsets, near, side="right") - 1
+    return rung_ends(ribbons), facet_vertices(ribbons, near), np.repeat(thread, 2)
+
+
+def polygon_triangles(mesh: PolyMesh) -> tuple[FloatArray, IntArray, BoolArray, IntArray]:
+    """Cut polygons to triangles: quads in two, larger faces around their centres.
+
+    Returns
+    -------
+    vertices : (V + F', 3) float array
+        Positions, and the centres of faces with more than four corners.
+    triangles : (T, 3) int array
+        Corners.
+    sides : (T, 3) bool array
+        Whether the side from corner k to the next is an edge of the mesh.
+    face : (T,) int array
+        The face that each triangle belongs to.
+
+    Examples
+    --------
+    >>> square = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    >>> polygon_triangles(square)[2].tolist()
+    [[True, True, False], [False, True, True]]
+    """
+    sizes, start = mesh.face_sizes, mesh.offsets[:-1]
+    few = np.flatnonzero((sizes == 3) | (sizes == 4))
+    quad = np.flatnonzero(sizes == 4)
+    corner = [mesh.indices[start[few] + step] for step in range(3)]
+    again = [mesh.indices[start[quad] + step] for step in (0, 2, 3)]
+    large = np.flatnonzero(sizes > 4)
+    number = np.full(mesh.n_faces, -1, dtype=np.int64)
+    number[large] = mesh.n_vertices + np.arange(len(large))
+    owner = face_of_corner(mesh)
+    around = np.flatnonzero(sizes[owner] > 4)
+    fan = [mesh.indices[around], mesh.indices[next_corner(mesh)[around]], number[owner[around]]]
+    triangles = np.concatenate([np.column_stack(part) for part in (corner, again, fan)])
+    sides = np.ones((len(triangles), 3), dtype=bool)
+    sides[: len(few), 2] = sizes[few] == 3
+    sides[len(few) : len(few) + len(quad), 0] = False
+    sides[len(few) + len(quad) :, 1:] = False
+    vertices = mesh.vertices
+    if len(large):
+        vertices = np.concatenate((vertices, face_centres(mesh)[large]))
+    return vertices, triangles, sides, np.concatenate((few, quad, owner[around]))
+
+
+def face_normals(mesh: PolyMesh) -> FloatArray:
+    """Return the mean unit normal of each face, (F, 3)."""
+    here = mesh.vertices[mesh.indices]
+    area = np.cross(here, here[next_corner(mesh)])
+    normal = np.add.reduceat(area, mesh.offsets[:-1], axis=0)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.asarray(normal / np.where(size > 0.0, size, 1.0), dtype=np.float64)

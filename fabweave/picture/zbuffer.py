@@ -1,0 +1,201 @@
+"""Find which triangle each pixel shows: a z-buffer over arrays, without GPU or display."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from fabweave.core.arrays import FloatArray, IntArray, offsets_of
+
+_Places: TypeAlias = npt.NDArray[np.floating[Any]]
+
+#: Covered pixels are compared in batches of about this many, which bounds the memory.
+_BATCH = 1_000_000
+#: A triangle with less area is seen edge-on: its slopes would be rounding errors.
+_FLAT_PX2 = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Functions that are affine over the picture, one for each triangle.
+
+    Parameters
+    ----------
+    along_x, along_y, start : (T,) float arrays
+        Slopes, and the value at the picture's corner.
+    """
+
+    along_x: FloatArray
+    along_y: FloatArray
+    start: FloatArray
+
+    def at(self, triangle: IntArray, x: _Places, y: _Places) -> FloatArray:
+        """Return the values of the given triangles' functions at the given places."""
+        return self.along_x[triangle] * x + self.along_y[triangle] * y + self.start[triangle]
+
+
+def planes_through(corners: FloatArray, values: FloatArray) -> Planes:
+    """Return the affine functions that take given values at the corners of triangles.
+
+    Parameters
+    ----------
+    corners : (T, 3, 2 or more) float array
+        Corners in pixels; what follows x and y is not looked at.
+    values : (T, 3) float array
+        The value at each corner.
+
+    Returns
+    -------
+    Planes
+        A triangle that is seen edge-on gets the constant of its first corner.
+
+    Examples
+    --------
+    >>> planes = planes_through(np.array([[[0, 0], [2, 0], [0, 2]]]), np.array([[1.0, 5.0, 3.0]]))
+    >>> planes.at(np.array([0]), np.array([1.0]), np.array([1.0])).tolist()
+    [4.0]
+    """
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    rise, climb = values[:, 1] - values[:, 0], values[:, 2] - values[:, 0]
+    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    flat = np.abs(area) < _FLAT_PX2
+    scale = np.where(flat, 0.0, 1.0 / np.where(flat, 1.0, area))
+    along_x = (rise * second[:, 1] - climb * first[:, 1]) * scale
+    along_y = (climb * first[:, 0] - rise * second[:, 0]) * scale
+    start = values[:, 0] - along_x * corners[:, 0, 0] - along_y * corners[:, 0, 1]
+    return Planes(along_x, along_y, start)
+
+
+def nearest_triangles(
+    points: FloatArray, triangles: IntArray, *, width: int, height: int
+) -> tuple[IntArray, FloatArray]:
+    """Return which triangle is nearest at the centre of each pixel, and how near.
+
+    A pixel belongs to a triangle if its centre lies inside; of two triangles that share a side,
+    exactly one has a centre that lies on it, so there are neither cracks nor double pixels.
+
+    Parameters
+    ----------
+    points : (V, 3) float array
+        x to the right and y down in pixels, and nearness: of two, the larger is seen.
+    triangles : (T, 3) int array
+        Corners; both sides are seen.
+    width, height : int
+        Size of the picture in pixels.
+
+    Returns
+    -------
+    triangle : (height, width) int array
+        The triangle seen, -1 where there is none; of equally near ones the first.
+    nearness : (height, width) float array
+        Its nearness, minus infinity where there is none.
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> nearest_triangles(square, np.array([[0, 1, 2], [0, 2, 3]]), width=3, height=2)[0].tolist()
+    [[0, 0, -1], [1, 0, -1]]
+    """
+    corners = points[triangles]
+    depth = planes_through(corners, corners[:, :, 2])
+    nearness = np.full(width * height, -np.inf)
+    seen = np.full(width * height, -1, dtype=np.int32)
+    triangle, row, start, end = _row_spans(corners, width, height)
+    counts = end - start
+    first = row * width + start
+    # Along a row, nearness is affine in the number of the pixel.
+    slope = depth.along_x[triangle]
+    begin = depth.at(triangle, start + 0.5, row + 0.5)
+    for low, high in _batches(counts):
+        spans = slice(low, high)
+        shift = first[spans] - offsets_of(counts[spans])[:-1]
+        pixel = np.repeat(shift, counts[spans])
+        pixel += np.arange(len(pixel))
+        near = np.repeat(begin[spans] - slope[spans] * first[spans], counts[spans])
+        near += np.repeat(slope[spans], counts[spans]) * pixel
+        # An earlier batch's triangle gives way only to a nearer one.
+        before = nearness[pixel]
+        np.maximum.at(nearness, pixel, near)
+        wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
+        # The last write counts, so the first triangle of equals comes last.
+        seen[pixel[wins]] = np.repeat(triangle[spans].astype(np.int32), counts[spans])[wins]
+    return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
+
+
+def all_fragments(
+    points: FloatArray, triangles: IntArray, *, width: int, height: int
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return what each triangle covers, seen or hidden: the layers behind one another.
+
+    Parameters
+    ----------
+    points, triangles, width, height
+        As for ``nearest_triangles``.
+
+    Returns
+    -------
+    triangle : (N,) int array
+        A triangle, once for each pixel whose centre it covers; in ascending order.
+    pixel : (N,) int array
+        The pixel, counted along rows from the top.
+    nearness : (N,) float array
+        How near the triangle is there.
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> found = all_fragments(square, np.array([[0, 1, 2], [0, 1, 3]]), width=2, height=2)
+    >>> found[0].tolist(), found[1].tolist()
+    ([0, 0, 0, 1], [0, 1, 3, 0])
+    """
+    corners = points[triangles]
+    depth = planes_through(corners, corners[:, :, 2])
+    triangle, row, start, end = _row_spans(corners, width, height)
+    counts = end - start
+    column = np.arange(counts.sum()) + np.repeat(start - offsets_of(counts)[:-1], counts)
+    triangle, row = np.repeat(triangle, counts), np.repeat(row, counts)
+    return triangle, row * width + column, depth.at(triangle, column + 0.5, row + 0.5)
+
+
+def _batches(counts: IntArray) -> Iterator[tuple[int, int]]:
+    """Yield ranges of rows of triangles that have about ``_BATCH`` pixels each."""
+    number = offsets_of(counts)[:-1] // _BATCH
+    bounds = [*np.flatnonzero(np.diff(number, prepend=-1)).tolist(), len(counts)]
+    yield from pairwise(bounds)
+
+
+def _row_spans(
+    corners: FloatArray, width: int, height: int
+) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Return triangle, row, first column and end column of every row of every triangle.
+
+    A row's span is half open, and so is a triangle's range of rows; sides are always followed
+    from their upper end, so two triangles find the same place on the side that they share.
+    """
+    x, y = corners[:, :, 0], corners[:, :, 1]
+    first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
+    last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, height).astype(np.int64)
+    narrow = np.ceil(x.max(axis=1) - 0.5) <= np.ceil(x.min(axis=1) - 0.5)
+    counts = np.where(narrow, 0, np.maximum(last - first, 0))
+    triangle = np.repeat(np.arange(len(corners)), counts)
+    row = np.arange(counts.sum()) + np.repeat(first - offsets_of(counts)[:-1], counts)
+    middle = row + 0.5
+    left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        swap = y[:, a] > y[:, b]
+        top_x, top_y = np.where(swap, x[:, b], x[:, a]), np.where(swap, y[:, b], y[:, a])
+        end_x, end_y = np.where(swap, x[:, a], x[:, b]), np.where(swap, y[:, a], y[:, b])
+        high = end_y - top_y
+        slope = (end_x - top_x) / np.where(high > 0.0, high, 1.0)
+        crosses = (top_y[triangle] <= middle) & (middle < end_y[triangle])
+        place = top_x[triangle] + (middle - top_y[triangle]) * slope[triangle]
+        left = np.where(crosses, np.minimum(left, place), left)
+        right = np.where(crosses, np.maximum(right, place), right)
+    some = left <= right
+    start = np.clip(np.ceil(np.where(some, left, 0.0) - 0.5), 0, width).astype(np.int64)
+    end = np.clip(np.ceil(np.where(some, right, 0.0) - 0.5), 0, width).astype(np.int64)
+    kept = end > start
+    return triangle[kept], row[kept], start[kept], end[kept]

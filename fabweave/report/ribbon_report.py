@@ -1,0 +1,242 @@
+"""Report the ribbons: the figures of every thread, and what was found."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.messages import agree
+from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.pieces import Pieces
+from fabweave.flat.unfold.waves import wave_turns
+from fabweave.ribbon.measures import thread_lengths
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.bends import measure_bends, measure_spans
+from fabweave.ribbon.rules.finding import Finding, finding_record, sentence
+from fabweave.ribbon.rules.remedy import SIZED
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.ribbon_limits import Limits
+from fabweave.weave.pattern import Weave
+
+SCHEMA = "fabweave.ribbons/1"
+
+
+def hole_findings(
+    made: Pieces, rules: Sequence[HoleRule], weave: Weave, ribbons: Ribbons, labels: Sequence[str]
+) -> list[Finding]:
+    """Find the crossings that have no room for a hole with its distance to every edge.
+
+    Parameters
+    ----------
+    made : Pieces
+        With the hole that was chosen.
+    rules : sequence of HoleRule
+        The holes that there were to choose from; none if no holes are wanted.
+    weave, ribbons, labels
+        As they are cut.
+
+    Returns
+    -------
+    list of Finding
+        One or none. Its size is that at which all crossings have room.
+    """
+    if not rules:
+        return []
+    rule = made.rule if made.rule is not None else rules[-1]
+    narrow = np.flatnonzero(made.room_mm < rule.edge_mm)
+    if not len(narrow):
+        return []
+    crossing = int(narrow[np.argmin(made.room_mm[narrow])])
+    threads = weave.threads
+    upper, lower = np.flatnonzero(threads.crossing == crossing)
+    thread, other = (int(threads.thread_of_pass[one]) for one in (upper, lower))
+    x, y, z = (round(float(value), 3) for value in ribbons.centre[crossing])
+    return [
+        Finding(
+            rule="hole",
+            severity="warn",
+            value=float(made.room_mm[crossing]),
+            limit=rule.edge_mm,
+            unit="mm",
+            thread=labels[thread],
+            station=int(upper - threads.offsets[thread]),
+            crossing=crossing,
+            other=labels[other],
+            position=(x, y, z),
+            count=len(narrow),
+            of=threads.n_crossings,
+        )
+    ]
+
+
+def ribbon_report(
+    check: RibbonCheck,
+    ribbons: Ribbons,
+    labels: Sequence[str],
+    holes: Sequence[Finding] = (),
+) -> dict[str, Any]:
+    """Return the figures of the ribbons as they are made, and the findings.
+
+    Of each thread: its length along the middle; the least and greatest width across; the radius
+    of the softest ribbon that keeps the crossings where they are (``bend_mm``), and of the
+    tightest bend as modelled, where crossing panels are flat (``modelled_bend_mm``); the greatest
+    angle between neighbouring facets (``fold_deg``); the greatest turn at one cross-line
+    (``crease_deg``); the greatest twist over a length that equals the width, spread from crossing
+    to crossing (``twist_deg``); and how much the unfolded middle line turns, on average from
+    crossing to crossing (``wave_deg``). None where there is no figure.
+    What materials take stands under ``limits``: of all threads, or of each if they differ.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    ribbons : Ribbons
+        As they are cut.
+    labels : sequence of str
+        Names of the threads.
+    holes : sequence of Finding
+        What :func:`hole_findings` found.
+
+    Returns
+    -------
+    dict
+        As JSON takes it.
+    """
+    limits = check.limits
+    records = _thread_records(ribbons, labels)
+    several = isinstance(limits.thickness_mm, np.ndarray)
+    if several:
+        number = {label: thread for thread, label in enumerate(labels)}
+        for record in records:
+            record["limits"] = _limit_record(limits.of(np.array([number[record["thread"]]])))
+    return {
+        "schema": SCHEMA,
+        "units": "mm",
+        "limits": ({} if several else _limit_record(limits))
+        | {"clearance_mm": limits.clearance_mm},
+        "smallest_size_mm": check.smallest_mm,
+        "findings": [finding_record(found) for found in (*check.findings, *holes)],
+        "threads": records,
+    }
+
+
+def _limit_record(limits: Limits) -> dict[str, float]:
+    """Return what one material takes."""
+    return {
+        "thickness_mm": float(np.max(limits.thickness_mm)),
+        "bend_mm": round(float(np.max(limits.bend_mm)), 4),
+        "width_mm": float(np.max(limits.width_mm)),
+        "twist_deg": round(float(np.max(limits.twist_deg)), 4),
+    }
+
+
+def _thread_records(ribbons: Ribbons, labels: Sequence[str]) -> list[dict[str, Any]]:
+    """Return one record for each thread that crosses anything."""
+    bends = measure_bends(ribbons)
+    spans = measure_spans(ribbons, bends)
+    counts = np.diff(ribbons.pass_offsets)
+    of_rung = np.repeat(np.arange(len(counts)), np.diff(ribbons.offsets))
+    of_pass = np.repeat(np.arange(len(counts)), counts)
+    turns = np.bincount(of_rung, np.abs(wave_turns(ribbons)), len(counts))
+    fold = np.fmax(bends.fold_deg, bends.diagonal_deg)
+    columns = {
+        "length_mm": thread_lengths(ribbons),
+        "narrowest_mm": _extreme(bends.width_mm, of_rung, len(counts), least=True),
+        "widest_mm": _extreme(bends.width_mm, of_rung, len(counts), least=False),
+        "bend_mm": _extreme(spans.radius_mm, of_pass, len(counts), least=True),
+        "modelled_bend_mm": _extreme(bends.radius_mm, of_rung, len(counts), least=True),
+        "fold_deg": _extreme(fold, of_rung, len(counts), least=False),
+        "crease_deg": _extreme(np.abs(bends.turn_deg), of_rung, len(counts), least=False),
+        "twist_deg": _extreme(spans.twist_deg, of_pass, len(counts), least=False),
+        "wave_deg": turns / np.maximum(counts, 1),
+    }
+    return [
+        {
+            "thread": labels[thread],
+            "crossings": int(counts[thread]),
+            **{name: _rounded(values[thread]) for name, values in columns.items()},
+        }
+        for thread in np.flatnonzero(counts).tolist()
+    ]
+
+
+def _extreme(values: FloatArray, owner: IntArray, n_threads: int, *, least: bool) -> FloatArray:
+    """Return the least or greatest value of each thread, (T,); infinite where it has none."""
+    figures = np.full(n_threads, np.inf if least else -np.inf)
+    given = ~np.isnan(values)
+    (np.minimum if least else np.maximum).at(figures, owner[given], values[given])
+    return figures
+
+
+def _rounded(value: float) -> float | None:
+    return round(float(value), 3) if np.isfinite(value) else None
+
+
+def ribbon_notes(check: RibbonCheck) -> list[str]:
+    """Return what a maker should know of the ribbons: the worst place of each rule, and the size.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    """
+    found = {one.rule: sentence(one) for one in check.findings}
+    notes = [found.pop("bend", _bend_note(check)), *_turning_note(check)]
+    if "twist" not in found:
+        notes += _twist_note(check)
+    notes += [*found.values(), *_size_note(check)]
+    if check.untried is not None:
+        notes.append(f"checks: whether --refine would mend them was not tried: {check.untried}")
+    return notes
+
+
+def _size_note(check: RibbonCheck) -> list[str]:
+    """Say at which size the rules hold; no note where there is nothing that a size would change."""
+    sized = [one for one in check.findings if one.rule in SIZED]
+    what, size = "widths, bends, creases and clearances", check.smallest_mm
+    if size is None:
+        if not sized:
+            return []
+        return ["checks: no size mends them all; see each, or use a mesh with larger faces"]
+    if not sized:
+        also = f", and would at --size {size}mm, too" if size < check.size_mm else ""
+        return [f"checks: {what} hold{also}"]
+    but = f"; {' and '.join(check.still)} would not" if check.still else ""
+    return [f"checks: {what} would all hold at --size {size}mm{but}"]
+
+
+def _twist_note(check: RibbonCheck) -> list[str]:
+    """Say how much ribbons are twisted, where that is little enough."""
+    twist = check.measured["twist"]
+    if not len(twist.value):
+        return []
+    at = int(np.argmin(twist.margins))
+    return [
+        f"twist: {twist.value[at]:.1f}° over one width or less; the material takes "
+        f"{twist.limit_at(at):.1f}°"
+    ]
+
+
+def _bend_note(check: RibbonCheck) -> str:
+    """Say how tight the tightest bend is against what the material takes."""
+    bend = check.measured["bend"]
+    least = float(bend.value.min(initial=np.inf))
+    limits = np.unique(check.limits.bend_mm)
+    takes = f"the material takes {limits[0]:.1f} mm"
+    if len(limits) > 1:
+        takes = "the materials take " + " and ".join(f"{limit:.1f} mm" for limit in limits)
+    if not np.isfinite(least):
+        return f"bend: none; {takes}"
+    return f"bend: radius {least:.1f} mm or more; {takes}"
+
+
+def _turning_note(check: RibbonCheck) -> list[str]:
+    """Say how many bends are not measured: ribbons that turn back are no one arch."""
+    # Twist is measured between all crossings.
+    bend, twist = check.measured["bend"], check.measured["twist"]
+    count = len(np.setdiff1d(twist.passes, bend.passes))
+    if not count:
+        return []
+    return [
+        f"bend: not measured in {agree(count, '{n} [place|places]')} where ribbons turn back "
+        "between one crossing and the next; creases are measured there, too"
+    ]

@@ -1,0 +1,68 @@
+"""Check that ribbons can be made at all."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree
+from fabweave.ribbon.project import Ribbons, following_rung
+
+#: Narrower than this, a ribbon is burnt away by the cut beside it.
+NARROWEST_MM = 0.2
+
+
+def ribbon_widths(ribbons: Ribbons) -> FloatArray:
+    """Return the length of every rung, (R,): the width of the ribbon there."""
+    return np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+
+
+def thread_lengths(ribbons: Ribbons) -> FloatArray:
+    """Return the length of every thread along the middle of its ribbon, (T,), in millimetres."""
+    following = following_rung(ribbons.offsets, ribbons.closed)
+    middle = (ribbons.right + ribbons.left) / 2
+    goes_on = following >= 0
+    step = np.zeros(len(middle))
+    step[goes_on] = np.linalg.norm(middle[following[goes_on]] - middle[goes_on], axis=1)
+    total = np.concatenate(([0.0], np.cumsum(step)))
+    return np.diff(total[ribbons.offsets])
+
+
+def size_for(room_mm: float, needed_mm: float, size_mm: float) -> int:
+    """Return the size, in whole millimetres, at which a room in proportion to it suffices.
+
+    Examples
+    --------
+    >>> size_for(2.0, 3.0, 100.0)
+    150
+    """
+    return int(np.ceil(size_mm * needed_mm / room_mm - 1e-9)) if room_mm > 0 else 10**9
+
+
+def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> None:
+    """Raise CannotMakeError if a ribbon is somewhere too narrow to be cut.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    labels : sequence of str
+        Names of the threads.
+    size_mm : float
+        Largest dimension of the object, to say at which size it would do.
+    """
+    width = ribbon_widths(ribbons)
+    narrow = np.flatnonzero(width < NARROWEST_MM)
+    if len(narrow) == 0:
+        return
+    threads = np.unique(np.searchsorted(ribbons.offsets, narrow, side="right") - 1)
+    names = ", ".join(labels[thread] for thread in threads[:6]) + (" …" if len(threads) > 6 else "")
+    least = float(width.min())
+    remedy = f"--size {size_for(least, NARROWEST_MM, size_mm)}mm or more" if least > 0 else ""
+    raise CannotMakeError(
+        f"ribbons are narrower than {NARROWEST_MM:g} mm in "
+        f"{agree(len(narrow), '{n} place[|s]')} "
+        f"({agree(len(threads), 'thread[|s]')} {names}; "
+        f"the narrowest is {least:.3g} mm wide) and would burn away: use "
+        + " or ".join(filter(None, (remedy, "a mesh without such small or thin faces")))
+    )

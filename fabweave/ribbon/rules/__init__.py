@@ -1,0 +1,1 @@
+"""Measure ribbons against the rules of their material, and look for remedies."""

@@ -1,0 +1,182 @@
+"""Measure how near ribbons come to one another where they do not cross."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.ribbon.facets import Facets, cut_facets, facet_pairs
+from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.rules.distance import apart_by, triangle_distances
+from fabweave.ribbon.rules.folding import folded_pairs, run_straight
+from fabweave.ribbon.stretches import (
+    Stretches,
+    cut_stretches,
+    neighbours,
+    passes_along,
+    steps_apart,
+    triangles_of,
+)
+
+#: Stretches are looked up in blocks of this many.
+_BLOCK = 1 << 14
+#: A view along which no wall of a usual shape is seen edge-on: the rows are a rotation.
+_TILT = np.linalg.qr(np.array([[1.0, 0.37, 0.61], [-0.29, 1.0, 0.43], [-0.53, -0.31, 1.0]]))[0].T
+
+
+@dataclass(frozen=True, eq=False)
+class Nearness:
+    """Pairs of stretches that come within reach of each other.
+
+    Parameters
+    ----------
+    pairs : (N, 2) int array
+        Stretches as :func:`~fabweave.ribbon.stretches.cut_stretches` numbers them; the smaller
+        number first.
+    distance_mm : (N,) float array
+        Between the middle surfaces; 0 where they run through each other.
+    place : (N, 3) float array
+        Where, midway between the closest points.
+    """
+
+    pairs: IntArray
+    distance_mm: FloatArray
+    place: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("pairs", "distance_mm", "place"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def near_pairs(
+    ribbons: Ribbons,
+    crossing: IntArray,
+    reach_mm: float,
+    among: IntArray | None = None,
+    beside: IntArray | None = None,
+    wanted: Callable[[IntArray], FloatArray] | None = None,
+) -> Nearness:
+    """Find stretches of ribbon that come within reach of each other and do not cross there.
+
+    The two panels of one crossing, which lie on each other by design, are left out. A stretch and
+    itself, or the next one along its thread, are a pair where they run through each other.
+    Boxes around stretches are looked up in a tree, planes between facets sort out most pairs, and
+    the others are measured exactly.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    crossing : (P,) int array
+        The crossing that each pass makes.
+    reach_mm : float
+        Pairs farther apart are left out.
+    among : (N, 2) int array, optional
+        Look only at these pairs of stretches.
+    beside : (M,) int array, optional
+        Look only at pairs of which one, or both, is one of these stretches.
+    wanted : callable
+        Tells how near pairs must be to be listed, (N,), no farther than the reach; without it,
+        within reach.
+
+    Returns
+    -------
+    Nearness
+        Sorted by pairs.
+    """
+    stretches = cut_stretches(ribbons)
+    if among is None:
+        facets = cut_facets(ribbons, stretches.triangle[::2] // 2)
+        asked = np.full(len(stretches.thread), beside is None)
+        if beside is not None:
+            asked[beside] = True
+        blocks = _boxes_within_reach(ribbons, stretches, reach_mm, asked)
+        next_to = neighbours(stretches)
+        next_to = next_to[asked[next_to].any(axis=1)]
+    else:
+        own = triangles_of(stretches, np.unique(among))
+        facets = cut_facets(ribbons, own[::2] // 2)
+        blocks = [among[start : start + _BLOCK] for start in range(0, len(among), _BLOCK)]
+        steps = steps_apart(stretches, among)
+        next_to = among[(steps == 0) | (steps == 1)]
+    along = passes_along(stretches, next_to)
+    straight = (along >= 0) & run_straight(ribbons, stretches)[along]
+    found = [folded_pairs(stretches, facets, next_to[~straight])]
+    for block in blocks:
+        pairs = block[_apart(stretches, crossing, block)]
+        reach = np.full(len(pairs), reach_mm) if wanted is None else wanted(pairs)
+        found.append(_measure(stretches, facets, pairs, reach))
+    return in_order(*(np.concatenate(part) for part in zip(*found, strict=True)))
+
+
+def in_order(pairs: IntArray, distance_mm: FloatArray, place: FloatArray) -> Nearness:
+    """Return pairs of stretches sorted by their numbers."""
+    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    return Nearness(pairs[order], distance_mm[order], place[order])
+
+
+def _boxes_within_reach(
+    ribbons: Ribbons, stretches: Stretches, reach_mm: float, asked: BoolArray
+) -> list[IntArray]:
+    """Return pairs of stretches, one of them asked for, whose boxes are within reach, in blocks."""
+    filled = np.flatnonzero(np.diff(stretches.offsets) > 0)
+    if not len(filled):
+        return []
+    quads = stretches.triangle[::2] // 2
+    after = following_rung(ribbons.offsets, ribbons.closed)[quads]
+    rails = [rail @ _TILT.T for rail in (ribbons.right, ribbons.left)]
+    ends = [rail[rungs] for rail in rails for rungs in (quads, after)]
+    starts = stretches.offsets[:-1][filled] // 2
+    low = np.minimum.reduceat(np.minimum.reduce(ends), starts) - reach_mm / 2
+    high = np.maximum.reduceat(np.maximum.reduce(ends), starts) + reach_mm / 2
+    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    tree = shapely.STRtree(boxes)
+    asked = asked[filled]
+    rows = np.flatnonzero(asked)
+    blocks = []
+    for start in range(0, len(rows), _BLOCK):
+        one, other = tree.query(boxes[rows[start : start + _BLOCK]])
+        one = rows[one + start]
+        keep = (one < other) | ((one > other) & ~asked[other])
+        one, other = one[keep], other[keep]
+        keep = (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
+        pairs = np.column_stack((filled[one[keep]], filled[other[keep]]))
+        pairs.sort(axis=1)
+        blocks.append(pairs)
+    return blocks
+
+
+def _apart(stretches: Stretches, crossing: IntArray, pairs: IntArray) -> IntArray:
+    """Return which pairs are neither neighbours along a thread nor the two panels of a crossing."""
+    one, other = pairs.T
+    count = len(crossing)
+    steps = steps_apart(stretches, pairs)
+    panels = (one < count) & (other < count)
+    crossed = np.zeros(len(pairs), dtype=bool)
+    crossed[panels] = crossing[one[panels]] == crossing[other[panels]]
+    return np.flatnonzero(((steps < 0) | (steps > 1)) & ~crossed)
+
+
+def _measure(
+    stretches: Stretches, facets: Facets, pairs: IntArray, reach: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Measure pairs of stretches by all pairs of their facets; drop those out of their reach."""
+    distance = np.full(len(pairs), np.inf)
+    place = np.zeros((len(pairs), 3))
+    corners = facets.corners
+    for which, first, second in facet_pairs(stretches, facets, pairs, reach):
+        keep = np.flatnonzero(~apart_by(corners[first], corners[second], reach[which]))
+        if not len(keep):
+            continue
+        gap, midway = triangle_distances(corners[first[keep]], corners[second[keep]])
+        # The pairs of facets of one pair of stretches stand in a row.
+        starts = np.flatnonzero(np.diff(which[keep], prepend=-1))
+        least = np.minimum.reduceat(gap, starts)
+        rows = np.flatnonzero(gap == np.repeat(least, np.diff(starts, append=len(gap))))
+        rows = rows[np.flatnonzero(np.diff(which[keep[rows]], prepend=-1))]
+        pair = which[keep[rows]]
+        distance[pair], place[pair] = gap[rows], midway[rows]
+    near = distance <= reach
+    return pairs[near], distance[near], place[near]

@@ -1,0 +1,317 @@
+"""Look for the size or the width at which the rules hold that do not hold now."""
+
+import bisect
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from fabweave.core.arrays import IntArray
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.clearance import Nearness
+from fabweave.ribbon.rules.clearance_update import measure_pairs
+from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.rules import Measured, measure_along, measure_between, measure_clearance
+from fabweave.ribbon.rules.sizing import FARTHEST, smallest_size
+from fabweave.ribbon.stretches import ends_of_stretches
+from fabweave.ribbon.subweave import Part, take_part
+from fabweave.stock.ribbon_limits import Limits
+from fabweave.weave.pattern import Weave
+
+#: Lays the same ribbons at another size (mm), with all widths multiplied by a factor; if the width
+#: is left to fabweave, as narrow as may be where they were too near; and only a part, if one is
+#: given.
+Lay: TypeAlias = Callable[[float, float, bool, Part | None], Ribbons]
+#: Lays ribbons at another size (mm) as they would be made there, and plans pieces for that or takes
+#: them to have room for laps everywhere; tells what is too near, if that is known.
+Settle: TypeAlias = Callable[[float, bool], tuple[Ribbons, Nearness | None]]
+
+#: A material is too stiff if it takes less than half the bend ...
+TOO_STIFF = 2.0
+#: ... in more than this share of the spans between crossings: a few tight places may be trimmed.
+STIFF_SHARE = 0.25
+#: Narrower ribbons are tried in these steps, down to a third.
+_NARROWER = tuple(step / 20 for step in range(19, 5, -1))
+#: While a size is looked for, so many of the tightest places of each rule are measured; at its
+#: end, all.
+_WATCHED = 200
+#: Where ribbons are too near after all, as they would be made, a size larger by this share is
+#: tried, and then by twice as much each time, up to the last; and at the end sizes between the last
+#: two, as close as the share next to it.
+_STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
+#: Of objects of so many crossings at most, pieces are planned for every size that is told; of
+#: larger ones, only for that at which all rules hold, if it is larger than the present one.
+_FEW = 600
+#: Rules that a larger size mends: lengths grow, and thickness stays.
+SIZED = ("width", "bend", "crease", "clearance")
+
+
+def is_too_stiff(bend: Measured) -> bool:
+    """Tell whether a material is too stiff for these spans, as `TOO_STIFF` says."""
+    return stiffness(bend) < 1
+
+
+def stiffness(bend: Measured) -> float:
+    """Return a margin that is below 1 where a material is too stiff for these spans.
+
+    Of several materials the one counts that is the farthest from bending so: see `stiffest`.
+    """
+    if not len(bend.value):
+        return math.inf
+    tight = np.quantile(bend.margins[stiffest(bend)], STIFF_SHARE, method="higher")
+    return float(tight) * TOO_STIFF + 1e-9
+
+
+def stiffest(bend: Measured) -> IntArray:
+    """Return the spans of the material that is worst off: all, if it is the only one.
+
+    Materials that bend alike count as one.
+    """
+    limits = np.broadcast_to(bend.limit, len(bend.value))
+    groups = [np.flatnonzero(limits == limit) for limit in np.unique(limits).tolist()]
+    tight = [np.quantile(bend.margins[own], STIFF_SHARE, method="higher") for own in groups]
+    return groups[int(np.argmin(tight))]
+
+
+class Search:
+    """Look for sizes and widths at which rules hold; each is laid and measured only once.
+
+    Parameters
+    ----------
+    weave, limits
+        Of the ribbons.
+    size_mm : float
+        As they are.
+    lay : callable
+        Lays them otherwise.
+    measured : dict of str to Measured
+        What they are held to now.
+    near : Nearness or None
+        What is too near now.
+    settle : callable, optional
+        Lays them as they would be made at another size; without it, they are taken to be what
+        ``lay`` lays.
+    auto : bool
+        Whether their width is left to fabweave: then no width is proposed.
+    """
+
+    def __init__(
+        self,
+        weave: Weave,
+        limits: Limits,
+        size_mm: float,
+        lay: Lay,
+        measured: dict[str, Measured],
+        near: Nearness | None,
+        *,
+        settle: Settle | None = None,
+        auto: bool = False,
+    ) -> None:
+        self._weave, self._limits, self._lay = weave, limits, lay
+        self._size = size_mm
+        self._near = near
+        self._narrowing = ("twist",) if auto else ("twist", "clearance")
+        self._settle = settle
+        self._few = weave.threads.n_crossings <= _FEW
+        #: Margins by size, of all places and of the watched ones.
+        self._known: tuple[dict[int, dict[str, float]], dict[int, dict[str, float]]] = ({}, {})
+        self._watched = np.zeros(0, dtype=np.int64)
+        self._watch(measured)
+        self._laid: tuple[float, float, bool, Ribbons] | None = None
+        self._settled: dict[tuple[int, bool], tuple[dict[str, float], IntArray]] = {}
+
+    def remedies(self, findings: Sequence[Finding]) -> tuple[list[Finding], int | None]:
+        """Add to findings the size and the width at which each rule holds.
+
+        Returns
+        -------
+        findings : list of Finding
+        size : int or None
+            The smallest size at which all rules hold that a size can mend.
+        """
+        sizes: dict[str, int | None] = {}
+        for found in findings:
+            if found.rule in SIZED and (found.rule != "clearance" or self._few):
+                sizes[found.rule] = self._smallest_for((found.rule,))
+        known = [size for size in sizes.values() if size is not None]
+        solvable = len(known) == len(sizes)
+        overall: int | None = None
+        if any(found.rule == "clearance" for found in findings) and not self._few:
+            clear = self._clear_now(math.ceil(self._size))
+            if clear is not None and solvable and clear >= max(known, default=0):
+                # Clearance decides: its size is that of all.
+                overall = self._made(clear, SIZED, planned=True)
+                sizes["clearance"] = overall
+            elif clear is not None:
+                sizes["clearance"] = self._made(clear, ("clearance",), planned=False)
+            else:
+                sizes["clearance"] = None
+            solvable = solvable and sizes["clearance"] is not None
+            known += [size for size in (sizes["clearance"],) if size is not None]
+        if not sizes:
+            # With room for laps everywhere more may be wanted than what is made here, and holds.
+            now = math.ceil(self._size)
+            overall = min(self._smallest_for(SIZED) or now, now)
+        elif solvable and overall is None:
+            # A rule that holds at one size holds at larger ones.
+            overall = self._made(max(known), SIZED, planned=True)
+        return [self._remedy(found, sizes.get(found.rule)) for found in findings], overall
+
+    def _remedy(self, found: Finding, size: int | None) -> Finding:
+        """Add the size and the width at which a rule holds."""
+        found = replace(found, size_mm=size)
+        if found.severity == "refuse":
+            found = replace(found, may_be_mm=self._smallest(self._stiffness))
+        if found.rule in self._narrowing:
+            found = replace(found, width_factor=self._narrower(found.rule))
+        return found
+
+    def broken_at(self, size: int, rules: Sequence[str]) -> tuple[str, ...]:
+        """Return which of some rules do not hold at a size that was proposed."""
+        at = self._settled.get((size, True)) or self._at(size, self._few)
+        return tuple(rule for rule in rules if at[0][rule] < 1)
+
+    def _smallest_for(self, rules: Sequence[str]) -> int | None:
+        """Return the smallest size at which some rules hold."""
+        along = [rule for rule in rules if rule != "clearance"]
+        size: int | None = math.ceil(self._size)
+        if along:
+            size = self._along(along, math.ceil(self._size), watched=True)
+            # The tightest places decide; then all are measured, and more are watched.
+            while size is not None and self._margin(size, along, watched=False) < 1:
+                # What lies before a first crossing, or after a last one, cannot be watched.
+                seen = self._margin(size, along, watched=True) < 1
+                size = self._along(along, size, watched=seen)
+        if size is not None and "clearance" in rules:
+            size = self._clear_now(size)
+        if size is None or (len(along) == len(rules) and not self._few):
+            return size
+        return self._made(size, rules, planned=self._few)
+
+    def _clear_now(self, size: int) -> int | None:
+        """Return the smallest size, from one up, at which all keep clear that are too near now."""
+        near = self._near
+        return self._clear(near.pairs, size) if near is not None and len(near.pairs) else size
+
+    def _made(self, size: int, rules: Sequence[str], *, planned: bool) -> int | None:
+        """Return the smallest size, from one up, at which rules hold as ribbons are made there."""
+
+        def holds(size: int) -> bool:
+            margins, pairs = self._at(size, planned)
+            return not ("clearance" in rules and len(pairs)) and all(
+                margins[rule] >= 1 for rule in rules if rule in margins
+            )
+
+        stride, short = _STRIDE, 0
+        while not holds(size):
+            if stride > _FARTHEST_STRIDE or size >= self._size * FARTHEST:
+                return None
+            short, (_, pairs) = size, self._at(size, planned)
+            size = math.ceil(size * (1 + stride))
+            if len(pairs) and "clearance" in rules:
+                size = self._clear(pairs, size) or size
+            stride *= 2
+        while short and size > short + max(1, _CLOSE * short):
+            middle = (short + size) // 2
+            short, size = (short, middle) if holds(middle) else (middle, size)
+        return size
+
+    def _at(self, size: int, planned: bool) -> tuple[dict[str, float], IntArray]:
+        """Return margins along ribbons as they are made at a size, and the pairs too near."""
+        if (size, planned) not in self._settled:
+            if self._settle is not None:
+                ribbons, near = self._settle(size, planned)
+            else:
+                ribbons = self._ribbons(size, narrowest=True)
+                near = measure_clearance(ribbons, self._weave, self._limits)[1]
+            along = measure_along(ribbons, self._limits)
+            self._settled[size, planned] = (
+                {rule: one.margin for rule, one in along.items()},
+                near.pairs if near is not None else np.zeros((0, 2), dtype=np.int64),
+            )
+        return self._settled[size, planned]
+
+    def _clear(self, pairs: IntArray, size: int) -> int | None:
+        """Return the smallest size, from one up, at which these pairs of stretches are clear."""
+        part = self._part_of(pairs)
+
+        def margin(at: int) -> float:
+            nonlocal pairs, part
+            ribbons = self._lay(at, 1.0, True, part)
+            least, near = measure_pairs(ribbons, part, self._limits, pairs)
+            if 0 < 2 * len(near.pairs) < len(pairs):
+                # Those that are clear here need not be asked at larger sizes.
+                pairs, part = near.pairs, self._part_of(near.pairs)
+            return least
+
+        return size if margin(size) >= 1 else self._smallest(margin, size)
+
+    def _part_of(self, pairs: IntArray) -> Part:
+        """Return the part of the weave in which some pairs of stretches lie."""
+        threads = self._weave.threads
+        passes = ends_of_stretches(threads.offsets, threads.closed, pairs)
+        return take_part(self._weave, passes.ravel())
+
+    def _along(self, rules: Sequence[str], start: int, *, watched: bool) -> int | None:
+        """Return the smallest size at which rules along single ribbons hold."""
+        return self._smallest(lambda at: self._margin(at, rules, watched=watched), start)
+
+    def _smallest(self, margin: Callable[[int], float], start: int | None = None) -> int | None:
+        """Return the smallest size with a margin; from a start where there is none, one above."""
+        size = math.ceil(self._size)
+        return smallest_size(margin, size if start is None else start, most=size * FARTHEST)
+
+    def _ribbons(self, size: float, width: float = 1.0, *, narrowest: bool = False) -> Ribbons:
+        if self._laid is None or self._laid[:3] != (size, width, narrowest):
+            self._laid = (size, width, narrowest, self._lay(size, width, narrowest, None))
+        return self._laid[3]
+
+    def _watch(self, measured: dict[str, Measured]) -> None:
+        """Watch the tightest places, too, while a size is looked for."""
+        tightest = [
+            measured[rule].passes[np.argsort(measured[rule].margins, kind="stable")[:_WATCHED]]
+            for rule in ("width", "bend", "crease")
+        ]
+        self._watched = np.unique(np.concatenate([self._watched, *tightest]))
+        # Bends are measured from the cross-line before one panel to that after the next one.
+        self._part = take_part(self._weave, self._watched, beyond=(1, 2))
+        self._known[True].clear()
+
+    def _margin(self, size: int, rules: Sequence[str], *, watched: bool) -> float:
+        """Return the least margin of some rules at a size: of all places, or the watched ones."""
+        known = self._known[watched]
+        if size not in known:
+            if watched:
+                part = self._part
+                ribbons, limits = self._lay(size, 1.0, False, part), self._limits.of(part.thread)
+                along = measure_between(ribbons, part.own(self._watched), limits)
+            else:
+                along = measure_along(self._ribbons(size), self._limits)
+            margins = {rule: one.margin for rule, one in along.items()}
+            if not watched:
+                margins["stiff"] = stiffness(along["bend"])
+                if min(margins[rule] for rule in SIZED if rule in margins) < 1:
+                    self._watch(along)
+            known[size] = margins
+        return min(known[size][rule] for rule in rules)
+
+    def _stiffness(self, size: int) -> float:
+        return self._margin(size, ("stiff",), watched=False)
+
+    def _narrower(self, rule: str) -> float | None:
+        """Return the largest factor on the width at which a rule holds."""
+
+        def holds(factor: float, among: IntArray | None) -> bool:
+            ribbons = self._ribbons(self._size, factor)
+            if rule == "twist":
+                return measure_along(ribbons, self._limits)[rule].margin >= 1
+            return not len(measure_clearance(ribbons, self._weave, self._limits, among)[0].value)
+
+        # What holds at one width holds at smaller ones; the pairs that are too near decide, and
+        # then all are measured.
+        pairs = self._near.pairs if self._near is not None else None
+        first = bisect.bisect_left(_NARROWER, True, key=lambda factor: holds(factor, pairs))
+        fitting = (factor for factor in _NARROWER[first:] if holds(factor, None))
+        return next(fitting, None)

@@ -1,0 +1,204 @@
+"""Find where ribbons break the rules of their material, and compute what would mend it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray
+from fabweave.core.errors import CannotMakeError
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.clearance import Nearness
+from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.remedy import TOO_STIFF, Lay, Search, Settle, is_too_stiff, stiffest
+from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, measure_layers
+from fabweave.stock.ribbon_limits import Limits
+from fabweave.weave.pattern import Weave
+
+
+@dataclass(frozen=True, eq=False)
+class RibbonCheck:
+    """What was measured of ribbons, and what was found.
+
+    Parameters
+    ----------
+    limits : Limits
+    size_mm : float
+        Largest dimension of the object.
+    measured : dict of str to Measured
+        By rule; no clearance where a material is refused as too stiff.
+    findings : tuple of Finding
+        Refusals first.
+    smallest_mm : int or None
+        The smallest size at which every rule that a size can mend holds; None if there is none,
+        or none was looked for.
+    still : tuple of str
+        The rules that do not hold at that size, either.
+    untried : str or None
+        Why refinement was not tried as a remedy, where it might be one.
+    """
+
+    limits: Limits
+    size_mm: float
+    measured: dict[str, Measured]
+    findings: tuple[Finding, ...]
+    smallest_mm: int | None
+    still: tuple[str, ...] = ()
+    untried: str | None = None
+
+    @property
+    def refused(self) -> tuple[Finding, ...]:
+        """The findings for which the object cannot be made."""
+        return tuple(one for one in self.findings if one.severity == "refuse")
+
+
+def check_ribbons(
+    ribbons: Ribbons,
+    weave: Weave,
+    labels: Sequence[str],
+    limits: Limits,
+    *,
+    size_mm: float,
+    lay: Lay | None = None,
+    clearance: tuple[Measured, Nearness] | None = None,
+    settle: Settle | None = None,
+    auto: bool = False,
+    clashing: BoolArray | None = None,
+) -> RibbonCheck:
+    """Check ribbons against every rule.
+
+    The rules: a ribbon is nowhere narrower than ``limits.width_mm``; between two crossings it need
+    not bend more tightly than the material takes; it is not twisted more than its edges can
+    stretch, nor creased more than can be softened; at a crossing the strands are at least one
+    thickness apart, middle to middle, and ribbons that do not cross there one thickness and the
+    clearance. Where threads are of several
+    materials, each is held to its own, and one thickness is half of either's.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    weave : Weave
+        What goes over and what under.
+    labels : sequence of str
+        Names of the threads.
+    limits : Limits
+    size_mm : float
+        Largest dimension of the object.
+    lay : callable, optional
+        Lays the ribbons again at another size and width. Without it, no remedy is computed.
+    clearance : (Measured, Nearness), optional
+        What is too near, if that is known already.
+    settle : callable, optional
+        Lays the ribbons as they would be made at another size.
+    auto : bool
+        Whether the width is left to fabweave: then no width is proposed.
+    clashing : (X,) bool array, optional
+        The crossings beside faces of the mesh that run through other faces.
+
+    Returns
+    -------
+    RibbonCheck
+    """
+    measured = measure_along(ribbons, limits)
+    measured["layers"] = measure_layers(ribbons, weave, limits)
+    near: Nearness | None = None
+    # What is far too stiff may be thicker than the ribbons are wide, and all is near to all.
+    if not is_too_stiff(measured["bend"]):
+        known = clearance if clearance is not None else measure_clearance(ribbons, weave, limits)
+        measured["clearance"], near = known
+    search = None
+    if lay is not None:
+        search = Search(weave, limits, size_mm, lay, measured, near, settle=settle, auto=auto)
+    findings = []
+    for one in measured.values():
+        if len(one.broken):
+            found = _worst(one, weave, labels)
+            if one.rule == "clearance":
+                found = replace(found, cause=_why_near(one, weave, limits, clashing, auto=auto))
+            findings.append(found)
+    findings.sort(key=lambda one: one.severity != "refuse")
+    if search is None:
+        return RibbonCheck(limits, size_mm, measured, tuple(findings), None)
+    findings, smallest = search.remedies(findings)
+    still = search.broken_at(smallest, ("twist",)) if smallest is not None else ()
+    return RibbonCheck(limits, size_mm, measured, tuple(findings), smallest, still)
+
+
+def _why_near(
+    near: Measured,
+    weave: Weave,
+    limits: Limits,
+    clashing: BoolArray | None,
+    *,
+    auto: bool,
+) -> str | None:
+    """Say why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
+    causes = []
+    if clashing is not None:
+        crossing = weave.threads.crossing
+        own, other = crossing[near.passes[near.broken]], crossing[near.others[near.broken]]
+        count = int(np.count_nonzero(clashing[own] & clashing[other]))
+        if count:
+            causes.append(f"in {count} of them the mesh runs through itself, so mend the mesh")
+    if auto:
+        causes.append(
+            f"ribbons may be no narrower there, as {limits.width_mm:g} mm are the least to handle"
+        )
+    return "; ".join(causes) or None
+
+
+def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
+    """Describe the worst place of a rule that does not hold."""
+    broken = one.broken
+    refused = one.rule == "bend" and is_too_stiff(one)
+    # Where a material is refused, the worst place is that material's.
+    at = int(broken[np.isin(broken, stiffest(one))][0] if refused else broken[0])
+    threads = weave.threads
+    own, other = int(one.passes[at]), int(one.others[at])
+    thread = int(threads.thread_of_pass[own])
+    x, y, z = (round(float(value), 3) for value in one.position[at])
+    return Finding(
+        rule=one.rule,
+        severity="refuse" if refused else "warn",
+        value=float(one.value[at]),
+        limit=one.limit_at(at),
+        unit=one.unit,
+        thread=labels[thread],
+        station=own - int(threads.offsets[thread]),
+        crossing=int(threads.crossing[own]),
+        other=labels[int(threads.thread_of_pass[other])] if other >= 0 else None,
+        position=(x, y, z),
+        count=len(broken),
+        of=threads.n_crossings if one.rule == "clearance" else len(one.value),
+    )
+
+
+def require_pliable(check: RibbonCheck, material: str, thinner: str | None = None) -> None:
+    """Raise CannotMakeError if a material is too stiff, and say at which size it would do.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    material : str
+        What it is called.
+    thinner : str, optional
+        How a thickness is asked for at which it would do.
+    """
+    for found in check.refused:
+        bend = check.measured["bend"].value[stiffest(check.measured["bend"])]
+        hard = int(np.count_nonzero(bend * TOO_STIFF < found.limit))
+        sizes = []
+        if found.may_be_mm is not None:
+            sizes.append(
+                f"--size {found.may_be_mm}mm (with care; bends within the limit everywhere"
+            )
+            sizes[0] += f" from {found.size_mm}mm)" if found.size_mm is not None else " at no size)"
+        if thinner is not None:
+            sizes.append(thinner)
+        sizes.append("another material")
+        raise CannotMakeError(
+            f"{material} is too stiff: it bends to a radius of {found.limit:.0f} mm, and in {hard} "
+            f"of {len(bend)} places between crossings a ribbon must bend to less than half of "
+            f"that (the tightest is {found.value:.1f} mm, on thread {found.thread} after crossing "
+            f"{found.crossing}): use " + ", or ".join(sizes)
+        )

@@ -1,1 +1,0 @@
-"""Hold materials and stock, and nest pieces on sheets."""

@@ -1,0 +1,1 @@
+"""Hold materials and stock: what a job is cut from, and what that asks of ribbons."""

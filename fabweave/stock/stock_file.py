@@ -1,0 +1,317 @@
+"""Read a list of stock, stock.toml: sheets with prices, offcuts with outlines, and their defects.
+
+A list has entries ``[[sheet]]`` and ``[[offcut]]``. job.toml keeps the same entries, with outlines
+in place of the names of their files, so that a job needs nothing beside it.
+"""
+
+import math
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree, closest_first
+from fabweave.core.units import format_length, parse_length
+from fabweave.stock.sheet_size import Ring, SheetSize
+from fabweave.stock.sheet_text import MAX_SIDE_MM, parse_stock
+
+_KINDS = ("offcut", "sheet")
+_KEYS = ("name", "size", "outline", "quantity", "price", "grain", "material", "defects")
+_HEAD = re.compile(r"\s*\[\[\s*(offcut|sheet)\s*\]\]")
+_DECIMALS = 4  # of a millimetre, as in drawings
+_CORNERS = 24  # of a polygon around a round defect
+_MOST_CORNERS = 20_000
+_FORMS = "{x=.., y=.., diameter=..}, {x=.., y=.., width=.., height=..} and {polygon=[[x, y], ..]}"
+
+
+def read_stock(path: Path) -> tuple[SheetSize, ...]:
+    """Return the sheets of a stock.toml, offcuts first.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read; the message says in which line or entry, and what to do.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        document = tomllib.loads(text)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"cannot read the stock in {path}: {error}") from error
+    lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
+    for number, line in enumerate(text.splitlines(), start=1):
+        head = _HEAD.match(line)
+        if head is not None:
+            lines[head[1]].append(number)
+    return stock_of(document, str(path), folder=path.parent, lines=lines)
+
+
+def stock_of(
+    document: dict[str, Any],
+    where: str,
+    *,
+    folder: Path | None = None,
+    lines: Mapping[str, Sequence[int]] | None = None,
+) -> tuple[SheetSize, ...]:
+    """Return the sheets that the tables of a list of stock describe, offcuts first.
+
+    Parameters
+    ----------
+    document : dict
+        Its ``sheet`` and ``offcut`` are lists of tables.
+    where : str
+        What it is called in messages.
+    folder : Path, optional
+        Where files of outlines are looked for.
+    lines : dict, optional
+        The lines at which the entries of each kind begin.
+
+    Examples
+    --------
+    >>> stock_of({"sheet": [{"size": "600x400mm", "price": 4.5}]}, "stock.toml")[0].price
+    4.5
+    """
+    tables = (
+        [(kind, document.get(kind, [])) for kind in _KINDS] if isinstance(document, dict) else []
+    )
+    if not tables or not all(
+        isinstance(entries, list) and all(isinstance(one, dict) for one in entries)
+        for _, entries in tables
+    ):
+        raise InputError(f"{where} is no list of stock: write entries [[sheet]] and [[offcut]]")
+    strange = [str(key) for key in document if key not in _KINDS]
+    if strange:
+        raise InputError(
+            f"{where} has {agree(len(strange), '[a key|keys]')} of no meaning: "
+            f"{', '.join(strange[:4])}; write entries [[sheet]] and [[offcut]]"
+        )
+    found: list[SheetSize] = []
+    for kind, entries in tables:
+        heads = (lines or {}).get(kind, [])
+        for number, entry in enumerate(entries, start=1):
+            # Tables may be written in line, too; then their lines are not known.
+            line = f", line {heads[number - 1]}" if len(heads) == len(entries) else ""
+            found.append(
+                _Entry(entry, f"{where}{line}, [[{kind}]] {number}", folder).sheet(kind, number)
+            )
+    if not found:
+        raise InputError(f"{where} lists no stock: write an entry [[sheet]] or [[offcut]]")
+    twice = [name for name, count in Counter(one.name for one in found).items() if count > 1]
+    if twice:
+        raise InputError(
+            f"{where}: {agree(len(twice), '[a name stands|names stand]')} for more than one entry: "
+            f"{', '.join(twice[:4])}; give each its own name"
+        )
+    return tuple(found)
+
+
+class _Entry:
+    """One table of a list, which knows where it stands."""
+
+    def __init__(self, table: dict[str, Any], where: str, folder: Path | None) -> None:
+        self.table, self.where, self.folder = table, where, folder
+
+    def refuse(self, what: str) -> InputError:
+        """Return an error that says where."""
+        return InputError(f"{self.where}: {what}")
+
+    def sheet(self, kind: str, number: int) -> SheetSize:
+        """Return the sheet that is described."""
+        for key in self.table:
+            if key not in _KEYS:
+                known = ", ".join(closest_first(str(key), _KEYS))
+                raise self.refuse(f"there is no {key!r}; known are {known}")
+        outline, holes = self.outline()
+        rings = [*holes, *self.defects()]
+        if outline is None:
+            size = self.size()
+            wide, high, low = size.width_mm, size.height_mm, np.zeros(2)
+        else:
+            low = outline.min(axis=0)
+            wide, high = (outline.max(axis=0) - low).round(_DECIMALS).tolist()
+            self.require_side(max(wide, high))
+        sheet = SheetSize(
+            wide,
+            high,
+            self.quantity(1 if kind == "offcut" else None),
+            name=self.text("name") or f"{kind} {number}",
+            price=self.price(),
+            material=self.text("material"),
+            grain_deg=self.grain(),
+            offcut=kind == "offcut",
+            outline=() if outline is None else _ring(outline - low),
+            defects=tuple(_ring(ring - low) for ring in rings),
+        )
+        inside = shapely.Polygon(sheet.ring)
+        if not (shapely.is_valid(inside) and inside.area > 0.0):
+            told = shapely.is_valid_reason(inside)
+            raise self.refuse(f"its outline crosses itself or has no area ({told})")
+        for at, ring in enumerate(sheet.defects, start=1):
+            if not inside.intersects(shapely.Polygon(ring)):
+                raise self.refuse(
+                    f"defect {at} lies outside the sheet; measure from its lower left corner"
+                )
+        return sheet
+
+    def text(self, key: str) -> str | None:
+        """Return a text that may be missing."""
+        value = self.table.get(key)
+        if value is not None and not (isinstance(value, str) and value.strip()):
+            raise self.refuse(f'{key} is {value!r:.40}; write a text, such as {key} = "ply"')
+        return value
+
+    def size(self) -> SheetSize:
+        """Return the sheet that a size describes."""
+        value = self.table.get("size")
+        if not isinstance(value, str):
+            told = "there is no size" if value is None else f"size is {value!r:.40}"
+            raise self.refuse(told + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
+        try:
+            size = parse_stock(value)
+        except InputError as error:
+            raise self.refuse(str(error)) from error
+        if size.quantity is not None:
+            raise self.refuse(f"size {value!r} counts sheets; write quantity = {size.quantity}")
+        # What job.toml keeps is rounded so.
+        return SheetSize(round(size.width_mm, 3), round(size.height_mm, 3))
+
+    def require_side(self, side_mm: float) -> None:
+        """Refuse what is longer than any sheet."""
+        if side_mm > MAX_SIDE_MM:
+            raise self.refuse(
+                f"its outline is {format_length(side_mm)} long: more than "
+                f"{format_length(MAX_SIDE_MM)} is a slip of the unit; outlines are in millimetres"
+            )
+
+    def outline(self) -> tuple[Any, list[Any]]:
+        """Return the outline, if there is one, and the holes in it."""
+        value = self.table.get("outline")
+        if value is None:
+            return None, []
+        if "size" in self.table:
+            raise self.refuse("it has a size and an outline; leave one of them out")
+        if isinstance(value, str):
+            if self.folder is None:
+                raise self.refuse(f"outline {value!r} is a file; write its points here")
+            # DXF takes long to load, and most jobs read none.
+            from fabweave.stock.outline_file import read_outline  # noqa: PLC0415 -- see above
+
+            try:
+                return read_outline(self.folder / value)
+            except InputError as error:
+                raise self.refuse(str(error)) from error
+        return self.points(value, "outline"), []
+
+    def points(self, value: Any, what: str) -> Any:
+        """Return corners as an array."""
+        try:
+            points = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            points = np.zeros(0)
+        if points.ndim != 2 or points.shape[1:] != (2,) or not 3 <= len(points) <= _MOST_CORNERS:
+            raise self.refuse(
+                f"{what} is no list of 3 to {_MOST_CORNERS} points; write [[0, 0], [100, 0], [0, "
+                "80]], in millimetres"
+            )
+        if not np.isfinite(points).all() or np.abs(points).max() > 1e3 * MAX_SIDE_MM:
+            raise self.refuse(f"{what} has a coordinate that is no length; write millimetres")
+        return points
+
+    def quantity(self, fallback: int | None) -> int | None:
+        """Return how many there are."""
+        value = self.table.get("quantity", fallback)
+        if value is None:
+            return None
+        if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+            raise self.refuse(
+                f"quantity is {value!r:.40}, and must be a whole number of at least 1; leave it "
+                "out if there are enough"
+            )
+        return value
+
+    def number(self, key: str, value: Any) -> float:
+        """Return a finite number."""
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            try:
+                number = float(value)
+            except OverflowError:
+                number = math.inf
+            if math.isfinite(number):
+                return number
+        raise self.refuse(f"{key} is {value!r:.40}, which is no number")
+
+    def price(self) -> float | None:
+        """Return the price of one sheet."""
+        if "price" not in self.table:
+            return None
+        price = self.number("price", self.table["price"])
+        if price < 0.0:
+            raise self.refuse(f"price is {price:g}; it must be zero or more, without a currency")
+        return price
+
+    def grain(self) -> float | None:
+        """Return the direction of the grain, from 0 up to 180 degrees."""
+        value = self.table.get("grain")
+        if value is None:
+            return None
+        if isinstance(value, str):
+            try:
+                value = float(value.strip().removesuffix("deg").removesuffix("°"))
+            except ValueError:
+                raise self.refuse(
+                    f"grain is {value!r:.40}; write degrees from the sheet's width on, such as "
+                    "grain = 90"
+                ) from None
+        return round(self.number("grain", value) % 180.0, 6) % 180.0
+
+    def defects(self) -> list[Any]:
+        """Return the defects as polygons around them."""
+        value = self.table.get("defects", [])
+        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+            raise self.refuse(f"defects is no list of tables; their forms are {_FORMS}")
+        return [self.defect(number, one) for number, one in enumerate(value, start=1)]
+
+    def defect(self, number: int, table: dict[str, Any]) -> Any:
+        """Return one defect as a polygon around it."""
+        what, keys = f"defect {number}", sorted(table)
+        if keys == ["polygon"]:
+            ring = self.points(table["polygon"], what)
+            if not shapely.is_valid(shapely.Polygon(ring)):
+                raise self.refuse(f"the polygon of {what} crosses itself; draw it as a simple one")
+            return ring
+        if keys not in (["diameter", "x", "y"], ["height", "width", "x", "y"]):
+            raise self.refuse(f"{what} has {', '.join(keys) or 'nothing'}; forms are {_FORMS}")
+        values = {key: self.length(f"{key} of {what}", table[key]) for key in keys}
+        if min(values[key] for key in keys if key not in "xy") <= 0.0:
+            raise self.refuse(f"{what} has no size; give it one, or leave it out")
+        corner = np.array([values["x"], values["y"]])
+        if "diameter" in values:
+            angle = np.arange(_CORNERS) * (2.0 * np.pi / _CORNERS)
+            # Its sides touch the circle.
+            radius = values["diameter"] / 2.0 / np.cos(np.pi / _CORNERS)
+            return corner + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        sides = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        return corner + sides * np.array([values["width"], values["height"]])
+
+    def length(self, what: str, value: Any) -> float:
+        """Return a length: millimetres, or a text with a unit."""
+        if isinstance(value, str):
+            try:
+                return parse_length(value, what=what, zero_ok=True)
+            except InputError as error:
+                raise self.refuse(str(error)) from error
+        length = self.number(what, value)
+        if abs(length) > MAX_SIDE_MM:
+            raise self.refuse(f"{what} is {length:g} mm, which is beyond any sheet")
+        return length
+
+
+def _ring(points: Any) -> Ring:
+    """Return points as they are kept."""
+    rounded: list[list[float]] = (np.round(points, _DECIMALS) + 0.0).tolist()
+    return tuple((x, y) for x, y in rounded)

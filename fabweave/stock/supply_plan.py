@@ -1,0 +1,174 @@
+"""Plan what each bunch of threads is cut from, by what settings say of it."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree
+from fabweave.stock.material import Material, material_named, with_thickness
+from fabweave.stock.per_bunch import ByBunch, bunch_number
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.sheet_text import format_stock, stock_for
+from fabweave.stock.supplies import Supplies, Supply
+
+_Value = TypeVar("_Value")
+_SORT = re.compile(r"[a-z0-9][a-z0-9 -]{0,23}")
+
+
+def plan_supplies(
+    materials: ByBunch[str],
+    thickness_mm: ByBunch[float | None],
+    gap_mm: ByBunch[float | None],
+    sheets: Sequence[SheetSize],
+) -> Supplies:
+    """Put together what each bunch is cut from.
+
+    Parameters
+    ----------
+    materials : pairs of str
+        The name of a material for all bunches, or for each; after a colon it may say of which
+        sort, such as ``card:red``.
+    thickness_mm, gap_mm : pairs
+        Of all bunches or each; None for the material's own.
+    sheets : sequence of SheetSize
+        The stock. A sheet that names a bunch is for that one only, one that tells its material for
+        threads of that; any other is for all, and may not be counted if there are several supplies.
+        Where there is none, the material's default.
+
+    Returns
+    -------
+    Supplies
+
+    Raises
+    ------
+    InputError
+        If there is no such material, or some settings name other bunches than the rest.
+
+    Examples
+    --------
+    >>> both = plan_supplies(
+    ...     (("warp", "card"), ("weft", "birch-veneer")), (("", None),), (("", None),), ())
+    >>> [(supply.bunches, supply.material.name) for supply in both.each]
+    [(('warp',), 'card'), (('weft',), 'birch-veneer')]
+    >>> plan_supplies((("warp", "card"), ("weft", "card")), (("", 0.4),), (("", None),), ()).told
+    'Card, 300 g/m², 0.4 mm'
+    """
+    named = {name: bunch_number(name) for name in _names(materials, thickness_mm, gap_mm, sheets)}
+    found: dict[tuple[Material, tuple[SheetSize, ...], float], list[str]] = {}
+    added = []
+    for name in named or {"": 0}:
+        number = named.get(name)
+        material = sort_of_material(_value(materials, number))
+        thick, gap = _value(thickness_mm, number), _value(gap_mm, number)
+        if thick is not None:
+            material = with_thickness(material, thick)
+        own = _sheets_of(material, number, sheets)
+        if not own:
+            own = (SheetSize(*material.sheet_mm),)
+            added.append(replace(own[0], bunch=name))
+        gap = material.gap_mm if gap is None else gap
+        found.setdefault((material, own, gap), []).append(name)
+    each = tuple(
+        Supply(tuple(filter(None, own)), material, own_sheets, gap)
+        for (material, own_sheets, gap), own in found.items()
+    )
+    if len(each) == 1:
+        return Supplies(each, each[0].sheets)
+    _require_apart(each)
+    there = {sheet for supply in each for sheet in supply.sheets}
+    kept = [sheet for sheet in sheets if replace(sheet, bunch="") in there]
+    return Supplies(each, (*kept, *added))
+
+
+def _require_apart(each: Sequence[Supply]) -> None:
+    """Raise InputError if some sheets are counted, and it is not said for which supply they are."""
+    owners = Counter(
+        sheet for supply in each for sheet in set(supply.sheets) if sheet.quantity is not None
+    )
+    shared = [sheet for sheet, count in owners.items() if count > 1]
+    if shared:
+        raise InputError(
+            f"{agree(len(shared), '{n} [entry|entries]')} of the stock (such as "
+            f"{shared[0].name or format_stock(shared[0])}) could be of any of "
+            f"{len(each)} materials, and their number is limited: say for which bunch, as in "
+            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or in the list of what "
+            "material"
+        )
+
+
+def _sheets_of(
+    material: Material, number: int | None, sheets: Sequence[SheetSize]
+) -> tuple[SheetSize, ...]:
+    """Return the sheets that are for a bunch and of its material."""
+    there = [
+        replace(sheet, bunch="")
+        for sheet in sheets
+        if not sheet.bunch or bunch_number(sheet.bunch) == number
+    ]
+    known = (None, material.name, material.name.partition(":")[0])
+    own = tuple(sheet for sheet in there if sheet.material in known)
+    return own or stock_for(there, material.name)
+
+
+def _names(
+    materials: ByBunch[str],
+    thickness_mm: ByBunch[float | None],
+    gap_mm: ByBunch[float | None],
+    sheets: Sequence[SheetSize],
+) -> list[str]:
+    """Return the names of all bunches that settings speak of, in the order of their numbers."""
+    spoken: dict[int, str] = {}
+    for what, values in (
+        ("material", materials), ("thickness", thickness_mm), ("gap", gap_mm),
+    ):  # fmt: skip
+        own = {bunch_number(name): name for name, _ in values if name}
+        if own and spoken and set(own) != set(spoken):
+            told = ", ".join(own[number] for number in sorted(own))
+            before = ", ".join(spoken[number] for number in sorted(spoken))
+            raise InputError(
+                f"the {what} is given for {told}, and other settings for {before}: name the same "
+                "bunches, all of them, or give one value for all"
+            )
+        spoken = spoken or own
+    of_sheets = {bunch_number(sheet.bunch): sheet.bunch for sheet in sheets if sheet.bunch}
+    if of_sheets and spoken and not set(of_sheets) <= set(spoken):
+        strange = ", ".join(name for number, name in of_sheets.items() if number not in spoken)
+        before = ", ".join(spoken[number] for number in sorted(spoken))
+        raise InputError(f"a sheet is for {strange}, and materials are for {before}")
+    if of_sheets and not spoken:
+        raise InputError(
+            f"a sheet is for {', '.join(of_sheets.values())}, but there is one material for all: "
+            "give materials by bunch, too, such as --material warp=card,weft=card"
+        )
+    return [spoken[number] for number in sorted(spoken)]
+
+
+def _value(values: ByBunch[_Value], number: int | None) -> _Value:
+    """Return what holds for a bunch: its own value, or that for all."""
+    for name, value in values:
+        if not name or bunch_number(name) == number:
+            return value
+    raise ValueError(f"nothing is said of bunch {number}")
+
+
+def sort_of_material(name: str) -> Material:
+    """Return a material of the library, of a certain sort if one is named after a colon.
+
+    Examples
+    --------
+    >>> sort_of_material("card:red").title
+    'Card, 300 g/m², red'
+    """
+    plain, colon, sort = (word.strip() for word in name.lower().partition(":"))
+    material = material_named(plain)
+    if not colon:
+        return material
+    if not _SORT.fullmatch(sort):
+        raise InputError(
+            f"{name[:60]!r} names no sort of {material.name}: after the colon, write letters, "
+            "digits, spaces and hyphens, 24 at most, such as card:red"
+        )
+    return replace(material, name=f"{material.name}:{sort}", title=f"{material.title}, {sort}")

@@ -1,0 +1,1 @@
+"""Check a finished job, one property in each module."""

@@ -1,0 +1,101 @@
+"""Check the labels that prove a twill over a and under b, or a satin."""
+
+import math
+import re
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.measure.twill import gap_orbits
+from fabweave.verify.measure.walks import WovenMesh
+from fabweave.verify.report import Tally
+
+_TWILL = re.compile(r"(\d+)/(\d+)(?:/(\d+))?", re.ASCII)
+_SATIN = re.compile(r"(satin|sateen):(\d+)/(\d+)", re.ASCII)
+
+
+def read_fabric(pattern: str) -> tuple[int, int, int] | None:
+    """Return over, under and shift of a pattern's name, or None if it names no fabric.
+
+    Examples
+    --------
+    >>> read_fabric("3/1"), read_fabric("2/2/3"), read_fabric("satin:5/2"), read_fabric("knit")
+    ((3, 1, 1), (2, 2, 3), (4, 1, 2), None)
+    """
+    if found := _TWILL.fullmatch(pattern):
+        over, under, shift = (int(word) for word in found.groups(default="1"))
+    elif found := _SATIN.fullmatch(pattern):
+        size, shift = int(found[2]), int(found[3])
+        over, under = (size - 1, 1) if found[1] == "satin" else (1, size - 1)
+    else:
+        return None
+    if over < 1 or under < 1 or math.gcd(shift, over + under) > min(over, under):
+        return None
+    return over, under, shift
+
+
+def check_fabric(
+    plan: CrossingMap, mesh: WovenMesh, edges: dict[int, int], keys: list[int], tally: Tally
+) -> None:
+    """Check that the labels of the crossings make the fabric that the map claims.
+
+    Warp crosses weft and nothing else. Labels modulo the repeat step by one along the weft and by
+    the shift along the warp, in one direction all along a thread. Around every gap of four
+    crossings, opposite labels have equal sums, so that neighbours run the same way. The warp lies
+    on top where the label is less than the number it passes over.
+
+    References
+    ----------
+    Grünbaum and Shephard, "Satins and twills: an introduction to the geometry of fabrics",
+    Mathematics Magazine 53(3), 1980.
+    """
+    fabric = read_fabric(plan.pattern)
+    if fabric is None:
+        tally.fail(f"no rule is known to prove the pattern {plan.pattern!r}")
+        return
+    over, under, shift = fabric
+    size = over + under
+    if len(plan.labels) != len(plan.crossings):
+        tally.fail(
+            f"a fabric needs a label for each of the {len(plan.crossings)} crossings, and the map "
+            f"has {len(plan.labels)}"
+        )
+        return
+    label = {
+        crossing.id: value for crossing, value in zip(plan.crossings, plan.labels, strict=True)
+    }
+    warp = set(plan.warp)
+    tally.expect(
+        warp <= set(plan.thread), f"the warp names threads that are not there: {sorted(warp)[:4]}"
+    )
+    for crossing in plan.crossings:
+        strands = (crossing.over.thread in warp, crossing.under.thread in warp)
+        tally.expect(
+            strands[0] != strands[1],
+            f"crossing {crossing.id} is of {'two warp' if strands[0] else 'two weft'} threads",
+        )
+        tally.expect(
+            strands[0] == (label[crossing.id] % size < over),
+            f"crossing {crossing.id} has label {label[crossing.id]}, but "
+            f"{'warp' if strands[0] else 'weft'} lies on top",
+        )
+    for thread in plan.threads:
+        step = shift if thread.id in warp else 1
+        values = np.array([label.get(key, 0) for key in thread.crossings], dtype=np.int64)
+        following = np.roll(values, -1) if thread.closed else values[1:]
+        steps = (following - values[: len(following)]) % size
+        tally.expect(
+            bool(np.all(steps == step % size) or np.all(steps == -step % size)),
+            f"thread {thread.label} does not step by {step} from crossing to crossing",
+        )
+    by_edge = {edges[key]: value for key, value in label.items() if key in edges}
+    for orbits in gap_orbits(mesh):
+        for orbit, closed in orbits:
+            around = [by_edge.get(keys[side]) for side in orbit]
+            if not closed or len(around) != 4 or None in around:
+                continue
+            a, b, c, d = (value for value in around if value is not None)
+            tally.expect(
+                (a + c - b - d) % size == 0,
+                f"around the gap with the labels {a}, {b}, {c}, {d} neighbours run apart",
+            )

@@ -1,0 +1,162 @@
+"""Run every check on a finished job."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from shapely.errors import ShapelyError
+
+from fabweave.verify.checks.bends import check_bends
+from fabweave.verify.checks.bill import check_bom
+from fabweave.verify.checks.clearance import check_clearance
+from fabweave.verify.checks.cut_order import check_order
+from fabweave.verify.checks.drawings import check_dxf, check_svg
+from fabweave.verify.checks.estimate import check_estimate
+from fabweave.verify.checks.files import check_references
+from fabweave.verify.checks.joints import check_joints
+from fabweave.verify.checks.kerfed_sheets import check_ready
+from fabweave.verify.checks.kinds import check_kinds
+from fabweave.verify.checks.labels import check_labels
+from fabweave.verify.checks.lines import check_lines
+from fabweave.verify.checks.looks import check_looks
+from fabweave.verify.checks.manual import check_manual
+from fabweave.verify.checks.materials import check_materials
+from fabweave.verify.checks.offcuts import check_offcuts
+from fabweave.verify.checks.outcome import check_outcome
+from fabweave.verify.checks.pieces import check_crossing_holes, check_piece_order, check_simple
+from fabweave.verify.checks.preflight import check_preflight
+from fabweave.verify.checks.qr_code import check_code
+from fabweave.verify.checks.service import check_service
+from fabweave.verify.checks.sheets import check_areas, check_sheets
+from fabweave.verify.checks.space import check_space
+from fabweave.verify.checks.steps import check_steps
+from fabweave.verify.checks.stock import check_stock
+from fabweave.verify.checks.tables import check_tables
+from fabweave.verify.checks.templates import check_templates
+from fabweave.verify.checks.unfolding import check_unfolding
+from fabweave.verify.checks.viewer import check_viewer
+from fabweave.verify.checks.weave import check_over_under, check_pattern, check_walks
+from fabweave.verify.read.job_files import Job, load_job
+from fabweave.verify.report import Tally, VerifyReport
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A check: its name, the files it cannot do without, and what runs it."""
+
+    name: str
+    needs: tuple[str, ...]
+    run: Callable[[Job, Tally], None]
+
+
+_FILES = {
+    "map": "crossing_map.json",
+    "mesh": "woven_mesh.obj",
+    "model": "model.glb",
+    "crossing_rows": "crossing_map.csv",
+    "piece_rows": "pieces.csv",
+    "station_rows": "stations.csv",
+    "waste": "waste.json",
+    "ribbons": "ribbons.json",
+    "preflight": "preflight.json",
+    "viewer": "assembly.html",
+    "manual": "assembly.pdf",
+}
+
+_TASKS = (
+    _Task("files", (), check_references),
+    _Task("mesh-walks", ("map", "mesh"), check_walks),
+    _Task("over-under", ("map",), check_over_under),
+    _Task("pattern", ("map", "mesh"), check_pattern),
+    _Task("space", ("map", "mesh", "model"), check_space),
+    _Task("clearance", ("map", "model", "ribbons"), check_clearance),
+    _Task("bends", ("map", "model", "ribbons"), check_bends),
+    _Task("piece-order", ("map",), check_piece_order),
+    _Task("joints", ("map", "model"), check_joints),
+    _Task("kinds", ("map",), check_kinds),
+    _Task("crossing-holes", ("map",), check_crossing_holes),
+    _Task("unfolding", ("map", "model"), check_unfolding),
+    _Task("outlines-dxf", ("map",), check_dxf),
+    _Task("outlines-svg", ("map",), check_svg),
+    _Task("lines", ("map",), check_lines),
+    _Task("looks", ("map",), check_looks),
+    _Task("cut", ("map",), check_ready),
+    _Task("templates", ("map",), check_templates),
+    _Task("code", ("map",), check_code),
+    _Task("order", ("map",), check_order),
+    _Task("labels", ("map",), check_labels),
+    _Task("sheets", ("map",), check_sheets),
+    _Task("service", ("map",), check_service),
+    _Task("stock", ("map",), check_stock),
+    _Task("offcuts", ("map", "waste"), check_offcuts),
+    _Task("simple", ("map",), check_simple),
+    _Task("bom", ("map", "model", "waste"), check_bom),
+    _Task("areas", ("map", "piece_rows", "waste"), check_areas),
+    _Task("materials", ("map",), check_materials),
+    _Task("estimate", ("map", "waste"), check_estimate),
+    _Task("outcome", (), check_outcome),
+    _Task("preflight", ("map", "preflight"), check_preflight),
+    _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
+    _Task("steps", ("map",), check_steps),
+    _Task("viewer", ("map", "model", "viewer"), check_viewer),
+    _Task("manual", ("map", "manual"), check_manual),
+)
+
+
+def verify_job(directory: Path, *, progress: Progress | None = None) -> VerifyReport:
+    """Read a finished job's files back and prove them.
+
+    Parameters
+    ----------
+    directory : Path
+        The folder that a run left.
+    progress : callable, optional
+        Called as ``progress(what, done, total)``; never changes a result.
+
+    Returns
+    -------
+    VerifyReport
+        One result for each check, in a fixed order. Missing and malformed files are findings,
+        never exceptions.
+
+    Examples
+    --------
+    >>> report = verify_job(Path("no/such/folder"))
+    >>> report.ok, report.checks[0].name, report.checks[0].findings[0]
+    (False, 'files', 'crossing_map.json is missing')
+    """
+    results = []
+    tally = Tally("files")
+    if progress is not None:
+        progress("files", 0, len(_TASKS))
+    job = load_job(Path(directory), tally)
+    for done, task in enumerate(_TASKS):
+        if done:
+            tally = Tally(task.name)
+            if progress is not None:
+                progress(task.name, done, len(_TASKS))
+        _run(task, job, tally)
+        results.append(tally.result())
+    if progress is not None:
+        progress("done", len(_TASKS), len(_TASKS))
+    return VerifyReport(tuple(results))
+
+
+def _run(task: _Task, job: Job, tally: Tally) -> None:
+    """Run one check if its files are there."""
+    missing = [_FILES[need] for need in task.needs if getattr(job, need) is None]
+    if missing:
+        tally.fail(f"not checked, because {' and '.join(missing)} could not be read")
+        return
+    try:
+        with np.errstate(all="ignore"):  # what is not finite fails its comparison
+            task.run(job, tally)
+    except (
+        LookupError, ValueError, TypeError, ArithmeticError, AttributeError, ShapelyError,
+    ) as error:  # fmt: skip
+        # Files that contradict one another can break any assumption; that is a finding too.
+        tally.fail(f"not finished: the files do not fit together ({type(error).__name__}: {error})")

@@ -1,0 +1,1 @@
+"""Read the files of a finished job, independently of what wrote them."""

@@ -1,0 +1,272 @@
+"""Read the crossing map, and say where it breaks its schema."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.verify.crossing_map import (
+    Crossing,
+    CrossingMap,
+    Cut,
+    Cutout,
+    Dropped,
+    Joint,
+    Label,
+    Piece,
+    Sheet,
+    Station,
+    Step,
+    Strand,
+    Thread,
+)
+from fabweave.verify.drawing import Floats, ReadError
+from fabweave.verify.read.json_schema import Node
+
+SCHEMA = "fabweave.crossing-map/1"
+
+
+def read_crossing_map(path: Path) -> CrossingMap:
+    """Read the crossing map.
+
+    Raises
+    ------
+    ReadError
+        If it is not JSON or breaks the schema; the message says where.
+    """
+    try:
+        document = json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ReadError(f"it is not JSON: {error}") from error
+    root = Node(document, "map")
+    if root["schema"].text() != SCHEMA:
+        raise ReadError(f"its schema is {root['schema'].text()!r}, not {SCHEMA!r}")
+    if root["units"].text() != "mm":
+        raise ReadError(f"its units are {root['units'].text()!r}, not 'mm'")
+    weave, broken = root["weave"], root["weave"]["broken"]
+    sheets = tuple(_sheet(node) for node in root["sheets"].items())
+    rotations = root["layout"]["rotations"]
+    mirrors = {sheet.number: sheet.width_mm for sheet in sheets if sheet.mirrored}
+    return CrossingMap(
+        pattern=weave["pattern"].text(),
+        exact=weave["exact"].flag(),
+        broken=(
+            broken["edge"].integer(),
+            broken["face"].integer(),
+            broken["vertex"].integer(),
+        ),
+        warp=tuple(node.integer() for node in weave.items_of("warp")),
+        labels=tuple(node.integer() for node in weave.items_of("labels")),
+        margin_mm=root["layout"]["margin_mm"].number(),
+        gap_mm=root["layout"]["gap_mm"].number(),
+        step_deg=rotations["step_deg"].maybe(Node.number),
+        tolerance_deg=rotations["tolerance_deg"].number(),
+        cut=_cut(root["cut"]),
+        sheets=sheets,
+        threads=tuple(_thread(node) for node in root["threads"].items()),
+        crossings=tuple(_crossing(node) for node in root["crossings"].items()),
+        pieces=tuple(_piece(node, mirrors) for node in root["pieces"].items()),
+        joints=tuple(_joint(node) for node in root["joints"].items()),
+        steps=tuple(_step(node) for node in root["steps"].items()),
+        efforts=(
+            root["assembly"]["effort"].number(),
+            root["assembly"]["by_thread"].number(),
+            root["assembly"]["by_number"].number(),
+        ),
+        last_tenth=root["assembly"]["last_tenth"].number(),
+    )
+
+
+def _sheet(node: Node) -> Sheet:
+    """Read a sheet."""
+    outline = node["outline"].points(2)
+    defects = tuple(item.points(2) for item in node["defects"].items())
+    if min(len(ring) for ring in (outline, *defects)) < 3:
+        raise ReadError(f"{node.path} has an outline or a defect of fewer than three points")
+    return Sheet(
+        number=node["sheet"].integer(),
+        name=node["name"].text(),
+        width_mm=node["width_mm"].number(),
+        height_mm=node["height_mm"].number(),
+        mirrored=node["mirrored"].flag(),
+        stock=node["stock"].text(),
+        offcut=node["offcut"].flag(),
+        price=node["price"].maybe(Node.number),
+        grain_deg=node["grain_deg"].maybe(Node.number),
+        outline=outline,
+        defects=defects,
+        material=node["material"].maybe(Node.text) if node.has("material") else None,
+        thickness_mm=node["thickness_mm"].number() if node.has("thickness_mm") else None,
+        code=node["code"].maybe(_code) if node.has("code") else None,
+        rest=node["rest"].maybe(_rest) if node.has("rest") else None,
+    )
+
+
+def _rest(node: Node) -> tuple[str, Floats]:
+    """Read what is kept of a sheet: its name and its outline."""
+    return node["name"].text(), node["outline"].points(2)
+
+
+def _code(node: Node) -> tuple[float, float, float]:
+    """Read where a sheet has its code."""
+    return node["x_mm"].number(), node["y_mm"].number(), node["dot_mm"].number()
+
+
+def _cut(node: Node) -> Cut:
+    """Read what the drawings are like."""
+    profile, preset, dxf, units = (
+        node[key].text() for key in ("profile", "preset", "dxf", "svg_units")
+    )
+    colours = {
+        item["layer"].text(): (item["colour"].text(), item["aci"].integer())
+        for item in node["layers"].items()
+    }
+    code = node["code"].text() if node.has("code") else None
+    return Cut(profile, preset, dxf, units, node["hairline_mm"].number(), colours, code)
+
+
+def _step(node: Node) -> Step:
+    """Read a step."""
+    crossings, over, under, joints, fasten = (
+        tuple(item.integer() for item in node[key].items())
+        for key in ("crossings", "over", "under", "joints", "fasten")
+    )
+    return Step(
+        step=node["step"].integer(),
+        pieces=tuple(item.text() for item in node["pieces"].items()),
+        crossings=crossings,
+        over=over,
+        under=under,
+        joints=joints,
+        fasten=fasten,
+        closes=node["closes"].flag(),
+        effort=node["effort"].number(),
+        text=node["text"].text(),
+    )
+
+
+def _joint(node: Node) -> Joint:
+    """Read a joint; of what it need not state, what it states."""
+
+    def stated(key: str) -> Any:
+        return node[key].maybe(Node.number) if node.has(key) else None
+
+    return Joint(
+        node["id"].integer(),
+        _pair(node["pieces"]),
+        node["crossing"].integer(),
+        node["holes"].points(2, 2),
+        kind=node["kind"].text() if node.has("kind") else "rivet",
+        hole_mm=stated("hole_mm"),
+        lap_mm=stated("lap_mm"),
+        grip_mm=stated("grip_mm"),
+    )
+
+
+def _cutout(node: Node) -> Cutout:
+    """Read what is cut out of a piece."""
+    station, kind = node["station"].integer(), node["kind"].text()
+    if kind == "hole":
+        x, y, diameter = (node[key].number() for key in ("x", "y", "diameter_mm"))
+        return Cutout(station, (x, y, diameter), None)
+    if kind != "slot":
+        raise ReadError(f"{node.path}.kind is {kind!r}, neither 'hole' nor 'slot'")
+    ring = node["path"].points(3)
+    if len(ring) < 3:
+        raise ReadError(f"{node.path}.path has fewer than three points")
+    return Cutout(station, None, ring)
+
+
+def _pair(node: Node) -> tuple[str, str]:
+    """Read two piece ids."""
+    first, second = node.items(2)
+    return first.text(), second.text()
+
+
+def _thread(node: Node) -> Thread:
+    """Read a thread."""
+    return Thread(
+        node["id"].integer(),
+        node["label"].text(),
+        node["closed"].flag(),
+        tuple(item.integer() for item in node["crossings"].items()),
+        tuple(item.flag() for item in node["over"].items()),
+        tuple(item.text() for item in node["pieces"].items()),
+        node["bunch"].integer(),
+    )
+
+
+def _crossing(node: Node) -> Crossing:
+    """Read a crossing."""
+    start, end = node["edge"].items(2)
+    x, y, z = (item.number() for item in node["position"].items(3))
+    over, under = (
+        Strand(side["thread"].integer(), side["piece"].text(), side["station"].integer())
+        for side in (node["over"], node["under"])
+    )
+    return Crossing(node["id"].integer(), (start.integer(), end.integer()), (x, y, z), over, under)
+
+
+def _piece(node: Node, mirrors: Mapping[int, float]) -> Piece:
+    """Read a piece, given the widths of the sheets that are mirrored."""
+    placement = node["placement"]
+    start, end = (item.maybe(Node.integer) for item in node["joints"].items(2))
+    outline = node["outline"].points(2)
+    if len(outline) < 3:
+        raise ReadError(f"{node.path}.outline has fewer than three points")
+    # Without a path, the outline is what is cut.
+    path = np.column_stack([outline, np.zeros(len(outline))])
+    if node.has("path"):
+        path = node["path"].points(3)
+        if len(path) < 2:
+            raise ReadError(f"{node.path}.path has fewer than two points")
+    return Piece(
+        id=node["id"].text(),
+        thread=node["thread"].integer(),
+        sheet=node["sheet"].integer(),
+        rotation_deg=placement["rotation_deg"].number(),
+        shift=np.array([placement["x_mm"].number(), placement["y_mm"].number()]),
+        joints=(start, end),
+        outline=outline,
+        path=path,
+        stations=tuple(
+            Station(
+                crossing=item["crossing"].integer(),
+                over=item["over"].flag(),
+                partner=item["partner"].text(),
+                x=item["x"].number(),
+                y=item["y"].number(),
+                hole_mm=item["hole_mm"].maybe(Node.number),
+                joint=item["joint"].maybe(Node.integer),
+            )
+            for item in node["stations"].items()
+        ),
+        labels=tuple(_label(item) for item in node["labels"].items()),
+        dropped=tuple(
+            Dropped(item["kind"].text(), item["text"].text(), item["station"].maybe(Node.integer))
+            for item in node["dropped"].items()
+        ),
+        cutouts=tuple(_cutout(item) for item in node["cutouts"].items())
+        if node.has("cutouts")
+        else None,
+        mirror_mm=mirrors.get(node["sheet"].integer()),
+        kind=node["kind"].integer(),
+    )
+
+
+def _label(node: Node) -> Label:
+    """Read a label."""
+    wide, high = (item.number() for item in node["box_mm"].items(2))
+    return Label(
+        kind=node["kind"].text(),
+        text=node["text"].text(),
+        station=node["station"].maybe(Node.integer),
+        height_mm=node["height_mm"].number(),
+        x=node["x"].number(),
+        y=node["y"].number(),
+        rotation_deg=node["rotation_deg"].number(),
+        length_mm=wide,
+        box_height_mm=high,
+    )

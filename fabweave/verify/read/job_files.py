@@ -1,0 +1,319 @@
+"""Load a finished job's files; whatever is missing or malformed becomes a finding."""
+
+import csv
+import json
+import math
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+from fabweave.verify.crossing_map import CrossingMap, Sheet
+from fabweave.verify.drawing import Drawing, Floats, ReadError
+from fabweave.verify.measure.development import Developed, develop_pieces
+from fabweave.verify.measure.supplies import Supply, thread_supplies
+from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
+from fabweave.verify.measure.walks import Pass, Walk, WovenMesh, read_obj
+from fabweave.verify.read.crossing_map import read_crossing_map
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.glb import Strip, read_model
+from fabweave.verify.read.kerfed_sheets import Ready, read_ready
+from fabweave.verify.read.offcuts import Offcuts, read_offcuts
+from fabweave.verify.read.pdf import read_texts
+from fabweave.verify.read.service import FOLDER as SERVICE
+from fabweave.verify.read.service import Service, read_service
+from fabweave.verify.read.svg import read_svg
+from fabweave.verify.read.template import Template, read_template
+from fabweave.verify.read.viewer import Viewer, read_viewer
+from fabweave.verify.report import Tally
+
+Rows: TypeAlias = list[dict[str, str]]
+_Value = TypeVar("_Value")
+
+CROSSING_COLUMNS = (
+    "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
+    "x", "y", "z",
+)  # fmt: skip
+PIECE_COLUMNS = (
+    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
+    "material", "thickness_mm",
+)  # fmt: skip
+STATION_COLUMNS = (
+    "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
+    "mate", "hole_mm", "step",
+)  # fmt: skip
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A job as read; None, or absent from a lookup, is what could not be read."""
+
+    map: CrossingMap | None
+    mesh: WovenMesh | None
+    model: dict[str, Strip] | None
+    markers: dict[int, Floats]
+    dxf: dict[int, Drawing]
+    svg: dict[int, Drawing]
+    settings: dict[str, Any] | None
+    crossing_rows: Rows | None
+    piece_rows: Rows | None
+    station_rows: Rows | None
+    waste: dict[str, Any] | None
+    ribbons: dict[str, Any] | None
+    preflight: dict[str, Any] | None
+    #: The crossing map as it stands in its file.
+    document: dict[str, Any] | None = None
+    viewer: Viewer | None = None
+    manual: tuple[str, ...] | None = None
+    #: The sheets that are to be cut, where they are not the nominal ones.
+    ready: Ready | None = None
+    #: The sheets at full size, by their numbers; None where the settings want none.
+    templates: dict[int, Template] | None = None
+    #: What is in the folder for a service, if there is one.
+    service: Service | None = None
+    #: What is in the folder of offcuts, if there is one.
+    offcuts: Offcuts | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What job.toml says the job was asked for; empty if nothing."""
+        return _options(self.settings)
+
+    @cached_property
+    def edges(self) -> dict[int, int]:
+        """The edge of each crossing that lies on an inner edge of the mesh."""
+        if self.map is None or self.mesh is None:
+            return {}
+        return edge_of_crossings(self.map, self.mesh)
+
+    @cached_property
+    def passes(self) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
+        """The mesh's walks along the threads, and the walks that no thread takes."""
+        if self.map is None or self.mesh is None:
+            return {}, []
+        turning = self.boundary == "turn"
+        return thread_passes(self.map, self.mesh, self.edges, self.model, turning=turning)
+
+    @property
+    def boundary(self) -> object:
+        """What the settings say that threads do at the boundary; unsaid, they end there."""
+        return self.options.get("boundary", "end")
+
+    @cached_property
+    def supplies(self) -> dict[int, Supply]:
+        """What each thread is cut from, as the settings say."""
+        return {} if self.map is None else thread_supplies(self.options, self.map)
+
+    @cached_property
+    def layers(self) -> dict[int, tuple[int, float]]:
+        """How many layers lie at each crossing, and how thick they are together.
+
+        The thickness is not a number where the settings do not tell that of all threads.
+        """
+        found: dict[int, tuple[int, float]] = {}
+        for piece in self.map.pieces if self.map is not None else ():
+            supply = self.supplies.get(piece.thread, Supply())
+            thick = math.nan if supply.thickness_mm is None else supply.thickness_mm
+            for station in piece.stations:
+                count, total = found.get(station.crossing, (0, 0.0))
+                found[station.crossing] = (count + 1, total + thick)
+        return found
+
+    @property
+    def clearance_mm(self) -> float | None:
+        """The air between ribbons that is wanted, if the settings state it."""
+        text = self.options.get("clearance")
+        try:
+            return float(str(text).removesuffix("mm")) if text is not None else None
+        except ValueError:
+            return None
+
+    @cached_property
+    def developed(self) -> dict[str, Developed]:
+        """The development of each piece's part of the model, laid on the piece."""
+        if self.map is None or self.model is None:
+            return {}
+        return develop_pieces(self.map, self.model)
+
+
+def _options(settings: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the table of a job.toml that says what was asked for; empty where there is none."""
+    options = (settings or {}).get("job")
+    return options if isinstance(options, dict) else {}
+
+
+def sheet_drawing(
+    drawings: dict[int, Drawing], sheet: Sheet, suffix: str, tally: Tally
+) -> Drawing | None:
+    """Return what was read of a sheet's file; its absence is a finding."""
+    drawing = drawings.get(sheet.number)
+    if drawing is None:
+        tally.fail(f"{sheet.name}.{suffix} is not checked, because it could not be read")
+    return drawing
+
+
+def load_job(directory: Path, tally: Tally) -> Job:
+    """Read every file of a job, and count them.
+
+    Parameters
+    ----------
+    directory : Path
+        The job's folder.
+    tally : Tally
+        Where missing and malformed files are told.
+
+    Returns
+    -------
+    Job
+        What could be read.
+    """
+
+    def read(name: str, reader: Callable[[Path], _Value]) -> _Value | None:
+        """Read one file, or say why not."""
+        tally.count()
+        try:
+            return reader(directory / name)
+        except FileNotFoundError:
+            tally.fail(f"{name} is missing")
+        except (ReadError, OSError, UnicodeDecodeError) as error:
+            tally.fail(f"{name} cannot be read: {error}")
+        return None
+
+    plan = read("crossing_map.json", read_crossing_map)
+    dxf: dict[int, Drawing] = {}
+    svg: dict[int, Drawing] = {}
+    sheets = plan.sheets if plan is not None else ()
+    for sheet in sheets:
+        drawing = read(f"sheets/{sheet.name}.dxf", read_dxf)
+        if drawing is not None:
+            dxf[sheet.number] = drawing
+        drawing = read(f"sheets/{sheet.name}.svg", read_svg)
+        if drawing is not None:
+            svg[sheet.number] = drawing
+        read(f"sheets/{sheet.name}.png", _read_png)
+    if plan is not None and (directory / "sheets").is_dir():
+        known = {sheet.name for sheet in sheets}
+        for path in sorted((directory / "sheets").iterdir()):
+            # A sheet left over from an earlier run would be cut too.
+            tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
+    settings = read("job.toml", _read_toml)
+    options = _options(settings)
+    templates: dict[int, Template] | None = None
+    if options.get("template", "none") != "none":
+        found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
+        templates = {number: one for number, one in found.items() if one is not None}
+    read("waste.html", _read_text)
+    read("render.png", _read_png)
+    model, markers = read("model.glb", read_model) or (None, {})
+    return Job(
+        map=plan,
+        mesh=read("woven_mesh.obj", read_obj),
+        model=model,
+        markers=markers,
+        dxf=dxf,
+        svg=svg,
+        settings=settings,
+        crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
+        piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
+        station_rows=read("stations.csv", lambda path: _read_csv(path, STATION_COLUMNS)),
+        waste=read("waste.json", _read_waste),
+        ribbons=read("ribbons.json", _read_ribbons),
+        preflight=read("preflight.json", _read_preflight),
+        document=None if plan is None else _read_plan(directory / "crossing_map.json"),
+        viewer=read("assembly.html", read_viewer),
+        manual=read("assembly.pdf", read_texts),
+        templates=templates,
+        ready=read_ready(directory, options, sheets, read, tally),
+        service=read(SERVICE, lambda path: read_service(path, tally.fail))
+        if (directory / SERVICE).is_dir()
+        else None,
+        offcuts=read_offcuts(directory, read, _read_toml),
+    )
+
+
+def _read_png(path: Path) -> bool:
+    """Require a PNG that is complete."""
+    data = path.read_bytes()
+    if not data.startswith(_PNG) or b"IEND" not in data[-12:]:
+        raise ReadError("it is not a complete PNG")
+    return True
+
+
+def _read_text(path: Path) -> str:
+    """Read text that may not be empty."""
+    text = path.read_text("utf-8")
+    if not text.strip():
+        raise ReadError("it is empty")
+    return text
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    """Read settings."""
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ReadError(f"it is not TOML: {error}") from error
+
+
+def _read_csv(path: Path, columns: tuple[str, ...]) -> Rows:
+    """Read a table with exactly the agreed columns."""
+    with path.open(newline="", encoding="utf-8") as file:
+        try:
+            rows = list(csv.reader(file, strict=True))
+        except csv.Error as error:
+            raise ReadError(f"it is not CSV: {error}") from error
+    if not rows or tuple(rows[0]) != columns:
+        raise ReadError(f"its columns are {rows[0] if rows else []}, not {list(columns)}")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(columns):
+            raise ReadError(f"line {number} has {len(row)} cells instead of {len(columns)}")
+    return [dict(zip(columns, row, strict=True)) for row in rows[1:]]
+
+
+def _read_waste(path: Path) -> dict[str, Any]:
+    """Read the material report."""
+    document = _read_document(path, "fabweave.waste/1")
+    if not isinstance(document.get("sheets"), list) or not isinstance(document.get("totals"), dict):
+        raise ReadError("it has no list of sheets or no totals")
+    return document
+
+
+def _read_ribbons(path: Path) -> dict[str, Any]:
+    """Read the figures and findings of the ribbons."""
+    document = _read_document(path, "fabweave.ribbons/1")
+    for key in ("threads", "findings"):
+        records = document.get(key)
+        if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
+            raise ReadError(f"it has no list of {key}")
+    return document
+
+
+def _read_preflight(path: Path) -> dict[str, Any]:
+    """Read which rules are broken where."""
+    document = _read_document(path, "fabweave.preflight/1")
+    flaws = document.get("flaws")
+    if not isinstance(flaws, list) or not all(isinstance(one, dict) for one in flaws):
+        raise ReadError("it has no list of flaws")
+    return document
+
+
+def _read_plan(path: Path) -> dict[str, Any]:
+    """Read the crossing map as it is, once it is known to keep its schema."""
+    document: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    return document
+
+
+def _read_document(path: Path, schema: str) -> dict[str, Any]:
+    """Read JSON of a schema, in millimetres."""
+    try:
+        document = json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ReadError(f"it is not JSON: {error}") from error
+    if not isinstance(document, dict) or document.get("schema") != schema:
+        raise ReadError(f"its schema is not {schema!r}")
+    if document.get("units") != "mm":
+        raise ReadError("its units are not 'mm'")
+    return document

@@ -1,0 +1,1 @@
+"""Weave other twills and satins, where warp and weft exist."""

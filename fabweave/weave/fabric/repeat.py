@@ -1,0 +1,202 @@
+"""Describe fabrics that repeat: twills over a and under b, and satins."""
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.errors import InputError
+from fabweave.weave.threads import Threads
+
+#: Longest repeat; a window of passes fits a 64-bit integer.
+_LONGEST = 60
+
+
+@dataclass(frozen=True)
+class Fabric:
+    """A fabric whose every thread repeats one sequence, shifted from thread to thread.
+
+    Crossings carry labels modulo ``repeat``, which step by 1 from crossing to crossing along the
+    weft and by ``shift`` along the warp; the warp lies on top where the label is less than
+    ``over``.
+
+    Parameters
+    ----------
+    over : int
+        How many weft threads the warp passes over in a repeat.
+    under : int
+        How many it passes under.
+    shift : int
+        Steps from one weft thread to the next. 1 makes a twill: then the warp goes over ``over``
+        in succession and under ``under``. A shift and its negative are one fabric in two hands,
+        which the mesh allows or not: the smaller of both is kept.
+
+    Examples
+    --------
+    >>> fabric = Fabric(3, 1)
+    >>> fabric.repeat, str(fabric), str(Fabric(4, 1, 2))
+    (4, '3/1', 'satin:5/2')
+    """
+
+    over: int
+    under: int
+    shift: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse what is no fabric, and write the shift as the smaller of the two ways round."""
+        if self.over < 1 or self.under < 1:
+            raise InputError(
+                f"a fabric goes over 1 or more and under 1 or more, not {self.over}/{self.under}"
+            )
+        if self.repeat > _LONGEST:
+            raise InputError(f"a fabric repeats after at most {_LONGEST}, not {self.repeat}")
+        common = math.gcd(self.shift, self.repeat)
+        if common > min(self.over, self.under):
+            good = [
+                str(s)
+                for s in range(1, self.repeat // 2 + 1)
+                if math.gcd(s, self.repeat) <= min(self.over, self.under)
+            ]
+            raise InputError(
+                f"with the shift {self.shift} some threads of a {self.over}/{self.under} fabric "
+                f"would always lie on one side and fall off; shifts that hold: {', '.join(good)}"
+            )
+        shift = self.shift % self.repeat
+        object.__setattr__(self, "shift", min(shift, self.repeat - shift))
+
+    @property
+    def repeat(self) -> int:
+        """Number of crossings after which a thread's sequence repeats."""
+        return self.over + self.under
+
+    @property
+    def handed(self) -> bool:
+        """Whether the fabric differs from its mirror image."""
+        return 2 * self.shift != self.repeat
+
+    @property
+    def warp_sequences(self) -> BoolArray:
+        """Over (true) and under along the warp, for each label it may start with, (N, N)."""
+        steps = np.arange(self.repeat)
+        return (steps[:, None] + self.shift * steps) % self.repeat < self.over
+
+    @property
+    def weft_sequences(self) -> BoolArray:
+        """Over (true) and under along the weft, for each label it may start with, (N, N)."""
+        steps = np.arange(self.repeat)
+        return (steps[:, None] + steps) % self.repeat >= self.over
+
+    def __str__(self) -> str:
+        """Write the fabric as :func:`parse_fabric` reads it."""
+        if self.shift != 1:
+            if self.under == 1:
+                return f"satin:{self.repeat}/{self.shift}"
+            if self.over == 1:
+                return f"sateen:{self.repeat}/{self.shift}"
+        return f"{self.over}/{self.under}" + (f"/{self.shift}" if self.shift != 1 else "")
+
+
+def parse_fabric(text: str) -> Fabric:
+    """Read a fabric: ``a/b``, ``a/b/shift``, ``satin:n/shift`` or ``sateen:n/shift``.
+
+    Parameters
+    ----------
+    text : str
+        Over and under along the warp, and the shift from thread to thread (1 if it is left out).
+        A satin shows the warp: over n - 1, under 1. A sateen shows the weft.
+
+    Returns
+    -------
+    Fabric
+
+    Raises
+    ------
+    InputError
+        If the text is something else, or the fabric would fall apart.
+
+    Examples
+    --------
+    >>> parse_fabric("3/1"), parse_fabric("2/2/-1")
+    (Fabric(over=3, under=1, shift=1), Fabric(over=2, under=2, shift=1))
+    >>> parse_fabric("satin:5/2")
+    Fabric(over=4, under=1, shift=2)
+    """
+    twill = re.fullmatch(r"(\d{1,3})/(\d{1,3})(?:/(-?\d{1,3}))?", text.strip(), re.ASCII)
+    if twill:
+        return Fabric(int(twill[1]), int(twill[2]), int(twill[3] or 1))
+    satin = re.fullmatch(r"(satin|sateen):(\d{1,3})/(-?\d{1,3})", text.strip(), re.ASCII)
+    if not satin:
+        raise InputError(
+            f"{text[:40]!r} is no fabric; write a/b such as 3/1 or 2/2, a/b/shift such as 2/2/1, "
+            "or satin:n/shift such as satin:5/2"
+        )
+    ends, shift = int(satin[2]), int(satin[3])
+    if ends < 3 or math.gcd(ends, shift) != 1:
+        good = [str(s) for s in range(1, min(ends, _LONGEST) // 2 + 1) if math.gcd(s, ends) == 1]
+        raise InputError(
+            f"a {satin[1]} has 3 threads or more in its repeat and a shift without common divisor, "
+            f"and not {ends}/{shift}"
+            + (f"; shifts that {ends} allows: {', '.join(good)}" if ends >= 3 else "")
+        )
+    return Fabric(ends - 1, 1, shift) if satin[1] == "satin" else Fabric(1, ends - 1, shift)
+
+
+def broken_floats(threads: Threads, over: BoolArray, warp: BoolArray, fabric: Fabric) -> int:
+    """Count the passes at which a thread leaves the fabric's sequence of over and under.
+
+    A pass is broken if it and those that follow, a repeat in all, are not the sequence of warp
+    (or weft) from any start, walked either way. Rings are counted round the end; near the ends of
+    an open thread, windows that do not fit are not counted.
+
+    Parameters
+    ----------
+    threads : Threads
+        The walks.
+    over : (P,) bool array
+        Whether each pass lies on top.
+    warp : (T,) bool array
+        Whether each thread belongs to the warp.
+    fabric : Fabric
+        What should be woven.
+
+    Returns
+    -------
+    int
+        Broken passes; 0 for an exact weave.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> weave = plain_weave(trace_threads(build_halfedges(cube())))
+    >>> both = np.array([True, True, False, False])
+    >>> broken_floats(weave.threads, weave.over, both, Fabric(1, 1))
+    0
+    >>> broken_floats(weave.threads, weave.over, both, Fabric(2, 2))
+    24
+    """
+    size = fabric.repeat
+    thread = threads.thread_of_pass
+    start = threads.offsets[thread]
+    length = threads.lengths[thread]
+    place = np.arange(len(thread)) - start
+    code = np.zeros(len(thread), dtype=np.int64)
+    for step in range(size):
+        code |= over[start + (place + step) % length].astype(np.int64) << step
+    counted = threads.closed[thread] | (place + size <= length)
+    fits = np.where(
+        warp[thread],
+        np.isin(code, _codes(fabric.warp_sequences)),
+        np.isin(code, _codes(fabric.weft_sequences)),
+    )
+    return int(np.count_nonzero(counted & ~fits))
+
+
+def _codes(sequences: BoolArray) -> IntArray:
+    """Return the windows of sequences, forwards and backwards, as integers."""
+    both = np.concatenate((sequences, sequences[:, ::-1])).astype(np.int64)
+    return np.unique((both << np.arange(both.shape[1])).sum(axis=1))

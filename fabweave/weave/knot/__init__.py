@@ -1,0 +1,1 @@
+"""Write weaves as knot theory writes links."""

@@ -1,0 +1,1 @@
+"""Decide, search and bound 2/2 twills."""

@@ -1,0 +1,236 @@
+"""Decide exactly whether a mesh can be woven in 2/2 twill, with a certificate either way."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, sparse
+from scipy.sparse import csgraph
+
+from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.weave.twill.conditions import TwillConditions, count_broken
+from fabweave.weave.twill.parity import ParityClasses, solve_parity
+
+#: With at most this many free bits in a body of the mesh, all their choices are tried.
+_ENUMERATED_BITS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """Whether a 2/2 twill exists, and what shows it.
+
+    Parameters
+    ----------
+    twist : (X,) bool array or None
+        Twists that break no condition, or None if there are none.
+    free_bits : int
+        How many choices the edge conditions leave; -1 if they contradict one another.
+    contradiction : (K,) int array
+        Without a twill, an odd ring of crossings, each of which must twist against the next;
+        empty if the edge conditions agree among themselves.
+    clauses : (L,) int array
+        Else, face and vertex conditions (rows of ``TwillConditions.gaps``) such that every choice
+        of the free bits breaks at least one.
+    """
+
+    twist: BoolArray | None
+    free_bits: int
+    contradiction: IntArray
+    clauses: IntArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("contradiction", "clauses"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        if self.twist is not None:
+            object.__setattr__(self, "twist", frozen(self.twist))
+
+    @property
+    def twillable(self) -> bool:
+        """Whether there is an exact 2/2 twill."""
+        return self.twist is not None
+
+
+def decide_twill(conditions: TwillConditions) -> Decision:
+    """Decide whether any choice of twists breaks no condition of a 2/2 twill.
+
+    The edge conditions are equations over GF(2), c(e) + c(f) = 1. They either contradict one
+    another, or fix all twists but for one free bit in each class of crossings that they link.
+    The face and vertex conditions then become few clauses over those bits, which are tried out
+    where they are few and handed to a mixed-integer solver where they are many.
+
+    Parameters
+    ----------
+    conditions : TwillConditions
+        The conditions of a mesh (or of any part of one).
+
+    Returns
+    -------
+    Decision
+        Twists that are the same for the same conditions, or what cannot be met.
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects", Computers & Graphics 35
+    (2011), theorem 5.2, made exact by parity classes.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes import grids, solids
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.twill.conditions import twill_conditions
+    >>> from fabweave.weave.threads import trace_threads
+    >>> def decide(mesh):
+    ...     halfedges = build_halfedges(mesh)
+    ...     return decide_twill(twill_conditions(halfedges, trace_threads(halfedges))).twillable
+    >>> [decide(grids.torus(m, 5, 2.0, 1.0)) for m in (4, 5, 6, 7)], decide(solids.cube())
+    ([True, False, True, False], False)
+    """
+    none = np.zeros(0, dtype=np.int64)
+    linked = _classes(conditions)
+    if linked.odd_ring:
+        return Decision(None, -1, np.array(linked.odd_ring, dtype=np.int64), none)
+    values, clauses = _solve_classes(conditions, linked)
+    if values is None:
+        return Decision(None, linked.n_classes, none, clauses)
+    return Decision(linked.opposite ^ values[linked.classes], linked.n_classes, none, none)
+
+
+def _classes(conditions: TwillConditions) -> ParityClasses:
+    """Return the classes of crossings that the edge conditions link."""
+    first, last = conditions.edge.T
+    return solve_parity(conditions.n_crossings, first, last, np.ones(len(first), dtype=bool))
+
+
+def _solve_classes(
+    conditions: TwillConditions, linked: ParityClasses
+) -> tuple[BoolArray | None, IntArray]:
+    """Choose the free bits so that no face or vertex condition breaks, or show that none do.
+
+    Returns
+    -------
+    values : (n_bits,) bool array or None
+        The least such choice, body by body.
+    clauses : (L,) int array
+        Without one, conditions that every choice breaks at least one of.
+    """
+    gaps, n_bits = conditions.gaps, linked.n_classes
+    rows = _first_of_each_kind(2 * linked.classes[gaps] + linked.opposite[gaps])
+    windows, signs = linked.classes[gaps[rows]], linked.opposite[gaps[rows]]
+    _, body = csgraph.connected_components(
+        sparse.coo_array(
+            (
+                np.ones(3 * len(windows), dtype=np.int8),
+                (np.repeat(windows[:, 0], 3), windows[:, 1:].ravel()),
+            ),
+            shape=(n_bits, n_bits),
+        ),
+        directed=False,
+    )
+    values = np.zeros(n_bits, dtype=bool)
+    for number in range(int(body.max(initial=-1)) + 1):
+        bits = np.flatnonzero(body == number)
+        own = np.flatnonzero(body[windows[:, 0]] == number)
+        if not len(own):
+            continue
+        local = np.searchsorted(bits, windows[own])
+        if len(bits) <= _ENUMERATED_BITS:
+            chosen, certificate = _enumerate(local, signs[own], len(bits))
+        else:
+            chosen, certificate = _solve_integer(local, signs[own], len(bits))
+        if chosen is None:
+            return None, rows[own[certificate]]
+        values[bits] = chosen
+    return values, gaps[:0, 0]
+
+
+def _first_of_each_kind(literals: IntArray) -> IntArray:
+    """Return the first row of each content; a million conditions are mostly a few dozen kinds."""
+    size = int(literals.max(initial=0)) + 1
+    pairs = literals[:, 0::2] * size + literals[:, 1::2]
+    for column in range(2 if size**4 > 2**62 else 0):
+        pairs[:, column] = np.unique(pairs[:, column], return_inverse=True)[1]
+    code = pairs[:, 0] * (int(pairs[:, 1].max(initial=0)) + 1) + pairs[:, 1]
+    span = int(code.max(initial=-1)) + 1
+    if span > max(len(code), 1 << 16):
+        return np.sort(np.unique(code, return_index=True)[1])
+    first = np.full(span, -1, dtype=np.int64)
+    first[code[::-1]] = np.arange(len(code))[::-1]  # the last write wins, which is the first row
+    return np.sort(first[first >= 0])
+
+
+def _enumerate(
+    windows: IntArray, signs: BoolArray, n_bits: int
+) -> tuple[BoolArray | None, IntArray]:
+    """Try all choices; return the first without a broken condition, or one broken for each."""
+    choices = np.arange(1 << n_bits)
+    values = (choices[:, None] >> np.arange(n_bits)) & 1 == 1
+    broken_by = np.full(len(choices), -1, dtype=np.int64)
+    for number, (window, sign) in enumerate(zip(windows, signs, strict=True)):
+        a, b, c, d = (values[:, window] ^ sign).T
+        broken_by[(broken_by < 0) & (b != c) & (a != d)] = number
+    good = np.flatnonzero(broken_by < 0)
+    if len(good):
+        return np.asarray(values[good[0]]), windows[:0, 0]
+    return None, np.unique(broken_by)
+
+
+def _solve_integer(
+    windows: IntArray, signs: BoolArray, n_bits: int
+) -> tuple[BoolArray | None, IntArray]:
+    """Solve the clauses as a feasibility problem in zeros and ones."""
+    # A condition forbids four settings of its bits: b differs from c, and a from d.
+    forbidden = np.array([(a, b, 1 - b, 1 - a) for a in (0, 1) for b in (0, 1)])
+    wanted = (forbidden[None, :, :] ^ signs[:, None, :]).reshape(-1, 4)
+    bits = np.repeat(windows, 4, axis=0)
+    # Not all four bits may have the forbidden values: the sum of their differences is at least 1.
+    row = np.repeat(np.arange(len(bits)), 4)
+    weight = np.where(wanted == 1, -1.0, 1.0)
+    matrix = sparse.coo_array(
+        (weight.ravel(), (row, bits.ravel())), shape=(len(bits), n_bits)
+    ).tocsr()
+    least = 1.0 - wanted.sum(axis=1)
+    # The same bit with both values in one clause can never be forbidden.
+    result = optimize.milp(
+        np.zeros(n_bits),
+        constraints=optimize.LinearConstraint(matrix, least, np.inf),
+        integrality=np.ones(n_bits, dtype=np.int64),
+        bounds=optimize.Bounds(0, 1),
+    )
+    if result.x is None:
+        return None, np.arange(len(windows))
+    return np.asarray(np.round(result.x) > 0.5), windows[:0, 0]
+
+
+def proves(conditions: TwillConditions, decision: Decision) -> bool:
+    """Check a decision by its certificate alone, without deciding again.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes import solids
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.twill.conditions import twill_conditions
+    >>> from fabweave.weave.threads import trace_threads
+    >>> halfedges = build_halfedges(solids.cube())
+    >>> conditions = twill_conditions(halfedges, trace_threads(halfedges))
+    >>> decision = decide_twill(conditions)
+    >>> decision.twillable, len(decision.contradiction), proves(conditions, decision)
+    (False, 3, True)
+    """
+    if decision.twist is not None:
+        return count_broken(conditions, decision.twist).total == 0
+    if len(decision.contradiction):
+        return _is_odd_ring(conditions.edge, decision.contradiction)
+    linked = _classes(conditions)
+    if linked.odd_ring or not len(decision.clauses):
+        return False
+    gaps = conditions.gaps[decision.clauses]
+    bits, local = np.unique(linked.classes[gaps], return_inverse=True)
+    solve = _enumerate if len(bits) <= _ENUMERATED_BITS else _solve_integer
+    return solve(local.reshape(-1, 4), linked.opposite[gaps], len(bits))[0] is None
+
+
+def _is_odd_ring(pairs: IntArray, ring: IntArray) -> bool:
+    """Return whether a ring of odd length goes along pairs."""
+    known = {frozenset(pair) for pair in pairs[np.isin(pairs, ring).all(axis=1)].tolist()}
+    steps = zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)
+    return len(ring) % 2 == 1 and all(frozenset(step) in known for step in steps)

@@ -1,0 +1,119 @@
+"""Weave the 2/2 twill: exactly where it exists, else breaking as little as can be found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fabweave.core.arrays import BoolArray, IntArray, Progress, no_progress
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.weave.pattern import Weave, over_of_passes
+from fabweave.weave.threads import Threads
+from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.bound import Bound, irregular_seeds, prove_bound
+from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.obstruction import Obstruction, explain
+from fabweave.weave.twill.optimise import optimise_twill
+from fabweave.weave.twill.voting import best_vote
+
+
+@dataclass(frozen=True, eq=False)
+class Twill:
+    """A 2/2 twill, and what is known about it.
+
+    Parameters
+    ----------
+    weave : Weave
+        The weave.
+    n_conditions : int
+        How many conditions the mesh has.
+    obstruction : Obstruction or None
+        Why there is no exact twill; None if this is one.
+    voted : Broken or None
+        What the paper's voting breaks, where it was needed.
+    bound : Bound or None
+        What every weave of the mesh breaks at least, where none is exact.
+    """
+
+    weave: Weave
+    n_conditions: int
+    obstruction: Obstruction | None = None
+    voted: Broken | None = None
+    bound: Bound | None = None
+
+
+def weave_twill(
+    halfedges: Halfedges,
+    threads: Threads,
+    bunches: IntArray,
+    labels: Sequence[str],
+    *,
+    effort: str = "normal",
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> Twill:
+    """Weave a mesh in 2/2 twill.
+
+    Whether an exact twill exists is decided first. Where there is none, the paper's voting starts
+    a search, which never ends worse, and a lower bound says how far from the best it may be.
+
+    Parameters
+    ----------
+    halfedges, threads
+        The mesh and its threads.
+    bunches : (T,) int array
+        The bunch of each thread.
+    labels : sequence of str
+        Names of the threads, for the words.
+    effort : {"quick", "normal", "best"}
+        How long to search.
+    seed : int
+        Same seed, same weave.
+    progress : callable
+        Told what is being done.
+
+    Returns
+    -------
+    Twill
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects", Computers & Graphics 35
+    (2011), sections 5 and 6.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fabweave.mesh.shapes import grids
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.threads import trace_threads
+    >>> halfedges = build_halfedges(grids.torus(8, 4, 2.0, 1.0))
+    >>> threads = trace_threads(halfedges)
+    >>> weave_twill(halfedges, threads, np.zeros(8, dtype=int), "ABCDEFGH").weave.exact
+    True
+    """
+    progress("twill", 0, 1)
+    conditions = twill_conditions(halfedges, threads)
+    decision = decide_twill(conditions)
+    if decision.twist is not None:
+        return Twill(_twill(threads, decision.twist, Broken()), conditions.count)
+    obstruction = explain(halfedges, threads, conditions, decision, labels)
+    vote = best_vote(conditions, threads, bunches)
+    couplings = couple(conditions)
+    bound = prove_bound(couplings, irregular_seeds(halfedges, threads), progress=progress)
+    twist = optimise_twill(
+        couplings, vote.twist, effort=effort, seed=seed, least=bound.least, progress=progress
+    )
+    broken = count_broken(conditions, twist)
+    # What is not twillable breaks one condition at least, and what reaches the bound is the best.
+    least = max(bound.least, 1)
+    return Twill(
+        _twill(threads, twist, broken),
+        conditions.count,
+        obstruction,
+        vote.broken,
+        Bound(least, optimum=bound.optimum or least == broken.total),
+    )
+
+
+def _twill(threads: Threads, twist: BoolArray, broken: Broken) -> Weave:
+    return Weave(threads, "twill", twist, over_of_passes(threads, twist), broken)

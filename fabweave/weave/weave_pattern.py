@@ -1,0 +1,190 @@
+"""Weave a mesh in the pattern that is asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen, no_progress
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.messages import agree
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.subdivide.loop import mid_edge_twist
+from fabweave.weave.fabric.fabrics import weave_fabric
+from fabweave.weave.fabric.repeat import parse_fabric
+from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.threads import Threads
+from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
+from fabweave.weave.twill.weaving import Twill, weave_twill
+
+#: Patterns that every mesh can be woven in; any other is a fabric such as 3/1 or satin:5/2.
+NAMED_PATTERNS = ("plain", "twill", "triaxial")
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """A weave in the pattern that was asked for.
+
+    Parameters
+    ----------
+    weave : Weave
+        The weave.
+    notes : tuple of str
+        What a maker should know about it.
+    twill : Twill or None
+        What is known about it as a 2/2 twill, if that is what it is.
+    warp : (T,) bool array or None
+        Which threads are the warp of a fabric.
+    label : (X,) int array or None
+        The label of each crossing of a fabric, modulo its repeat.
+    """
+
+    weave: Weave
+    notes: tuple[str, ...] = ()
+    twill: Twill | None = None
+    warp: BoolArray | None = None
+    label: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("warp", "label"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def record(self) -> dict[str, Any]:
+        """Return what the crossing map says about the weave."""
+        broken = self.weave.broken
+        record: dict[str, Any] = {
+            "pattern": self.weave.pattern,
+            "exact": self.weave.exact,
+            "broken": _counts(broken),
+        }
+        if self.twill is not None and self.twill.voted is not None:
+            record["voted"] = _counts(self.twill.voted)
+        if self.twill is not None and self.twill.bound is not None:
+            record["at_least_broken"] = self.twill.bound.least
+        if self.warp is not None and self.label is not None:
+            record["warp"] = np.flatnonzero(self.warp).tolist()
+            record["labels"] = self.label.tolist()
+        return record
+
+
+def parse_pattern(text: str) -> str:
+    """Return the canonical name of a pattern.
+
+    Raises
+    ------
+    InputError
+        If there is no such pattern.
+
+    Examples
+    --------
+    >>> parse_pattern("twill"), parse_pattern("3/1/1")
+    ('twill', '3/1')
+    """
+    if text in NAMED_PATTERNS:
+        return text
+    if text[:1].isalpha() and not text.startswith("sat"):
+        raise InputError(
+            f"there is no pattern {text[:40]!r}; there are {', '.join(NAMED_PATTERNS)}, twills "
+            "such as 3/1 or 2/2/1 (over, under, shift), and satins such as satin:5/2"
+        )
+    return str(parse_fabric(text))
+
+
+def weave_pattern(
+    pattern: str,
+    halfedges: Halfedges,
+    threads: Threads,
+    bunches: IntArray,
+    labels: Sequence[str],
+    *,
+    n_old_vertices: int = 0,
+    effort: str = "normal",
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> Chosen:
+    """Weave a mesh in a pattern.
+
+    Parameters
+    ----------
+    pattern : str
+        ``plain``, ``twill``, ``triaxial`` or a fabric, as `parse_pattern` returns it.
+    halfedges, threads
+        The mesh and its threads; for triaxial twill, of a mesh that `mid_edge` made.
+    bunches : (T,) int array
+        The bunch of each thread.
+    labels : sequence of str
+        Names of the threads.
+    n_old_vertices : int
+        For triaxial twill: how many vertices the mesh had before `mid_edge`.
+    effort, seed, progress
+        For the search that a twill may need.
+
+    Returns
+    -------
+    Chosen
+
+    Raises
+    ------
+    CannotMakeError
+        If a fabric does not close up on the mesh; the message says what obstructs it.
+    """
+    if pattern == "plain":
+        return Chosen(plain_weave(threads))
+    if pattern == "twill":
+        twill = weave_twill(
+            halfedges, threads, bunches, labels, effort=effort, seed=seed, progress=progress
+        )
+        return Chosen(twill.weave, tuple(twill_notes(twill)), twill)
+    if pattern == "triaxial":
+        weave = _triaxial(halfedges, threads, n_old_vertices)
+        return Chosen(weave, ("triaxial: exact, no condition is broken",) if weave.exact else ())
+    fabric = parse_fabric(pattern)
+    found = weave_fabric(halfedges, threads, fabric, labels=labels)
+    if found.weave is None:
+        reason = found.obstruction.text if found.obstruction else "it does not close up"
+        raise CannotMakeError(
+            f"the mesh cannot be woven in {fabric}: {reason}. A torus such as "
+            f"shape:torus?m={6 * fabric.repeat}&n={2 * fabric.repeat} can; so can many tubes and "
+            "saddles. On any mesh, --pattern twill comes as near to a 2/2 twill as it can, and "
+            "--pattern triaxial is exact"
+        )
+    hand = f"twill line {found.hand}" if found.hand else ""
+    # What crosses nothing is neither warp nor weft.
+    in_warp = 0 if found.warp is None else int(np.count_nonzero(found.warp & (threads.lengths > 0)))
+    warp = agree(in_warp, "{n} [thread is|threads are] the warp") if in_warp else ""
+    notes = [f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)]
+    return Chosen(found.weave, tuple(notes) if warp else (), warp=found.warp, label=found.label)
+
+
+def _triaxial(halfedges: Halfedges, threads: Threads, n_old_vertices: int) -> Weave:
+    """Weave a mid-edge subdivision in its exact twill (section 7 of the paper)."""
+    edges = mid_edge_twist(halfedges, n_old_vertices)
+    twist = edges[halfedges.edge[threads.crossing_halfedge]]
+    broken = count_broken(twill_conditions(halfedges, threads), twist)
+    return Weave(threads, "triaxial", twist, over_of_passes(threads, twist), broken)
+
+
+def twill_notes(twill: Twill) -> list[str]:
+    """Say how good a twill is, and why it is not exact."""
+    if twill.obstruction is None or twill.voted is None or twill.bound is None:
+        return ["twill: exact, no condition is broken"]
+    broken = twill.weave.broken
+    if twill.bound.least == broken.total:
+        best = "which is proved to be the least"
+    else:
+        best = f"and no weave of this mesh breaks fewer than {twill.bound.least}"
+    return [
+        f"twill: {broken.total} of {twill.n_conditions} conditions "
+        f"{agree(broken.total, '[is|are]')} broken ({broken.edge} edge, "
+        f"{broken.face} face, {broken.vertex} vertex), {best}; the paper's voting breaks "
+        f"{twill.voted.total}",
+        f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
+        "mesh",
+    ]
+
+
+def _counts(broken: Broken) -> dict[str, int]:
+    return {"edge": broken.edge, "face": broken.face, "vertex": broken.vertex}
