@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hypothesis import settings
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parent / "support"))
 
 # A time limit for single examples fails on a busy machine, and says nothing about the code.
 # Where every change is judged by one run, that run is the same for the same code, and ends soon;

@@ -1,11 +1,10 @@
 """The order of assembly: its cost by definition, near the optimum, far below naive orders."""
 
 import itertools
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from assembly_models import model_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,10 +16,6 @@ from fabweave.assembly.order.greedy import Measured, grow_order, measure_order
 from fabweave.assembly.order.planning import _easy_end, order_by_number, plan_order
 from fabweave.assembly.steps import build_steps
 from fabweave.core.errors import InputError
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from assembly_models import model_of
 
 SMALL = (
     "shape:tetrahedron", "shape:octahedron", "shape:cube?n=2", "shape:torus?m=6&n=4",

@@ -220,7 +220,7 @@ def compare_strips(pieces: list[FloatArray], efforts: list[str], seed: int) -> N
 
 def fuzz() -> None:
     """Nest and check sets of odd pieces; stop at the first that breaks a rule."""
-    check_set = runpy.run_path(str(HERE.parents[1] / "sheet" / "test_fuzz.py"))["check_set"]
+    check_set = runpy.run_path(str(HERE.parents[1] / "nest" / "test_fuzz.py"))["check_set"]
     start = seconds()
     found = Counter(check_set(seed) for seed in range(FUZZ))
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in sorted(found.items()))
@@ -238,7 +238,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     efforts = options.effort
-    sets = runpy.run_path(str(HERE.parents[1] / "sheet" / "pieces_set.py"))
+    sets = runpy.run_path(str(HERE.parents[1] / "support" / "pieces_set.py"))
     for name in options.set:
         if name == "strips":
             compare_strips(

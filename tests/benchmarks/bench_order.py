@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("models", nargs="*", default=[name for name in MODELS if name != "large"])
     parser.add_argument("--effort", nargs="+", default=["quick", "normal"])
     options = parser.parse_args()
-    model_of = runpy.run_path(str(HERE.parents[1] / "assembly" / "assembly_models.py"))["model_of"]
+    model_of = runpy.run_path(str(HERE.parents[1] / "support" / "assembly_models.py"))["model_of"]
     print(
         f"{'model':12}{'pieces':>7}{'steps':>7}  {'effort':8}{'by thread':>10}{'by number':>10}"
         f"{'ours':>9}{'saved':>7}{'below':>7}{'naive':>7}{'last':>6}{'naive':>7}{'seconds':>9}"

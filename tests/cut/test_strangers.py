@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -11,9 +10,6 @@ import numpy as np
 import pytest
 import shapely
 from PIL import Image
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from strangers import ENGRAVED, INNER, OUTER, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
 
 from fabweave.cli.commands import main

@@ -1,7 +1,6 @@
 """Strangers read files of 1, 40 and 800 pieces: all formats, for makers and for services."""
 
 import shutil
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -10,9 +9,6 @@ import pyogrio
 import pytest
 import svgpathtools
 from PIL import Image
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from strangers import ENGRAVED, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, SheetDrawing

@@ -1,13 +1,8 @@
 import pickle
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
-
-# The specimen maker is a module of its own beside the tests.
-sys.path.insert(0, str(Path(__file__).parent))
-
 from verify_specimen import make_specimen, octahedron, saddle, torus
 from verify_writers import write_job
 

@@ -3,9 +3,7 @@
 import io
 import shlex
 import shutil
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +12,6 @@ import zxingcpp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from strangers import rsvg_png
 
 from fabweave.app.pipeline import complete_settings

@@ -1,15 +1,10 @@
 """MeerK40t cuts the sheets with kerf and micro-joints as wide of the pieces as we say."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from strangers import INNER, OUTER, ask_meerk40t
 
 from fabweave.cli.commands import main

@@ -7,4 +7,4 @@ import pytest
 @pytest.fixture(scope="session")
 def piece_sets():
     """Give the functions of pieces_set.py, which the benchmark shares."""
-    return runpy.run_path(str(Path(__file__).with_name("pieces_set.py")))
+    return runpy.run_path(str(Path(__file__).parents[1] / "support" / "pieces_set.py"))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[2] / "shared" / "meshes"
+FOLDER = Path(__file__).resolve().parents[3] / "shared" / "meshes"
 
 
 @dataclass(frozen=True)
