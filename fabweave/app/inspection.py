@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from fabweave.app.woven_object import (
     weave_object,
     width_notes,
 )
-from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
@@ -52,7 +51,7 @@ _MOST_REFINED = 60_000
 _MOST_VOTED = 30_000
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Inspection:
     """What is known about a mesh.
 

@@ -1,7 +1,7 @@
 """Lay the ribbons of a job as they are cut: with room for laps where its pieces are joined."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from fabweave.app.woven_object import (
     resized,
     weave_object,
 )
-from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
@@ -33,7 +33,7 @@ from fabweave.stock.supplies import Supplies
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class LaidObject:
     """A woven object with its ribbons as they are cut, and where they are cut and joined."""
 

@@ -1,12 +1,11 @@
 """Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fabweave.app.settings import JobSettings
-from fabweave.core.arrays import IntArray, Progress, no_progress
+from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.fair.fairing import fair_mesh
@@ -30,7 +29,7 @@ _LEAST_MM, _MOST_MM = 0.01, 1e6
 MOST_EDGES = 2_000_000
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class WovenMesh:
     """The mesh of a job, ready to be woven, with what was done to it.
 

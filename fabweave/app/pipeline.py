@@ -1,7 +1,7 @@
 """Run a job: from a mesh to the plan of everything that is cut."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from fabweave.app.woven_object import (
 )
 from fabweave.assembly.order.planning import Order, plan_order
 from fabweave.assembly.steps import build_steps, order_note
-from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.core.parallel.executors import Executors, here
@@ -43,7 +43,7 @@ from fabweave.stock.supply_plan import plan_supplies
 from fabweave.weave.pattern import Weave
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Job:
     """Everything that a job makes, before it is written."""
 

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fabweave.app.settings import read_job_options
+from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.units import parse_length
 from fabweave.cut.preflight.rules import preflight
@@ -19,7 +19,7 @@ from fabweave.stock.supplies import Supplies
 from fabweave.stock.supply_plan import plan_supplies
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Preflight:
     """What was found, and against whose rules."""
 

@@ -1,13 +1,20 @@
 """Weave a mesh and lay its ribbons: the woven object, before anything is unfolded or cut."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fabweave.app.mesh_source import WovenMesh, load_mesh
 from fabweave.app.settings import JobSettings
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
@@ -32,7 +39,7 @@ from fabweave.weave.threads import trace_threads
 from fabweave.weave.weave_pattern import Chosen, weave_pattern
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class WovenObject:
     """A woven mesh with its ribbons, before anything is unfolded or cut.
 

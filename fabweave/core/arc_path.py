@@ -5,24 +5,17 @@ left (counter-clockwise) on its way from one point to the next. That is the conv
 bulge of 0 is a straight side, 1 a half circle.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, frozen, offsets_of
+from fabweave.core.arrays import FloatArray, frozen_value, offsets_of
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Path:
     """A closed path: (N, 2) points and the (N,) bulges of the sides that leave them."""
 
     points: FloatArray
     bulges: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        object.__setattr__(self, "points", frozen(self.points))
-        object.__setattr__(self, "bulges", frozen(self.bulges))
 
     @property
     def area(self) -> float:

@@ -1,7 +1,8 @@
 """Name the array types that pass between stations, and freeze them."""
 
 from collections.abc import Callable
-from typing import Any, TypeAlias, TypeVar
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +41,40 @@ def frozen(array: npt.NDArray[_Scalar]) -> npt.NDArray[_Scalar]:
     result = np.array(array, copy=True) if array.base is not None else array
     result.setflags(write=False)
     return result
+
+
+_Value = TypeVar("_Value")
+
+
+@dataclass_transform(frozen_default=True, eq_default=False)
+def frozen_value(cls: type[_Value]) -> type[_Value]:
+    """Make a class a frozen dataclass whose arrays are read-only.
+
+    All values that pass between stations are made so. Two of them are equal if they are the same
+    object: arrays have no single answer to ``==``. Arrays are frozen before the class's own
+    ``__post_init__`` sees them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> @frozen_value
+    ... class Points:
+    ...     xy: FloatArray
+    >>> Points(np.zeros((3, 2))).xy.flags.writeable
+    False
+    """
+    own: Callable[[Any], None] | None = getattr(cls, "__post_init__", None)
+
+    def freeze(self: Any) -> None:
+        for field in fields(self):
+            array = getattr(self, field.name)
+            if isinstance(array, np.ndarray):
+                object.__setattr__(self, field.name, frozen(array))
+        if own is not None:
+            own(self)
+
+    cls.__post_init__ = freeze  # type: ignore[attr-defined]
+    return dataclass(frozen=True, eq=False)(cls)
 
 
 def no_progress(_what: str, _done: int, _total: int) -> None:

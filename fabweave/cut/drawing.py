@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from fabweave.core.arc_path import flattened
-from fabweave.core.arrays import FloatArray, frozen
+from fabweave.core.arrays import FloatArray, frozen_value
 
 #: An outline in the notes may have lost its short sides.
 _SAME_MM = 0.5
@@ -26,7 +26,7 @@ class Layer(Enum):
     __hash__ = object.__hash__
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Polyline:
     """A run of straight segments and arcs on a layer, maybe closed.
 
@@ -48,12 +48,6 @@ class Polyline:
     closed: bool = False
     bulges: FloatArray | None = None
     width_mm: float | None = None
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        object.__setattr__(self, "points", frozen(self.points))
-        if self.bulges is not None:
-            object.__setattr__(self, "bulges", frozen(self.bulges))
 
     def flattened(self, tolerance_mm: float) -> FloatArray:
         """Return points along the run so near that chords are within the tolerance of arcs."""

@@ -6,13 +6,13 @@ from a hole, inside it. Of a path of sides and arcs that is again such a path: s
 along their normals, arcs keep their centres, and corners go where the moved sides meet.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import few_of
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, SheetDrawing
@@ -147,7 +147,7 @@ def offset_path(path: Path, outward_mm: float) -> Path | None:
     return result if _is_offset(path, result, outward_mm) else None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Sides:
     """Sides as whole lines and circles, which can be moved and met.
 

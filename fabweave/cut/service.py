@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fabweave.core.arrays import frozen_value
 from fabweave.cut.drawing import PieceDrawing, SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.presets import Preset
@@ -53,7 +54,7 @@ class Stuff:
         return f"{self.material.replace(':', '-')}_{self.thickness_mm:g}mm"
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class KindFile:
     """A distinct piece: how its files are called, what they hold, and which pieces it makes."""
 

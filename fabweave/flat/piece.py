@@ -1,14 +1,14 @@
 """Hold a piece: what is cut, with its stations, cut-outs and joints."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from fabweave.core.arc_path import Path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Slot:
     """A cut-out that is no circle, and the station that it belongs to."""
 
@@ -20,7 +20,7 @@ def _no_holes() -> FloatArray:
     return np.zeros((0, 4))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Piece:
     """One flat piece of one thread, in its own coordinates (millimetres, nominal, no kerf).
 
@@ -73,14 +73,6 @@ class Piece:
     slots: tuple[Slot, ...] = ()
     guides: tuple[FloatArray, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "outline", "crossings", "points", "directions", "rails", "over", "hole_mm",
-            "more_holes",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
     @property
     def holes(self) -> FloatArray:
         """All round holes, (H, 4): station, x, y, diameter; by stations, middle holes first."""
@@ -91,7 +83,7 @@ class Piece:
         return np.concatenate((middle, self.more_holes))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Joint:
     """Where two pieces of one thread meet at a crossing.
 
@@ -109,7 +101,3 @@ class Joint:
     holes: FloatArray
     hole_mm: float
     lap_mm: float
-
-    def __post_init__(self) -> None:
-        """Freeze the array."""
-        object.__setattr__(self, "holes", frozen(self.holes))

@@ -1,12 +1,11 @@
 """Build pieces from runs: outlines, stations, cut-outs and joints."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
 from fabweave.flat.joint.ends import CutStrips, cut_strips, glue_guides
 from fabweave.flat.joint.holes import HoleRule
@@ -19,7 +18,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Pieces:
     """All pieces and joints of a job.
 

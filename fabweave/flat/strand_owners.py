@@ -1,15 +1,14 @@
 """Find which piece carries each strand of each crossing."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.piece import Piece
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Owners:
     """The piece and station of each strand of each crossing.
 
@@ -24,11 +23,6 @@ class Owners:
 
     piece: IntArray
     station: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("piece", "station"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def partners(self, piece: Piece) -> IntArray:
         """Return the piece that a piece crosses at each of its stations, (S,)."""

@@ -1,16 +1,14 @@
 """Build half-edge arrays over a polygon mesh, by sorting."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 
-from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Halfedges:
     """The connectivity of an oriented manifold mesh as half-edge arrays.
 
@@ -36,11 +34,6 @@ class Halfedges:
     twin: IntArray
     edge: IntArray
     edge_halfedge: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("tail", "face", "next", "prev", "twin", "edge", "edge_halfedge"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def n_halfedges(self) -> int:

@@ -1,10 +1,8 @@
 """Find the irregular vertices of a quad mesh, and say what they mean."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
@@ -13,7 +11,7 @@ from fabweave.mesh.polymesh import PolyMesh
 _NAMED = 5
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Irregular:
     """The irregular vertices of a mesh.
 
@@ -31,11 +29,6 @@ class Irregular:
     valence: IntArray
     position: FloatArray
     boundary: BoolArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("vertex", "valence", "position", "boundary"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __len__(self) -> int:
         """Return how many there are."""

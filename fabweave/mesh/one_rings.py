@@ -1,17 +1,15 @@
 """Gather what lies around each vertex: its edges and faces, and its neighbours on the boundary."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Rim:
     """The boundary of a mesh as seen from its vertices.
 
@@ -29,11 +27,6 @@ class Rim:
     corner: BoolArray
     before: IntArray
     after: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("on", "corner", "before", "after"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def find_rim(halfedges: Halfedges, n_vertices: int) -> Rim:

@@ -1,16 +1,15 @@
 """Hold a polygon mesh as vertex positions and faces in compressed rows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import FloatArray, IntArray, frozen, frozen_value, offsets_of
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class PolyMesh:
     """A polygon mesh: positions, and faces of any size in compressed rows.
 

@@ -1,13 +1,12 @@
 """Find the edges, components, fans, orientations and boundary loops of any polygon mesh."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import pair_corners
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
 
@@ -15,7 +14,7 @@ from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
 _WALKED = 64
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class EdgeGroups:
     """The half-edges of a mesh, grouped by edge; an edge may have any number of faces.
 
@@ -35,11 +34,6 @@ class EdgeGroups:
     next: IntArray
     order: IntArray
     starts: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("tail", "head", "face", "next", "order", "starts"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @cached_property
     def sizes(self) -> IntArray:

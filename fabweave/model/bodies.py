@@ -1,11 +1,10 @@
 """Turn ribbons and yarns into the bodies that model files hold."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
@@ -16,7 +15,7 @@ from fabweave.ribbon.project import Ribbons, following_rung
 _MITRE = 2.5
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Body:
     """One thread of a model: an open or closed surface of quads and triangles.
 
@@ -41,11 +40,6 @@ class Body:
     quads: IntArray
     triangles: IntArray
     normals: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("vertices", "quads", "triangles"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def all_triangles(self) -> IntArray:

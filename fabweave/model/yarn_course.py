@@ -1,10 +1,10 @@
 """Lay the courses of yarns: smooth curves through the crossings, over and under."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.project import following_rung
@@ -24,7 +24,7 @@ _TRIAL = 24
 _NEAREST = 0.005
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Course:
     """What the yarns pass on their way: *guides* at crossings, turns and open ends.
 
@@ -57,11 +57,6 @@ class Course:
     room_mm: FloatArray
     twins: IntArray
 
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("offsets", "closed", "place", "rise", "half", "room_mm", "twins"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
     @property
     def spans(self) -> tuple[IntArray, IntArray]:
         """Guides from which a yarn goes on to another, and these others, (S,) each."""
@@ -70,7 +65,7 @@ class Course:
         return start, following[start]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Spines:
     """The middle lines of yarns as polylines.
 
@@ -96,11 +91,6 @@ class Spines:
     direction: FloatArray
     radius_mm: FloatArray
     guide: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("offsets", "closed", "point", "direction", "radius_mm", "guide"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def thread(self) -> IntArray:

@@ -1,11 +1,18 @@
 """Spin yarns along the threads: tubes that cross over and under and do not touch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, frozen, no_progress
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
@@ -29,7 +36,7 @@ _MOST_BENDS, _MOST_PAIRS = 100, 400
 _THINNEST = 0.01
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Yarns:
     """Yarns as tubes.
 
@@ -56,11 +63,6 @@ class Yarns:
     radius_mm: FloatArray
     rim: FloatArray
     most: float
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("offsets", "closed", "spine", "radius_mm", "rim"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def sides(self) -> int:

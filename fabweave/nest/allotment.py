@@ -1,12 +1,11 @@
 """Say which supply every thread and every sheet of a job is of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.nest.layout import Layout
 from fabweave.stock.material import Material
 from fabweave.stock.supplies import Supplies, Supply
@@ -20,7 +19,7 @@ class _Threaded(Protocol):
         """Its number."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Allotment:
     """Which supply every thread and every sheet of a job is of.
 
@@ -36,11 +35,6 @@ class Allotment:
     supplies: Supplies
     threads: IntArray
     sheets: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("threads", "sheets"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def of_thread(self, thread: int) -> Supply:
         """Return what a thread is cut from."""

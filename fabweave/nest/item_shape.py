@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray, frozen
+from fabweave.core.arrays import FloatArray, frozen, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.stock.rotations import FREE, Turns
@@ -16,7 +16,7 @@ _FIT_MM = 1e-7  # what rotation by floating-point numbers may add to a length
 _FIT_STEPS = 720
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Shape:
     """An outline in its own frame, shared by all pieces that are congruent to it.
 

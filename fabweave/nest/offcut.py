@@ -1,13 +1,13 @@
 """Find what is left of a sheet in one piece, and whether it is worth keeping."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray, frozen
+from fabweave.core.arrays import FloatArray, frozen, frozen_value
 from fabweave.nest.layout import Layout
 from fabweave.nest.place.rectangle import largest_rectangle
 from fabweave.stock.sheet_size import SheetSize
@@ -25,7 +25,7 @@ KEPT_SHARE = 0.05
 KEPT_WIDTH_MM = 50.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Offcut:
     """What is left of a sheet in one piece.
 

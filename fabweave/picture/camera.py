@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.resize import Up
 
@@ -63,7 +63,7 @@ class View:
         return np.roll(axes, 1, axis=1) if self.up == "x" else axes
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Frame:
     """How a picture maps an object to pixels.
 
@@ -85,10 +85,6 @@ class Frame:
     pixels_per_mm: float
     left_px: float
     top_px: float
-
-    def __post_init__(self) -> None:
-        """Freeze the array."""
-        object.__setattr__(self, "axes", frozen(self.axes))
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """Return x to the right, y from the top and nearness of points, all in pixels, (N, 3)."""

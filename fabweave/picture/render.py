@@ -1,12 +1,10 @@
 """Render triangles to a picture, from Python alone: no GPU, no display."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.picture.camera import Frame, View, choose_view, frame_object
 from fabweave.picture.floor import floor_light, floor_points, has_floor
@@ -31,7 +29,7 @@ _LINE_SHADE = 0.16
 _REACH = 0.014
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Marks:
     """Round marks on a surface, of one size in the picture; hidden where the surface is.
 

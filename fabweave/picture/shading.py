@@ -1,11 +1,9 @@
 """Light a picture: a key light with its shadow, the sky, and the dark of narrow places."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.zbuffer import Planes, nearest_triangles, planes_through
 
 #: Where light comes from, as (right, up, towards the eye): over the left shoulder.
@@ -32,7 +30,7 @@ _FAR_SHARE = 0.25
 _NOWHERE = 1e6
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Light:
     """Light on each triangle as it would be without shadow, affine over the picture.
 

@@ -1,14 +1,13 @@
 """Find which triangle each pixel shows: a z-buffer over arrays, without GPU or display."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, offsets_of
 
 _Places: TypeAlias = npt.NDArray[np.floating[Any]]
 
@@ -18,7 +17,7 @@ _BATCH = 1_000_000
 _FLAT_PX2 = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Planes:
     """Functions that are affine over the picture, one for each triangle.
 

@@ -1,11 +1,10 @@
 """Cut ribbons into their facets, and find pairs of facets whose boxes are within reach."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import Stretches
 
@@ -13,7 +12,7 @@ from fabweave.ribbon.stretches import Stretches
 _BLOCK = 1 << 18
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Facets:
     """The facets of ribbons; filled only where they were wanted.
 

@@ -1,12 +1,11 @@
 """Narrow ribbons where they would come too near to one another, and only there."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.bends import Bends, measure_bends
 from fabweave.ribbon.rules.clearance import Nearness
@@ -29,7 +28,7 @@ _TAPER = 0.75
 _HANDLED = 1.05
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Narrowed:
     """Ribbons that are narrower where they would be too near to others.
 
@@ -50,11 +49,6 @@ class Narrowed:
     factor: FloatArray
     least: FloatArray
     clearance: tuple[Measured, Nearness] | None
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("factor", "least"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def stuck(self) -> IntArray:

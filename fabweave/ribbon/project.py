@@ -1,10 +1,8 @@
 """Project threads to ribbons: the projection method, with real material thickness."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
@@ -20,7 +18,7 @@ _INSIDE = 0.1
 _FARTHEST = 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Ribbons:
     """Ribbons in space as chains of *rungs*, the cross-lines from the right to the left rail.
 
@@ -58,21 +56,13 @@ class Ribbons:
     normal: FloatArray
     centre: FloatArray
 
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "offsets", "right", "left", "from_right", "pass_offsets", "entry", "closed", "normal",
-            "centre",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
     @property
     def n_rungs(self) -> int:
         """Number of rungs."""
         return len(self.right)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _CrossingQuads:
     """The quad (tail, right centre, head, left centre) of each crossing, flattened."""
 

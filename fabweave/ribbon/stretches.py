@@ -1,14 +1,12 @@
 """Cut ribbons into stretches: crossing panels, and what lies between them."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.ribbon.project import Ribbons, following_rung
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Stretches:
     """Ribbons cut into stretches: the panel of each pass, and what follows it to the next panel.
 

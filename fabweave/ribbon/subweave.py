@@ -1,16 +1,14 @@
 """Take some passes out of a weave, to lay and measure nothing but what lies between them."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen, offsets_of
+from fabweave.core.arrays import IntArray, frozen_value, offsets_of
 from fabweave.ribbon.project import following_rung
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Part:
     """Some passes of a weave. Passes that follow each other are one thread of the part.
 
@@ -36,11 +34,6 @@ class Part:
     crossings: IntArray
     thread: IntArray
     n_passes: int
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("passes", "crossings", "thread"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def own(self, passes: IntArray) -> IntArray:
         """Return the numbers in the part of passes of the whole; all must be in it."""

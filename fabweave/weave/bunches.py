@@ -1,13 +1,12 @@
 """Part the threads into bunches, sets of threads that do not cross one another."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.weave.graph_colouring import colour_graph
 from fabweave.weave.threads import Threads
 
@@ -15,7 +14,7 @@ from fabweave.weave.threads import Threads
 _EFFORT = 1_000_000
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Bunches:
     """A partition of the threads into bunches.
 
@@ -33,11 +32,6 @@ class Bunches:
     bunch: IntArray
     at_least: int
     crosses_itself: BoolArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("bunch", "crosses_itself"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def n_bunches(self) -> int:

@@ -1,15 +1,15 @@
 """Decide over and under: the twist sense of every crossing of a weave."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, frozen
+from fabweave.core.arrays import BoolArray, frozen_value
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import Broken
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Weave:
     """Threads with over and under.
 
@@ -32,11 +32,6 @@ class Weave:
     twist: BoolArray
     over: BoolArray
     broken: Broken = field(default_factory=Broken)
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("twist", "over"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def exact(self) -> bool:

@@ -1,15 +1,15 @@
 """Trace the threads of a mesh: the straight-ahead walks of its medial graph."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.cycles import order_states
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Threads:
     """The threads of a weave as walks over crossings, in compressed rows.
 
@@ -44,14 +44,6 @@ class Threads:
     crossing_halfedge: IntArray
     turn_pass: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     turn_halfedge: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "offsets", "crossing", "halfedge", "forward", "closed", "crossing_halfedge",
-            "turn_pass", "turn_halfedge",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def n_threads(self) -> int:

@@ -1,12 +1,11 @@
 """Weave a mesh in the pattern that is asked for."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen, no_progress
+from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
@@ -22,7 +21,7 @@ from fabweave.weave.twill.weaving import Twill, weave_twill
 NAMED_PATTERNS = ("plain", "twill", "triaxial")
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Chosen:
     """A weave in the pattern that was asked for.
 
@@ -45,12 +44,6 @@ class Chosen:
     twill: Twill | None = None
     warp: BoolArray | None = None
     label: IntArray | None = None
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("warp", "label"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def record(self) -> dict[str, Any]:
         """Return what the crossing map says about the weave."""

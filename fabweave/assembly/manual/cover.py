@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from PIL import Image
 
 from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width
 from fabweave.assembly.manual.sheets import Drawn
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import Layer
@@ -48,7 +47,7 @@ _TOOLS = {
 _NUMBER_OF = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Facts:
     """What the manual tells of a job besides its plan.
 

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from fabweave.assembly.manual.book import LEADING, PLATE, SMALL, TEXT, Book, text_width
 from fabweave.assembly.manual.piece_titles import place_across, upright
 from fabweave.assembly.manual.stock import draw_stock, write_stock
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.labels.titles import Title, place_titles
@@ -26,7 +25,7 @@ _COLUMNS, _TEXTS = 3, 40.0
 _FLAT_MM = 0.1
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Drawn:
     """A piece as it is drawn on its sheet.
 
@@ -168,7 +167,7 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
         write_ticks(book, sheet["name"], keys)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Tile:
     """A part of a sheet that is drawn on one page: its corner, its size, and its pieces."""
 

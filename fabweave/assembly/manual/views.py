@@ -1,14 +1,13 @@
 """Make the pictures of the steps: the new pieces dark, from where they are seen best."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
 from fabweave.assembly.manual.pixels import GREY_STEP
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.piece import Piece
 from fabweave.flat.unfold.stretch import piece_stretches
 from fabweave.picture.camera import Frame, View, frame_object
@@ -42,7 +41,7 @@ _BEHIND, _EVEN = 0.55, 0.35
 _KEY = (-0.42, 0.62, 0.66)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class StepPicture:
     """The picture of one step.
 
@@ -161,7 +160,7 @@ def choose_views(least: FloatArray, total: FloatArray) -> IntArray:
     return chosen
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Scene:
     """All pieces in space: triangles with their piece and the step in which they come."""
 

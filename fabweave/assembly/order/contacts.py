@@ -1,18 +1,17 @@
 """Find which pieces meet, and what each finds in its way once the other is in place."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
 from fabweave.assembly.order.effort import State
-from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.piece import Piece
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Contacts:
     """Which pieces cross or join which, in terms of ``effort.State``.
 
@@ -34,10 +33,6 @@ class Contacts:
     alone: tuple[int, ...]
     meets: tuple[tuple[tuple[int, int, int], ...], ...]
     component: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the array."""
-        object.__setattr__(self, "component", frozen(self.component))
 
 
 def find_contacts(pieces: Sequence[Piece]) -> Contacts:

@@ -2,16 +2,15 @@
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from fabweave.assembly.order.contacts import Contacts
 from fabweave.assembly.order.effort import THREAD, piece_effort, reach
-from fabweave.core.arrays import FloatArray, IntArray, frozen
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Measured:
     """An order and what it costs.
 
@@ -25,11 +24,6 @@ class Measured:
 
     order: IntArray
     effort: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("order", "effort"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def total(self) -> float:

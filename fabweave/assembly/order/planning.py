@@ -9,7 +9,7 @@ from scipy import sparse
 from fabweave.assembly.order.annealed import improve_order
 from fabweave.assembly.order.contacts import Contacts, find_contacts
 from fabweave.assembly.order.greedy import Measured, grow_order, measure_order
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.flat.piece import Piece
 
@@ -19,7 +19,7 @@ _HOMEWARD = 0.5
 _NEARLY = 1.02
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Order(Measured):
     """An order of assembly, with what it costs and what naive orders would.
 

@@ -1,12 +1,11 @@
 """Mark pieces: ticks at the crossings, crosses at joints, and labels where there is room."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.placement import CLEAR_MM, Spot, find_spots
 from fabweave.cut.labels.texts import Label, Missing, Wish, wishes
@@ -18,7 +17,7 @@ _DOUBLE_TICK_MM = 0.8
 _SHORTEST_TICK_MM = 0.3
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Marks:
     """What is engraved on a piece, in its own coordinates, and what found no room."""
 

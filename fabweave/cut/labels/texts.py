@@ -6,10 +6,9 @@ made smaller where there is no room for it, then shortened, and dropped at last.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.flat.piece import Piece
 
 #: How much is lettered: everything, the pieces' ids alone, or nothing.
@@ -59,7 +58,7 @@ class Missing(NamedTuple):
     station: int | None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Label:
     """A lettered text.
 

@@ -1,13 +1,12 @@
 """Drill the pieces: holes and slots at their stations, where there is room for them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.ends import CutStrips, Stations
 from fabweave.flat.joint.holes import (
     PITCH_D,
@@ -25,7 +24,7 @@ from fabweave.weave.pattern import Weave
 SLIDE_D = 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Drilled:
     """All holes of a job, in the frames of the strips.
 
@@ -55,13 +54,6 @@ class Drilled:
     more_station: IntArray
     more_point: FloatArray
     held: BoolArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "room_mm", "hole_mm", "slotted", "more_station", "more_point", "held",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def drill(

@@ -1,12 +1,10 @@
 """Cut strips off where their pieces end, and shape ends that hold one another."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.flat.joint.planning import JointPlan
 from fabweave.flat.outline import (
     SHORTEST_SIDE_MM,
@@ -30,7 +28,7 @@ _GRID_MM = 1e-7
 _SHORTEST_MM = 0.3
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Stations:
     """Stations of all pieces one after another, each piece in its strip's frame.
 
@@ -62,15 +60,8 @@ class Stations:
     left: FloatArray
     panel: FloatArray
 
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "offsets", "piece", "passes", "crossing", "point", "way", "rails", "left", "panel",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
-
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class CutStrips:
     """Every piece in its strip's frame: its stations, outline, slots and guides.
 

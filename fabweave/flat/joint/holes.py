@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.planning import JointPlan
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.threads import Threads
@@ -26,7 +26,7 @@ class HoleRule:
     edge_mm: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Groups:
     """Where the fasteners of each joint may go, if there are several.
 

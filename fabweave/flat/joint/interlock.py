@@ -5,12 +5,10 @@ runs along the thread and y to its left. Pieces are cut off square to the thread
 panel is no rectangle.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray, frozen
+from fabweave.core.arrays import FloatArray, frozen_value
 
 #: Air between a tongue and its socket, and around a tab in its slot; the cut adds its kerf.
 CLEARANCE_MM = 0.1
@@ -22,7 +20,7 @@ _UNDERCUT_MM = 0.6
 _WALL_MM = 1.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Interlock:
     """How the two pieces of a joint are shaped where they meet.
 
@@ -45,12 +43,6 @@ class Interlock:
     tongue: FloatArray | None = None
     socket: FloatArray | None = None
     slot: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("tongue", "socket", "slot"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def butt_room(_thickness_mm: float) -> float:

@@ -1,14 +1,13 @@
 """Plan every joint: its kind, where its two pieces end, and how their ends are shaped."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.interlock import (
     Interlock,
     butt,
@@ -42,7 +41,7 @@ _SHAPES: Mapping[str, tuple[Callable[[float], float], Callable[[float, float], I
 _APART_MM = 1e7
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class JointPlan:
     """All joints of a job, numbered from 1 in the order of threads; arrays have one row a joint.
 
@@ -85,14 +84,6 @@ class JointPlan:
     needed_mm: FloatArray
     ends: tuple[Interlock | None, ...]
     thickness_mm: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "crossing", "passes", "begin", "end", "lap_mm", "lap_mm2", "room_mm", "needed_mm",
-            "thickness_mm",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def are(self, kinds: Sequence[str]) -> BoolArray:
         """Return which joints are of one of some kinds, (J,)."""

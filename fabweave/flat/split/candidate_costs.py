@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.split.candidates import (
     Course,
     Windows,
@@ -53,7 +53,7 @@ class Bed:
     gap_mm: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Candidates:
     """All pieces that threads could be cut into.
 

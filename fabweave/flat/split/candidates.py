@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.flat.split.sites import Sites
 from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
@@ -25,7 +25,7 @@ _DIRECTIONS = 48
 _BATCH = 20_000
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Course:
     """Whole strips, unfolded once, with the passes along them; a ring for up to two laps.
 
@@ -55,7 +55,7 @@ class Course:
         return Strips(offsets, strips.rung[rung], strips.right[rung], strips.left[rung])
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Windows:
     """All stretches between two sites that could become a piece: row by first, column by last.
 
@@ -85,11 +85,6 @@ class Windows:
     rim_mm: FloatArray
     hull_mm2: FloatArray
     room_mm: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("passes", "length_mm", "area_mm2", "rim_mm", "hull_mm2", "room_mm"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def lay_course(ribbons: Ribbons, most_passes: int) -> Course:

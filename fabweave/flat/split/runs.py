@@ -1,16 +1,14 @@
 """Say which passes each piece carries, and unfold the pieces."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.threads import Threads
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Runs:
     """Which passes of its thread each piece carries, in order of threads.
 
@@ -25,11 +23,6 @@ class Runs:
     thread: IntArray
     first: IntArray
     last: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("thread", "first", "last"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def laps(self, threads: Threads) -> IntArray:
         """Return the crossings at which one run ends and the next one begins."""

@@ -1,14 +1,12 @@
 """List the places where threads may be cut into pieces."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.weave.pattern import Weave
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Sites:
     """Where each thread may be cut, in compressed rows, in walking order.
 
@@ -34,11 +32,6 @@ class Sites:
     crossing: IntArray
     closed: BoolArray
     lengths: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("offsets", "position", "crossing", "closed", "lengths"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def thread(self) -> IntArray:

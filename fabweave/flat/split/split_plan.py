@@ -1,12 +1,11 @@
 """Hold where the threads of a job are cut."""
 
-from dataclasses import dataclass
-
+from fabweave.core.arrays import frozen_value
 from fabweave.flat.split.length_curve import Choice
 from fabweave.flat.split.runs import Runs
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Plan:
     """Where a job's threads are cut.
 

@@ -1,19 +1,18 @@
 """Unfold strips of planar facets to the plane, exactly."""
 
-from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.ribbon.project import Ribbons
 
 _Complex: TypeAlias = npt.NDArray[np.complex128]
 _Number = TypeVar("_Number", np.float64, np.complex128)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Strips:
     """Runs of ribbon rungs, in compressed rows, with their development in the plane.
 
@@ -32,11 +31,6 @@ class Strips:
     rung: IntArray
     right: FloatArray
     left: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("offsets", "rung", "right", "left"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def run_rungs(

@@ -1,17 +1,16 @@
 """Find the stretch of ribbon in space that belongs to each piece."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen, offsets_of
+from fabweave.core.arrays import IntArray, frozen_value, offsets_of
 from fabweave.flat.piece import Piece
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Stretches:
     """The rungs of every piece, from the panel of its first crossing to that of its last.
 
@@ -35,11 +34,6 @@ class Stretches:
     offsets: IntArray
     panel: IntArray
     panel_offsets: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("rung", "offsets", "panel", "panel_offsets"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def quads(self) -> tuple[IntArray, IntArray]:
         """Return the rungs at which quads of ribbon begin, and the piece that each belongs to.

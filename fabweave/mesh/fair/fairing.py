@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import InputError
 from fabweave.mesh.fair.fairness import Fairness, Slope
 from fabweave.mesh.fair.feature_lines import SHARP_DEG, find_lines
@@ -46,7 +46,7 @@ class Waviness:
     shortest_edge: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Faired:
     """A faired mesh, and what fairing did.
 

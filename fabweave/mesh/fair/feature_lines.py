@@ -1,10 +1,8 @@
 """Find the boundary and the sharp edges of a mesh, and slide vertices along them."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.nearest import unit
 from fabweave.mesh.polymesh import PolyMesh, face_centres
@@ -14,7 +12,7 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 SHARP_DEG = 50.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Lines:
     """The boundary and the sharp edges of a mesh, as lines along which vertices may slide.
 
@@ -48,14 +46,6 @@ class Lines:
     points: FloatArray
     before: IntArray
     after: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in (
-            "fixed", "sliding", "place", "start", "length", "closed", "knots", "points", "before",
-            "after",
-        ):  # fmt: skip
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def at(self, place: FloatArray) -> FloatArray:
         """Return the positions of sliding vertices at places of their lines, (S, 3)."""

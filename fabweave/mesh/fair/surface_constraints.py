@@ -1,10 +1,8 @@
 """Move the vertices of a mesh along its surface, without turning faces over."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.mesh.fair.feature_lines import Lines
 from fabweave.mesh.nearest import Surface, unit
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
@@ -19,7 +17,7 @@ _FLATTEST = 0.15
 _HALVINGS = 4
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Footing:
     """Where the vertices of a mesh stand on a surface.
 
@@ -40,11 +38,6 @@ class Footing:
     normals: FloatArray
     places: FloatArray
     flatness: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("positions", "normals", "places", "flatness"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 class Ground:

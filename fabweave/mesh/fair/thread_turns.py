@@ -1,15 +1,13 @@
 """Follow threads from portal to portal, by connectivity alone."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Portals:
     """The portals of a mesh at some positions, one for each corner of a face.
 
@@ -32,11 +30,6 @@ class Portals:
     come: FloatArray
     go: FloatArray
     width: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("arriving", "leaving", "across", "come", "go", "width"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def turns_in_a_row(half: Halfedges, passed: BoolArray, length: int) -> sparse.csr_array:

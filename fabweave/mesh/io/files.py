@@ -1,11 +1,11 @@
 """Read and write mesh files by their extension."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.io.obj import obj_bytes, read_obj
 from fabweave.mesh.io.off import off_bytes, read_off
@@ -29,7 +29,7 @@ READABLE = (*(kind for kind, _ in _READERS), *_SCENES)
 WRITABLE = ("obj", "off", "ply")
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class MeshFile:
     """A mesh as it was read from a file.
 

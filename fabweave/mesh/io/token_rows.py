@@ -1,18 +1,17 @@
 """Split the text of mesh files into rows of tokens, in bulk."""
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import IntArray, frozen, offsets_of
+from fabweave.core.arrays import IntArray, frozen_value, offsets_of
 from fabweave.core.errors import InputError
 
 _BLANK, _NEWLINE, _HASH, _SLASH, _DOT = b" \n#/."
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Rows:
     """The lines of a text file that hold something.
 
@@ -36,11 +35,6 @@ class Rows:
     ends: IntArray
     counts: IntArray
     lines: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("starts", "ends", "counts", "lines"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __len__(self) -> int:
         """Return the number of rows."""

@@ -1,10 +1,8 @@
 """Pair triangles back into the quads that they were split from."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.pairing_repair import complete_partners
@@ -21,7 +19,7 @@ _CLEAR = 0.80
 _CLEARLY = np.radians(5.0)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Pairing:
     """Which triangles of a mesh make quads together.
 
@@ -45,11 +43,6 @@ class Pairing:
     lonely: IntArray
     clear: float
     split: bool
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("partner", "cost", "lonely"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def n_pairs(self) -> int:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import check_mesh
@@ -41,7 +41,7 @@ class Remesh:
     n_quads: int | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Remeshed:
     """A mesh of quads, and how it came about.
 

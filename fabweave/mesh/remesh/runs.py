@@ -5,11 +5,10 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import CalmExecutor, result_of
 from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.check import check_mesh
@@ -37,7 +36,7 @@ _FAR = 3.0
 _AT_ONCE = 2
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Candidate:
     """A result that passed the check, and the run that gave it."""
 

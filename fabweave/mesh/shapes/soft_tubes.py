@@ -1,12 +1,10 @@
 """Round tubes off into one smooth surface, and spread a mesh evenly over it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import pair_corners
 from fabweave.mesh.intersections import self_intersections
@@ -23,7 +21,7 @@ _FAR = 2.5
 _LANDING = 4
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class SoftTubes:
     """The surface at a radius around a skeleton of curves, with smooth joints.
 
@@ -49,11 +47,6 @@ class SoftTubes:
     weights: FloatArray
     radius: float
     blend: float
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        object.__setattr__(self, "points", frozen(self.points))
-        object.__setattr__(self, "weights", frozen(self.weights))
 
     def __or__(self, other: "SoftTubes") -> "SoftTubes":
         """Return the surface around both skeletons, with this one's radius and blend."""

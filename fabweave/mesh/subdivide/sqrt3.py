@@ -1,10 +1,16 @@
 """Subdivide by the root of three: a vertex in every face, and old edges flipped."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress, offsets_of
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+    offsets_of,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, pair_corners
 from fabweave.mesh.one_rings import Rim, find_rim, name_some, smooth_curve, sum_at, valences
@@ -71,7 +77,7 @@ def sqrt3(
     return _limit(_take(mesh, corner, cuts_rim=steps % 2 == 1), mesh) if limit else mesh
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Step:
     """One step: where vertices go, and the new vertex that each half-edge is joined to.
 

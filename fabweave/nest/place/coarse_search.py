@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.fft
 
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.nest.area import Area
 from fabweave.nest.item_shape import rotated
 from fabweave.nest.place.raster import filled_pixels
@@ -60,7 +60,7 @@ def pixels_of(area: Area) -> Pixels:
     return Pixels(area, max(_PIXEL_MM, float(np.sqrt(wide * high / _MOST_PIXELS))))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Kernel:
     """A body at R angles: how much of each pixel it covers, and where its centroid may stand."""
 
@@ -165,7 +165,7 @@ def _kernel_of(body: Body, pixels: Pixels) -> _Kernel:
     return _Kernel(np.deg2rad(angles), cover, -low, np.maximum(usable - high, -low))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Terrain:
     """How far each pixel of a sheet is from the nearest body and the second nearest."""
 

@@ -2,11 +2,11 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray
+from fabweave.core.arrays import BoolArray, frozen_value
 from fabweave.nest.area import Area
 from fabweave.nest.effort import Effort
 from fabweave.nest.fits import sheet_grid
@@ -39,7 +39,7 @@ class KernelCache:
         return kernels
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class NestingJob:
     """What a call of `nest` works on, and the kernels that it keeps for the next try."""
 
@@ -67,7 +67,7 @@ class NestingJob:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Plan:
     """Sheets in use, by their number in the stock, and where pieces stand on them."""
 

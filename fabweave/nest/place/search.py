@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.fft
 from scipy.ndimage import distance_transform_edt
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.nest.area import Area
 from fabweave.nest.effort import Effort
 from fabweave.nest.item_shape import Shape, Spot, fitting_angles, rotated
@@ -39,7 +39,7 @@ _Spectrum = npt.NDArray[np.complex64]
 _Cells = npt.NDArray[np.float32]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Kernels:
     """The pixels of one shape at each of R angles.
 
@@ -130,7 +130,7 @@ def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
     return Kernels(shape.outline, sides, angles, corners, sizes, pixels, rim)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Waves:
     """Kernels at all angles, transformed for patches of one size."""
 

@@ -9,13 +9,12 @@ measured again, so that what is kept is exact.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from scipy.optimize import nnls
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.nest.area import Area
 from fabweave.nest.item_shape import Spot
 from fabweave.nest.place.raster import closed_sides, ring_sides
@@ -35,7 +34,7 @@ _SWINGS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 _GRAIN = 65536.0  # motions are rounded to this fraction, so that no last bit is carried on
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Sides:
     """Closed rings as K sides: their starts, their vectors, and how much ring each start is of."""
 
@@ -171,7 +170,7 @@ def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
     return None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Contacts:
     """What a piece is near to: M places, each with the room that is left there.
 

@@ -1,11 +1,10 @@
 """Hold where pieces stand while they are still being moved, and turn that into placements."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.nest.item_shape import Pose, rotated
 from fabweave.nest.layout import Placement
 from fabweave.nest.separate.item_field import Body
@@ -14,7 +13,7 @@ from fabweave.nest.separate.item_field import Body
 NOWHERE = -1
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Arrangement:
     """The sheet of each of P pieces, (P,), and the pose of its body there, (P, 3).
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.nest.area import Area
 from fabweave.nest.item_shape import rotated
 from fabweave.nest.place.coarse_search import Finder, Found, Terrain, pixels_of, terrain_of
@@ -45,7 +45,7 @@ _PROOF_MM = 1e-9
 Told = Callable[[float], None]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Ground:
     """What stays as it is while pieces move.
 

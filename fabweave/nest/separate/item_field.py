@@ -1,12 +1,10 @@
 """Give shapes distance fields, so that how deep two of them overlap is a look-up."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from fabweave.core.arrays import FloatArray, frozen
+from fabweave.core.arrays import FloatArray, frozen, frozen_value
 from fabweave.nest.item_shape import Shape
 from fabweave.nest.place.raster import closed_sides, filled_pixels, ring_sides
 
@@ -18,7 +16,7 @@ _STRAIGHT_MM = 0.05  # vertices off the line by less are no corners, and need no
 REACH_MM = 14.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Body:
     """A shape around its centroid, sampled, with its distance field.
 

@@ -1,11 +1,9 @@
 """Give what is barred on a sheet a distance field, so that pieces can be pushed out of it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.nest.area import Area
 from fabweave.nest.separate.item_field import REACH_MM, Body, field_of
 from fabweave.nest.separate.overlap import Crowd, Stand, crowd_of, distances, stand_at
@@ -14,7 +12,7 @@ _STEP_MM = 1.0  # of the field's grid
 _MOST_CELLS = 250_000  # of the field: a larger sheet has a coarser grid
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Barrier:
     """What is barred, as a body that never moves."""
 

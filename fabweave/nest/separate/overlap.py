@@ -1,19 +1,18 @@
 """Find where the pieces on one sheet are near each other: samples against distance fields."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.nest.separate.item_field import REACH_MM, Body
 
 _BLOCK = 6  # samples that are looked up together at first
 _FAR_MM = 1e9
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Crowd:
     """The bodies on one sheet, laid end to end in arrays: N bodies, S samples, B blocks of them."""
 
@@ -31,7 +30,7 @@ class Crowd:
     radius: FloatArray  # (N,) root mean square distance of the samples from the centroid
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Stand:
     """A crowd at its poses: (N, 3) x, y and angle in radians of each body's centroid."""
 

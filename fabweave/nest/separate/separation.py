@@ -6,11 +6,9 @@ least motion that mends what is too near (Levenberg and Marquardt's method). It 
 permutations: pieces slide and turn, they do not jump.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.nest.separate.obstacle import Barrier
 from fabweave.nest.separate.overlap import Crowd, Stand, distances, near_pairs, stand_at
 from fabweave.stock.rotations import FREE, Turns
@@ -26,7 +24,7 @@ _PATIENCE = 12  # steps in which the overlap must become less by a share
 _SHARE = 0.9
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Settled:
     """Poses (N, 3) after settling, whether they keep the gap, and the steps that it took."""
 
@@ -121,7 +119,7 @@ def settle(
     return Settled(poses, False, steps + pulls)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Push:
     """The normal equations of one step for the M moving bodies, and the overlap.
 

@@ -1,10 +1,8 @@
 """Measure how ribbons bend, twist and fold, and how wide they really are."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.ribbon.project import Ribbons, following_rung
 
 #: Panels whose outward sides look away from one another have no plane between them.
@@ -13,7 +11,7 @@ _FACING = 0.2
 _ONWARD = 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Bends:
     """What is measured at each rung, or on the quad that follows it; NaN where there is none.
 
@@ -44,11 +42,6 @@ class Bends:
     diagonal_deg: FloatArray
     step_mm: FloatArray
 
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in self.__dataclass_fields__:
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
     @property
     def radius_mm(self) -> FloatArray:
         """Radius of the bend at each rung; infinite where it is straight, or an end."""
@@ -56,7 +49,7 @@ class Bends:
         return np.where(bend > 0, 1 / np.where(bend > 0, bend, 1.0), np.inf)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Spans:
     """What is measured between each pass and the next of its thread; NaN where there is none.
 
@@ -73,11 +66,6 @@ class Spans:
     radius_mm: FloatArray
     twist_deg: FloatArray
     length_mm: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in self.__dataclass_fields__:
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def measure_bends(ribbons: Ribbons) -> Bends:

@@ -1,12 +1,11 @@
 """Measure how near ribbons come to one another where they do not cross."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.ribbon.facets import Facets, cut_facets, facet_pairs
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.distance import apart_by, triangle_distances
@@ -26,7 +25,7 @@ _BLOCK = 1 << 14
 _TILT = np.linalg.qr(np.array([[1.0, 0.37, 0.61], [-0.29, 1.0, 0.43], [-0.53, -0.31, 1.0]]))[0].T
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Nearness:
     """Pairs of stretches that come within reach of each other.
 
@@ -44,11 +43,6 @@ class Nearness:
     pairs: IntArray
     distance_mm: FloatArray
     place: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("pairs", "distance_mm", "place"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def near_pairs(

@@ -1,11 +1,11 @@
 """Find where ribbons break the rules of their material, and compute what would mend it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray
+from fabweave.core.arrays import BoolArray, frozen_value
 from fabweave.core.errors import CannotMakeError
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.clearance import Nearness
@@ -16,7 +16,7 @@ from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class RibbonCheck:
     """What was measured of ribbons, and what was found.
 

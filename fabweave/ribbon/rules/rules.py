@@ -1,10 +1,8 @@
 """Measure ribbons against the rules of a material: what there is, what is wanted, and where."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.ribbon.heights import crossing_threads, strand_passes
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.bends import Bends, Spans, measure_bends, measure_spans
@@ -19,7 +17,7 @@ _ROUNDING = 1e-9
 _TOUCHING = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Measured:
     """One quantity along the ribbons, and the limit it is held to.
 

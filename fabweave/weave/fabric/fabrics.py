@@ -1,11 +1,10 @@
 """Weave twills over a and under b, and satins, where warp and weft exist and the labels close."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.fabric.labelling import (
@@ -25,7 +24,7 @@ from fabweave.weave.twill.obstruction import Obstruction
 HANDS = ("S", "Z")
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class FabricWeave:
     """A fabric on a mesh, exact everywhere, or what keeps the mesh from it.
 
@@ -52,12 +51,6 @@ class FabricWeave:
     warp: BoolArray | None = None
     label: IntArray | None = None
     hand: str = ""
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("warp", "label"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def weave_fabric(

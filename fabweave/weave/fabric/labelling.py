@@ -1,14 +1,13 @@
 """Label crossings modulo a repeat, so that labels step evenly along warp and weft."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.weave.fabric.repeat import Fabric
 from fabweave.weave.fabric.warp_and_weft import Strands
 from fabweave.weave.threads import Threads
@@ -18,7 +17,7 @@ from fabweave.weave.twill.obstruction import Obstruction
 _MOST_GROUPS = 14
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Crossings:
     """Some crossings, each as a pass of the warp and one of the weft.
 
@@ -39,11 +38,6 @@ class Crossings:
     weft_at: IntArray
     right: BoolArray
 
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in self.__dataclass_fields__:
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-
     def swapped(self) -> "Crossings":
         """Return the same crossings with warp and weft exchanged."""
         return Crossings(self.weft, self.warp, self.weft_at, self.warp_at, ~self.right)
@@ -53,7 +47,7 @@ class Crossings:
         return Crossings(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Labelling:
     """Labels that close everywhere.
 

@@ -1,11 +1,10 @@
 """Part the threads of a mesh into warp and weft, and let neighbours run the same way."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.threads import Threads
@@ -17,7 +16,7 @@ _NAMED = 4
 _LOOKED_AT = 40
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Strands:
     """Warp and weft, with directions.
 
@@ -37,11 +36,6 @@ class Strands:
     warp: BoolArray
     group: IntArray
     reversed: BoolArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("warp", "group", "reversed"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def part_strands(

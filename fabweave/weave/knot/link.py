@@ -1,17 +1,15 @@
 """Write the link that a weave on a sphere makes as a planar diagram."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.topology import label_links
 from fabweave.weave.knot.rotation_system import TwistedThreads
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class PlanarDiagram:
     """The planar diagram of an oriented link, as knot theory's programs want it.
 
@@ -29,11 +27,6 @@ class PlanarDiagram:
     crossings: IntArray
     loops: IntArray
     n_components: int
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        object.__setattr__(self, "crossings", frozen(self.crossings))
-        object.__setattr__(self, "loops", frozen(self.loops))
 
 
 def genus_of_bodies(halfedges: Halfedges) -> IntArray:

@@ -1,11 +1,9 @@
 """Trace the threads of an extended graph rotation system: any number of half-twists an edge."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.mesh.halfedge import Halfedges
@@ -15,7 +13,7 @@ from fabweave.weave.cycles import order_states
 _MOST_CROSSINGS = 1 << 28
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class TwistedThreads:
     """The threads of a mesh whose edges carry any number of half-twists.
 
@@ -64,11 +62,6 @@ class TwistedThreads:
     closed: BoolArray
     corner_offsets: IntArray
     corner: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in self.__dataclass_fields__:
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def n_threads(self) -> int:

@@ -1,12 +1,10 @@
 """Anneal the twists of a weave: 64 copies at once, one in each bit of a word."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.weave.twill.conditions import TwillConditions
 
 #: One word a crossing; bit k of all words together is copy k of the weave's twists.
@@ -22,7 +20,7 @@ _CHANCE_BITS = 8
 _HIGHEST_STEP = 5
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Slots:
     """Conditions as the crossings of one class see them, K of one weight for each crossing.
 
@@ -38,7 +36,7 @@ class _Slots:
     inverted: Copies
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Couplings:
     """The conditions of a twill, equal ones merged, arranged for annealing.
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import IntArray, Progress, no_progress
+from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.threads import Threads
@@ -45,7 +45,7 @@ class Bound:
     optimum: bool
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class _Region:
     """Conditions that count for one part of the mesh, as rows, and how far each is from it."""
 

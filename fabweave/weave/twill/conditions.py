@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.threads import Threads
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class TwillConditions:
     """The conditions of a 2/2 twill as tuples of crossings.
 
@@ -33,11 +33,6 @@ class TwillConditions:
     thread: IntArray
     face: IntArray
     vertex: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("edge", "thread", "face", "vertex"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
     def gaps(self) -> IntArray:

@@ -1,12 +1,10 @@
 """Decide exactly whether a mesh can be woven in 2/2 twill, with a certificate either way."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import optimize, sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.weave.twill.conditions import TwillConditions, count_broken
 from fabweave.weave.twill.parity import ParityClasses, solve_parity
 
@@ -14,7 +12,7 @@ from fabweave.weave.twill.parity import ParityClasses, solve_parity
 _ENUMERATED_BITS = 12
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Decision:
     """Whether a 2/2 twill exists, and what shows it.
 
@@ -36,13 +34,6 @@ class Decision:
     free_bits: int
     contradiction: IntArray
     clauses: IntArray
-
-    def __post_init__(self) -> None:
-        """Freeze the arrays."""
-        for name in ("contradiction", "clauses"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        if self.twist is not None:
-            object.__setattr__(self, "twist", frozen(self.twist))
 
     @property
     def twillable(self) -> bool:

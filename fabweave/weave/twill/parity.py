@@ -1,15 +1,13 @@
 """Solve equations that say of pairs whether they are equal or opposite."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class ParityClasses:
     """Nodes that depend on one another, each equal or opposite to its class.
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken
 
@@ -42,7 +42,7 @@ RULES = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Vote:
     """The outcome of a vote: the rule, its twists, and what they break."""
 

@@ -1,9 +1,8 @@
 """Weave the 2/2 twill: exactly where it exists, else breaking as little as can be found."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from fabweave.core.arrays import BoolArray, IntArray, Progress, no_progress
+from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.threads import Threads
@@ -16,7 +15,7 @@ from fabweave.weave.twill.optimise import optimise_twill
 from fabweave.weave.twill.voting import best_vote
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_value
 class Twill:
     """A 2/2 twill, and what is known about it.
 
