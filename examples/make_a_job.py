@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from fabweave.app.job_folder import run_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 
-settings = JobSettings(mesh="shape:octahedron", size_mm=180.0, material="birch-veneer")
+settings = Settings(mesh="shape:octahedron", size_mm=180.0, material="birch-veneer")
 job, proof, _ = run_job(settings, Path(sys.argv[1]))
-print(f"{len(job.made.pieces)} pieces on {len(job.layout.sheets)} sheet")
+print(f"{len(job.piece_set.pieces)} pieces on {len(job.layout.sheets)} sheet")
 print(f"proved by {len(proof.checks)} checks")

@@ -8,7 +8,7 @@ import sys
 from PIL import Image
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.picture.camera import choose_view
 from fabweave.picture.object_picture import weave_picture
@@ -25,7 +25,7 @@ TILE = (480, 420)
 picture = Image.new("RGB", (TILE[0] * len(OBJECTS), TILE[1]), "white")
 for number, (shape, refine, pattern) in enumerate(OBJECTS):
     settings, material = complete_settings(
-        JobSettings(shape, size_mm=400.0, refine=refine, pattern=pattern, effort="quick")
+        Settings(shape, size_mm=400.0, refine=refine, pattern=pattern, effort="quick")
     )
     woven = weave_object(settings, material)
     vertices, triangles, _ = ribbon_triangles(woven.ribbons)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fabweave.app.inspection import inspect_mesh
 from fabweave.app.job_folder import run_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.mesh.shapes.catalogue import parse_shape
 
 directory = Path(sys.argv[1])
@@ -26,13 +26,13 @@ lines += [f"f {i} {j} {k}" for i, j, k in triangles + 1]
 
 asked = {"mesh": str(directory / "ring.obj"), "size_mm": 300.0, "effort": "quick"}
 for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-clark:1"}):
-    facts = inspect_mesh(JobSettings(**asked, **change)).facts
+    facts = inspect_mesh(Settings(**asked, **change)).facts
     faces = ", ".join(
         f"{n} faces of {size} sides" for size, n in facts["mesh"]["face_sizes"].items()
     )
     twill = "exact twill" if facts["twill"]["exact"] else f"no twill: {facts['twill']['because']}"
     print(f"{faces}; {facts['threads']['count']} threads; {twill}")
 
-settings = JobSettings(**asked, remesh="quads", refine="catmull-clark:1", pattern="twill")
+settings = Settings(**asked, remesh="quads", refine="catmull-clark:1", pattern="twill")
 job, proof, _ = run_job(settings, directory / "job")
-print(f"exact: {job.weave.exact}; {len(job.made.pieces)} pieces, proved: {proof.ok}")
+print(f"exact: {job.weave.exact}; {len(job.piece_set.pieces)} pieces, proved: {proof.ok}")

@@ -1,9 +1,11 @@
 """Let tests import what they share (strategies, shared meshes), and settle Hypothesis."""
 
 import os
+import runpy
 import sys
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))
@@ -16,3 +18,9 @@ settings.register_profile(
     "fabweave", deadline=None, derandomize=judged, max_examples=50 if judged else 100
 )
 settings.load_profile("fabweave")
+
+
+@pytest.fixture(scope="session")
+def piece_sets():
+    """Give the functions of pieces_set.py, which the benchmark shares."""
+    return runpy.run_path(str(Path(__file__).parent / "support" / "pieces_set.py"))

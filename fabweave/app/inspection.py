@@ -9,7 +9,7 @@ import numpy as np
 from fabweave.app.joined_object import check_made, hole_rules
 from fabweave.app.pipeline import complete_settings
 from fabweave.app.refinement_remedy import try_refinement
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import (
     WovenObject,
@@ -57,7 +57,7 @@ class Inspection:
 
     Parameters
     ----------
-    object : WovenObject
+    woven : WovenObject
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
@@ -65,16 +65,16 @@ class Inspection:
         ``notes``.
     """
 
-    object: WovenObject
+    woven: WovenObject
     facts: dict[str, Any]
 
 
-def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Inspection:
+def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
     Parameters
     ----------
-    settings : JobSettings
+    settings : Settings
         The mesh, its size, and how it would be woven.
     progress : callable
         Told what is being done.
@@ -89,28 +89,28 @@ def inspect_mesh(settings: JobSettings, progress: Progress = no_progress) -> Ins
         If the mesh cannot be woven at all.
     """
     settings, supplies = complete_settings(settings)
-    thing = weave_object(settings, supplies, progress)
-    thing, pieces = _planned(thing, settings, supplies, progress)
+    woven = weave_object(settings, supplies, progress)
+    woven, pieces = _planned(woven, settings, supplies, progress)
     progress("checks", 0, 1)
-    check = try_refinement(check_made(thing, settings, supplies), thing, settings, supplies)
-    mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
-    threads = thing.weave.threads
+    check = try_refinement(check_made(woven, settings, supplies), woven, settings, supplies)
+    mesh, halfedges = woven.mesh, woven.halfedges
+    threads = woven.weave.threads
     progress("twill", 0, 1)
     facts = {
         "mesh": _mesh_facts(mesh, halfedges),
-        "threads": _thread_facts(threads, thing.labels, thread_lengths(thing.ribbons)),
+        "threads": _thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
         "bunches": _bunch_facts(threads),
-        "twill": _twill_facts(thing, settings, progress),
-        "fabrics": _fabric_facts(halfedges, threads, thing.labels),
-        "ribbons": _spread(ribbon_widths(thing.ribbons)),
+        "twill": _twill_facts(woven, settings, progress),
+        "fabrics": _fabric_facts(halfedges, threads, woven.labels),
+        "ribbons": _spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
         "checks": {
-            **ribbon_report(check, thing.ribbons, thing.labels),
-            "notes": [*width_notes(thing, settings, supplies), *ribbon_notes(check)],
+            **ribbon_report(check, woven.ribbons, woven.labels),
+            "notes": [*width_notes(woven, settings, supplies), *ribbon_notes(check)],
         },
-        "notes": [*thing.woven.notes, *thing.chosen.notes],
+        "notes": [*woven.source.notes, *woven.result.notes],
     }
-    return Inspection(thing, facts)
+    return Inspection(woven, facts)
 
 
 def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
@@ -168,9 +168,9 @@ def _bunch_facts(threads: Threads) -> dict[str, Any]:
     }
 
 
-def _twill_facts(thing: WovenObject, settings: JobSettings, progress: Progress) -> dict[str, Any]:
+def _twill_facts(woven: WovenObject, settings: Settings, progress: Progress) -> dict[str, Any]:
     """Decide the 2/2 twill, here and after changes of the mesh."""
-    halfedges, threads, twill = thing.woven.halfedges, thing.weave.threads, thing.chosen.twill
+    halfedges, threads, twill = woven.halfedges, woven.weave.threads, woven.result.twill
     conditions = twill_conditions(halfedges, threads)
     facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
     if twill is not None:
@@ -180,10 +180,10 @@ def _twill_facts(thing: WovenObject, settings: JobSettings, progress: Progress) 
         decision = decide_twill(conditions)
         reason, voted, bound = None, None, None
         if not decision.twillable:
-            reason = explain(halfedges, threads, conditions, decision, thing.labels)
+            reason = explain(halfedges, threads, conditions, decision, woven.labels)
             if threads.n_crossings <= _MOST_VOTED:
                 progress("voting", 0, 1)
-                voted = best_vote(conditions, threads, thing.bunches).broken
+                voted = best_vote(conditions, threads, woven.bunches).broken
                 seeds = irregular_seeds(halfedges, threads)
                 bound = prove_bound(couple(conditions), seeds, progress=progress)
     if reason is None:
@@ -195,11 +195,11 @@ def _twill_facts(thing: WovenObject, settings: JobSettings, progress: Progress) 
         facts["at_least_broken"] = max(bound.least, 1)
     if twill is not None:
         facts["broken"] = twill.weave.broken.total
-    facts["exact_after"] = _exact_after(thing.woven.mesh, settings, progress)
+    facts["exact_after"] = _exact_after(woven.mesh, settings, progress)
     return facts
 
 
-def _exact_after(mesh: PolyMesh, settings: JobSettings, progress: Progress) -> list[dict[str, Any]]:
+def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list[dict[str, Any]]:
     """Return the options that would give the mesh an exact twill, and how large it is then."""
     if build_halfedges(mesh).n_edges > _MOST_REFINED:
         return []
@@ -225,7 +225,7 @@ def _exact_after(mesh: PolyMesh, settings: JobSettings, progress: Progress) -> l
     return found
 
 
-def _paired(mesh: PolyMesh, settings: JobSettings) -> PolyMesh:
+def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
     """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
 
     Raises
@@ -254,21 +254,21 @@ def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str])
 
 
 def _planned(
-    thing: WovenObject, settings: JobSettings, supplies: Supplies, progress: Progress
+    woven: WovenObject, settings: Settings, supplies: Supplies, progress: Progress
 ) -> tuple[WovenObject, dict[str, Any]]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
     progress("pieces", 0, 1)
-    threads, sheets = thing.weave.threads, [format_stock(sheet) for sheet in settings.sheets]
+    threads, sheets = woven.weave.threads, [format_stock(sheet) for sheet in settings.sheets]
     try:
-        require_width(thing.ribbons, thing.labels, thing.size_mm)
-        require_no_loop(threads, thing.woven.halfedges)
-        require_stiffness(thing, settings, supplies)
+        require_width(woven.ribbons, woven.labels, woven.size_mm)
+        require_no_loop(threads, woven.halfedges)
+        require_stiffness(woven, settings, supplies)
         rules = hole_rules(settings, supplies)
-        plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
-        thing = keep_clear(thing, settings, supplies, plan.runs.laps(threads))
+        plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, rules, supplies)
+        woven = keep_clear(woven, settings, supplies, plan.runs.laps(threads))
     except FabweaveError as error:
-        return thing, {"count": None, "because": str(error), "sheets": sheets}
-    return thing, {
+        return woven, {"count": None, "because": str(error), "sheets": sheets}
+    return woven, {
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),

@@ -15,23 +15,23 @@ from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
 
 def inspection_picture(found: Inspection, colours: Strategy) -> Image.Image:
     """Return the mesh with its irregular vertices marked, beside the woven object."""
-    thing = found.object
-    mesh, threads = thing.woven.mesh, thing.weave.threads
-    marks, broken = irregular_marks(mesh), thing.weave.broken.total
+    woven = found.woven
+    mesh, threads = woven.mesh, woven.weave.threads
+    marks, broken = irregular_marks(mesh), woven.weave.broken.total
     tiles = [
         mesh_picture(mesh, marks=marks),
-        weave_picture(thing.ribbons, thread_colours(thing.bunches, colours)),
+        weave_picture(woven.ribbons, thread_colours(woven.bunches, colours)),
     ]
     captions = [
-        f"{thing.woven.title}\n{agree(mesh.n_faces, '{n} [face|faces]')}, "
+        f"{woven.title}\n{agree(mesh.n_faces, '{n} [face|faces]')}, "
         + (
             agree(len(marks.points), "{n} irregular [vertex|vertices] marked")
             if marks.points.size
             else "no irregular vertices"
         ),
-        f"{thing.weave.pattern}\n{agree(threads.n_threads, '{n} thread[|s]')}, "
+        f"{woven.weave.pattern}\n{agree(threads.n_threads, '{n} thread[|s]')}, "
         f"{agree(threads.n_crossings, '{n} crossing[|s]')}, "
-        + ("exact" if thing.weave.exact else agree(broken, "{n} broken condition[|s]")),
+        + ("exact" if woven.weave.exact else agree(broken, "{n} broken condition[|s]")),
     ]
     return contact_sheet(tiles, captions, columns=2)
 
@@ -44,7 +44,7 @@ def inspection_link(found: Inspection) -> str:
     CannotMakeError
         If the mesh is open or has handles.
     """
-    return pd_text(planar_diagram(found.object.woven.halfedges, _twisted(found))) + "\n"
+    return pd_text(planar_diagram(found.woven.halfedges, _twisted(found))) + "\n"
 
 
 def inspection_gauss(found: Inspection) -> str:
@@ -54,7 +54,7 @@ def inspection_gauss(found: Inspection) -> str:
 
 def _twisted(found: Inspection) -> TwistedThreads:
     """Return the threads as a link program sees them: every crossing a half-twist of its edge."""
-    halfedges, weave = found.object.woven.halfedges, found.object.weave
+    halfedges, weave = found.woven.halfedges, found.woven.weave
     threads = weave.threads
     half_twists = np.zeros(halfedges.n_edges, dtype=np.int64)
     edge = halfedges.edge[threads.crossing_halfedge]

@@ -7,7 +7,7 @@ from typing import Any
 from fabweave.app.job_records import job_facts, job_plan, job_viewer
 from fabweave.app.pipeline import Job
 from fabweave.app.preflight_job import Preflight
-from fabweave.app.settings import JobSettings, job_toml
+from fabweave.app.settings import Settings, job_toml
 from fabweave.assembly.crossing_map import crossing_table
 from fabweave.assembly.manual.writing import write_manual
 from fabweave.assembly.stations import station_table
@@ -20,7 +20,7 @@ from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.preflight.violations import flaw_lines
-from fabweave.cut.service import Stuff, kind_files, write_kind_files
+from fabweave.cut.service import PieceMaterial, kind_files, write_kind_files
 from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.preview import write_png
 from fabweave.cut.write.svg import write_svg
@@ -66,7 +66,7 @@ def write_job(
     written += [
         start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
     ]
-    plan, bill = job_plan(job), bill_of_materials(job.made)
+    plan, bill = job_plan(job), bill_of_materials(job.piece_set)
     written.append(
         start(
             write_manual,
@@ -74,7 +74,7 @@ def write_job(
             plan,
             job_facts(job, bill),
             job.drawings,
-            (job.object.ribbons, job.weave, job.made.pieces),
+            (job.woven.ribbons, job.weave, job.piece_set.pieces),
             job.settings.paper,
         )
     )
@@ -88,7 +88,7 @@ def write_job(
     return found
 
 
-def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
     """Write one sheet as DXF, SVG, picture, and PDF at full size."""
     _write_cuts(folder, drawing, settings)
     if settings.template != "none":
@@ -96,7 +96,7 @@ def _write_sheet(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> 
     write_png(folder / f"{drawing.name}.png", drawing, colours=settings.preset)
 
 
-def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> None:
+def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
     """Write one sheet as DXF and SVG."""
     colours = settings.preset
     write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
@@ -111,12 +111,12 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: JobSettings) -> N
 
 def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
     """Write a file for each distinct piece, and the table of quantities."""
-    each = [Stuff(one.name, one.thickness_mm) for one in job.supplies.materials]
-    stuff = [each[index] for index in job.allotment.of_pieces(job.made.pieces)]
+    each = [PieceMaterial(one.name, one.thickness_mm) for one in job.supplies.materials]
+    stuff = [each[index] for index in job.allotment.of_pieces(job.piece_set.pieces)]
     kinds = [piece["kind"] for piece in plan["pieces"]]
     write_kind_files(
         directory,
-        kind_files(job.made.pieces, kinds, stuff),
+        kind_files(job.piece_set.pieces, kinds, stuff),
         version=job.settings.dxf,
         colours=job.settings.preset,
         units=job.settings.svg_units,
@@ -128,29 +128,29 @@ def _write_tables(
     job: Job, plan: dict[str, Any], bill: dict[str, Any], directory: Path
 ) -> Preflight:
     """Write every file but the sheets, the manual and the picture; see ``write_job``."""
-    thing = job.object
+    woven = job.woven
     names = [drawing.name for drawing in job.drawings]
-    report = waste_report(job.made.pieces, job.layout, job.drawings, job.allotment, job.notes)
+    report = waste_report(job.piece_set.pieces, job.layout, job.drawings, job.allotment, job.notes)
     report["offcuts"] = offcut_records(job.offcuts, job.layout, job.allotment)
     entries = _write_offcuts(job, report["offcuts"], directory / OFFCUT_FOLDER)
     report |= bill
     report["kerf_mm"] = job.settings.kerf_mm
-    report["splitting"] = splitting_record(job.plan, job.made.pieces, thing.labels)
+    report["splitting"] = splitting_record(job.plan, job.piece_set.pieces, woven.labels)
     outcome = {
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
-        "pieces": len(job.made.pieces),
-        "joints": len(job.made.joints),
+        "pieces": len(job.piece_set.pieces),
+        "joints": len(job.piece_set.joints),
         "sheets": len(names),
         "utilisation": report["totals"]["utilisation"],
-        "hole_mm": job.made.rule.hole_mm if job.made.rule else 0.0,
+        "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
-    write_mesh(directory / "woven_mesh.obj", thing.woven.mesh)
+    write_mesh(directory / "woven_mesh.obj", woven.mesh)
     findings = (*job.check.findings, *job.holes)
     (directory / "model.glb").write_bytes(
-        woven_glb(thing.ribbons, thing.labels, job.colours, findings)
+        woven_glb(woven.ribbons, woven.labels, job.colours, findings)
     )
     _write(directory / "crossing_map.json", json_text(plan))
     _write(directory / "crossing_map.csv", crossing_table(plan))
@@ -158,16 +158,16 @@ def _write_tables(
     _write(directory / "assembly.html", job_viewer(job, plan))
     _write(
         directory / "pieces.csv",
-        piece_table(job.made.pieces, job.layout, thing.labels, job.allotment),
+        piece_table(job.piece_set.pieces, job.layout, woven.labels, job.allotment),
     )
-    ribbons = ribbon_report(job.check, thing.ribbons, thing.labels, job.holes)
+    ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(ribbons))
     found = _preflight(job, plan, ribbons)
     _write(directory / "preflight.json", json_text(found.record))
     _write(directory / "waste.json", json_text(report))
     page = waste_page(
         report,
-        title=thing.woven.title,
+        title=woven.title,
         allotment=job.allotment,
         sheet_names=names,
         entries=entries,
@@ -193,7 +193,7 @@ def _write_offcuts(job: Job, records: list[dict[str, Any]], directory: Path) -> 
         job.offcuts,
         job.layout,
         job.allotment,
-        title=job.object.woven.title,
+        title=job.woven.title,
         mirrored=job.settings.label_side == "inside",
     )
     if job.offcuts:

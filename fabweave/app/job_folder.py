@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.pipeline import Job, make_job
 from fabweave.app.preflight_job import Preflight
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, processes
@@ -23,7 +23,7 @@ from fabweave.verify import VerifyReport, verify_job
 _MOST_WORKERS = 4
 
 
-class Done(NamedTuple):
+class FinishedJob(NamedTuple):
     """A job that is made and written: all of it, what proves it, and which rules it breaks."""
 
     job: Job
@@ -89,18 +89,18 @@ def _put_in_place(fresh: Path, directory: Path, old: Path) -> None:
 
 
 def run_job(
-    settings: JobSettings,
+    settings: Settings,
     directory: Path,
     progress: Progress = no_progress,
     *,
     workers: int = 0,
     executors: Executors | None = None,
-) -> Done:
+) -> FinishedJob:
     """Make a job, write its folder, and prove the written files.
 
     Parameters
     ----------
-    settings : JobSettings
+    settings : Settings
     directory : Path
         New, empty, or an older job's folder, which is replaced when the new one is proved.
     progress : callable
@@ -133,7 +133,7 @@ def run_job(
             if not proof.ok:
                 raise CannotMakeError(_disproved(proof))
             write_proof(folder, proof)
-    return Done(job, proof, found)
+    return FinishedJob(job, proof, found)
 
 
 def _disproved(proof: VerifyReport) -> str:

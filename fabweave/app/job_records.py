@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.app.pipeline import Job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.assembly.crossing_map import crossing_map
 from fabweave.assembly.manual.cover import Facts
 from fabweave.assembly.viewer.page import viewer_page
@@ -17,14 +17,14 @@ from fabweave.picture.surfaces import ribbon_triangles
 
 def job_plan(job: Job) -> dict[str, Any]:
     """Return the crossing map of a job."""
-    thing = job.object
+    woven = job.woven
     plan = crossing_map(
-        thing.woven.halfedges,
-        thing.chosen,
-        thing.bunches,
-        thing.labels,
-        thing.ribbons,
-        job.made,
+        woven.halfedges,
+        woven.result,
+        woven.bunches,
+        woven.labels,
+        woven.ribbons,
+        job.piece_set,
         job.marks,
         job.layout,
         [drawing.name for drawing in job.drawings],
@@ -40,7 +40,7 @@ def job_plan(job: Job) -> dict[str, Any]:
     return plan
 
 
-def cut_record(settings: JobSettings) -> dict[str, Any]:
+def cut_record(settings: Settings) -> dict[str, Any]:
     """Return what the map says about the files for the cutter."""
     return {
         "profile": settings.profile,
@@ -58,8 +58,8 @@ def cut_record(settings: JobSettings) -> dict[str, Any]:
 def job_facts(job: Job, bill: dict[str, Any]) -> Facts:
     """Return what the manual tells of a job besides its plan; with what is to be bought."""
     return Facts(
-        title=job.object.woven.title,
-        size_mm=tuple(np.ptp(job.object.woven.mesh.vertices, axis=0).tolist()),
+        title=job.woven.title,
+        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
         material=job.supplies.told,
         bill=bill,
         colours=job.colours,
@@ -69,15 +69,15 @@ def job_facts(job: Job, bill: dict[str, Any]) -> Facts:
 
 def job_viewer(job: Job, plan: dict[str, Any]) -> str:
     """Return the page that shows a job's object, pieces, sheets and steps."""
-    ribbons = job.object.ribbons
+    ribbons = job.woven.ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     view = choose_view(vertices, triangles)
-    thickness = job.supplies.thickness_mm(job.object.bunches).tolist()
+    thickness = job.supplies.thickness_mm(job.woven.bunches).tolist()
     layer = thickness if job.supplies.several else thickness[0]
     return viewer_page(
         plan,
-        space_record(ribbons, job.weave, job.made.pieces, layer_mm=layer),
-        title=job.object.woven.title,
+        space_record(ribbons, job.weave, job.piece_set.pieces, layer_mm=layer),
+        title=job.woven.title,
         colours=job.colours,
         view_deg=(view.azimuth_deg, view.elevation_deg),
     )

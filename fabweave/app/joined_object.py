@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import (
     WovenObject,
@@ -22,7 +22,7 @@ from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.split.runs import Runs
-from fabweave.flat.split.split_plan import Plan
+from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -34,25 +34,25 @@ HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
 
 
 @frozen_value
-class LaidObject:
+class JoinedObject:
     """A woven object with its ribbons as they are cut, and where they are cut and joined."""
 
-    object: WovenObject
-    plan: Plan
+    woven: WovenObject
+    plan: SplitPlan
     joints: JointPlan
 
 
 def lay_job(
-    settings: JobSettings,
+    settings: Settings,
     supplies: Supplies,
     rules: Sequence[HoleRule],
     progress: Progress = no_progress,
-) -> LaidObject:
+) -> JoinedObject:
     """Weave the mesh of a job, plan pieces and joints, and lay the ribbons for them.
 
     Parameters
     ----------
-    settings : JobSettings
+    settings : Settings
         Complete.
     supplies : Supplies
         Materials and sheets.
@@ -68,19 +68,19 @@ def lay_job(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    thing = weave_object(settings, supplies, progress)
-    require_width(thing.ribbons, thing.labels, thing.size_mm)
-    require_no_loop(thing.weave.threads, thing.woven.halfedges)
-    require_stiffness(thing, settings, supplies)
+    woven = weave_object(settings, supplies, progress)
+    require_width(woven.ribbons, woven.labels, woven.size_mm)
+    require_no_loop(woven.weave.threads, woven.halfedges)
+    require_stiffness(woven, settings, supplies)
     progress("pieces", 0, 1)
-    plan = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, rules, supplies)
-    thing, joints = _with_joints(thing, plan.runs, settings, supplies)
-    return LaidObject(thing, plan, joints)
+    plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, rules, supplies)
+    woven, joints = _with_joints(woven, plan.runs, settings, supplies)
+    return JoinedObject(woven, plan, joints)
 
 
 def remake(
-    thing: WovenObject,
-    settings: JobSettings,
+    woven: WovenObject,
+    settings: Settings,
     supplies: Supplies,
     rules: Sequence[HoleRule],
     size_mm: float,
@@ -91,15 +91,15 @@ def remake(
 
     Parameters
     ----------
-    thing : WovenObject
+    woven : WovenObject
         As it is.
     settings, supplies, rules
         As for :func:`lay_job`.
     size_mm : float
         The largest dimension that it gets.
     """
-    other = resized(thing, size_mm)
-    ribbons = lay_ribbons(other.woven, other.weave, settings, supplies.thickness_mm(other.bunches))
+    other = resized(woven, size_mm)
+    ribbons = lay_ribbons(other.source, other.weave, settings, supplies.thickness_mm(other.bunches))
     try:
         plan = plan_pieces(ribbons, other.weave, other.labels, settings, rules, supplies)
         return _with_joints(replace(other, ribbons=ribbons), plan.runs, settings, supplies)[0]
@@ -107,33 +107,33 @@ def remake(
         return keep_clear(other, settings, supplies)
 
 
-def check_made(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> RibbonCheck:
+def check_made(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
     """Check the ribbons of an object, and confirm the sizes that are proposed on what is made."""
     rules = hole_rules(settings, supplies)
     return check_object(
-        thing, settings, supplies, lambda size: remake(thing, settings, supplies, rules, size)
+        woven, settings, supplies, lambda size: remake(woven, settings, supplies, rules, size)
     )
 
 
 def _with_joints(
-    thing: WovenObject, runs: Runs, settings: JobSettings, supplies: Supplies
+    woven: WovenObject, runs: Runs, settings: Settings, supplies: Supplies
 ) -> tuple[WovenObject, JointPlan]:
     """Plan the joints, and lay the ribbons again with room for laps where they are."""
     rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
-    thickness = supplies.thickness_mm(thing.bunches)
-    laps = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness).laps
+    thickness = supplies.thickness_mm(woven.bunches)
+    laps = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness).laps
     while True:
-        thing = keep_clear(thing, settings, supplies, laps)
-        joints = plan_joints(thing.ribbons, thing.weave, runs, rule, thickness)
+        woven = keep_clear(woven, settings, supplies, laps)
+        joints = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness)
         # Panels keep their shape when the strands move apart; but where ribbons were narrowed,
         # there may be room for nothing but a lap.
         more = np.setdiff1d(joints.laps, laps)
         if not len(more):
-            return thing, joints
+            return woven, joints
         laps = np.concatenate((laps, more))
 
 
-def hole_rules(settings: JobSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
+def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
     """Return the holes that may be used, the largest first; none if none are wanted.
 
     A fastener goes through both strands of a crossing, so a hole suits all materials.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
@@ -30,7 +30,7 @@ MOST_EDGES = 2_000_000
 
 
 @frozen_value
-class WovenMesh:
+class LoadedMesh:
     """The mesh of a job, ready to be woven, with what was done to it.
 
     Parameters
@@ -57,7 +57,7 @@ class WovenMesh:
     clashes: int = 0
 
 
-def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenMesh:
+def load_mesh(settings: Settings, progress: Progress = no_progress) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first turned upright, checked, oriented and brought to size; then remeshed to quads,
@@ -108,7 +108,7 @@ def load_mesh(settings: JobSettings, progress: Progress = no_progress) -> WovenM
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
-    return WovenMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes))
+    return LoadedMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes))
 
 
 def _require_few(n_edges: int) -> None:
@@ -130,7 +130,7 @@ def _require_size(size_mm: float) -> None:
 
 
 def _changed(
-    mesh: PolyMesh, settings: JobSettings, progress: Progress
+    mesh: PolyMesh, settings: Settings, progress: Progress
 ) -> tuple[PolyMesh, int, list[str]]:
     """Remesh, refine, fair and subdivide as the settings ask; say what became of the mesh."""
     notes: list[str] = []

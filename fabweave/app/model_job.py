@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject, keep_clear, weave_object
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
@@ -63,7 +63,7 @@ def check_suffix(path: Path) -> str:
 
 
 def write_model(
-    settings: JobSettings,
+    settings: Settings,
     path: Path,
     *,
     yarn: YarnOptions | None = None,
@@ -74,7 +74,7 @@ def write_model(
 
     Parameters
     ----------
-    settings : JobSettings
+    settings : Settings
         The mesh and how it is woven.
     path : Path
         Ends in one of ``SUFFIXES``; what is there is replaced when the new file is complete.
@@ -100,33 +100,33 @@ def write_model(
     """
     suffix = check_suffix(path)
     completed, supplies = complete_settings(settings)
-    thing = weave_object(completed, supplies, progress)
+    woven = weave_object(completed, supplies, progress)
     if yarn is None:
-        thing = keep_clear(thing, completed, supplies)
-    colours = thread_colours(thing.bunches, settings.colours)
+        woven = keep_clear(woven, completed, supplies)
+    colours = thread_colours(woven.bunches, settings.colours)
     facts: dict[str, Any] = {
         "file": str(path),
         "kind": "ribbons" if yarn is None else "yarns",
-        "threads": thing.weave.threads.n_threads,
-        "crossings": thing.weave.threads.n_crossings,
-        "notes": [*thing.woven.notes, *thing.chosen.notes],
+        "threads": woven.weave.threads.n_threads,
+        "crossings": woven.weave.threads.n_crossings,
+        "notes": [*woven.source.notes, *woven.result.notes],
     }
     bodies: tuple[Body, ...]
     if yarn is not None:
-        bodies, facts["radius_mm"] = _spun(thing, colours, yarn, progress)
+        bodies, facts["radius_mm"] = _spun(woven, colours, yarn, progress)
     elif suffix in _PRINTED:
         each = dict.fromkeys(f"{one.thickness_mm:g}" for one in supplies.materials)
         facts["kind"] = f"solid ribbons, {' and '.join(each)} mm thick"
-        thickness = supplies.thickness_mm(thing.bunches)
-        bodies = ribbon_bodies(thing.ribbons, thing.labels, colours, thickness_mm=thickness)
+        thickness = supplies.thickness_mm(woven.bunches)
+        bodies = ribbon_bodies(woven.ribbons, woven.labels, colours, thickness_mm=thickness)
         facts["notes"] += _clashes(bodies)
     else:
-        bodies = ribbon_bodies(thing.ribbons, thing.labels, colours)
+        bodies = ribbon_bodies(woven.ribbons, woven.labels, colours)
     progress("model", 0, 1)
     if suffix == ".png":
-        data = _picture(thing, colours, bodies if yarn is not None else None, views)
+        data = _picture(woven, colours, bodies if yarn is not None else None, views)
     elif suffix == ".glb" and yarn is None:
-        data = woven_glb(thing.ribbons, thing.labels, colours)
+        data = woven_glb(woven.ribbons, woven.labels, colours)
     else:
         data = model_bytes(suffix, bodies)
     write_files({path: data})
@@ -148,27 +148,27 @@ def _clashes(bodies: tuple[Body, ...]) -> list[str]:
 
 
 def _spun(
-    thing: WovenObject, colours: Colours, yarn: YarnOptions, progress: Progress
+    woven: WovenObject, colours: Colours, yarn: YarnOptions, progress: Progress
 ) -> tuple[tuple[Body, ...], dict[str, float]]:
     """Return yarns as bodies, and their radii."""
     yarns = spin_yarns(
-        thing.woven.mesh,
-        thing.woven.halfedges,
-        thing.weave,
-        thing.labels,
+        woven.mesh,
+        woven.halfedges,
+        woven.weave,
+        woven.labels,
         radius_mm=yarn.radius_mm,
         sides=yarn.sides,
         progress=progress,
     )
     least, most = float(yarns.radius_mm.min()), float(yarns.radius_mm.max())
     radii = {"least": least, "greatest": most, "greatest_possible": most * yarns.most}
-    return yarn_bodies(yarns, thing.labels, colours), {
+    return yarn_bodies(yarns, woven.labels, colours), {
         name: round(value, 4) for name, value in radii.items()
     }
 
 
 def _picture(
-    thing: WovenObject,
+    woven: WovenObject,
     colours: Colours,
     bodies: tuple[Body, ...] | None,
     views: Sequence[View],
@@ -177,7 +177,7 @@ def _picture(
     tiles = []
     for view in views or (None,):
         tiles.append(
-            weave_picture(thing.ribbons, colours, view=view)
+            weave_picture(woven.ribbons, colours, view=view)
             if bodies is None
             else bodies_picture(bodies, view=view)
         )

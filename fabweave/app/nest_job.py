@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray, Progress, no_progress, offsets_of
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.flat.piece import Piece
@@ -19,7 +19,7 @@ from fabweave.stock.supplies import Supplies
 
 def lay_out(
     pieces: Sequence[Piece],
-    settings: JobSettings,
+    settings: Settings,
     supplies: Supplies,
     bunches: IntArray,
     executors: Executors = here,
@@ -30,7 +30,7 @@ def lay_out(
     Parameters
     ----------
     pieces : sequence of Piece
-    settings : JobSettings
+    settings : Settings
     supplies : Supplies
     bunches : (T,) int array
         The bunch of each thread.

@@ -9,7 +9,7 @@ from fabweave.app.joined_object import check_made, hole_rules, lay_job
 from fabweave.app.nest_job import lay_out
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.remake_command import command_text
-from fabweave.app.settings import CHOICES, LAYOUT_FILE, JobSettings
+from fabweave.app.settings import CHOICES, LAYOUT_FILE, Settings
 from fabweave.app.woven_object import (
     WovenObject,
     width_notes,
@@ -26,8 +26,8 @@ from fabweave.cut.kerfed_sheets import check_kerf, ready_notes, ready_sheets
 from fabweave.cut.labels.marks import Marks, mark_pieces
 from fabweave.cut.notes.qr_code import code_notes, with_code
 from fabweave.cut.sheets import draw_sheets
-from fabweave.flat.pieces import Pieces, build_pieces
-from fabweave.flat.split.split_plan import Plan
+from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.nest.allotment import Allotment, allot
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -47,13 +47,13 @@ from fabweave.weave.pattern import Weave
 class Job:
     """Everything that a job makes, before it is written."""
 
-    settings: JobSettings
+    settings: Settings
     #: What each bunch is cut from.
     supplies: Supplies
-    object: WovenObject
+    woven: WovenObject
     check: RibbonCheck
-    plan: Plan
-    made: Pieces
+    plan: SplitPlan
+    piece_set: PieceSet
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
     layout: Layout
@@ -74,16 +74,16 @@ class Job:
     @property
     def weave(self) -> Weave:
         """The weave."""
-        return self.object.weave
+        return self.woven.weave
 
     @property
     def colours(self) -> Colours:
         """The colour of each thread."""
-        return thread_colours(self.object.bunches, self.settings.colours)
+        return thread_colours(self.woven.bunches, self.settings.colours)
 
 
 def make_job(
-    settings: JobSettings,
+    settings: Settings,
     progress: Progress = no_progress,
     *,
     start: Start = at_once,
@@ -93,7 +93,7 @@ def make_job(
 
     Parameters
     ----------
-    settings : JobSettings
+    settings : Settings
     progress : callable
         Told what is being done.
     start : callable
@@ -116,27 +116,27 @@ def make_job(
     settings, supplies = complete_settings(settings)
     rules = hole_rules(settings, supplies)
     laid = lay_job(settings, supplies, rules, progress)
-    thing, plan, weave = laid.object, laid.plan, laid.object.weave
+    woven, plan, weave = laid.woven, laid.plan, laid.woven.weave
     progress("checks", 0, 1)
-    check = try_refinement(check_made(thing, settings, supplies), thing, settings, supplies)
-    made = build_pieces(
-        thing.ribbons, weave, plan.runs, thing.labels, rules, laid.joints, slots=settings.slots
+    check = try_refinement(check_made(woven, settings, supplies), woven, settings, supplies)
+    piece_set = build_pieces(
+        woven.ribbons, weave, plan.runs, woven.labels, rules, laid.joints, slots=settings.slots
     )
     progress("marks", 0, 1)
     # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
     # picture is made meanwhile, too.
     marked = start(
         mark_pieces,
-        made.pieces,
+        piece_set.pieces,
         weave.threads.n_crossings,
         settings.labels,
         settings.label_side,
     )
-    portrait = start(portrait_png, thing.ribbons, thread_colours(thing.bunches, settings.colours))
-    ordered = start(_plan_order, made, thing, settings)
-    progress("nesting", 0, len(made.pieces))
-    layout = lay_out(made.pieces, settings, supplies, thing.bunches, executors, progress)
-    allotment = allot(supplies, thing.bunches, layout, made.pieces)
+    portrait = start(portrait_png, woven.ribbons, thread_colours(woven.bunches, settings.colours))
+    ordered = start(_plan_order, piece_set, woven, settings)
+    progress("nesting", 0, len(piece_set.pieces))
+    layout = lay_out(piece_set.pieces, settings, supplies, woven.bunches, executors, progress)
+    allotment = allot(supplies, woven.bunches, layout, piece_set.pieces)
     if layout.recorded:
         settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
@@ -144,32 +144,32 @@ def make_job(
     order = ordered()
     progress("drawings", 0, 1)
     mirrored = settings.label_side == "inside"
-    offcuts = usable_offcuts(layout, [piece.outline for piece in made.pieces])
+    offcuts = usable_offcuts(layout, [piece.outline for piece in piece_set.pieces])
     if mirrored:
         widths = [layout.sheets[offcut.sheet].width_mm for offcut in offcuts]
         offcuts = tuple(map(Offcut.mirrored, offcuts, widths))
     drawings = draw_sheets(
-        made.pieces,
+        piece_set.pieces,
         marks,
         layout,
-        title=thing.woven.title,
+        title=woven.title,
         captions=allotment.captions(),
         mirrored=mirrored,
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
     )
-    usual, _ = complete_settings(JobSettings(settings.mesh, material=settings.material))
+    usual, _ = complete_settings(Settings(settings.mesh, material=settings.material))
     code = command_text(settings, usual)
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
     ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     return Job(
         settings=settings,
         supplies=supplies,
-        object=thing,
+        woven=woven,
         check=check,
         plan=plan,
-        made=made,
-        holes=tuple(hole_findings(made, rules, weave, thing.ribbons, thing.labels)),
+        piece_set=piece_set,
+        holes=tuple(hole_findings(piece_set, rules, weave, woven.ribbons, woven.labels)),
         marks=marks,
         layout=layout,
         offcuts=offcuts,
@@ -180,12 +180,12 @@ def make_job(
         code=code,
         ready=ready,
         notes=(
-            *thing.woven.notes,
-            *thing.chosen.notes,
-            *all_notes(thing.woven.mesh, weave, thing.ribbons, made, marks, rules),
-            *width_notes(thing, settings, supplies),
+            *woven.source.notes,
+            *woven.result.notes,
+            *all_notes(woven.mesh, weave, woven.ribbons, piece_set, marks, rules),
+            *width_notes(woven, settings, supplies),
             *ribbon_notes(check),
-            order_note(order, build_steps(made, order)),
+            order_note(order, build_steps(piece_set, order)),
             *layout.notes,
             *code_notes(drawings),
             *ready_notes(
@@ -198,18 +198,18 @@ def make_job(
     )
 
 
-def _plan_order(made: Pieces, thing: WovenObject, settings: JobSettings) -> Order:
+def _plan_order(piece_set: PieceSet, woven: WovenObject, settings: Settings) -> Order:
     """Plan the order of assembly."""
     return plan_order(
-        made.pieces,
-        thing.ribbons.centre,
-        enclosed=bool(np.all(thing.woven.halfedges.twin >= 0)),
+        piece_set.pieces,
+        woven.ribbons.centre,
+        enclosed=bool(np.all(woven.halfedges.twin >= 0)),
         effort=settings.effort,
         seed=settings.seed,
     )
 
 
-def complete_settings(settings: JobSettings) -> tuple[JobSettings, Supplies]:
+def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     """Fill in what was left to fabweave: thickness, gap and sheet.
 
     Raises

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from fabweave.app.joined_object import hole_rules, lay_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
@@ -20,7 +20,7 @@ _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
 
 
 def try_refinement(
-    check: RibbonCheck, thing: WovenObject, settings: JobSettings, supplies: Supplies
+    check: RibbonCheck, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> RibbonCheck:
     """Add refinement as a remedy to findings that one or two steps of it mend, as tried.
 
@@ -30,7 +30,7 @@ def try_refinement(
     Parameters
     ----------
     check : RibbonCheck
-    thing, settings, supplies
+    woven, settings, supplies
         What was checked.
 
     Returns
@@ -43,7 +43,7 @@ def try_refinement(
         return check
     if settings.pattern != "plain":
         return replace(check, untried="it is tried in plain weave only")
-    crossings, most = thing.weave.threads.n_crossings, MOST_CROSSINGS // 4
+    crossings, most = woven.weave.threads.n_crossings, MOST_CROSSINGS // 4
     if crossings > most:
         return replace(check, untried=f"there are more than {most} crossings")
     findings = check.findings
@@ -64,10 +64,10 @@ def try_refinement(
     return replace(check, findings=findings)
 
 
-def _broken(settings: JobSettings, supplies: Supplies) -> set[str] | None:
+def _broken(settings: Settings, supplies: Supplies) -> set[str] | None:
     """Return the rules that are broken by what is made with some settings; None if nothing is."""
     try:
-        laid = lay_job(settings, supplies, hole_rules(settings, supplies)).object
+        laid = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
     except (CannotMakeError, InputError):
         return None
     check = check_ribbons(

@@ -5,7 +5,7 @@ import json
 import shlex
 from typing import Any
 
-from fabweave.app.settings import JobSettings, settings_table
+from fabweave.app.settings import Settings, settings_table
 
 #: A longer command becomes a code of dots too small, millimetres; its settings' digest is coded.
 MOST_BYTES = 170
@@ -13,14 +13,14 @@ _PROGRAM = ("fabweave", "make")
 _AGAIN = ("-o", "again")
 
 
-def command_text(settings: JobSettings, usual: JobSettings) -> str:
+def command_text(settings: Settings, usual: Settings) -> str:
     """Return a command that makes a job again, or one that names its job.toml by a digest.
 
     Parameters
     ----------
-    settings : JobSettings
+    settings : Settings
         Complete.
-    usual : JobSettings
+    usual : Settings
         What they would be if nothing but the mesh and the material had been asked for.
 
     Returns
@@ -32,12 +32,12 @@ def command_text(settings: JobSettings, usual: JobSettings) -> str:
 
     Examples
     --------
-    >>> settings = JobSettings("shape:torus?m=8&n=4", size_mm=300.0, slots=True)
-    >>> command_text(settings, JobSettings(settings.mesh))
+    >>> settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, slots=True)
+    >>> command_text(settings, Settings(settings.mesh))
     "fabweave make 'shape:torus?m=8&n=4' --size 300mm --slots -o again"
     """
     told, expected = settings_table(settings), settings_table(usual)
-    expected["material"] = JobSettings(settings.mesh).material
+    expected["material"] = Settings(settings.mesh).material
     words, embedded = [*_PROGRAM, settings.mesh], "layout" in told
     for key, value in told.items():
         if key == "mesh" or expected.get(key) == value:

@@ -51,7 +51,7 @@ CHOICES = {
 
 
 @dataclass(frozen=True)
-class JobSettings:
+class Settings:
     """Everything that decides what a job makes; lengths in millimetres.
 
     ``up`` is the axis of the mesh that points up: the mesh is turned so that it becomes z.
@@ -144,12 +144,12 @@ class JobSettings:
         return self.preset.hairline_mm if self.hairline_mm is None else self.hairline_mm
 
 
-def settings_table(settings: JobSettings) -> dict[str, Any]:
+def settings_table(settings: Settings) -> dict[str, Any]:
     """Return the settings under the names and in the form of the command line's options."""
     return {key: value for key, value in _options(settings).items() if value is not None}
 
 
-def _options(settings: JobSettings) -> dict[str, Any]:
+def _options(settings: Settings) -> dict[str, Any]:
     """Return all options; None where nothing was said."""
 
     def length(value: float | ByBunch[float] | None) -> str | None:
@@ -212,10 +212,10 @@ def _preset(preset: Preset) -> str | dict[str, Any]:
 
 
 #: The names of all options that a job.toml may set.
-OPTION_NAMES = frozenset(_options(JobSettings(mesh="")))
+OPTION_NAMES = frozenset(_options(Settings(mesh="")))
 
 
-def job_toml(settings: JobSettings, outcome: dict[str, Any]) -> str:
+def job_toml(settings: Settings, outcome: dict[str, Any]) -> str:
     """Return the text of job.toml: the settings in force, and what they came to."""
     head = (
         f"# Made by fabweave {__version__}. Make it again with:\n"

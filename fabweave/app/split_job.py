@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.arrays import BoolArray, FloatArray
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.joint.planning import lap_beyond
 from fabweave.flat.split.candidate_costs import Bed, list_candidates
 from fabweave.flat.split.length_curve import LENGTHS, compare_lengths, knee
-from fabweave.flat.split.split_plan import Plan
+from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
 from fabweave.nest.area import Area, area_of, clear_rectangle
 from fabweave.nest.fits import fits_rectangle
@@ -30,10 +30,10 @@ def plan_pieces(
     ribbons: Ribbons,
     weave: Weave,
     labels: tuple[str, ...],
-    settings: JobSettings,
+    settings: Settings,
     rules: Sequence[HoleRule],
     supplies: Supplies,
-) -> Plan:
+) -> SplitPlan:
     """Split ribbons so that every piece fits the stock, at the least predicted cost.
 
     Without a greatest length in the settings, the one at the knee of the curve of sheet area over
@@ -43,7 +43,7 @@ def plan_pieces(
     ----------
     ribbons, weave, labels
         The ribbons, who is on top, and the names of the threads.
-    settings : JobSettings
+    settings : Settings
         Complete settings.
     rules : sequence of HoleRule
         The holes that joints may have, the preferred first.
@@ -99,7 +99,7 @@ def plan_pieces(
         length, limit = knee(choices).length_mm if choices else side, np.inf
     room = room_for_joints(ribbons, weave, rules)
     runs = choose_runs(found, weave, bed, labels, length, limit, room)
-    return Plan(runs, asked or length, choices)
+    return SplitPlan(runs, asked or length, choices)
 
 
 def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -> BoolArray | None:

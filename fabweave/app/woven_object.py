@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.app.mesh_source import WovenMesh, load_mesh
-from fabweave.app.settings import JobSettings
+from fabweave.app.mesh_source import LoadedMesh, load_mesh
+from fabweave.app.settings import Settings
 from fabweave.core.arrays import (
     BoolArray,
     FloatArray,
@@ -16,11 +16,12 @@ from fabweave.core.arrays import (
     no_progress,
 )
 from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.narrow import Narrowed, narrow_ribbons
+from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.remedy import is_too_stiff
@@ -36,7 +37,7 @@ from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.weave_pattern import Chosen, weave_pattern
+from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
 
 
 @frozen_value
@@ -45,7 +46,7 @@ class WovenObject:
 
     Parameters
     ----------
-    woven : WovenMesh
+    source : LoadedMesh
         The mesh.
     chosen : Chosen
         The weave, in the pattern that was asked for.
@@ -62,27 +63,42 @@ class WovenObject:
         are as wide as asked.
     """
 
-    woven: WovenMesh
-    chosen: Chosen
+    source: LoadedMesh
+    result: WeaveResult
     labels: tuple[str, ...]
     bunches: IntArray
     ribbons: Ribbons
     laps: IntArray | None = None
-    narrowed: Narrowed | None = None
+    narrowed: Narrowing | None = None
+
+    @property
+    def mesh(self) -> PolyMesh:
+        """The mesh that is woven, in millimetres."""
+        return self.source.mesh
+
+    @property
+    def halfedges(self) -> Halfedges:
+        """The connectivity of the mesh."""
+        return self.source.halfedges
+
+    @property
+    def title(self) -> str:
+        """What to call the object."""
+        return self.source.title
 
     @property
     def weave(self) -> Weave:
         """The weave."""
-        return self.chosen.weave
+        return self.result.weave
 
     @property
     def size_mm(self) -> float:
         """Largest dimension."""
-        return largest_dimension(self.woven.mesh)
+        return largest_dimension(self.mesh)
 
 
 def weave_object(
-    settings: JobSettings, supplies: Supplies, progress: Progress = no_progress
+    settings: Settings, supplies: Supplies, progress: Progress = no_progress
 ) -> WovenObject:
     """Bring the mesh of a job to the loom, weave it, and lay its ribbons as wide as asked.
 
@@ -97,37 +113,37 @@ def weave_object(
         For what cannot be made as asked; the message says what would help.
     """
     progress("mesh", 0, 1)
-    woven = load_mesh(settings, progress)
+    source = load_mesh(settings, progress)
     progress("weave", 0, 1)
-    threads = trace_threads(woven.halfedges, turn=settings.boundary == "turn")
+    threads = trace_threads(source.halfedges, turn=settings.boundary == "turn")
     labels = thread_labels(threads.n_threads)
     bunches = part_bunches(threads)
     supplies.require(bunches)
     chosen = weave_pattern(
         settings.pattern,
-        woven.halfedges,
+        source.halfedges,
         threads,
         bunches,
         labels,
-        n_old_vertices=woven.n_old_vertices,
+        n_old_vertices=source.n_old_vertices,
         effort=settings.effort,
         seed=settings.seed,
         progress=progress,
     )
     progress("ribbons", 0, 1)
-    ribbons = lay_ribbons(woven, chosen.weave, settings, supplies.thickness_mm(bunches))
+    ribbons = lay_ribbons(source, chosen.weave, settings, supplies.thickness_mm(bunches))
     if ribbons.n_rungs == 0:
         raise CannotMakeError(
             "nothing crosses anything on this mesh: no edge lies between two faces; "
             "weaving needs faces that share edges"
         )
-    return WovenObject(woven, chosen, labels, bunches, ribbons)
+    return WovenObject(source, chosen, labels, bunches, ribbons)
 
 
 def lay_ribbons(
-    woven: WovenMesh,
+    source: LoadedMesh,
     weave: Weave,
-    settings: JobSettings,
+    settings: Settings,
     thickness_mm: FloatArray,
     laps: IntArray | None = None,
     narrowing: FloatArray | None = None,
@@ -139,7 +155,7 @@ def lay_ribbons(
     ----------
     woven, weave
         The mesh and its weave.
-    settings : JobSettings
+    settings : Settings
         Width and clearance.
     thickness_mm : (T,) float array
         Of each thread's material.
@@ -155,8 +171,8 @@ def lay_ribbons(
         weave, height = part.weave, height[part.crossings]
         narrowing = narrowing[part.passes] if narrowing is not None else None
     ribbons = project_ribbons(
-        woven.mesh,
-        woven.halfedges,
+        source.mesh,
+        source.halfedges,
         weave,
         height_mm=height,
         length=settings.crossing,
@@ -167,27 +183,27 @@ def lay_ribbons(
 
 
 def keep_clear(
-    thing: WovenObject, settings: JobSettings, supplies: Supplies, laps: IntArray | None = None
+    woven: WovenObject, settings: Settings, supplies: Supplies, laps: IntArray | None = None
 ) -> WovenObject:
     """Lay the ribbons of a woven object again, with room for laps where joints are.
 
     If the width is left to fabweave, they get narrower where they would be too near to others.
     """
-    thickness = supplies.thickness_mm(thing.bunches)
+    thickness = supplies.thickness_mm(woven.bunches)
 
     def lay(factor: FloatArray | None = None, part: Part | None = None) -> Ribbons:
-        return lay_ribbons(thing.woven, thing.weave, settings, thickness, laps, factor, part)
+        return lay_ribbons(woven.source, woven.weave, settings, thickness, laps, factor, part)
 
     if not settings.width.auto:
-        return replace(thing, ribbons=lay(), laps=laps)
-    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
-    narrowed = narrow_ribbons(lay, thing.weave, limits)
-    return replace(thing, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
+        return replace(woven, ribbons=lay(), laps=laps)
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    narrowed = narrow_ribbons(lay, woven.weave, limits)
+    return replace(woven, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
 
 
 def check_object(
-    thing: WovenObject,
-    settings: JobSettings,
+    woven: WovenObject,
+    settings: Settings,
     supplies: Supplies,
     remake: Callable[[float], WovenObject] | None = None,
 ) -> RibbonCheck:
@@ -198,19 +214,19 @@ def check_object(
 
     Parameters
     ----------
-    thing, settings, supplies
+    woven, settings, supplies
         What is checked.
     remake : callable, optional
         Plans its pieces and lays its ribbons for them at another size, in millimetres. Without it,
         they are taken to have room for a lap everywhere.
     """
-    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
-    thickness = supplies.thickness_mm(thing.bunches)
-    narrowed = thing.narrowed
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(woven.bunches)
+    narrowed = woven.narrowed
 
     def lay(size_mm: float, narrower: float, narrowest: bool, part: Part | None) -> Ribbons:
-        growth = size_mm / thing.size_mm
-        woven = _scaled(thing.woven, growth)
+        growth = size_mm / woven.size_mm
+        source = _scaled(woven.source, growth)
         changed = replace(settings, width=settings.width.times(narrower))
         factor = None
         if narrowed is not None and growth == 1.0:
@@ -222,82 +238,82 @@ def check_object(
                 growth = 1.0
             factor, stuck = narrowed.factor.copy(), narrowed.stuck
             factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
-        laps = thing.laps if size_mm == thing.size_mm else None
-        return lay_ribbons(woven, thing.weave, changed, thickness, laps, factor, part)
+        laps = woven.laps if size_mm == woven.size_mm else None
+        return lay_ribbons(source, woven.weave, changed, thickness, laps, factor, part)
 
     def settle(size_mm: float, planned: bool) -> tuple[Ribbons, Nearness | None]:
         made = remake(size_mm) if remake is not None and planned else None
         if made is None:
-            made = keep_clear(resized(thing, size_mm), settings, supplies)
+            made = keep_clear(resized(woven, size_mm), settings, supplies)
         if made.narrowed is None:
             return made.ribbons, measure_clearance(made.ribbons, made.weave, limits)[1]
         known = made.narrowed.clearance
         return made.ribbons, known[1] if known is not None else None
 
     return check_ribbons(
-        thing.ribbons,
-        thing.weave,
-        thing.labels,
+        woven.ribbons,
+        woven.weave,
+        woven.labels,
         limits,
-        size_mm=thing.size_mm,
+        size_mm=woven.size_mm,
         lay=lay,
         clearance=narrowed.clearance if narrowed is not None else None,
         settle=settle,
         auto=narrowed is not None,
-        clashing=_beside_clashes(thing) if thing.woven.clashes else None,
+        clashing=_beside_clashes(woven) if woven.source.clashes else None,
     )
 
 
-def _beside_clashes(thing: WovenObject) -> BoolArray:
+def _beside_clashes(woven: WovenObject) -> BoolArray:
     """Tell which crossings lie beside faces that run through other faces, (X,)."""
-    halfedges = thing.woven.halfedges
-    clashing = np.zeros(thing.woven.mesh.n_faces, dtype=bool)
-    clashing[self_intersections(thing.woven.mesh).ravel()] = True
-    here = thing.weave.threads.crossing_halfedge
+    halfedges = woven.halfedges
+    clashing = np.zeros(woven.mesh.n_faces, dtype=bool)
+    clashing[self_intersections(woven.mesh).ravel()] = True
+    here = woven.weave.threads.crossing_halfedge
     beside = halfedges.face[here], halfedges.face[halfedges.twin[here]]
     return np.asarray(clashing[beside[0]] | clashing[beside[1]])
 
 
-def resized(thing: WovenObject, size_mm: float) -> WovenObject:
+def resized(woven: WovenObject, size_mm: float) -> WovenObject:
     """Return an object whose mesh has another largest dimension; its ribbons are not laid anew."""
-    return replace(thing, woven=_scaled(thing.woven, size_mm / thing.size_mm))
+    return replace(woven, source=_scaled(woven.source, size_mm / woven.size_mm))
 
 
-def _scaled(woven: WovenMesh, factor: float) -> WovenMesh:
-    mesh = woven.mesh
-    return replace(woven, mesh=PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices))
+def _scaled(source: LoadedMesh, factor: float) -> LoadedMesh:
+    mesh = source.mesh
+    return replace(source, mesh=PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices))
 
 
-def require_stiffness(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> None:
+def require_stiffness(woven: WovenObject, settings: Settings, supplies: Supplies) -> None:
     """Raise CannotMakeError if a material is too stiff for an object."""
-    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
-    if is_too_stiff(measure_along(thing.ribbons, limits)["bend"]):
-        check = check_object(thing, settings, supplies)
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    if is_too_stiff(measure_along(woven.ribbons, limits)["bend"]):
+        check = check_object(woven, settings, supplies)
         for found in check.refused:
-            own = int(supplies.of(thing.bunches)[thing.labels.index(found.thread)])
+            own = int(supplies.of(woven.bunches)[woven.labels.index(found.thread)])
             thinner = thinner_supply(supplies, own, found.value)
             require_pliable(check, supplies.materials[own].title, thinner)
 
 
-def width_notes(thing: WovenObject, settings: JobSettings, supplies: Supplies) -> list[str]:
+def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
     """Say where ribbons were narrowed, and how wide ribbons of one width could be."""
     notes = []
-    factor = thing.narrowed.factor if thing.narrowed is not None else np.ones(1)
+    factor = woven.narrowed.factor if woven.narrowed is not None else np.ones(1)
     if factor.min() < 1:
         notes.append(
             f"width: at {np.count_nonzero(factor < 1)} of {len(factor)} places ribbons were made "
             f"narrower, down to {factor.min():.0%}, to keep clear of one another"
         )
-    mesh, halfedges = thing.woven.mesh, thing.woven.halfedges
-    limits = thread_limits(supplies, thing.bunches, settings.clearance_mm)
-    thickness = supplies.thickness_mm(thing.bunches)
-    room = widest_width(mesh, halfedges, thing.weave, length=settings.crossing)
+    mesh, halfedges = woven.mesh, woven.halfedges
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(woven.bunches)
+    room = widest_width(mesh, halfedges, woven.weave, length=settings.crossing)
 
     def lay(width_mm: float) -> Ribbons:
         changed = replace(settings, width=WidthRule(least_mm=width_mm, most_mm=width_mm))
-        return lay_ribbons(thing.woven, thing.weave, changed, thickness, thing.laps)
+        return lay_ribbons(woven.source, woven.weave, changed, thickness, woven.laps)
 
-    widest = widest_clear(lay, thing.weave, limits, room)
+    widest = widest_clear(lay, woven.weave, limits, room)
     if widest is None:
         notes.append(
             f"width: ribbons of one width have no room, or do not keep clear of one another, at "

@@ -16,7 +16,7 @@ from fabweave.cut.labels.texts import Label
 from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 from fabweave.flat.strand_owners import Owners, find_owners
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.nest.allotment import Allotment
@@ -25,7 +25,7 @@ from fabweave.nest.offcut import Offcut
 from fabweave.ribbon.project import Ribbons
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.weave.pattern import Weave
-from fabweave.weave.weave_pattern import Chosen
+from fabweave.weave.weave_pattern import WeaveResult
 
 SCHEMA = "fabweave.crossing-map/1"
 
@@ -36,11 +36,11 @@ _BULGE_DECIMALS = 9
 
 def crossing_map(
     halfedges: Halfedges,
-    chosen: Chosen,
+    chosen: WeaveResult,
     bunches: IntArray,
     labels: Sequence[str],
     ribbons: Ribbons,
-    made: Pieces,
+    made: PieceSet,
     marks: Sequence[Marks],
     layout: Layout,
     sheet_names: Sequence[str],
@@ -177,7 +177,7 @@ def joint_at(piece: Piece, station: int) -> int | None:
 
 
 def _threads(
-    weave: Weave, bunches: IntArray, labels: Sequence[str], made: Pieces
+    weave: Weave, bunches: IntArray, labels: Sequence[str], made: PieceSet
 ) -> list[dict[str, Any]]:
     """Return the threads with their crossings and pieces in walking order."""
     owned: list[list[str]] = [[] for _ in labels]
@@ -202,7 +202,7 @@ def _threads(
 
 
 def _crossings(
-    halfedges: Halfedges, weave: Weave, ribbons: Ribbons, made: Pieces, owners: Owners
+    halfedges: Halfedges, weave: Weave, ribbons: Ribbons, made: PieceSet, owners: Owners
 ) -> list[dict[str, Any]]:
     """Return the crossings with their edge, position and both strands."""
     first = weave.threads.crossing_halfedge
@@ -231,7 +231,7 @@ def _crossings(
 
 
 def _pieces(
-    made: Pieces,
+    made: PieceSet,
     marks: Sequence[Marks],
     layout: Layout,
     owners: Owners,

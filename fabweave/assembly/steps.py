@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fabweave.assembly.order.planning import Order
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8
@@ -33,12 +33,12 @@ class _Placed:
         return len(self.over) + len(self.under) + len(self.joints)
 
 
-def build_steps(made: Pieces, order: Order) -> list[dict[str, Any]]:
+def build_steps(made: PieceSet, order: Order) -> list[dict[str, Any]]:
     """Build the steps of an order: one piece each, or a few that are only laid down.
 
     Parameters
     ----------
-    made : Pieces
+    made : PieceSet
         All pieces and joints of the job.
     order : Order
         The order of its pieces.
@@ -89,7 +89,7 @@ def _grouped(placed: Sequence[_Placed]) -> list[list[_Placed]]:
     return groups
 
 
-def _place_all(made: Pieces, order: Order) -> list[_Placed]:
+def _place_all(made: PieceSet, order: Order) -> list[_Placed]:
     """Place the pieces one after another."""
     pieces = made.pieces
     carriers: dict[tuple[int, bool], set[int]] = {}

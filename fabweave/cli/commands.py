@@ -98,8 +98,8 @@ def make(
             "directory": str(output),
             "threads": job.weave.threads.n_threads,
             "crossings": job.weave.threads.n_crossings,
-            "pieces": len(job.made.pieces),
-            "joints": len(job.made.joints),
+            "pieces": len(job.piece_set.pieces),
+            "joints": len(job.piece_set.joints),
             "sheets": names,
             "proved": True,
             "notes": list(job.notes),
@@ -110,8 +110,9 @@ def make(
     for note in job.notes:
         console.print(f"  {note}", markup=False)
     console.print(
-        f"{agree(len(job.made.pieces), '{n} piece[|s]')}, "
-        f"{agree(len(job.made.joints), '{n} joint[|s]')}, {agree(len(names), '{n} sheet[|s]')}; "
+        f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')}, "
+        f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
+        f"{agree(len(names), '{n} sheet[|s]')}; "
         f"proved by {len(proof.checks)} checks of the written files",
         markup=False,
     )

@@ -12,7 +12,7 @@ from fabweave.app.settings import (
     EFFORTS,
     OPTION_NAMES,
     UPS,
-    JobSettings,
+    Settings,
     read_job_options,
 )
 from fabweave.cli.option_types import Checked, Length, LengthByBunch, LengthOrAuto, Stock, StockList
@@ -24,7 +24,7 @@ from fabweave.ribbon.width import parse_width
 Command: TypeAlias = Callable[..., Any]
 
 
-DEFAULTS = JobSettings(mesh="")
+DEFAULTS = Settings(mesh="")
 
 
 def load_config(ctx: click.Context, _param: click.Parameter, value: Path | None) -> Path | None:
@@ -272,7 +272,7 @@ def _micro_joints(text: str | None) -> MicroJoints | None:
     return None if text is None else parse_micro_joints(text)
 
 
-def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
+def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:
     """Turn the options of the command line into settings."""
     config = options["config"]
     if not mesh:
@@ -282,7 +282,7 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> JobSettings:
     if config and not mesh.startswith("shape:") and not Path(mesh).exists():
         beside = Path(config).parent / mesh
         mesh = str(beside) if beside.exists() else mesh
-    return JobSettings(
+    return Settings(
         mesh=mesh,
         up=options["up"],
         size_mm=options["size"],

@@ -35,7 +35,7 @@ _DECIMALS = 4
 
 
 @dataclass(frozen=True)
-class Stuff:
+class PieceMaterial:
     """What a piece is cut from."""
 
     material: str
@@ -58,7 +58,7 @@ class Stuff:
 class KindFile:
     """A distinct piece: how its files are called, what they hold, and which pieces it makes."""
 
-    stuff: Stuff
+    stuff: PieceMaterial
     kind: int
     ids: tuple[str, ...]
     piece: Piece
@@ -66,7 +66,7 @@ class KindFile:
 
 
 def kind_files(
-    pieces: Sequence[Piece], kinds: Sequence[int], stuff: Sequence[Stuff]
+    pieces: Sequence[Piece], kinds: Sequence[int], stuff: Sequence[PieceMaterial]
 ) -> tuple[KindFile, ...]:
     """Draw one piece of each kind and stuff, with its lower left corner in the origin.
 

@@ -3,19 +3,19 @@
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 
 _DECIMALS = 6
 
 
-def count_layers(made: Pieces) -> IntArray:
+def count_layers(made: PieceSet) -> IntArray:
     """Return how many layers lie on one another at each crossing, (X,): three at a lap."""
     return np.bincount(
         np.concatenate([piece.crossings for piece in made.pieces]), minlength=len(made.room_mm)
     )
 
 
-def grips_mm(made: Pieces) -> FloatArray:
+def grips_mm(made: PieceSet) -> FloatArray:
     """Return how thick the layers at each crossing are together, (X,): the grip of a fastener.
 
     Each layer counts with the thickness of its own thread's material.

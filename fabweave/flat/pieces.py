@@ -19,7 +19,7 @@ from fabweave.weave.pattern import Weave
 
 
 @frozen_value
-class Pieces:
+class PieceSet:
     """All pieces and joints of a job.
 
     Parameters
@@ -52,7 +52,7 @@ def build_pieces(
     plan: JointPlan | None = None,
     *,
     slots: bool = False,
-) -> Pieces:
+) -> PieceSet:
     """Build every piece with its stations, holes and joints.
 
     One hole diameter serves the whole job: the largest of ``rules`` for which nine crossings of
@@ -96,7 +96,9 @@ def build_pieces(
         for index in range(len(numbers))
     )
     kinds = np.where(glued, "glue", np.array(plan.kind, dtype=object))
-    return Pieces(pieces, _join(pieces, plan, kinds.tolist()), drilled.rule, drilled.room_mm, plan)
+    return PieceSet(
+        pieces, _join(pieces, plan, kinds.tolist()), drilled.rule, drilled.room_mm, plan
+    )
 
 
 def _piece(

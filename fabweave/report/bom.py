@@ -8,14 +8,14 @@ import numpy as np
 
 from fabweave.core.messages import agree
 from fabweave.flat.layers import count_layers, grips_mm
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 
 #: Spare fasteners, as a share of those needed; but no fewer than ``LEAST_SPARES``.
 SPARE_SHARE = 0.08
 LEAST_SPARES = 2
 
 
-def bill_of_materials(made: Pieces) -> dict[str, Any]:
+def bill_of_materials(made: PieceSet) -> dict[str, Any]:
     """Count fasteners, glue and tape.
 
     A fastener's grip is the thickness of all layers that it goes through, each with that of its
@@ -25,7 +25,7 @@ def bill_of_materials(made: Pieces) -> dict[str, Any]:
 
     Parameters
     ----------
-    made : Pieces
+    made : PieceSet
 
     Returns
     -------
@@ -67,7 +67,7 @@ def bill_of_materials(made: Pieces) -> dict[str, Any]:
     }
 
 
-def _breadth(made: Pieces, index: int) -> float:
+def _breadth(made: PieceSet, index: int) -> float:
     """Return how wide a piece is at its last station, square to its thread."""
     piece = made.pieces[index]
     across, along = piece.rails[-1, 1] - piece.rails[-1, 0], piece.directions[-1]

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from fabweave.core.messages import agree
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 from fabweave.ribbon.measures import size_for
 
 _KINDS = {
@@ -16,12 +16,12 @@ _KINDS = {
 }
 
 
-def joint_notes(made: Pieces, size_mm: float) -> list[str]:
+def joint_notes(made: PieceSet, size_mm: float) -> list[str]:
     """Return what a maker should know of the joints: their kinds, and what would mend the rest.
 
     Parameters
     ----------
-    made : Pieces
+    made : PieceSet
     size_mm : float
         Largest dimension of the object.
     """
@@ -55,6 +55,6 @@ def joint_notes(made: Pieces, size_mm: float) -> list[str]:
     return [note]
 
 
-def _wanted(made: Pieces) -> tuple[int, ...]:
+def _wanted(made: PieceSet) -> tuple[int, ...]:
     """Return how many holes a joint may have that is made as asked."""
     return (made.plan.rule.fasteners if made.plan.rule.kind == "rivet" else 0,)

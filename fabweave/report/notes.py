@@ -10,7 +10,7 @@ from fabweave.core.messages import agree
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import KINDS, WANTED_HEIGHT_MM
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.bom import bill_of_materials, bom_notes
 from fabweave.report.joint_notes import joint_notes
@@ -33,7 +33,7 @@ def all_notes(
     mesh: PolyMesh,
     weave: Weave,
     ribbons: Ribbons,
-    made: Pieces,
+    made: PieceSet,
     marks: Sequence[Marks],
     rules: Sequence[HoleRule],
 ) -> list[str]:
@@ -84,7 +84,7 @@ def _width_note(width: FloatArray) -> str:
     )
 
 
-def _hole_notes(made: Pieces, rules: Sequence[HoleRule], size: float) -> list[str]:
+def _hole_notes(made: PieceSet, rules: Sequence[HoleRule], size: float) -> list[str]:
     """Say which hole was chosen, where there is none, and at what size there would be."""
     if not rules:
         return ["holes: none, as asked"]

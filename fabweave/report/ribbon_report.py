@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
 from fabweave.flat.joint.holes import HoleRule
-from fabweave.flat.pieces import Pieces
+from fabweave.flat.pieces import PieceSet
 from fabweave.flat.unfold.waves import wave_turns
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
@@ -23,13 +23,13 @@ SCHEMA = "fabweave.ribbons/1"
 
 
 def hole_findings(
-    made: Pieces, rules: Sequence[HoleRule], weave: Weave, ribbons: Ribbons, labels: Sequence[str]
+    made: PieceSet, rules: Sequence[HoleRule], weave: Weave, ribbons: Ribbons, labels: Sequence[str]
 ) -> list[Finding]:
     """Find the crossings that have no room for a hole with its distance to every edge.
 
     Parameters
     ----------
-    made : Pieces
+    made : PieceSet
         With the hole that was chosen.
     rules : sequence of HoleRule
         The holes that there were to choose from; none if no holes are wanted.

@@ -8,14 +8,16 @@ import numpy as np
 import shapely
 
 from fabweave.flat.piece import Piece
-from fabweave.flat.split.split_plan import Plan
+from fabweave.flat.split.split_plan import SplitPlan
 
 _CHART = (560, 190)  # width and height in pixels
 _EDGE = 90
 _LOW = 34
 
 
-def splitting_record(plan: Plan, pieces: Sequence[Piece], labels: Sequence[str]) -> dict[str, Any]:
+def splitting_record(
+    plan: SplitPlan, pieces: Sequence[Piece], labels: Sequence[str]
+) -> dict[str, Any]:
     """Return what ``waste.json`` holds under ``splitting``.
 
     ``choices`` are predictions for several greatest lengths, made before anything was nested; of

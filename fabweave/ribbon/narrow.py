@@ -29,7 +29,7 @@ _HANDLED = 1.05
 
 
 @frozen_value
-class Narrowed:
+class Narrowing:
     """Ribbons that are narrower where they would be too near to others.
 
     Parameters
@@ -62,7 +62,7 @@ class Narrowed:
         )
 
 
-def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
+def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
     """Narrow ribbons, step by step, about the places where they are too near to one another.
 
     Where two stretches are too near, the ribbon gets narrower at the crossings at their ends, and
@@ -105,7 +105,7 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
     bends = measure_bends(ribbons)
     least = _least_factors(ribbons, limits, bends)
     if is_too_stiff(measure_along(ribbons, limits, bends)["bend"]):
-        return Narrowed(ribbons, factor, least, None)
+        return Narrowing(ribbons, factor, least, None)
     floor = np.minimum(least, 1.0)
     clearance, near = measure_clearance(ribbons, weave, limits)
     while True:
@@ -115,7 +115,7 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowed:
             thin = _least_factors(ribbons, limits, measure_bends(ribbons)) > _HANDLED
             weak = np.flatnonzero(thin & (factor < 1) & (floor < 1))
             if not len(weak):
-                return Narrowed(ribbons, factor, least, (clearance, near))
+                return Narrowing(ribbons, factor, least, (clearance, near))
             floor[weak] = np.minimum(factor[weak] / _STEP, 1.0)
             narrower = np.maximum(factor, floor)
         changed = np.flatnonzero(narrower != factor)

@@ -22,7 +22,7 @@ NAMED_PATTERNS = ("plain", "twill", "triaxial")
 
 
 @frozen_value
-class Chosen:
+class WeaveResult:
     """A weave in the pattern that was asked for.
 
     Parameters
@@ -97,7 +97,7 @@ def weave_pattern(
     effort: str = "normal",
     seed: int = 0,
     progress: Progress = no_progress,
-) -> Chosen:
+) -> WeaveResult:
     """Weave a mesh in a pattern.
 
     Parameters
@@ -125,15 +125,17 @@ def weave_pattern(
         If a fabric does not close up on the mesh; the message says what obstructs it.
     """
     if pattern == "plain":
-        return Chosen(plain_weave(threads))
+        return WeaveResult(plain_weave(threads))
     if pattern == "twill":
         twill = weave_twill(
             halfedges, threads, bunches, labels, effort=effort, seed=seed, progress=progress
         )
-        return Chosen(twill.weave, tuple(twill_notes(twill)), twill)
+        return WeaveResult(twill.weave, tuple(twill_notes(twill)), twill)
     if pattern == "triaxial":
         weave = _triaxial(halfedges, threads, n_old_vertices)
-        return Chosen(weave, ("triaxial: exact, no condition is broken",) if weave.exact else ())
+        return WeaveResult(
+            weave, ("triaxial: exact, no condition is broken",) if weave.exact else ()
+        )
     fabric = parse_fabric(pattern)
     found = weave_fabric(halfedges, threads, fabric, labels=labels)
     if found.weave is None:
@@ -149,7 +151,9 @@ def weave_pattern(
     in_warp = 0 if found.warp is None else int(np.count_nonzero(found.warp & (threads.lengths > 0)))
     warp = agree(in_warp, "{n} [thread is|threads are] the warp") if in_warp else ""
     notes = [f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)]
-    return Chosen(found.weave, tuple(notes) if warp else (), warp=found.warp, label=found.label)
+    return WeaveResult(
+        found.weave, tuple(notes) if warp else (), warp=found.warp, label=found.label
+    )
 
 
 def _triaxial(halfedges: Halfedges, threads: Threads, n_old_vertices: int) -> Weave:

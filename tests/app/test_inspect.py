@@ -13,7 +13,7 @@ from PIL import Image
 from fabweave.app.inspection import inspect_mesh
 from fabweave.app.inspection_text import inspection_text
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.cli.commands import main
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.io.files import write_mesh
@@ -33,7 +33,7 @@ def run(*arguments: object) -> int:
 
 
 def facts_of(mesh: object, **options) -> dict:
-    return inspect_mesh(JobSettings(mesh=str(mesh), size_mm=300.0, **options)).facts
+    return inspect_mesh(Settings(mesh=str(mesh), size_mm=300.0, **options)).facts
 
 
 def text_of(facts: dict) -> str:
@@ -169,22 +169,22 @@ def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
 @pytest.mark.parametrize(
     "settings",
     [
-        JobSettings("shape:torus?m=8&n=4", size_mm=400.0),
-        JobSettings("shape:torus?m=8&n=4", size_mm=400.0, pattern="twill", max_length_mm=300.0),
-        JobSettings(
+        Settings("shape:torus?m=8&n=4", size_mm=400.0),
+        Settings("shape:torus?m=8&n=4", size_mm=400.0, pattern="twill", max_length_mm=300.0),
+        Settings(
             "shape:octahedron", size_mm=200.0, pattern="triaxial", width=WidthRule(0.5, 0.0, 30.0)
         ),
-        JobSettings("shape:hypar?m=4&n=4", size_mm=300.0, boundary="turn", thickness_mm=2.0),
-        JobSettings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=0.5),
+        Settings("shape:hypar?m=4&n=4", size_mm=300.0, boundary="turn", thickness_mm=2.0),
+        Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=0.5),
     ],
     ids=lambda settings: f"{settings.mesh}-{settings.pattern}",
 )
 def test_what_is_told_is_what_is_made(settings) -> None:
     facts = inspect_mesh(settings).facts
     job = make_job(replace(settings, effort="quick"))
-    assert facts["pieces"]["count"] == len(job.made.pieces)
+    assert facts["pieces"]["count"] == len(job.piece_set.pieces)
     assert facts["pieces"]["sheets"] == ["1000x700mm"]
-    width, length = ribbon_widths(job.object.ribbons), thread_lengths(job.object.ribbons)
+    width, length = ribbon_widths(job.woven.ribbons), thread_lengths(job.woven.ribbons)
     assert facts["ribbons"]["least"] == pytest.approx(width.min(), abs=5e-4)
     assert facts["ribbons"]["median"] == pytest.approx(np.median(width), abs=5e-4)
     assert facts["ribbons"]["greatest"] == pytest.approx(width.max(), abs=5e-4)
@@ -194,9 +194,9 @@ def test_what_is_told_is_what_is_made(settings) -> None:
 @pytest.mark.parametrize(
     "settings",
     [
-        JobSettings("shape:hypar?m=3&n=3", size_mm=300.0, pattern="triaxial", boundary="turn"),
-        JobSettings("shape:torus?m=40&n=40", size_mm=6.0),
-        JobSettings("shape:tetrahedron", size_mm=3000.0),
+        Settings("shape:hypar?m=3&n=3", size_mm=300.0, pattern="triaxial", boundary="turn"),
+        Settings("shape:torus?m=40&n=40", size_mm=6.0),
+        Settings("shape:tetrahedron", size_mm=3000.0),
     ],
     ids=["hangs by one edge", "too narrow", "too large"],
 )
@@ -291,8 +291,8 @@ def test_a_planar_diagram_of_a_torus_is_refused_and_nothing_is_written(tmp_path,
 def test_the_gauss_code_is_the_weave_of_the_job(mesh, pattern, boundary, tmp_path) -> None:
     assert run("inspect", mesh, "--size", "400mm", "--pattern", pattern, "--boundary", boundary,
                "--gauss", tmp_path / "a.txt") == 0  # fmt: skip
-    settings = JobSettings(mesh, size_mm=400.0, pattern=pattern, boundary=boundary)
-    found = inspect_mesh(settings).object
+    settings = Settings(mesh, size_mm=400.0, pattern=pattern, boundary=boundary)
+    found = inspect_mesh(settings).woven
     weave, threads = found.weave, found.weave.threads
     lines = (tmp_path / "a.txt").read_text().splitlines()
     assert [line.split(":")[0] for line in lines] == list(found.labels)

@@ -8,7 +8,7 @@ import pytest
 
 from fabweave.app.joined_object import hole_rules, lay_job
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes
@@ -22,10 +22,10 @@ REFUSED = "stainless-304"
 
 def checked(material: str, size_mm: float = 300.0) -> RibbonCheck:
     settings, supplies = complete_settings(
-        JobSettings(mesh="shape:sphere", size_mm=size_mm, material=material)
+        Settings(mesh="shape:sphere", size_mm=size_mm, material=material)
     )
-    thing = lay_job(settings, supplies, hole_rules(settings, supplies)).object
-    return check_object(thing, settings, supplies)
+    woven = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
+    return check_object(woven, settings, supplies)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import pytest
 
 from fabweave.app.job_folder import run_job
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings, job_toml
+from fabweave.app.settings import Settings, job_toml
 from fabweave.app.woven_object import weave_object
 from fabweave.cli.commands import main
 from fabweave.core.errors import InputError
@@ -33,7 +33,7 @@ from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
 WARP, WEFT = 0.4, 0.7
-SETTINGS = JobSettings(
+SETTINGS = Settings(
     "shape:torus?m=6&n=4",
     size_mm=260.0,
     effort="quick",
@@ -59,9 +59,9 @@ def read(folder: Path, name: str) -> dict:
 
 def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
     job, _ = made
-    threads, ribbons = job.weave.threads, job.object.ribbons
-    thickness = np.where(job.object.bunches == 0, WARP, WEFT)[threads.thread_of_pass]
-    lapped = {joint.crossing for joint in job.made.joints if joint.lap_mm > 0}
+    threads, ribbons = job.weave.threads, job.woven.ribbons
+    thickness = np.where(job.woven.bunches == 0, WARP, WEFT)[threads.thread_of_pass]
+    lapped = {joint.crossing for joint in job.piece_set.joints if joint.lap_mm > 0}
     corners = [rail[ribbons.entry + at] for rail in (ribbons.right, ribbons.left) for at in (0, 1)]
     away = np.mean(corners, axis=0) - ribbons.centre[threads.crossing]
     height = np.einsum("pd,pd->p", away, ribbons.normal[threads.crossing])
@@ -297,7 +297,7 @@ def test_what_does_not_fit_the_bunches_is_refused(options, words, tmp_path, caps
 
 def test_warp_and_weft_name_two_bunches_only() -> None:
     settings, supplies = complete_settings(
-        JobSettings("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
+        Settings("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
     )
     with pytest.raises(InputError, match="there is no bunch warp, weft and nothing is said of 2"):
         weave_object(settings, supplies)
@@ -306,19 +306,19 @@ def test_warp_and_weft_name_two_bunches_only() -> None:
 def test_bunches_by_number() -> None:
     # A cube has four threads, each of which crosses the others.
     names = "0=card,1=birch-veneer,2=card,3=polypropylene"
-    settings, supplies = complete_settings(JobSettings("shape:cube", size_mm=300.0, material=names))
-    thing = weave_object(settings, supplies)
-    bunches = thing.bunches
+    settings, supplies = complete_settings(Settings("shape:cube", size_mm=300.0, material=names))
+    woven = weave_object(settings, supplies)
+    bunches = woven.bunches
     assert sorted(bunches.tolist()) == [0, 1, 2, 3]
     told = [supplies.materials[index].name for index in supplies.of(bunches)]
     assert told == [dict(split_by_bunch(names, what="material"))[str(b)] for b in bunches.tolist()]
     assert [supply.bunches for supply in supplies.each] == [("0", "2"), ("1",), ("3",)]
     upper, lower = (
-        measure_layers(thing.ribbons, thing.weave, thread_limits(supplies, bunches)).__dict__[key]
+        measure_layers(woven.ribbons, woven.weave, thread_limits(supplies, bunches)).__dict__[key]
         for key in ("passes", "others")
     )
-    thick = supplies.thickness_mm(bunches)[thing.weave.threads.thread_of_pass]
-    wanted = measure_layers(thing.ribbons, thing.weave, thread_limits(supplies, bunches)).limit
+    thick = supplies.thickness_mm(bunches)[woven.weave.threads.thread_of_pass]
+    wanted = measure_layers(woven.ribbons, woven.weave, thread_limits(supplies, bunches)).limit
     assert wanted == pytest.approx((thick[upper] + thick[lower]) / 2)
 
 
@@ -358,8 +358,8 @@ def test_sheets_of_a_material_are_for_its_threads_only() -> None:
 
 
 def test_equal_materials_by_bunch_make_the_job_of_one_material() -> None:
-    plain, _ = complete_settings(JobSettings("shape:torus", material="card"))
-    named, _ = complete_settings(JobSettings("shape:torus", material="warp=card,weft=card"))
+    plain, _ = complete_settings(Settings("shape:torus", material="card"))
+    named, _ = complete_settings(Settings("shape:torus", material="warp=card,weft=card"))
     assert (
         tomllib.loads(job_toml(named, {}))["job"] | {"material": "card"}
         == (tomllib.loads(job_toml(plain, {}))["job"])
@@ -368,17 +368,17 @@ def test_equal_materials_by_bunch_make_the_job_of_one_material() -> None:
 
 def test_every_thread_is_held_to_its_own_limits() -> None:
     settings, supplies = complete_settings(SETTINGS)
-    thing = weave_object(settings, supplies)
-    mixed = measure_along(thing.ribbons, thread_limits(supplies, thing.bunches))
-    thread = thing.weave.threads.thread_of_pass
+    woven = weave_object(settings, supplies)
+    mixed = measure_along(woven.ribbons, thread_limits(supplies, woven.bunches))
+    thread = woven.weave.threads.thread_of_pass
     for index, material in enumerate(supplies.materials):
-        alone = measure_along(thing.ribbons, ribbon_limits(material))
+        alone = measure_along(woven.ribbons, ribbon_limits(material))
         for rule, measured in mixed.items():
-            own = supplies.of(thing.bunches)[thread[measured.passes]] == index
+            own = supplies.of(woven.bunches)[thread[measured.passes]] == index
             assert measured.margins[own] == pytest.approx(alone[rule].margins[own])
     # An excerpt knows whose passes they are.
     some = np.arange(0, len(thread), 3)
-    between = measure_between(thing.ribbons, some, thread_limits(supplies, thing.bunches))
+    between = measure_between(woven.ribbons, some, thread_limits(supplies, woven.bunches))
     assert between["bend"].margins.min() >= mixed["bend"].margins.min() - 1e-9
     assert set(np.unique(between["bend"].limit)) == set(np.unique(mixed["bend"].limit))
 
@@ -402,7 +402,7 @@ def test_bunches_of_the_torus_are_those_that_the_map_tells(made) -> None:
 
 def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
     job, _ = made
-    piece = job.made.pieces[0]
+    piece = job.piece_set.pieces[0]
     assert piece_kinds([piece, piece]).tolist() == [1, 1]
     assert piece_kinds([piece, piece, piece], [0, 1, 0]).tolist() == [1, 2, 1]
 

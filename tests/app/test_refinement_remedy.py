@@ -6,7 +6,7 @@ from meshes_shared import shared_mesh
 from fabweave.app.joined_object import hole_rules, lay_job
 from fabweave.app.pipeline import complete_settings
 from fabweave.app.refinement_remedy import MOST_CROSSINGS, REFINEMENTS, try_refinement
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes
@@ -16,10 +16,10 @@ from fabweave.ribbon.width import WidthRule
 
 
 def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
-    settings, supplies = complete_settings(JobSettings(mesh=mesh, **options))
-    thing = lay_job(settings, supplies, hole_rules(settings, supplies)).object
-    check = check_object(thing, settings, supplies)
-    return try_refinement(check, thing, settings, supplies) if tried else check
+    settings, supplies = complete_settings(Settings(mesh=mesh, **options))
+    woven = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
+    check = check_object(woven, settings, supplies)
+    return try_refinement(check, woven, settings, supplies) if tried else check
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from viewer_scene import page_data
 
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.verify.checks.labels import _check_strokes
 from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters
 from fabweave.verify.read.job_files import load_job
@@ -26,7 +26,7 @@ PIECE, JOINT = re.compile(r"\b[A-Z]+\d+\b"), re.compile(r"#(\d+)")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("labels") / "job"
     path.mkdir()
-    write_job(make_job(JobSettings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick")), path)
+    write_job(make_job(Settings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick")), path)
     return path
 
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 from fabweave.app.job_records import job_facts, job_plan
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import PAPERS, JobSettings
+from fabweave.app.settings import PAPERS, Settings
 from fabweave.assembly.manual import book as manual_book
 from fabweave.assembly.manual.piece_titles import place_across
 from fabweave.assembly.manual.pixels import GREY_STEP
@@ -35,18 +35,18 @@ from fabweave.report.bom import bill_of_materials
 
 @cache
 def job_of(mesh="shape:torus?m=8&n=4", **changed):
-    return make_job(JobSettings(mesh, size_mm=300.0, effort="quick", **changed))
+    return make_job(Settings(mesh, size_mm=300.0, effort="quick", **changed))
 
 
 def facts_of(job):
-    return job_facts(job, bill_of_materials(job.made))
+    return job_facts(job, bill_of_materials(job.piece_set))
 
 
 @cache
 def parts_of(**changed):
     job = job_of(**changed)
     plan = job_plan(job)
-    return plan, step_pictures(job.object.ribbons, job.weave, job.made.pieces, plan)
+    return plan, step_pictures(job.woven.ribbons, job.weave, job.piece_set.pieces, plan)
 
 
 @cache
@@ -102,7 +102,7 @@ def test_nothing_stands_outside_the_margins(paper):
 def test_same_bytes():
     plan, _ = parts_of()
     job = job_of()
-    again = step_pictures(job.object.ribbons, job.weave, job.made.pieces, plan)
+    again = step_pictures(job.woven.ribbons, job.weave, job.piece_set.pieces, plan)
     data = manual_pdf(plan, facts_of(job), job.drawings, again)
     assert data == manual_of()
 
@@ -187,7 +187,7 @@ def test_joined_with_says_both_ways():
 def test_pieces_cover_the_ribbons():
     """Every stretch of ribbon is of one piece; where two lap, of both."""
     job = job_of()
-    ribbons, pieces = job.object.ribbons, job.made.pieces
+    ribbons, pieces = job.woven.ribbons, job.piece_set.pieces
     rung, piece = piece_stretches(ribbons, job.weave, pieces).quads()
     vertices, triangles, thread = ribbon_triangles(ribbons)
     first = set((triangles[::2, 0] // 2).tolist())
@@ -195,7 +195,7 @@ def test_pieces_cover_the_ribbons():
     threads = np.array([one.thread for one in pieces])
     own = dict(zip((triangles[::2, 0] // 2).tolist(), thread[::2].tolist(), strict=True))
     assert [own[at] for at in rung.tolist()] == threads[piece].tolist()
-    for joint in job.made.joints:
+    for joint in job.piece_set.joints:
         one, other = (set(rung[piece == index].tolist()) for index in joint.pieces)
         shared = one & other
         assert shared
@@ -209,7 +209,7 @@ def test_the_last_picture_shows_what_the_object_shows():
     """A step's picture is the nearest surface of what is there, as a plain z-buffer finds it."""
     _, pictures = parts_of()
     job = job_of()
-    ribbons = job.object.ribbons
+    ribbons = job.woven.ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     size = pictures[-1].image.size
     frame = frame_object(vertices, pictures[-1].view, size)

@@ -62,12 +62,12 @@ def effort_by_hand(made, order, *, enclosed):
 @pytest.mark.parametrize("shape", SMALL)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_effort_is_what_the_model_says(shape, seed):
-    thing = model_of(shape)
-    order = np.random.default_rng(seed).permutation(len(thing.made.pieces)).tolist()
-    contacts = find_contacts(thing.made.pieces)
-    measured = measure_order(contacts, order, enclosed=thing.enclosed)
+    woven = model_of(shape)
+    order = np.random.default_rng(seed).permutation(len(woven.made.pieces)).tolist()
+    contacts = find_contacts(woven.made.pieces)
+    measured = measure_order(contacts, order, enclosed=woven.enclosed)
     np.testing.assert_allclose(
-        measured.effort, effort_by_hand(thing.made, order, enclosed=thing.enclosed)
+        measured.effort, effort_by_hand(woven.made, order, enclosed=woven.enclosed)
     )
 
 
@@ -135,20 +135,20 @@ def held(contacts, order):
 @pytest.mark.parametrize("shape", SMALL)
 @pytest.mark.parametrize("effort", ["quick", "normal"])
 def test_every_piece_comes_once_and_holds(shape, effort):
-    thing = model_of(shape)
-    contacts = find_contacts(thing.made.pieces)
+    woven = model_of(shape)
+    contacts = find_contacts(woven.made.pieces)
     found = plan_order(
-        thing.made.pieces, thing.centres, enclosed=thing.enclosed, effort=effort, seed=3
+        woven.made.pieces, woven.centres, enclosed=woven.enclosed, effort=effort, seed=3
     )
     order = found.order.tolist()
-    assert sorted(order) == list(range(len(thing.made.pieces)))
+    assert sorted(order) == list(range(len(woven.made.pieces)))
     assert held(contacts, order) == order[:1]
     # What is told is what the order costs, and neither naive order costs less.
-    measured = measure_order(contacts, order, enclosed=thing.enclosed)
+    measured = measure_order(contacts, order, enclosed=woven.enclosed)
     assert found.effort.tolist() == measured.effort.tolist()
     naive = [
-        sum(effort_by_hand(thing.made, order, enclosed=thing.enclosed))
-        for order in (range(len(order)), order_by_number(thing.made.pieces).tolist())
+        sum(effort_by_hand(woven.made, order, enclosed=woven.enclosed))
+        for order in (range(len(order)), order_by_number(woven.made.pieces).tolist())
     ]
     assert (found.by_thread, found.by_number) == pytest.approx(naive)
     assert found.total < min(naive)
@@ -156,9 +156,9 @@ def test_every_piece_comes_once_and_holds(shape, effort):
 
 
 def test_same_seed_same_order():
-    thing = model_of("shape:torus?m=6&n=4")
+    woven = model_of("shape:torus?m=6&n=4")
     one, two = (
-        plan_order(thing.made.pieces, thing.centres, enclosed=True, effort="quick", seed=5)
+        plan_order(woven.made.pieces, woven.centres, enclosed=True, effort="quick", seed=5)
         for _ in range(2)
     )
     assert one.order.tolist() == two.order.tolist()
@@ -167,25 +167,25 @@ def test_same_seed_same_order():
 @pytest.mark.parametrize("shape", ["shape:tetrahedron", "shape:hypar?m=2&n=3"])
 def test_the_best_of_all_orders_is_found(shape):
     """Every order of six or seven pieces in which each meets one before it."""
-    thing = model_of(shape)
-    contacts = find_contacts(thing.made.pieces)
-    count = len(thing.made.pieces)
+    woven = model_of(shape)
+    contacts = find_contacts(woven.made.pieces)
+    count = len(woven.made.pieces)
     assert 5 <= count <= 7
     best = min(
-        measure_order(contacts, order, enclosed=thing.enclosed).total
+        measure_order(contacts, order, enclosed=woven.enclosed).total
         for order in itertools.permutations(range(count))
         if len(held(contacts, order)) == 1
     )
     found = plan_order(
-        thing.made.pieces, thing.centres, enclosed=thing.enclosed, effort="best", seed=0
+        woven.made.pieces, woven.centres, enclosed=woven.enclosed, effort="best", seed=0
     )
     assert found.total <= best * 1.02 + 1e-9
 
 
 def test_what_annealing_takes_for_the_effort_is_the_effort():
     """Improving never loses track: more sweeps from the same start end lower than the start."""
-    thing = model_of("shape:torus?m=12&n=6")
-    contacts = find_contacts(thing.made.pieces)
+    woven = model_of("shape:torus?m=12&n=6")
+    contacts = find_contacts(woven.made.pieces)
     grown = grow_order(contacts, [0])
     before = measure_order(contacts, grown, enclosed=True).total
     after = improve_order(contacts, grown, [0], enclosed=True, sweeps=20, seed=0)
@@ -204,21 +204,21 @@ def test_what_annealing_takes_for_the_effort_is_the_effort():
     ],
 )
 def test_three_tenths_below_naive_orders(shape, changed):
-    thing = model_of(shape, 400.0, **changed)
+    woven = model_of(shape, 400.0, **changed)
     found = plan_order(
-        thing.made.pieces, thing.centres, enclosed=thing.enclosed, effort="quick", seed=0
+        woven.made.pieces, woven.centres, enclosed=woven.enclosed, effort="quick", seed=0
     )
     assert found.saved >= 0.30
 
 
 @pytest.mark.parametrize("shape", ["shape:torus?m=12&n=6", "shape:hypar?m=8&n=8"])
 def test_the_end_is_easier_than_that_of_naive_orders(shape):
-    thing = model_of(shape)
-    pieces, contacts = thing.made.pieces, find_contacts(thing.made.pieces)
-    found = plan_order(pieces, thing.centres, enclosed=thing.enclosed, effort="normal", seed=0)
+    woven = model_of(shape)
+    pieces, contacts = woven.made.pieces, find_contacts(woven.made.pieces)
+    found = plan_order(pieces, woven.centres, enclosed=woven.enclosed, effort="normal", seed=0)
     tenth = max(1, len(pieces) // 10)
     ends = [
-        measure_order(contacts, order, enclosed=thing.enclosed).effort[-tenth:].mean()
+        measure_order(contacts, order, enclosed=woven.enclosed).effort[-tenth:].mean()
         for order in (range(len(pieces)), order_by_number(pieces).tolist())
     ]
     assert found.effort[-tenth:].mean() < 0.8 * min(ends)
@@ -236,9 +236,9 @@ def test_of_orders_that_cost_nearly_the_same_the_one_with_the_easiest_end_is_tak
 
 def test_two_objects_are_made_one_after_the_other():
     """Where nothing joins them, each begins with a piece of its own, and is finished first."""
-    thing = model_of("shape:octahedron")
-    one = thing.made.pieces
-    crossings = len(thing.centres)
+    woven = model_of("shape:octahedron")
+    one = woven.made.pieces
+    crossings = len(woven.centres)
     two = [
         type(piece)(
             **{name: getattr(piece, name) for name in piece.__dataclass_fields__}
@@ -254,7 +254,7 @@ def test_two_objects_are_made_one_after_the_other():
     pieces = [*one, *two]
     contacts = find_contacts(pieces)
     found = plan_order(
-        pieces, np.concatenate((thing.centres, thing.centres + 500.0)), enclosed=True,
+        pieces, np.concatenate((woven.centres, woven.centres + 500.0)), enclosed=True,
         effort="quick", seed=0,
     )  # fmt: skip
     order = found.order.tolist()
@@ -263,26 +263,26 @@ def test_two_objects_are_made_one_after_the_other():
 
 
 def test_orders_by_number():
-    thing = model_of("shape:octahedron")
-    ids = [thing.made.pieces[k].id for k in order_by_number(thing.made.pieces)]
+    woven = model_of("shape:octahedron")
+    ids = [woven.made.pieces[k].id for k in order_by_number(woven.made.pieces)]
     assert ids[:5] == ["A1", "B1", "C1", "D1", "A2"]
     assert ids == sorted(ids, key=lambda name: (int(name[1:]), name[0]))
 
 
 def test_an_unknown_effort_is_refused():
-    thing = model_of("shape:tetrahedron")
+    woven = model_of("shape:tetrahedron")
     with pytest.raises(InputError, match="choose one of quick, normal, best"):
-        plan_order(thing.made.pieces, thing.centres, enclosed=True, effort="some", seed=0)
+        plan_order(woven.made.pieces, woven.centres, enclosed=True, effort="some", seed=0)
 
 
 @pytest.mark.parametrize("shape", SMALL)
 def test_steps_group_only_what_is_laid(shape):
-    thing = model_of(shape)
+    woven = model_of(shape)
     found = plan_order(
-        thing.made.pieces, thing.centres, enclosed=thing.enclosed, effort="quick", seed=0
+        woven.made.pieces, woven.centres, enclosed=woven.enclosed, effort="quick", seed=0
     )
-    steps = build_steps(thing.made, found)
-    ids = [piece.id for piece in thing.made.pieces]
+    steps = build_steps(woven.made, found)
+    ids = [piece.id for piece in woven.made.pieces]
     assert [key for step in steps for key in step["pieces"]] == [ids[k] for k in found.order]
     for step in steps:
         if len(step["pieces"]) > 1:
@@ -304,13 +304,13 @@ def test_steps_group_only_what_is_laid(shape):
     ],
 )
 def test_steps_say_how_each_kind_of_joint_is_made(kind, words):
-    thing = model_of("shape:octahedron", joint=kind)
-    found = plan_order(thing.made.pieces, thing.centres, enclosed=True, effort="quick", seed=0)
+    woven = model_of("shape:octahedron", joint=kind)
+    found = plan_order(woven.made.pieces, woven.centres, enclosed=True, effort="quick", seed=0)
     joints = [
         clause.split(" at joint #")[0].rpartition(" ")[0].strip()
-        for step in build_steps(thing.made, found)
+        for step in build_steps(woven.made, found)
         for clause in step["text"].split(";")
         if "#" in clause
     ]
-    assert len(joints) == len(thing.made.joints)
+    assert len(joints) == len(woven.made.joints)
     assert set(joints) == words

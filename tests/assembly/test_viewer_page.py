@@ -37,7 +37,7 @@ def test_without_three_the_page_is_made_all_the_same(torus, monkeypatch):
         view_deg=(0, 0),
     )
     assert '<script id="three"></script>' in page
-    assert len(page_data(page)["plan"]["pieces"]) == len(job.made.pieces)
+    assert len(page_data(page)["plan"]["pieces"]) == len(job.piece_set.pieces)
 
 
 def test_the_page_holds_the_map_to_a_thousandth(torus):
@@ -86,11 +86,11 @@ def test_same_job_same_page_other_job_other_memory(torus):
 def test_strips_are_the_pieces_in_space(tmp_path, shape, settings):
     """Lengths between stations, widths and crossings: the flat piece and the strip agree."""
     page, _, job = make_page(shape, 300.0, **settings)
-    made, thing = job.made, job.object
+    made, woven = job.piece_set, job.woven
     path = tmp_path / "assembly.html"
     path.write_text(page, encoding="utf-8")
     read = read_viewer(path)
-    ribbons = thing.ribbons
+    ribbons = woven.ribbons
     corners, owner = triangles_of(read)
     piece_number = {piece.id: number for number, piece in enumerate(made.pieces)}
     first = 0
@@ -131,7 +131,7 @@ def test_labels_are_those_of_the_map_everywhere(torus):
     page, plan, job = torus
     data = page_data(page)
     assert [piece["id"] for piece in data["plan"]["pieces"]] == [
-        piece.id for piece in job.made.pieces
+        piece.id for piece in job.piece_set.pieces
     ]
     assert {s["partner"] for p in data["plan"]["pieces"] for s in p["stations"]} <= {
         piece["id"] for piece in plan["pieces"]

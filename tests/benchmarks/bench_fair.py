@@ -15,7 +15,7 @@ import shapely
 
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import Job, make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.errors import FabweaveError
 from fabweave.mesh.fair.fairness import Fairness
 from fabweave.stock.sheet_size import SheetSize
@@ -33,14 +33,14 @@ ITERATIONS = 50
 
 def fill(job: Job) -> float:
     """Return the pieces' area over that of their smallest rectangles."""
-    polygons = [shapely.Polygon(piece.outline) for piece in job.made.pieces]
+    polygons = [shapely.Polygon(piece.outline) for piece in job.piece_set.pieces]
     boxes = shapely.area(shapely.oriented_envelope(polygons))
     return float(shapely.area(polygons).sum() / boxes.sum())
 
 
 def utilisation(job: Job) -> float:
     """Return the pieces' area over that of the sheets."""
-    area = sum(shapely.Polygon(piece.outline).area for piece in job.made.pieces)
+    area = sum(shapely.Polygon(piece.outline).area for piece in job.piece_set.pieces)
     return area / sum(sheet.width_mm * sheet.height_mm for sheet in job.layout.sheets)
 
 
@@ -55,7 +55,7 @@ def main() -> None:
             print(f"{name}: not there", file=sys.stderr)
             continue
         for fair in (0, ITERATIONS):
-            settings = JobSettings(
+            settings = Settings(
                 mesh=str(MESHES / name),
                 size_mm=400.0,
                 fair=fair,
@@ -74,9 +74,9 @@ def main() -> None:
             except FabweaveError as error:
                 print(f"{name:32}{fair:6}{turn:7.1f}°{spread:8.0%}  {error}")
                 continue
-            holes = np.mean([np.mean(~np.isnan(piece.hole_mm)) for piece in job.made.pieces])
+            holes = np.mean([np.mean(~np.isnan(piece.hole_mm)) for piece in job.piece_set.pieces])
             print(
-                f"{name:32}{fair:6}{turn:7.1f}°{spread:8.0%}{len(job.made.pieces):8}"
+                f"{name:32}{fair:6}{turn:7.1f}°{spread:8.0%}{len(job.piece_set.pieces):8}"
                 f"{fill(job):7.1%}{len(job.layout.sheets):8}{utilisation(job):7.1%}{holes:7.0%}"
                 f"{fairing:7.1f}",
                 flush=True,

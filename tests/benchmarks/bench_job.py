@@ -16,7 +16,7 @@ from pathlib import Path
 
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.parallel.workers import side_workers
 from fabweave.core.units import parse_length
 from fabweave.verify import verify_job
@@ -55,7 +55,7 @@ def main() -> None:
         mesh, _, size = job.rpartition("=")
         workers = options.workers
         watch = Stopwatch()
-        settings = JobSettings(mesh=mesh, size_mm=parse_length(size), effort=options.effort)
+        settings = Settings(mesh=mesh, size_mm=parse_length(size), effort=options.effort)
         with side_workers(workers) as start, tempfile.TemporaryDirectory() as folder:
             made = make_job(settings, watch, start=start)
             write_job(made, Path(folder), watch, start=start)

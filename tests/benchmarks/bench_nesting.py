@@ -31,7 +31,7 @@ import numpy as np
 import shapely
 
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray
 from fabweave.nest.engine.engine import engine_is_there
 from fabweave.nest.layout import Layout
@@ -44,11 +44,11 @@ MESHES = HERE.resolve().parents[3] / "shared" / "meshes" / "quad"
 KEPT = Path(tempfile.gettempdir()) / "fabweave_bench_pieces"
 MARGIN = 10.0
 JOBS = {
-    "torus 24x12": JobSettings("shape:torus?m=24&n=12", size_mm=400.0),
-    "cube, 3 steps": JobSettings("shape:cube", size_mm=300.0, refine="catmull-clark:3"),
-    "slit genus 3": JobSettings("shape:slit?genus=3", size_mm=400.0),
-    "spot 400 mm": JobSettings(str(MESHES / "spot_quadrangulated.obj"), size_mm=400.0),
-    "bob 600 mm": JobSettings(str(MESHES / "bob_quad.obj"), size_mm=600.0),
+    "torus 24x12": Settings("shape:torus?m=24&n=12", size_mm=400.0),
+    "cube, 3 steps": Settings("shape:cube", size_mm=300.0, refine="catmull-clark:3"),
+    "slit genus 3": Settings("shape:slit?genus=3", size_mm=400.0),
+    "spot 400 mm": Settings(str(MESHES / "spot_quadrangulated.obj"), size_mm=400.0),
+    "bob 600 mm": Settings(str(MESHES / "bob_quad.obj"), size_mm=600.0),
 }
 #: Sheets that three hundred strips may take at each effort, and seconds at quick.
 WANTED, WANTED_SECONDS = {"quick": 16, "normal": 15, "best": 14}, 20.0

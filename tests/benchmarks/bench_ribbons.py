@@ -22,7 +22,7 @@ from meshes_shared import FOLDER, known_meshes  # noqa: E402 - found beside the 
 
 from fabweave.app.joined_object import check_made  # noqa: E402 - after the path is set
 from fabweave.app.pipeline import complete_settings  # noqa: E402 - after the path is set
-from fabweave.app.settings import JobSettings  # noqa: E402 - after the path is set
+from fabweave.app.settings import Settings  # noqa: E402 - after the path is set
 from fabweave.app.woven_object import keep_clear, weave_object  # noqa: E402 - as above
 from fabweave.mesh.intersections import self_intersections  # noqa: E402 - after the path is set
 from fabweave.mesh.io.files import read_mesh  # noqa: E402 - after the path is set
@@ -32,13 +32,13 @@ SIZE_MM = 400.0
 
 def timed(mesh: str, size_mm: float) -> tuple[float, int]:
     """Return the processor time of ribbons and checks, and the number of crossings."""
-    settings, supplies = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm))
-    thing = weave_object(settings, supplies)
+    settings, supplies = complete_settings(Settings(mesh=mesh, size_mm=size_mm))
+    woven = weave_object(settings, supplies)
     start = process_time()
-    laps = np.arange(0, thing.weave.threads.n_crossings, 12)
-    thing = keep_clear(thing, settings, supplies, laps)
-    check_made(thing, settings, supplies)
-    return process_time() - start, thing.weave.threads.n_crossings
+    laps = np.arange(0, woven.weave.threads.n_crossings, 12)
+    woven = keep_clear(woven, settings, supplies, laps)
+    check_made(woven, settings, supplies)
+    return process_time() - start, woven.weave.threads.n_crossings
 
 
 def show(name: str) -> None:

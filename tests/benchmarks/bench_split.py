@@ -23,7 +23,7 @@ import numpy as np
 import shapely
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.core.arrays import IntArray
 from fabweave.flat.outline import strip_outlines
@@ -45,12 +45,12 @@ SHARED = Path(__file__).resolve().parents[3] / "shared" / "meshes"
 DEAR = 1000.0
 
 
-def models(folder: Path) -> dict[str, JobSettings]:
+def models(folder: Path) -> dict[str, Settings]:
     """Return the models of the issue; those whose mesh is not there are left out."""
     twill = runpy.run_path(str(Path(__file__).with_name("bench_twill.py")))
     block = folder / "block.obj"
     write_mesh(block, twill["refined"](twill["block"](twill["TWO_HOLES"]), 2))
-    base = JobSettings("", sheets=(SHEET,), gap_mm=GAP, margin_mm=MARGIN)
+    base = Settings("", sheets=(SHEET,), gap_mm=GAP, margin_mm=MARGIN)
     found = {
         "torus": replace(base, mesh="shape:torus?m=24&n=12", size_mm=400.0),
         "cube": replace(base, mesh="shape:cube", refine="catmull-clark:3", size_mm=400.0),
@@ -131,17 +131,17 @@ def facts(strips: Strips) -> tuple[int, float, float, list[shapely.Polygon]]:
     return len(polygons), float(area.sum() / box.sum()), sheet, polygons
 
 
-def compare(name: str, settings: JobSettings, *, nested: bool) -> None:
+def compare(name: str, settings: Settings, *, nested: bool) -> None:
     """Print one table row for each way."""
     completed, supplies = complete_settings(settings)
-    thing: WovenObject = weave_object(completed, supplies)
-    weave, ribbons = thing.weave, thing.ribbons
+    woven: WovenObject = weave_object(completed, supplies)
+    weave, ribbons = woven.weave, woven.ribbons
     longest = max(USABLE)
     every = np.arange(weave.threads.n_threads)
     found = list_candidates(ribbons, weave, BED, longest, every)
     whole = greedy(found, longest)
     start = time.process_time()
-    ours = choose_runs(found, weave, BED, thing.labels, longest, longest, None)
+    ours = choose_runs(found, weave, BED, woven.labels, longest, longest, None)
     seconds = time.process_time() - start
     ways = {
         "greedy": unfold_runs(ribbons, runs_of(found, whole)),
@@ -166,15 +166,15 @@ def compare(name: str, settings: JobSettings, *, nested: bool) -> None:
 
 def large() -> None:
     """Time the splitting of a torus of 224 × 224 quads."""
-    settings = JobSettings("shape:torus?m=224&n=224", size_mm=2000.0, sheets=(SHEET,), gap_mm=GAP)
+    settings = Settings("shape:torus?m=224&n=224", size_mm=2000.0, sheets=(SHEET,), gap_mm=GAP)
     completed, supplies = complete_settings(settings)
-    thing = weave_object(completed, supplies)
+    woven = weave_object(completed, supplies)
     start = time.process_time()
-    every = np.arange(thing.weave.threads.n_threads)
-    found = list_candidates(thing.ribbons, thing.weave, BED, 290.0, every)
-    runs = choose_runs(found, thing.weave, BED, thing.labels, 290.0, 290.0, None)
+    every = np.arange(woven.weave.threads.n_threads)
+    found = list_candidates(woven.ribbons, woven.weave, BED, 290.0, every)
+    runs = choose_runs(found, woven.weave, BED, woven.labels, 290.0, 290.0, None)
     print(
-        f"\n{thing.weave.threads.n_crossings} crossings, {np.sum(found.windows.passes > 0)} "
+        f"\n{woven.weave.threads.n_crossings} crossings, {np.sum(found.windows.passes > 0)} "
         f"possible pieces, cut into {len(runs.thread)}: {time.process_time() - start:.1f} s of CPU"
     )
 

@@ -16,7 +16,7 @@ from meshes_shared import mesh_params, shared_mesh
 
 from fabweave.app.job_folder import run_job
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.cli.commands import main
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -91,7 +91,7 @@ def test_same_settings_give_the_same_bytes(octahedron, tmp_path):
 
 def test_any_number_of_workers_gives_the_same_bytes(octahedron, tmp_path):
     sheets = (SheetSize(500.0, 350.0),)
-    settings = JobSettings(mesh="shape:octahedron", size_mm=200.0, effort="quick", sheets=sheets)
+    settings = Settings(mesh="shape:octahedron", size_mm=200.0, effort="quick", sheets=sheets)
     for workers in (0, 2):
         run_job(settings, tmp_path / str(workers), workers=workers)
         assert digest(tmp_path / str(workers)) == digest(octahedron)
@@ -191,7 +191,7 @@ def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
     ],
 )
 def test_notes_say_what_the_mesh_is(name, words):
-    notes = "\n".join(load_mesh(JobSettings(mesh=str(shared_mesh(name)))).notes)
+    notes = "\n".join(load_mesh(Settings(mesh=str(shared_mesh(name)))).notes)
     for word in words:
         assert word in notes
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fabweave.app.settings import JobSettings, job_toml
+from fabweave.app.settings import Settings, job_toml
 from fabweave.cli.commands import main
 from fabweave.core.errors import InputError
 
@@ -48,10 +48,10 @@ def test_stock_and_angles_that_mean_nothing_are_wrong_usage(options, words, caps
 
 
 def test_the_largest_seed_comes_back_from_toml() -> None:
-    settings = JobSettings("shape:cube", seed=2**63 - 1)
+    settings = Settings("shape:cube", seed=2**63 - 1)
     assert tomllib.loads(job_toml(settings, {}))["job"]["seed"] == 2**63 - 1
     with pytest.raises(InputError, match="must be from 0"):
-        JobSettings("shape:cube", seed=2**63)
+        Settings("shape:cube", seed=2**63)
 
 
 @pytest.mark.parametrize("up", ["y", "x"])  # z is in every other test

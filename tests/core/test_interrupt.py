@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from fabweave.app.job_folder import finished_folder
-from fabweave.core.parallel.executors import CalmExecutor, finished, result_of
+from fabweave.core.parallel.executors import SignalSafeExecutor, finished, result_of
 from fabweave.core.parallel.interrupt import held_back
 
 
@@ -85,7 +85,7 @@ def test_other_threads_are_left_alone():
 def test_whatever_is_interrupted_no_lock_stays_taken():
     # At each step of handing work over and taking its result, in turn. Where Ctrl-C leaves a lock
     # of an executor taken, the next to hand work over waits for ever.
-    executor = CalmExecutor(ThreadPoolExecutor(2))
+    executor = SignalSafeExecutor(ThreadPoolExecutor(2))
 
     def work():
         assert result_of(executor.submit(max, 2, 3)) == 3

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
@@ -71,14 +71,14 @@ def test_one_turned_face_is_said_in_the_singular(tmp_path) -> None:
     ],
 )
 def test_notes_of_small_jobs_agree_with_their_numbers(mesh, pattern) -> None:
-    job = make_job(JobSettings(mesh=mesh, size_mm=300.0, pattern=pattern, effort="quick"))
+    job = make_job(Settings(mesh=mesh, size_mm=300.0, pattern=pattern, effort="quick"))
     notes = "\n".join(job.notes)
     assert not WRONG.search(notes), notes
 
 
 def test_what_crosses_nothing_is_no_warp() -> None:
     # Of 12 threads on a square of 3 x 3 quads, four cut a corner: 4 + 4 are warp and weft.
-    job = make_job(JobSettings("shape:hypar?m=3&n=3", size_mm=300.0, pattern="3/1", effort="quick"))
+    job = make_job(Settings("shape:hypar?m=3&n=3", size_mm=300.0, pattern="3/1", effort="quick"))
     threads = job.weave.threads
     crossing = int((threads.lengths > 0).sum())
     said = next(int(note.split("exact; ")[1].split()[0]) for note in job.notes if "warp" in note)
@@ -99,7 +99,7 @@ def test_what_crosses_nothing_is_no_warp() -> None:
 )
 def test_obstructions_count_only_what_there_is(mesh, pattern, said) -> None:
     with pytest.raises(CannotMakeError) as error:
-        make_job(JobSettings(mesh, size_mm=300.0, pattern=pattern))
+        make_job(Settings(mesh, size_mm=300.0, pattern=pattern))
     assert said in str(error.value)
     assert " 0 vertices" not in str(error.value)
     assert " 0 faces" not in str(error.value)

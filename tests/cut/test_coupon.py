@@ -160,15 +160,17 @@ def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
 
 def test_a_job_gives_its_figures(tmp_path):
     from fabweave.app.job_folder import run_job  # noqa: PLC0415 - only here
-    from fabweave.app.settings import JobSettings  # noqa: PLC0415 - only here
+    from fabweave.app.settings import Settings  # noqa: PLC0415 - only here
 
-    settings = JobSettings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")
+    settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")
     job = run_job(settings, tmp_path / "job").job
     coupon = coupon_for(tmp_path / "job")
-    rule = job.made.rule
+    rule = job.piece_set.rule
     assert coupon.material.name == "card"
     assert coupon.hole_mm == rule.hole_mm
-    assert coupon.lap_mm == pytest.approx(np.median([joint.lap_mm for joint in job.made.joints]))
+    assert coupon.lap_mm == pytest.approx(
+        np.median([joint.lap_mm for joint in job.piece_set.joints])
+    )
     thinner = coupon_for(tmp_path / "job", thickness_mm=0.3)
     assert thinner == coupon._replace(material=replace(coupon.material, thickness_mm=0.3))
     (tmp_path / "job" / "ribbons.json").unlink()

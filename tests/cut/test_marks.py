@@ -111,9 +111,9 @@ def test_letters_keep_clear_of_edge_holes_ticks_and_each_other(piece):
     lines = label_lines(marks)
     for number, line in enumerate(lines):
         assert polygon.contains(line)
-        for thing in [ring, *holes, *ticks, *lines[:number]]:
+        for woven in [ring, *holes, *ticks, *lines[:number]]:
             # Three sample points stand for a tick, which may take a little off the clearance.
-            assert shapely.distance(line, thing) >= CLEAR_MM - 0.05
+            assert shapely.distance(line, woven) >= CLEAR_MM - 0.05
 
 
 @pytest.mark.parametrize("piece", PIECES)

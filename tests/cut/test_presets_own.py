@@ -10,7 +10,7 @@ import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.app.settings import JobSettings, job_toml, settings_table
+from fabweave.app.settings import Settings, job_toml, settings_table
 from fabweave.cli.commands import cli, main
 from fabweave.cli.options import job_settings
 from fabweave.core.errors import InputError
@@ -80,9 +80,9 @@ def test_a_job_repeats_without_the_file(mine, tmp_path) -> None:
 
 
 def test_presets_that_are_known_are_named_and_others_embedded() -> None:
-    assert settings_table(JobSettings("a", preset=preset_named("epilog")))["preset"] == "epilog"
+    assert settings_table(Settings("a", preset=preset_named("epilog")))["preset"] == "epilog"
     changed = replace(preset_named("epilog"), hairline_mm=0.2)
-    assert settings_table(JobSettings("a", preset=changed))["preset"] == changed.table
+    assert settings_table(Settings("a", preset=changed))["preset"] == changed.table
     assert settings_from(["shape:cube", "--hairline", "epilog"]).line_mm == 0.0254
 
 
@@ -131,7 +131,7 @@ def test_a_preset_that_is_not_there_gets_one_message(value, capsys, tmp_path) ->
 @pytest.mark.parametrize("width", [0.0, -1.0, 1.5, float("nan")])
 def test_lines_that_are_none_are_refused(width) -> None:
     with pytest.raises(InputError, match=r"is none that a machine cuts"):
-        JobSettings("shape:cube", hairline_mm=width)
+        Settings("shape:cube", hairline_mm=width)
 
 
 words = st.sampled_from(["name", "description", "hairline_mm", "layers", "colour", "aci"])

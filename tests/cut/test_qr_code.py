@@ -16,7 +16,7 @@ from strangers import rsvg_png
 
 from fabweave.app.pipeline import complete_settings
 from fabweave.app.remake_command import command_text, settings_digest
-from fabweave.app.settings import JobSettings, settings_table
+from fabweave.app.settings import Settings, settings_table
 from fabweave.cli.commands import cli
 from fabweave.cli.options import job_settings
 from fabweave.core.errors import InputError
@@ -165,7 +165,7 @@ def typed(text):
 )
 def test_the_command_makes_the_same_job(options) -> None:
     settings = typed(f"fabweave make 'shape:torus?m=8&n=4' {options} -o out")
-    usual, _ = complete_settings(JobSettings(settings.mesh, material=settings.material))
+    usual, _ = complete_settings(Settings(settings.mesh, material=settings.material))
     text = command_text(settings, usual)
     assert typed(text) == settings
     assert len(text) < 170
@@ -174,7 +174,7 @@ def test_the_command_makes_the_same_job(options) -> None:
 
 
 def test_what_is_too_long_or_lies_beside_is_told_by_a_digest() -> None:
-    usual, _ = complete_settings(JobSettings("m" * 200))
+    usual, _ = complete_settings(Settings("m" * 200))
     for change in (
         {},
         {"mesh": "a", "layout": "crossing_map.json"},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.flat.congruence import SAME_MM, piece_kinds, superpose
 from fabweave.flat.outline import Frame
 
@@ -37,8 +37,8 @@ def turned_round(piece):
 
 @pytest.fixture(scope="module")
 def pieces():
-    job = make_job(JobSettings("shape:torus?m=8&n=6", size_mm=400.0, effort="quick"))
-    return job.made.pieces
+    job = make_job(Settings("shape:torus?m=8&n=6", size_mm=400.0, effort="quick"))
+    return job.piece_set.pieces
 
 
 def test_moved_and_turned_pieces_are_of_one_kind(pieces):

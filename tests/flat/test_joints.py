@@ -20,7 +20,7 @@ from fabweave.flat.joint.interlock import (
 from fabweave.flat.joint.kinds import KINDS, LAPPED, JointRule, parse_joint
 from fabweave.flat.joint.planning import plan_joints
 from fabweave.flat.outline import STRAIGHT_MM
-from fabweave.flat.pieces import Pieces, build_pieces
+from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.split.splitting import split_threads
 from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
@@ -49,7 +49,7 @@ def shape_at(name: str, size_mm: float = 400.0):
     return resize_mesh(parse_shape(f"shape:{name}"), size_mm=size_mm)[0]
 
 
-def onto(made: Pieces, joint):
+def onto(made: PieceSet, joint):
     """Return the motion that lays the second piece of a joint on the first, by its station."""
     a, b = (made.pieces[index] for index in joint.pieces)
     (ax, ay), (bx, by) = a.directions[-1], b.directions[0]
@@ -71,7 +71,7 @@ def strip_area(strips) -> float:
     )
 
 
-def lap_area(made: Pieces, joint) -> float:
+def lap_area(made: PieceSet, joint) -> float:
     """Return what the two pieces of a joint share when laid on one another; NaN if not clear."""
     a, b = (made.pieces[index] for index in joint.pieces)
     width = float(np.hypot(*(a.rails[-1, 1] - a.rails[-1, 0])))

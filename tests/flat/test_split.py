@@ -11,7 +11,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.outline import Frame, resting_frame, strip_outline, strip_outlines
 from fabweave.flat.piece import Joint
-from fabweave.flat.pieces import Pieces, build_pieces
+from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.splitting import split_threads
 from fabweave.flat.strand_owners import find_owners
@@ -88,7 +88,7 @@ def test_no_piece_is_longer_than_asked(name):
     assert len(made.pieces) == len(runs.thread)
 
 
-def joint_offset(made: Pieces, joint: Joint) -> np.ndarray:
+def joint_offset(made: PieceSet, joint: Joint) -> np.ndarray:
     """Superpose the second piece of a joint on the first by its station and direction."""
     a, b = (made.pieces[index] for index in joint.pieces)
     (ax, ay), (bx, by) = a.directions[-1], b.directions[0]

@@ -14,7 +14,7 @@ from trimesh.triangles import closest_point
 from weaving_meshes import meshes
 
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.cli.commands import main
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
@@ -433,9 +433,9 @@ def test_a_faired_job_is_made_and_proved_and_says_so(tmp_path) -> None:
 
 def test_fairing_comes_before_the_triaxial_subdivision_and_the_final_size(tmp_path) -> None:
     write_mesh(tmp_path / "ball.obj", shaken(sphere(3, 50.0), 3, 0.08))
-    plain = JobSettings(mesh=str(tmp_path / "ball.obj"), size_mm=300.0, fair=10)
+    plain = Settings(mesh=str(tmp_path / "ball.obj"), size_mm=300.0, fair=10)
     woven = load_mesh(plain)
-    triaxial = load_mesh(JobSettings(**{**vars(plain), "pattern": "triaxial"}))
+    triaxial = load_mesh(Settings(**{**vars(plain), "pattern": "triaxial"}))
     assert size_of(woven.mesh) == pytest.approx(300.0, rel=1e-12)
     old = triaxial.mesh.vertices[: triaxial.n_old_vertices]
     assert np.array_equal(old, woven.mesh.vertices)

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.core.errors import InputError
 from fabweave.model.bodies import clashing_facets, ribbon_bodies, yarn_bodies
@@ -27,20 +27,24 @@ THICKNESS = 0.8
 
 def woven(shape: str, boundary: str = "end"):
     settings, supplies = complete_settings(
-        JobSettings(f"shape:{shape}", size_mm=200.0, boundary=boundary)
+        Settings(f"shape:{shape}", size_mm=200.0, boundary=boundary)
     )
     return weave_object(settings, supplies)
 
 
 def bodies_of(kind: str):
-    thing = woven("hypar?m=4&n=3" if kind == "open" else "torus?m=8&n=6")
-    colours = thread_colours(thing.bunches)
+    woven_object = woven("hypar?m=4&n=3" if kind == "open" else "torus?m=8&n=6")
+    colours = thread_colours(woven_object.bunches)
     if kind == "sheets":
-        return ribbon_bodies(thing.ribbons, thing.labels, colours)
+        return ribbon_bodies(woven_object.ribbons, woven_object.labels, colours)
     if kind in ("solids", "open"):
-        return ribbon_bodies(thing.ribbons, thing.labels, colours, thickness_mm=THICKNESS)
-    yarns = spin_yarns(thing.woven.mesh, thing.woven.halfedges, thing.weave, thing.labels, sides=6)
-    return yarn_bodies(yarns, thing.labels, colours)
+        return ribbon_bodies(
+            woven_object.ribbons, woven_object.labels, colours, thickness_mm=THICKNESS
+        )
+    yarns = spin_yarns(
+        woven_object.mesh, woven_object.halfedges, woven_object.weave, woven_object.labels, sides=6
+    )
+    return yarn_bodies(yarns, woven_object.labels, colours)
 
 
 @pytest.fixture(scope="module", params=["sheets", "solids", "open", "yarns"])
@@ -205,12 +209,12 @@ SOLID = ["torus?m=8&n=6", "octahedron", "sphere?n=3", "hypar?m=4&n=3"]
 
 
 def solid_and_sheet(shape: str, boundary: str = "end", thickness: float = THICKNESS):
-    thing = woven(shape, boundary)
-    colours = thread_colours(thing.bunches)
+    woven_object = woven(shape, boundary)
+    colours = thread_colours(woven_object.bunches)
     return (
-        thing,
-        ribbon_bodies(thing.ribbons, thing.labels, colours, thickness_mm=thickness),
-        ribbon_bodies(thing.ribbons, thing.labels, colours),
+        woven_object,
+        ribbon_bodies(woven_object.ribbons, woven_object.labels, colours, thickness_mm=thickness),
+        ribbon_bodies(woven_object.ribbons, woven_object.labels, colours),
     )
 
 
@@ -230,15 +234,15 @@ def test_solid_ribbons_are_closed_and_as_heavy_as_their_sheets(shape, boundary):
 @pytest.mark.parametrize("shape", SOLID)
 def test_solid_ribbons_of_the_material_keep_clear_of_one_another(shape):
     _, solids, _ = solid_and_sheet(
-        shape, thickness=complete_settings(JobSettings(""))[1].only.thickness_mm
+        shape, thickness=complete_settings(Settings(""))[1].only.thickness_mm
     )
     assert len(clashing_facets(solids)) == 0
 
 
 def test_a_solid_panel_is_exactly_as_thick_as_asked():
-    thing, solids, _ = solid_and_sheet("torus?m=8&n=6")
-    ribbons = thing.ribbons
-    crossing = thing.weave.threads.crossing
+    woven_object, solids, _ = solid_and_sheet("torus?m=8&n=6")
+    ribbons = woven_object.ribbons
+    crossing = woven_object.weave.threads.crossing
     for thread, body in enumerate(solids):
         own = slice(*ribbons.pass_offsets[thread : thread + 2])
         entry = ribbons.entry[own] - ribbons.offsets[thread]
@@ -250,7 +254,7 @@ def test_a_solid_panel_is_exactly_as_thick_as_asked():
 
 
 def test_sheets_are_the_ribbons():
-    thing, _, sheets = solid_and_sheet("torus?m=8&n=6")
+    woven_object, _, sheets = solid_and_sheet("torus?m=8&n=6")
     points = np.concatenate([body.vertices for body in sheets])
     width = np.linalg.norm(points[::2] - points[1::2], axis=1)
-    assert np.allclose(width, ribbon_widths(thing.ribbons))
+    assert np.allclose(width, ribbon_widths(woven_object.ribbons))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from weaving_meshes import meshes
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
@@ -37,31 +37,37 @@ SHAPES = {
 
 def woven(shape: str, pattern: str = "plain", boundary: str = "end", size: float = 200.0):
     settings, supplies = complete_settings(
-        JobSettings(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)
+        Settings(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)
     )
     return weave_object(settings, supplies)
 
 
-def spun(thing: WovenObject, **options) -> Yarns:
+def spun(woven_object: WovenObject, **options) -> Yarns:
     options = {"sides": 8, **options}
-    return spin_yarns(thing.woven.mesh, thing.woven.halfedges, thing.weave, thing.labels, **options)
+    return spin_yarns(
+        woven_object.mesh,
+        woven_object.halfedges,
+        woven_object.weave,
+        woven_object.labels,
+        **options,
+    )
 
 
-def bodies_of(thing: WovenObject, yarns: Yarns) -> tuple[Body, ...]:
-    return yarn_bodies(yarns, thing.labels, thread_colours(thing.bunches))
+def bodies_of(woven_object: WovenObject, yarns: Yarns) -> tuple[Body, ...]:
+    return yarn_bodies(yarns, woven_object.labels, thread_colours(woven_object.bunches))
 
 
 @pytest.fixture(scope="module", params=SHAPES.values(), ids=SHAPES)
 def made(request):
-    thing = woven(*request.param)
-    yarns = spun(thing)
-    return SimpleNamespace(thing=thing, yarns=yarns, bodies=bodies_of(thing, yarns))
+    woven_object = woven(*request.param)
+    yarns = spun(woven_object)
+    return SimpleNamespace(woven=woven_object, yarns=yarns, bodies=bodies_of(woven_object, yarns))
 
 
 def test_every_thread_is_one_closed_tube_facing_outward(made):
-    threads = made.thing.weave.threads
+    threads = made.woven.weave.threads
     assert len(made.bodies) == np.count_nonzero(threads.lengths)
-    closed = dict(zip(made.thing.labels, threads.closed.tolist(), strict=True))
+    closed = dict(zip(made.woven.labels, threads.closed.tolist(), strict=True))
     for body in made.bodies:
         mesh = trimesh.Trimesh(body.vertices, body.all_triangles, process=False)
         assert mesh.is_watertight
@@ -110,19 +116,19 @@ def test_cross_sections_are_regular_and_turn_no_more_than_they_must(made):
 
 
 def test_over_is_above_under_at_every_crossing(made):
-    thing = made.thing
-    course = lay_course(thing.woven.mesh, thing.woven.halfedges, thing.weave)
+    woven_object = made.woven
+    course = lay_course(woven_object.mesh, woven_object.halfedges, woven_object.weave)
     over, under = course.twins[:, 1], course.twins[:, 0]
-    normal = thing.ribbons.normal
+    normal = woven_object.ribbons.normal
     assert np.allclose(course.rise[over], normal)
     assert np.allclose(course.rise[under], -normal)
-    assert np.allclose(course.place[over], thing.ribbons.centre)
-    assert np.allclose(course.place[under], thing.ribbons.centre)
+    assert np.allclose(course.place[over], woven_object.ribbons.centre)
+    assert np.allclose(course.place[under], woven_object.ribbons.centre)
 
 
 def test_spines_go_through_the_crossings_level_and_in_order():
-    thing = woven("octahedron")
-    course = lay_course(thing.woven.mesh, thing.woven.halfedges, thing.weave)
+    woven_object = woven("octahedron")
+    course = lay_course(woven_object.mesh, woven_object.halfedges, woven_object.weave)
     spines = draw_spines(course, np.full(len(course.place), 2.0))
     at = np.searchsorted(spines.guide, np.arange(len(course.place)))
     away = spines.point[at] - course.place
@@ -132,16 +138,16 @@ def test_spines_go_through_the_crossings_level_and_in_order():
 
 
 def test_a_larger_radius_than_the_largest_is_refused_with_one_that_fits():
-    thing = woven("torus?m=10&n=6")
+    woven_object = woven("torus?m=10&n=6")
     with pytest.raises(CannotMakeError, match=r"--yarn-radius ([\d.]+)mm") as refused:
-        spun(thing, radius_mm=50.0)
+        spun(woven_object, radius_mm=50.0)
     words = str(refused.value)
     fits = float(words.split("--yarn-radius ")[1].split("mm", maxsplit=1)[0])
     size = float(words.split("--size ")[1].split("mm", maxsplit=1)[0])
-    yarns = spun(thing, radius_mm=fits)
+    yarns = spun(woven_object, radius_mm=fits)
     assert np.allclose(yarns.radius_mm, fits)
     assert 1.0 <= yarns.most < 1.2
-    assert len(clashing_facets(bodies_of(thing, yarns))) == 0
+    assert len(clashing_facets(bodies_of(woven_object, yarns))) == 0
     # Everything grows with the size.
     larger = woven("torus?m=10&n=6", size=size)
     assert np.allclose(spun(larger, radius_mm=50.0).radius_mm, 50.0)
@@ -149,15 +155,15 @@ def test_a_larger_radius_than_the_largest_is_refused_with_one_that_fits():
 
 def test_flat_plain_weave_comes_near_the_thickest_yarn_there_can_be():
     # Peirce (1937): round yarns of one thickness jam when their spacing is sqrt(3) diameters.
-    thing = woven("hypar?m=8&n=8&height=0.001", size=80.0)
-    radius = spun(thing, thickness=1.0).radius_mm
+    woven_object = woven("hypar?m=8&n=8&height=0.001", size=80.0)
+    radius = spun(woven_object, thickness=1.0).radius_mm
     spacing = 80.0 / 8 / np.sqrt(2)
     assert 0.8 < 2 * radius.max() / (spacing / np.sqrt(3)) <= 1.0
 
 
 def test_thickness_is_a_share_of_the_largest():
-    thing = woven("octahedron")
-    whole, half = spun(thing, thickness=1.0), spun(thing, thickness=0.5)
+    woven_object = woven("octahedron")
+    whole, half = spun(woven_object, thickness=1.0), spun(woven_object, thickness=0.5)
     assert np.allclose(half.radius_mm.max(), whole.radius_mm.max() / 2)
     assert (whole.most, half.most) == (1.0, 2.0)
 
@@ -179,15 +185,15 @@ def test_senseless_options_are_refused(options, words):
 
 
 def test_a_surface_that_runs_through_itself_is_refused():
-    one = woven("octahedron").woven.mesh
+    one = woven("octahedron").mesh
     # The same octahedron once more, moved a little: their edges cross.
     both = PolyMesh.from_faces(
         np.concatenate((one.vertices, one.vertices + 1e-3)),
         one.faces() + [[corner + one.n_vertices for corner in face] for face in one.faces()],
     )
-    thing = woven_mesh(both)
+    woven_object = woven_mesh(both)
     with pytest.raises(CannotMakeError, match="any radius"):
-        spun(thing)
+        spun(woven_object)
 
 
 def woven_mesh(mesh: PolyMesh) -> WovenObject:
@@ -200,17 +206,18 @@ def woven_mesh(mesh: PolyMesh) -> WovenObject:
     weave = plain_weave(trace_threads(halfedges))
     labels = thread_labels(weave.threads.n_threads)
     bunches = np.zeros(weave.threads.n_threads, dtype=np.int64)
-    made = SimpleNamespace(mesh=mesh, halfedges=halfedges)
-    return SimpleNamespace(woven=made, weave=weave, labels=labels, bunches=bunches)
+    return SimpleNamespace(
+        mesh=mesh, halfedges=halfedges, weave=weave, labels=labels, bunches=bunches
+    )
 
 
 @settings(max_examples=15)
 @given(meshes())
 def test_yarns_on_any_mesh_are_free_and_closed(mesh):
-    thing = woven_mesh(resize_mesh(mesh, size_mm=300.0)[0])
-    if thing.weave.threads.n_crossings == 0:
+    woven_object = woven_mesh(resize_mesh(mesh, size_mm=300.0)[0])
+    if woven_object.weave.threads.n_crossings == 0:
         return
-    bodies = bodies_of(thing, spun(thing, sides=5))
+    bodies = bodies_of(woven_object, spun(woven_object, sides=5))
     assert len(clashing_facets(bodies)) == 0
     for body in bodies:
         assert trimesh.Trimesh(body.vertices, body.all_triangles, process=False).is_watertight
@@ -220,8 +227,8 @@ def test_yarns_on_any_mesh_are_free_and_closed(mesh):
 
 
 def spines_of(shape: str, radius: float):
-    thing = woven(shape)
-    course = lay_course(thing.woven.mesh, thing.woven.halfedges, thing.weave)
+    woven_object = woven(shape)
+    course = lay_course(woven_object.mesh, woven_object.halfedges, woven_object.weave)
     return draw_spines(course, np.full(len(course.place), radius))
 
 
@@ -243,8 +250,8 @@ def test_a_yarn_moved_into_another_is_found():
 
 
 def test_clashing_facets_names_the_bodies():
-    thing = woven("tetrahedron")
-    bodies = bodies_of(thing, spun(thing))
+    woven_object = woven("tetrahedron")
+    bodies = bodies_of(woven_object, spun(woven_object))
     moved = replace(bodies[0], vertices=bodies[0].vertices + 12.0)
     found = clashing_facets((moved, *bodies[1:]))
     assert len(found)

@@ -99,8 +99,8 @@ def test_a_mesh_that_runs_through_itself_is_told_as_such(name: str) -> None:
     assert any("mend the mesh" in note for note in ribbon_notes(found.check))
     # At so many of the places either ribbon crosses an edge of a face that hits another one.
     told = int(one.cause.split("in ")[1].split(" of")[0])
-    halfedges = found.thing.woven.halfedges
-    threads = found.thing.weave.threads
+    halfedges = found.woven.halfedges
+    threads = found.woven.weave.threads
     here = threads.crossing_halfedge
     sides = np.column_stack((halfedges.face[here], halfedges.face[halfedges.twin[here]]))
     hit = np.isin(sides, faces).any(axis=1)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from meshes_shared import shared_mesh
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
@@ -26,7 +26,7 @@ TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(n
 
 def woven(shape: str, **options):
     options = {"size_mm": 300.0, **options}
-    settings, supplies = complete_settings(JobSettings(mesh=f"shape:{shape}", **options))
+    settings, supplies = complete_settings(Settings(mesh=f"shape:{shape}", **options))
     return weave_object(settings, supplies)
 
 
@@ -79,9 +79,9 @@ def test_stretches_cover_every_facet_once(shape: str) -> None:
 )
 @pytest.mark.parametrize("material", ["card", "birch-veneer"])
 def test_ribbons_keep_clear_at_the_default_width(shape: str, material: str) -> None:
-    thing = woven(shape, material=material)
+    woven_object = woven(shape, material=material)
     thickness = {"card": 0.4, "birch-veneer": 0.8}[material]
-    near = near_pairs(thing.ribbons, thing.weave.threads.crossing, thickness)
+    near = near_pairs(woven_object.ribbons, woven_object.weave.threads.crossing, thickness)
     assert len(near.pairs) == 0
 
 
@@ -104,10 +104,10 @@ def shifted(ribbons: Ribbons, thread: int, by: np.ndarray) -> Ribbons:
 @pytest.mark.parametrize("shape", ["torus?m=12&n=8", "sphere?n=4", "hypar", "tetrahedron"])
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
 def test_spoilt_ribbons_intersect_where_libigl_says_so(shape: str, by: tuple) -> None:
-    thing = woven(shape)
-    threads = thing.weave.threads
+    woven_object = woven(shape)
+    threads = woven_object.weave.threads
     longest = int(np.argmax(threads.lengths))
-    ribbons = shifted(thing.ribbons, longest, np.array(by))
+    ribbons = shifted(woven_object.ribbons, longest, np.array(by))
     near = near_pairs(ribbons, threads.crossing, 0.0)
     stretches = cut_stretches(ribbons)
     found = {(min(a, b), max(a, b)) for a, b in stretches.thread[near.pairs].tolist() if a != b}
@@ -126,17 +126,17 @@ def test_spoilt_ribbons_intersect_where_libigl_says_so(shape: str, by: tuple) ->
 
 def test_the_number_of_rungs_does_not_matter() -> None:
     for steps in (0, 1, 6):
-        thing = woven("tetrahedron", smooth=steps)
-        near = near_pairs(thing.ribbons, thing.weave.threads.crossing, 0.0)
-        panels = near.pairs[(near.pairs < len(thing.ribbons.entry)).all(axis=1)]
+        woven_object = woven("tetrahedron", smooth=steps)
+        near = near_pairs(woven_object.ribbons, woven_object.weave.threads.crossing, 0.0)
+        panels = near.pairs[(near.pairs < len(woven_object.ribbons.entry)).all(axis=1)]
         assert len(panels) == 12
 
 
 def test_looking_only_at_given_pairs_measures_them_the_same() -> None:
-    thing = woven("tetrahedron")
-    crossing = thing.weave.threads.crossing
-    everything = near_pairs(thing.ribbons, crossing, 0.4)
-    again = near_pairs(thing.ribbons, crossing, 0.4, everything.pairs[::-1])
+    woven_object = woven("tetrahedron")
+    crossing = woven_object.weave.threads.crossing
+    everything = near_pairs(woven_object.ribbons, crossing, 0.4)
+    again = near_pairs(woven_object.ribbons, crossing, 0.4, everything.pairs[::-1])
     assert np.array_equal(again.pairs, everything.pairs)
     assert again.distance_mm == pytest.approx(everything.distance_mm)
 
@@ -145,10 +145,10 @@ def test_looking_only_at_given_pairs_measures_them_the_same() -> None:
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
 def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: int) -> None:
     settings, supplies = complete_settings(
-        JobSettings(mesh=str(shared_mesh(name)), size_mm=400.0, smooth=smooth)
+        Settings(mesh=str(shared_mesh(name)), size_mm=400.0, smooth=smooth)
     )
-    thing = weave_object(settings, supplies)
-    ribbons = thing.ribbons
+    woven_object = weave_object(settings, supplies)
+    ribbons = woven_object.ribbons
     stretches = cut_stretches(ribbons)
     vertices, triangles, _ = ribbon_triangles(ribbons)
     mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
@@ -159,7 +159,7 @@ def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: 
         np.arange(len(stretches.thread)), np.diff(stretches.offsets)
     )
     exact = np.sort(owner[number[self_intersections(mesh)]], axis=1).reshape(-1, 2)
-    found = near_pairs(ribbons, thing.weave.threads.crossing, 0.0).pairs
+    found = near_pairs(ribbons, woven_object.weave.threads.crossing, 0.0).pairs
 
     def near_by(pairs: np.ndarray) -> set[tuple[int, int]]:
         steps = steps_apart(stretches, pairs)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from ribbon_strips import strip
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import check_ribbons
@@ -45,25 +45,25 @@ def test_a_fold_between_crossings_is_the_crease(angle, at) -> None:
 
 def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
     settings, supplies = complete_settings(
-        JobSettings(mesh="shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
+        Settings(mesh="shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
     )
-    thing = weave_object(settings, supplies)
-    assert "crease" not in {one.rule for one in check_object(thing, settings, supplies).findings}
-    ribbons = thing.ribbons
+    woven = weave_object(settings, supplies)
+    assert "crease" not in {one.rule for one in check_object(woven, settings, supplies).findings}
+    ribbons = woven.ribbons
     at = 29
     rung = int(ribbons.entry[at]) + 2
     # The first cross-line after a panel is pushed inwards, so that it turns sharply.
-    pushed = 12.0 * ribbons.normal[thing.weave.threads.crossing[at]]
+    pushed = 12.0 * ribbons.normal[woven.weave.threads.crossing[at]]
     sides = [rail.copy() for rail in (ribbons.right, ribbons.left)]
     for rail in sides:
         rail[rung] -= pushed
     spoilt = Ribbons(**{**vars(ribbons), "right": sides[0], "left": sides[1]})
     limits = ribbon_limits(supplies.only)
-    check = check_ribbons(spoilt, thing.weave, thing.labels, limits, size_mm=300.0)
+    check = check_ribbons(spoilt, woven.weave, woven.labels, limits, size_mm=300.0)
     (found,) = (one for one in check.findings if one.rule == "crease")
-    threads = thing.weave.threads
+    threads = woven.weave.threads
     owner = int(threads.thread_of_pass[at])
-    assert found.thread == thing.labels[owner]
+    assert found.thread == woven.labels[owner]
     assert found.crossing == threads.crossing[at]
     assert found.station == at - threads.offsets[owner]
     assert found.value > found.limit
@@ -74,16 +74,16 @@ def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
 def test_every_rule_of_a_thread_says_where() -> None:
     """Each rule names thread, station, crossing and place, and they agree."""
     settings, supplies = complete_settings(
-        JobSettings(mesh="shape:tetrahedron", size_mm=60.0, material="card")
+        Settings(mesh="shape:tetrahedron", size_mm=60.0, material="card")
     )
-    thing = weave_object(settings, supplies)
-    threads, ribbons = thing.weave.threads, thing.ribbons
+    woven = weave_object(settings, supplies)
+    threads, ribbons = woven.weave.threads, woven.ribbons
     harsh = Limits(thickness_mm=3.0, bend_mm=900.0, width_mm=40.0, twist_deg=0.1, clearance_mm=9.0)
-    measured = check_ribbons(ribbons, thing.weave, thing.labels, harsh, size_mm=60.0)
+    measured = check_ribbons(ribbons, woven.weave, woven.labels, harsh, size_mm=60.0)
     told = {one.rule: one for one in measured.findings}
     assert set(told) >= {"width", "bend", "twist", "crease", "layers"}
     for one in told.values():
-        thread = thing.labels.index(one.thread)
+        thread = woven.labels.index(one.thread)
         own = slice(threads.offsets[thread], threads.offsets[thread + 1])
         assert threads.crossing[own][one.station] == one.crossing
         if one.rule != "clearance":

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject, check_object, require_stiffness, weave_object
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
@@ -25,8 +25,8 @@ from fabweave.stock.ribbon_limits import ribbon_limits, twist_limit_deg
 from fabweave.stock.supplies import Supplies
 
 
-def woven(mesh: str, **options) -> tuple[WovenObject, JobSettings, Supplies]:
-    settings, supplies = complete_settings(JobSettings(mesh=f"shape:{mesh}", **options))
+def woven(mesh: str, **options) -> tuple[WovenObject, Settings, Supplies]:
+    settings, supplies = complete_settings(Settings(mesh=f"shape:{mesh}", **options))
     return weave_object(settings, supplies), settings, supplies
 
 
@@ -87,11 +87,11 @@ def test_at_the_size_proposed_every_rule_just_holds(mesh, material, size) -> Non
 
 
 def test_a_material_too_stiff_is_refused_with_the_size_that_would_do() -> None:
-    thing, settings, supplies = woven("sphere?n=6", material="stainless-304", size_mm=300.0)
-    check = check_object(thing, settings, supplies)
+    woven_object, settings, supplies = woven("sphere?n=6", material="stainless-304", size_mm=300.0)
+    check = check_object(woven_object, settings, supplies)
     (found,) = check.refused
     with pytest.raises(CannotMakeError, match=f"--size {found.may_be_mm}mm") as error:
-        require_stiffness(thing, settings, supplies)
+        require_stiffness(woven_object, settings, supplies)
     assert f"{found.size_mm}mm" in str(error.value)
     options = {"material": "stainless-304"}
     do = checked("sphere?n=6", size_mm=float(found.may_be_mm), **options)
@@ -125,9 +125,9 @@ def spoil(ribbons: Ribbons, thread: int, by: np.ndarray) -> Ribbons:
 
 
 def test_a_ribbon_that_sags_onto_its_partner_is_found_at_its_crossing() -> None:
-    thing, _, supplies = woven("torus?m=12&n=8", size_mm=300.0)
-    ribbons, threads = thing.ribbons, thing.weave.threads
-    at = int(np.flatnonzero(thing.weave.over)[7])
+    woven_object, _, supplies = woven("torus?m=12&n=8", size_mm=300.0)
+    ribbons, threads = woven_object.ribbons, woven_object.weave.threads
+    at = int(np.flatnonzero(woven_object.weave.over)[7])
     crossing = int(threads.crossing[at])
     right, left = ribbons.right.copy(), ribbons.left.copy()
     rungs = ribbons.entry[at] + np.array([0, 1])
@@ -136,11 +136,11 @@ def test_a_ribbon_that_sags_onto_its_partner_is_found_at_its_crossing() -> None:
     right[rungs] -= drop
     left[rungs] -= drop
     limits = ribbon_limits(supplies.only)
-    labels = thing.labels
-    good = check_ribbons(ribbons, thing.weave, labels, limits, size_mm=300.0)
+    labels = woven_object.labels
+    good = check_ribbons(ribbons, woven_object.weave, labels, limits, size_mm=300.0)
     assert not good.findings
     bad = check_ribbons(
-        replace(ribbons, right=right, left=left), thing.weave, labels, limits, size_mm=300.0
+        replace(ribbons, right=right, left=left), woven_object.weave, labels, limits, size_mm=300.0
     )
     found = rules(bad)["layers"]
     owner = int(threads.thread_of_pass[at])
@@ -152,39 +152,40 @@ def test_a_ribbon_that_sags_onto_its_partner_is_found_at_its_crossing() -> None:
 
 
 def test_a_shifted_ribbon_is_found_by_name() -> None:
-    thing, _, supplies = woven("sphere?n=4", size_mm=300.0)
-    spoilt = spoil(thing.ribbons, 3, np.array([8.0, 5.0, 2.0]))
+    woven_object, _, supplies = woven("sphere?n=4", size_mm=300.0)
+    spoilt = spoil(woven_object.ribbons, 3, np.array([8.0, 5.0, 2.0]))
     check = check_ribbons(
-        spoilt, thing.weave, thing.labels, ribbon_limits(supplies.only), size_mm=300.0
+        spoilt, woven_object.weave, woven_object.labels, ribbon_limits(supplies.only), size_mm=300.0
     )
     found = rules(check)["clearance"]
     assert found.value == 0
     measured = check.measured["clearance"]
-    threads = thing.weave.threads.thread_of_pass
+    threads = woven_object.weave.threads.thread_of_pass
     # All that is too near now concerns the ribbon that was moved.
     pairs = np.column_stack((threads[measured.passes], threads[measured.others]))
     assert np.all((pairs == 3).any(axis=1))
-    assert thing.labels[3] in (found.thread, found.other)
+    assert woven_object.labels[3] in (found.thread, found.other)
     assert "through one another" in ribbon_notes(check)[-1] or any(
         "through one another" in note for note in ribbon_notes(check)
     )
 
 
 def test_a_pinched_ribbon_is_found_at_its_place() -> None:
-    thing, _, supplies = woven("sphere?n=4", size_mm=300.0)
-    ribbons, threads = thing.ribbons, thing.weave.threads
+    woven_object, _, supplies = woven("sphere?n=4", size_mm=300.0)
+    ribbons, threads = woven_object.ribbons, woven_object.weave.threads
     at = 29
     rung = int(ribbons.entry[at])
     left = ribbons.left.copy()
     left[rung] = ribbons.right[rung] + 0.04 * (left[rung] - ribbons.right[rung])
     check = check_ribbons(
-        replace(ribbons, left=left), thing.weave, thing.labels, ribbon_limits(supplies.only),
+        replace(ribbons, left=left), woven_object.weave, woven_object.labels,
+        ribbon_limits(supplies.only),
         size_mm=300.0,
     )  # fmt: skip
     found = rules(check)["width"]
     assert found.count == 1
     assert found.crossing == threads.crossing[at]
-    assert found.thread == thing.labels[threads.thread_of_pass[at]]
+    assert found.thread == woven_object.labels[threads.thread_of_pass[at]]
     assert found.value < 1.0
 
 
@@ -201,8 +202,10 @@ def test_clearance_is_mended_by_the_width_proposed() -> None:
 
 
 def test_twist_is_mended_by_the_width_proposed() -> None:
-    thing, settings, supplies = woven("torus?m=24&n=12", size_mm=2000.0, material="stainless-304")
-    found = rules(check_object(thing, settings, supplies)).get("twist")
+    woven_object, settings, supplies = woven(
+        "torus?m=24&n=12", size_mm=2000.0, material="stainless-304"
+    )
+    found = rules(check_object(woven_object, settings, supplies)).get("twist")
     assert found is not None
     assert found.limit == pytest.approx(twist_limit_deg(0.5, 235.0))
     assert found.width_factor is not None
@@ -213,8 +216,8 @@ def test_twist_is_mended_by_the_width_proposed() -> None:
 
 @given(st.integers(0, 10**6))
 def test_an_excerpt_measures_as_the_whole_does(seed) -> None:
-    thing = _WHOLE[seed % len(_WHOLE)]
-    ribbons = thing.ribbons
+    woven_object = _WHOLE[seed % len(_WHOLE)]
+    ribbons = woven_object.ribbons
     count = len(ribbons.entry)
     passes = np.unique(np.random.default_rng(seed).integers(0, count, 5))
     whole_bends = measure_bends(ribbons)
@@ -250,11 +253,14 @@ def test_limits_follow_the_material(material: str) -> None:
 
 
 def test_the_report_gives_each_thread_its_figures() -> None:
-    thing, settings, supplies = woven("torus?m=12&n=8", size_mm=300.0)
-    check = check_object(thing, settings, supplies)
-    report = ribbon_report(check, thing.ribbons, thing.labels)
-    assert [one["thread"] for one in report["threads"]] == list(thing.labels)
-    assert sum(one["crossings"] for one in report["threads"]) == 2 * thing.weave.threads.n_crossings
+    woven_object, settings, supplies = woven("torus?m=12&n=8", size_mm=300.0)
+    check = check_object(woven_object, settings, supplies)
+    report = ribbon_report(check, woven_object.ribbons, woven_object.labels)
+    assert [one["thread"] for one in report["threads"]] == list(woven_object.labels)
+    assert (
+        sum(one["crossings"] for one in report["threads"])
+        == 2 * woven_object.weave.threads.n_crossings
+    )
     assert min(one["bend_mm"] for one in report["threads"]) == pytest.approx(
         float(check.measured["bend"].value.min()), abs=1e-3
     )

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from meshes_shared import shared_mesh
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
     check_object,
@@ -42,18 +42,18 @@ ROOMY = (
 
 def object_and_limits(mesh: str, **options):
     options = {"size_mm": 400.0, **options}
-    settings, supplies = complete_settings(JobSettings(mesh=mesh, **options))
-    thing = weave_object(settings, supplies)
-    return thing, settings, supplies, ribbon_limits(supplies.only, settings.clearance_mm)
+    settings, supplies = complete_settings(Settings(mesh=mesh, **options))
+    woven = weave_object(settings, supplies)
+    return woven, settings, supplies, ribbon_limits(supplies.only, settings.clearance_mm)
 
 
 def assert_clear(mesh: str, **options) -> WovenObject:
-    thing, settings, supplies, limits = object_and_limits(mesh, **options)
+    woven, settings, supplies, limits = object_and_limits(mesh, **options)
     # With laps everywhere, and with laps at some crossings only, as a job has them.
-    some = np.arange(0, thing.weave.threads.n_crossings, 5)
+    some = np.arange(0, woven.weave.threads.n_crossings, 5)
     for laps in (None, some):
-        clear = keep_clear(thing, settings, supplies, laps)
-        assert len(measure_clearance(clear.ribbons, thing.weave, limits)[0].value) == 0
+        clear = keep_clear(woven, settings, supplies, laps)
+        assert len(measure_clearance(clear.ribbons, woven.weave, limits)[0].value) == 0
         assert intersecting(clear.ribbons) == 0
     return clear
 
@@ -75,40 +75,40 @@ def test_neither_do_they_with_other_cross_lines(smooth: int) -> None:
 
 
 def test_a_width_that_is_asked_for_is_kept_and_the_collision_told() -> None:
-    thing, settings, supplies, _ = object_and_limits("shape:tetrahedron", width=WidthRule(0.65))
-    kept = keep_clear(thing, settings, supplies)
+    woven, settings, supplies, _ = object_and_limits("shape:tetrahedron", width=WidthRule(0.65))
+    kept = keep_clear(woven, settings, supplies)
     assert kept.narrowed is None
-    assert np.array_equal(kept.ribbons.right, thing.ribbons.right)
+    assert np.array_equal(kept.ribbons.right, woven.ribbons.right)
     findings = check_object(kept, settings, supplies).findings
     assert "clearance" in {found.rule for found in findings}
 
 
 @pytest.mark.parametrize("shape", ["torus?m=12&n=6", "hypar", "cube"])
 def test_where_all_have_room_nothing_changes(shape: str) -> None:
-    thing, settings, supplies, _ = object_and_limits(f"shape:{shape}")
-    clear = keep_clear(thing, settings, supplies)
+    woven, settings, supplies, _ = object_and_limits(f"shape:{shape}")
+    clear = keep_clear(woven, settings, supplies)
     assert clear.narrowed.factor.min() == 1.0
     for name in ("right", "left", "from_right"):
-        assert np.array_equal(getattr(clear.ribbons, name), getattr(thing.ribbons, name))
+        assert np.array_equal(getattr(clear.ribbons, name), getattr(woven.ribbons, name))
 
 
 def test_only_what_is_too_near_gets_narrower() -> None:
     # Of the five solids only the tetrahedron has too little room.
-    thing, settings, supplies, limits = object_and_limits(
+    woven, settings, supplies, limits = object_and_limits(
         str(shared_mesh("ngon/platonic_shelf.obj"))
     )
-    clear = keep_clear(thing, settings, supplies)
-    threads = thing.weave.threads
+    clear = keep_clear(woven, settings, supplies)
+    threads = woven.weave.threads
     changed = np.unique(threads.thread_of_pass[clear.narrowed.factor < 1])
     assert len(changed) == 3
     assert (threads.lengths[changed] == 4).all()
-    assert len(measure_clearance(thing.ribbons, thing.weave, limits)[0].value) > 0
+    assert len(measure_clearance(woven.ribbons, woven.weave, limits)[0].value) > 0
 
 
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "ngon/spot_control_mesh.obj"])
 def test_ribbons_taper_and_stay_fit_to_be_handled(name: str) -> None:
-    thing, settings, supplies, limits = object_and_limits(str(shared_mesh(name)))
-    clear = keep_clear(thing, settings, supplies)
+    woven, settings, supplies, limits = object_and_limits(str(shared_mesh(name)))
+    clear = keep_clear(woven, settings, supplies)
     factor, least = clear.narrowed.factor, np.minimum(clear.narrowed.least, 1.0)
     assert (factor >= least).all()
     following = following_rung(clear.ribbons.pass_offsets, clear.ribbons.closed)
@@ -117,32 +117,30 @@ def test_ribbons_taper_and_stay_fit_to_be_handled(name: str) -> None:
     for one, other in ((here, following[here]), (following[here], here)):
         free = factor[one] > least[one]
         assert (factor[one] <= factor[other] / 0.75 + 1e-12)[free].all()
-    before = measure_bends(thing.ribbons).width_mm
+    before = measure_bends(woven.ribbons).width_mm
     after = measure_bends(clear.ribbons).width_mm
     assert np.nanmin(after) >= min(np.nanmin(before), limits.width_mm) * 0.99
 
 
 @pytest.mark.parametrize("shape", ["tetrahedron", "torus?m=12&n=6", "icosahedron"])
 def test_the_widest_width_is_clear_and_a_wider_one_is_not(shape: str) -> None:
-    thing, settings, supplies, limits = object_and_limits(f"shape:{shape}")
+    woven, settings, supplies, limits = object_and_limits(f"shape:{shape}")
 
     def lay(width_mm: float) -> Ribbons:
         rule = WidthRule(least_mm=width_mm, most_mm=width_mm)
-        changed = JobSettings(**{**vars(settings), "width": rule})
-        return lay_ribbons(thing.woven, thing.weave, changed, supplies.thickness_mm(thing.bunches))
+        changed = Settings(**{**vars(settings), "width": rule})
+        return lay_ribbons(woven.source, woven.weave, changed, supplies.thickness_mm(woven.bunches))
 
     def near(width_mm: float) -> int:
-        return len(measure_clearance(lay(width_mm), thing.weave, limits)[0].value)
+        return len(measure_clearance(lay(width_mm), woven.weave, limits)[0].value)
 
-    room = widest_width(
-        thing.woven.mesh, thing.woven.halfedges, thing.weave, length=settings.crossing
-    )
-    widest = widest_clear(lay, thing.weave, limits, room)
+    room = widest_width(woven.mesh, woven.halfedges, woven.weave, length=settings.crossing)
+    widest = widest_clear(lay, woven.weave, limits, room)
     assert near(widest) == 0
     assert widest == room or near(1.021 * widest) > 0
     assert (widest < room) == (shape == "tetrahedron")
     # Where there is room for nothing that can be handled, there is no such width.
-    assert widest_clear(lay, thing.weave, limits, 0.99 * limits.width_mm) is None
+    assert widest_clear(lay, woven.weave, limits, 0.99 * limits.width_mm) is None
 
 
 @given(arrays(float, (40, 4, 2), elements=st.integers(-40, 40).map(lambda n: n / 8)))
@@ -175,8 +173,8 @@ def test_quads_become_convex_and_keep_their_middle(corners) -> None:
 
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
 def test_at_sharp_edges_panels_do_not_fold_over(name: str) -> None:
-    thing, settings, supplies, _ = object_and_limits(str(shared_mesh(name)), smooth=0)
-    ribbons = keep_clear(thing, settings, supplies).ribbons
+    woven, settings, supplies, _ = object_and_limits(str(shared_mesh(name)), smooth=0)
+    ribbons = keep_clear(woven, settings, supplies).ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
     assert len(self_intersections(mesh)) == 0

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import lay_ribbons, weave_object
 from fabweave.ribbon.facets import cut_facets
 from fabweave.ribbon.project import following_rung
@@ -31,15 +31,17 @@ MODELS = (
 def woven(shape: str, options: dict, clearance_mm: float = 12.0):
     """Weave a shape with more air wanted than there is, so that very much is too near."""
     settings, supplies = complete_settings(
-        JobSettings(mesh=f"shape:{shape}", size_mm=200.0, **options)
+        Settings(mesh=f"shape:{shape}", size_mm=200.0, **options)
     )
-    thing = weave_object(settings, supplies)
-    thickness = supplies.thickness_mm(thing.bunches)
+    woven_object = weave_object(settings, supplies)
+    thickness = supplies.thickness_mm(woven_object.bunches)
 
     def lay(factor=None, part=None):
-        return lay_ribbons(thing.woven, thing.weave, settings, thickness, None, factor, part)
+        return lay_ribbons(
+            woven_object.source, woven_object.weave, settings, thickness, None, factor, part
+        )
 
-    return thing.weave, lay, ribbon_limits(supplies.only, clearance_mm)
+    return woven_object.weave, lay, ribbon_limits(supplies.only, clearance_mm)
 
 
 WOVEN = [woven(shape, options) for shape, options in MODELS]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import lay_ribbons, weave_object
 from fabweave.core.errors import InputError
@@ -86,16 +86,16 @@ def test_widths_that_make_no_sense_are_refused(text: str, words: str) -> None:
 
 def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
     settings, supplies = complete_settings(
-        JobSettings(mesh="shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
+        Settings(mesh="shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
     )
-    thing = weave_object(settings, supplies)
-    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, (), supplies).runs
-    threads = thing.weave.threads
+    woven = weave_object(settings, supplies)
+    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, (), supplies).runs
+    threads = woven.weave.threads
     laps = runs.laps(threads)
     # Every ring is jointed, each joint where its thread goes under, and no crossing twice.
     assert len(laps) == len(runs.thread) == len(np.unique(laps))
     ribbons = lay_ribbons(
-        thing.woven, thing.weave, settings, supplies.thickness_mm(thing.bunches), laps
+        woven.source, woven.weave, settings, supplies.thickness_mm(woven.bunches), laps
     )
     corners = ribbons.right[ribbons.entry] + ribbons.right[ribbons.entry + 1]
     corners = corners + ribbons.left[ribbons.entry] + ribbons.left[ribbons.entry + 1]
@@ -103,7 +103,7 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
         "pd,pd->p", corners / 4 - ribbons.centre[threads.crossing], ribbons.normal[threads.crossing]
     )
     apart = np.zeros(threads.n_crossings)
-    np.add.at(apart, threads.crossing, np.where(thing.weave.over, height, -height))
+    np.add.at(apart, threads.crossing, np.where(woven.weave.over, height, -height))
     layers = supplies.only.thickness_mm + settings.clearance_mm
     expected = np.full(threads.n_crossings, layers)
     expected[laps] += supplies.only.thickness_mm / 2
@@ -112,12 +112,12 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
 
 def test_runs_of_open_threads_lap_only_between_pieces() -> None:
     settings, supplies = complete_settings(
-        replace(JobSettings(mesh="shape:hypar", size_mm=400.0), max_length_mm=150.0)
+        replace(Settings(mesh="shape:hypar", size_mm=400.0), max_length_mm=150.0)
     )
-    thing = weave_object(settings, supplies)
-    runs = plan_pieces(thing.ribbons, thing.weave, thing.labels, settings, (), supplies).runs
-    crossed = np.count_nonzero(thing.weave.threads.lengths)
-    assert len(runs.laps(thing.weave.threads)) == len(runs.thread) - crossed
+    woven = weave_object(settings, supplies)
+    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, (), supplies).runs
+    crossed = np.count_nonzero(woven.weave.threads.lengths)
+    assert len(runs.laps(woven.weave.threads)) == len(runs.thread) - crossed
 
 
 @pytest.mark.parametrize("shape", ["torus?m=12&n=8", "sphere?n=4", "hypar"])

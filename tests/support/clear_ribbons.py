@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.app.joined_object import check_made, hole_rules, lay_job
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
@@ -28,7 +28,7 @@ def intersecting(ribbons: Ribbons) -> int:
 class Laid:
     """Ribbons as a job lays them, and what is too near."""
 
-    thing: WovenObject
+    woven: WovenObject
     check: RibbonCheck
     n_near: int
     n_through: int
@@ -36,9 +36,9 @@ class Laid:
 
 def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
-    settings, supplies = complete_settings(JobSettings(mesh=mesh, size_mm=size_mm, **options))
-    thing = lay_job(settings, supplies, hole_rules(settings, supplies)).object
+    settings, supplies = complete_settings(Settings(mesh=mesh, size_mm=size_mm, **options))
+    woven = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
     limits = ribbon_limits(supplies.only, settings.clearance_mm)
-    near, _ = measure_clearance(thing.ribbons, thing.weave, limits)
-    check = check_made(thing, settings, supplies)
-    return Laid(thing, check, len(near.value), intersecting(thing.ribbons))
+    near, _ = measure_clearance(woven.ribbons, woven.weave, limits)
+    check = check_made(woven, settings, supplies)
+    return Laid(woven, check, len(near.value), intersecting(woven.ribbons))

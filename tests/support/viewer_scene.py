@@ -9,7 +9,7 @@ import numpy as np
 
 from fabweave.app.job_records import job_plan, job_viewer
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.nest.layout import Layout, Placement
 from fabweave.stock.sheet_size import SheetSize
 
@@ -30,7 +30,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
         mock.patch("fabweave.app.nest_job.nest", laid),
         mock.patch("fabweave.app.pipeline.portrait_png"),
     ):
-        job = make_job(JobSettings(mesh=shape, size_mm=size_mm, effort="quick", **settings))
+        job = make_job(Settings(mesh=shape, size_mm=size_mm, effort="quick", **settings))
     plan = job_plan(job)
     return job_viewer(job, plan), plan, job
 

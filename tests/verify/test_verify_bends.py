@@ -8,7 +8,7 @@ import pytest
 from verify_writers import glb_bytes
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.model.woven_glb import woven_glb
 from fabweave.picture.thread_colours import thread_colours
@@ -49,14 +49,14 @@ def made(tmp_path_factory):
         ("knot", {"material": "warp=card,weft=polypropylene", "size_mm": 150.0}),
     ):
         settings, supplies = complete_settings(
-            JobSettings(mesh=f"shape:{shape}", **{"size_mm": 300.0, **options})
+            Settings(mesh=f"shape:{shape}", **{"size_mm": 300.0, **options})
         )
-        thing = weave_object(settings, supplies)
-        check = check_object(thing, settings, supplies)
+        woven = weave_object(settings, supplies)
+        check = check_object(woven, settings, supplies)
         path = tmp_path_factory.mktemp("bends") / "model.glb"
-        colours = thread_colours(thing.bunches, "safe")
-        path.write_bytes(woven_glb(thing.ribbons, thing.labels, colours, ()))
-        report = ribbon_report(check, thing.ribbons, thing.labels)
+        colours = thread_colours(woven.bunches, "safe")
+        path.write_bytes(woven_glb(woven.ribbons, woven.labels, colours, ()))
+        report = ribbon_report(check, woven.ribbons, woven.labels)
         report["findings"] = [finding_record(one) for one in check.findings]
         models[shape] = (json.dumps(report), read_glb(path))
     return models

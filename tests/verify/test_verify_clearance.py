@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from verify_writers import LIMITS, glb_bytes
 
 from fabweave.app.pipeline import complete_settings
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.model.woven_glb import woven_glb
 from fabweave.picture.thread_colours import thread_colours
@@ -82,10 +82,10 @@ def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
 def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> None:
     settings, supplies = complete_settings(
-        JobSettings(mesh=f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
+        Settings(mesh=f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
     )
-    thing = weave_object(settings, supplies)
-    ribbons, threads = thing.ribbons, thing.weave.threads
+    woven = weave_object(settings, supplies)
+    ribbons, threads = woven.ribbons, woven.weave.threads
     longest = int(np.argmax(threads.lengths))
     moved = slice(*ribbons.offsets[longest : longest + 2])
     right, left = ribbons.right.copy(), ribbons.left.copy()
@@ -93,9 +93,9 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
     left[moved] += by
     ribbons = replace(ribbons, right=right, left=left)
     limits = ribbon_limits(supplies.only, settings.clearance_mm)
-    measured, near = measure_clearance(ribbons, thing.weave, limits)
+    measured, near = measure_clearance(ribbons, woven.weave, limits)
     path = tmp_path / "model.glb"
-    path.write_bytes(woven_glb(ribbons, thing.labels, thread_colours(thing.bunches, "safe"), ()))
+    path.write_bytes(woven_glb(ribbons, woven.labels, thread_colours(woven.bunches, "safe"), ()))
     plan = SimpleNamespace(
         threads=[
             SimpleNamespace(
@@ -103,7 +103,7 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
                 label=label,
                 crossings=tuple(threads.crossing[slice(*threads.offsets[t : t + 2])]),
             )
-            for t, label in enumerate(thing.labels)
+            for t, label in enumerate(woven.labels)
         ]
     )
     found = near_parts(cut_steps(plan, read_glb(path)), 0.502)

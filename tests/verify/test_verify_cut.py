@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fabweave.app.job_folder import run_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.cut.kerfed_sheets import ready_sheets
 from fabweave.cut.micro_joints import MicroJoints
@@ -16,7 +16,7 @@ from fabweave.cut.write.svg import write_svg
 from fabweave.cut.write.template import write_template
 from fabweave.verify import verify_job
 
-SETTINGS = JobSettings(
+SETTINGS = Settings(
     "shape:octahedron",
     size_mm=300.0,
     effort="quick",

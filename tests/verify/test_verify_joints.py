@@ -12,7 +12,7 @@ import shapely
 
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.flat.joint import interlock
 from fabweave.flat.joint import planning as joints
 from fabweave.stock.sheet_size import SheetSize
@@ -29,7 +29,7 @@ CHECKS = {
     "crossing-holes": check_crossing_holes,
     "unfolding": check_unfolding,
 }
-BASE = JobSettings(
+BASE = Settings(
     "shape:octahedron", size_mm=160.0, effort="quick", sheets=(SheetSize(400.0, 300.0),)
 )
 KINDS = {

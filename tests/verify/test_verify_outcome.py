@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from fabweave.app.job_folder import run_job
-from fabweave.app.settings import JobSettings
+from fabweave.app.settings import Settings
 from fabweave.verify import verify_job
 from fabweave.verify.checks.outcome import check_outcome
 from fabweave.verify.read.job_files import load_job
@@ -17,7 +17,7 @@ from fabweave.verify.report import Tally
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
-    settings = JobSettings("shape:octahedron", size_mm=300.0, effort="quick")
+    settings = Settings("shape:octahedron", size_mm=300.0, effort="quick")
     proof = run_job(settings, folder).proof
     (check,) = [check for check in proof.checks if check.name == "outcome"]
     assert check.ok

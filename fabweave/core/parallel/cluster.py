@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib.metadata import version
 
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.parallel.executors import CalmExecutor, Executors
+from fabweave.core.parallel.executors import Executors, SignalSafeExecutor
 
 _ANSWER_S = 30.0  # how long to wait for a scheduler and a first worker
 _SAME = ("fabweave", "numpy", "scipy", "shapely")  # what decides every bit of a layout
@@ -58,7 +58,7 @@ def cluster_at(address: str) -> Executors:
                     f"`dask worker {address}`"
                 ) from error
             require_same(address, client.run(versions, on_error="return"))
-            executor = CalmExecutor(client.get_executor(pure=False))
+            executor = SignalSafeExecutor(client.get_executor(pure=False))
             try:
                 yield executor
             except KilledWorker as error:

@@ -51,7 +51,7 @@ class HereExecutor(Executor):
         return future
 
 
-class CalmExecutor(Executor):
+class SignalSafeExecutor(Executor):
     """Pass work on to another executor, with Ctrl-C held back while that one holds its locks."""
 
     def __init__(self, executor: Executor) -> None:
@@ -216,7 +216,7 @@ def processes(count: int) -> Executors:
 
     @contextmanager
     def opened() -> Iterator[Executor]:
-        executor = CalmExecutor(ProcessesExecutor(count))
+        executor = SignalSafeExecutor(ProcessesExecutor(count))
         try:
             yield executor
         finally:

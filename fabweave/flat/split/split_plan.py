@@ -6,7 +6,7 @@ from fabweave.flat.split.runs import Runs
 
 
 @frozen_value
-class Plan:
+class SplitPlan:
     """Where a job's threads are cut.
 
     Parameters

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.parallel.executors import CalmExecutor, result_of
+from fabweave.core.parallel.executors import SignalSafeExecutor, result_of
 from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.irregular import find_irregular
@@ -134,7 +134,7 @@ def _started(
 ) -> Iterator[list[Future[PolyMesh]]]:
     """Start runs of a remesher, two at a time; none is left running when the block ends."""
     stop = threading.Event()
-    pool = CalmExecutor(ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1)))
+    pool = SignalSafeExecutor(ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1)))
     try:
         yield [pool.submit(run_engine, engine, surface, run, stop) for run in runs]
     finally:

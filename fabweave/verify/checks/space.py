@@ -7,7 +7,7 @@ from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.course import Panels, edge_quads, follows_walk, measure_panels
 from fabweave.verify.measure.ends import LAPPED
 from fabweave.verify.measure.turning import check_turns
-from fabweave.verify.measure.walks import Pass, WovenMesh
+from fabweave.verify.measure.walks import LoadedMesh, Pass
 from fabweave.verify.read.job_files import Job
 from fabweave.verify.report import Tally
 
@@ -132,7 +132,7 @@ def _check_course(
     crossings: tuple[int, ...],
     panels: Panels,
     passes: tuple[Pass, ...],
-    mesh: WovenMesh,
+    mesh: LoadedMesh,
     tally: Tally,
 ) -> None:
     """Check that a strand's panels look outward and run across their edges as its thread walks."""

@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.verify.crossing_map import CrossingMap, Strand
 from fabweave.verify.measure.fabric import check_fabric
 from fabweave.verify.measure.twill import broken_conditions
-from fabweave.verify.measure.walks import Pass, WovenMesh, edge_keys
+from fabweave.verify.measure.walks import LoadedMesh, Pass, edge_keys
 from fabweave.verify.read.job_files import Job
 from fabweave.verify.report import Tally
 
@@ -51,7 +51,7 @@ def check_walks(job: Job, tally: Tally) -> None:
         )
 
 
-def _edge_name(mesh: WovenMesh, side: int) -> str:
+def _edge_name(mesh: LoadedMesh, side: int) -> str:
     """Name an edge by its vertices."""
     return f"{mesh.corner[side]}-{mesh.corner[mesh.next[side]]}"
 
@@ -157,7 +157,7 @@ def check_pattern(job: Job, tally: Tally) -> None:
 
 
 def _senses(
-    plan: CrossingMap, mesh: WovenMesh, passes: dict[int, tuple[Pass, ...]]
+    plan: CrossingMap, mesh: LoadedMesh, passes: dict[int, tuple[Pass, ...]]
 ) -> tuple[dict[int, bool], list[int]]:
     """Return each edge's twist sense (true: forward strand on top) and the torn crossings."""
     keys = edge_keys(mesh)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.walks import Pass, WovenMesh
+from fabweave.verify.measure.walks import LoadedMesh, Pass
 from fabweave.verify.read.glb import Strip
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
@@ -41,7 +41,7 @@ class EdgeQuads:
     size: Floats
 
 
-def edge_quads(mesh: WovenMesh, sides: Ints) -> EdgeQuads:
+def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
     """Return normals, middles, edge vectors and crosswise vectors for sides of inner edges."""
     tail, head = mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]
     here, there = mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]
@@ -56,7 +56,7 @@ def edge_quads(mesh: WovenMesh, sides: Ints) -> EdgeQuads:
     )
 
 
-def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: WovenMesh) -> Flags:
+def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> Flags:
     """Say at which crossings a ribbon runs across the edge as the passes of a walk do.
 
     From near the side's start a strand crosses towards its end, and otherwise backwards.

@@ -7,7 +7,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.twill import gap_orbits
-from fabweave.verify.measure.walks import WovenMesh
+from fabweave.verify.measure.walks import LoadedMesh
 from fabweave.verify.report import Tally
 
 _TWILL = re.compile(r"(\d+)/(\d+)(?:/(\d+))?", re.ASCII)
@@ -35,7 +35,7 @@ def read_fabric(pattern: str) -> tuple[int, int, int] | None:
 
 
 def check_fabric(
-    plan: CrossingMap, mesh: WovenMesh, edges: dict[int, int], keys: list[int], tally: Tally
+    plan: CrossingMap, mesh: LoadedMesh, edges: dict[int, int], keys: list[int], tally: Tally
 ) -> None:
     """Check that the labels of the crossings make the fabric that the map claims.
 

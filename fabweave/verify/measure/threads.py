@@ -5,9 +5,9 @@ from collections import Counter, defaultdict
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.measure.course import follows_walk, measure_panels
 from fabweave.verify.measure.walks import (
+    LoadedMesh,
     Pass,
     Walk,
-    WovenMesh,
     canonical,
     edge_keys,
     lay_walk,
@@ -16,7 +16,7 @@ from fabweave.verify.measure.walks import (
 from fabweave.verify.read.glb import Strip
 
 
-def edge_of_crossings(plan: CrossingMap, mesh: WovenMesh) -> dict[int, int]:
+def edge_of_crossings(plan: CrossingMap, mesh: LoadedMesh) -> dict[int, int]:
     """Return the edge (its lesser side) of each crossing that lies on an inner edge."""
     ends = {
         frozenset((int(mesh.corner[side]), int(mesh.corner[mesh.next[side]]))): int(side)
@@ -28,7 +28,7 @@ def edge_of_crossings(plan: CrossingMap, mesh: WovenMesh) -> dict[int, int]:
 
 def thread_passes(
     plan: CrossingMap,
-    mesh: WovenMesh,
+    mesh: LoadedMesh,
     edges: dict[int, int],
     model: dict[str, Strip] | None = None,
     *,
@@ -73,7 +73,7 @@ def thread_passes(
 def _followed(
     ways: list[tuple[int, tuple[Pass, ...]]],
     thread: Thread,
-    mesh: WovenMesh,
+    mesh: LoadedMesh,
     model: dict[str, Strip],
 ) -> tuple[int, tuple[Pass, ...]]:
     """Return the way that the thread's ribbon follows at most crossings; the first if equal."""

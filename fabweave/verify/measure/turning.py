@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.walks import Pass, WovenMesh
+from fabweave.verify.measure.walks import LoadedMesh, Pass
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.report import Tally
 
@@ -21,7 +21,7 @@ class Turn:
     forward: bool
 
 
-def turns_after(step: Pass, mesh: WovenMesh) -> list[Turn]:
+def turns_after(step: Pass, mesh: LoadedMesh) -> list[Turn]:
     """Return where a strand turns back between a pass and its next one.
 
     Having crossed a side forward, a strand goes on to the side before that in the face beyond,
@@ -37,7 +37,7 @@ def turns_after(step: Pass, mesh: WovenMesh) -> list[Turn]:
 
 
 def check_turns(
-    strip: Strip, passes: tuple[Pass, ...], mesh: WovenMesh, tally: Tally, *, turning: bool
+    strip: Strip, passes: tuple[Pass, ...], mesh: LoadedMesh, tally: Tally, *, turning: bool
 ) -> None:
     """Check every turn of one thread's ribbon, if threads turn.
 
@@ -90,7 +90,7 @@ def check_turns(
         )
 
 
-def _places_before_turns(passes: tuple[Pass, ...], mesh: WovenMesh) -> list[int]:
+def _places_before_turns(passes: tuple[Pass, ...], mesh: LoadedMesh) -> list[int]:
     """Return the places along a thread after which it turns."""
     beyond = mesh.twin[np.array([step.side for step in passes], dtype=np.int64)]
     forward = np.array([step.forward for step in passes], dtype=np.bool_)
@@ -98,7 +98,7 @@ def _places_before_turns(passes: tuple[Pass, ...], mesh: WovenMesh) -> list[int]
     return np.asarray(np.flatnonzero(mesh.twin[onward] < 0)).tolist()
 
 
-def _places(rungs: Floats, sides: Ints, mesh: WovenMesh) -> tuple[Floats, Floats]:
+def _places(rungs: Floats, sides: Ints, mesh: LoadedMesh) -> tuple[Floats, Floats]:
     """Return where the ends of rungs stand in the triangles of their sides.
 
     Returns

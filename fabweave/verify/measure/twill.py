@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.measure.walks import Pass, WovenMesh, edge_keys
+from fabweave.verify.measure.walks import LoadedMesh, Pass, edge_keys
 from fabweave.verify.report import Tally
 
 
 def broken_conditions(
     plan: CrossingMap,
-    mesh: WovenMesh,
+    mesh: LoadedMesh,
     edges: dict[int, int],
     passes: dict[int, tuple[Pass, ...]],
     sense: dict[int, bool],
@@ -54,7 +54,7 @@ def broken_conditions(
     return totals[0], totals[1], totals[2]
 
 
-def _straight(steps: tuple[Pass, ...], mesh: WovenMesh) -> list[bool]:
+def _straight(steps: tuple[Pass, ...], mesh: LoadedMesh) -> list[bool]:
     """Return for each pass whether the next one follows without a turn at the boundary."""
     result = []
     for step, after in zip(steps, (*steps[1:], *steps[:1]), strict=True):
@@ -65,7 +65,7 @@ def _straight(steps: tuple[Pass, ...], mesh: WovenMesh) -> list[bool]:
 
 
 def gap_orbits(
-    mesh: WovenMesh,
+    mesh: LoadedMesh,
 ) -> tuple[list[tuple[list[int], bool]], list[tuple[list[int], bool]]]:
     """Return the sides around each face, and those that leave each vertex, in turning order.
 

@@ -15,7 +15,7 @@ from fabweave.verify.drawing import Floats, Ints, ReadError
 
 
 @dataclass(frozen=True, eq=False)
-class WovenMesh:
+class LoadedMesh:
     """A polygon mesh; corner ``c`` is also the side from its vertex to the next corner's."""
 
     vertices: Floats
@@ -54,7 +54,7 @@ class Walk:
     passes: tuple[Pass, ...]
 
 
-def read_obj(path: Path) -> WovenMesh:
+def read_obj(path: Path) -> LoadedMesh:
     """Read vertices and faces of an OBJ file as an oriented manifold mesh.
 
     Raises
@@ -88,7 +88,7 @@ def read_obj(path: Path) -> WovenMesh:
     following[ends - 1] = starts
     preceding = np.empty_like(following)
     preceding[following] = np.arange(len(corner))
-    return WovenMesh(
+    return LoadedMesh(
         vertices=positions,
         corner=corner,
         face=np.repeat(np.arange(len(faces)), sizes),
@@ -110,7 +110,7 @@ def _twins(tail: Ints, head: Ints, count: int) -> Ints:
     return np.where(forward[candidate] == head * count + tail, candidate, -1)
 
 
-def trace_walks(mesh: WovenMesh, *, turning: bool = False) -> list[Walk]:
+def trace_walks(mesh: LoadedMesh, *, turning: bool = False) -> list[Walk]:
     """Trace every straight-ahead walk once, those that end at the boundary first.
 
     A corner between two boundary edges is an open walk without passes. On a closed mesh the
@@ -158,7 +158,7 @@ def trace_walks(mesh: WovenMesh, *, turning: bool = False) -> list[Walk]:
     return walks
 
 
-def edge_keys(mesh: WovenMesh) -> Ints:
+def edge_keys(mesh: LoadedMesh) -> Ints:
     """Return for each side a number of its edge: the lesser of the two sides."""
     sides = np.arange(len(mesh.corner))
     return np.where(mesh.twin >= 0, np.minimum(sides, mesh.twin), sides)
@@ -195,13 +195,13 @@ def canonical(sequence: Sequence[int], closed: bool) -> tuple[tuple[int, ...], i
     return best if best is not None else ((), 0, False)
 
 
-def turned(step: Pass, mesh: WovenMesh) -> Pass:
+def turned(step: Pass, mesh: LoadedMesh) -> Pass:
     """Return the same pass walked the other way."""
     return Pass(int(mesh.twin[step.side]), step.forward)
 
 
 def lay_walk(
-    claimed: Sequence[int], walk: Walk, keys: Ints, mesh: WovenMesh
+    claimed: Sequence[int], walk: Walk, keys: Ints, mesh: LoadedMesh
 ) -> Iterator[tuple[Pass, ...]]:
     """Lay a walk along a claimed sequence of edges, in every way in which the edges agree.
 

@@ -15,7 +15,7 @@ from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.measure.development import Developed, develop_pieces
 from fabweave.verify.measure.supplies import Supply, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
-from fabweave.verify.measure.walks import Pass, Walk, WovenMesh, read_obj
+from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
 from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
@@ -52,7 +52,7 @@ class Job:
     """A job as read; None, or absent from a lookup, is what could not be read."""
 
     map: CrossingMap | None
-    mesh: WovenMesh | None
+    mesh: LoadedMesh | None
     model: dict[str, Strip] | None
     markers: dict[int, Floats]
     dxf: dict[int, Drawing]
