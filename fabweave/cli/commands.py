@@ -15,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fabweave import __version__
+from fabweave.cli.guide import guide
 from fabweave.cli.making_options import making_options
 from fabweave.cli.option_types import Direction, Length
 from fabweave.cli.options import TARGET, TARGET_HELP, job_settings, weaving_options
@@ -426,6 +427,9 @@ def materials() -> None:
             f"{wide:g} × {high:g}",
         )
     Console(highlight=False).print(table)
+
+
+cli.add_command(guide)
 
 
 @contextmanager
