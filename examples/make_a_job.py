@@ -6,7 +6,7 @@ Run it with: python examples/make_a_job.py DIR
 import sys
 from pathlib import Path
 
-from fabweave.app.job_folder import run_job
+from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 
 settings = Settings(mesh="shape:octahedron", size_mm=180.0, material="birch-veneer")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.app.inspection import inspect_mesh
-from fabweave.app.job_folder import run_job
+from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.mesh.shapes.catalogue import parse_shape
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.app.joined_object import check_made, hole_rules
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.joined_object import check_joined
 from fabweave.app.refinement_remedy import try_refinement
+from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import (
@@ -92,7 +92,7 @@ def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspec
     woven = weave_object(settings, supplies, progress)
     woven, pieces = _planned(woven, settings, supplies, progress)
     progress("checks", 0, 1)
-    check = try_refinement(check_made(woven, settings, supplies), woven, settings, supplies)
+    check = try_refinement(check_joined(woven, settings, supplies), woven, settings, supplies)
     mesh, halfedges = woven.mesh, woven.halfedges
     threads = woven.weave.threads
     progress("twill", 0, 1)

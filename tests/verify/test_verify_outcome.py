@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from fabweave.app.job_folder import run_job
+from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.verify import verify_job
 from fabweave.verify.checks.outcome import check_outcome

@@ -175,7 +175,7 @@ def _context() -> "SpawnContext | ForkServerContext":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
     # The server imports the package once, and not each process for itself.
-    context.set_forkserver_preload(["fabweave.app.job_folder"])
+    context.set_forkserver_preload(["fabweave.app.pipeline"])
     return context
 
 
