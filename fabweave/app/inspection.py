@@ -69,7 +69,9 @@ class Inspection:
     facts: dict[str, Any]
 
 
-def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspection:
+def inspect_mesh(
+    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
     Parameters
@@ -78,6 +80,8 @@ def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspec
         The mesh, its size, and how it would be woven.
     progress : callable
         Told what is being done.
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
 
     Returns
     -------
@@ -89,7 +93,7 @@ def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspec
         If the mesh cannot be woven at all.
     """
     settings, supplies = complete_settings(settings)
-    woven = weave_object(settings, supplies, progress)
+    woven = weave_object(settings, supplies, progress, given)
     woven, pieces = _planned(woven, settings, supplies, progress)
     progress("checks", 0, 1)
     check = try_refinement(check_joined(woven, settings, supplies), woven, settings, supplies)

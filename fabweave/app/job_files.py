@@ -64,8 +64,7 @@ def write_job(
     if job.kerfed:
         (directory / CUT_FOLDER).mkdir()
     written += [
-        start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings)
-        for drawing in job.kerfed
+        start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
     plan, bill = job_plan(job), bill_of_materials(job.piece_set)
     written.append(

@@ -55,7 +55,10 @@ class WovenObject(WovenMesh):
 
 
 def weave_object(
-    settings: Settings, supplies: Supplies, progress: Progress = no_progress
+    settings: Settings,
+    supplies: Supplies,
+    progress: Progress = no_progress,
+    given: PolyMesh | None = None,
 ) -> WovenObject:
     """Load the mesh of a job, weave it, and lay its ribbons as wide as asked.
 
@@ -66,7 +69,7 @@ def weave_object(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    mesh = load_mesh(settings, progress)
+    mesh = load_mesh(settings, progress, given)
     return lay_object(weave_mesh(mesh, settings, supplies, progress), settings, supplies, progress)
 
 
