@@ -74,9 +74,7 @@ def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
 def test_a_job_of_a_mesh_in_memory_is_made_again_from_its_folder(steps, tmp_path):
     *_, layout = steps
     layout.write(tmp_path / "first")
-    with pytest.raises(SystemExit) as end:
-        main(["make", "--config", str(tmp_path / "first/job.toml"), "-o", str(tmp_path / "again")])
-    assert end.value.code in (None, 0)
+    main(["make", "--config", str(tmp_path / "first/job.toml"), "-o", str(tmp_path / "again")])
     first, again = folder_digest(tmp_path / "first"), folder_digest(tmp_path / "again")
     # The mesh is named by its path now, and need not be kept again.
     assert first.keys() - again.keys() == {"ball.obj"}
@@ -142,10 +140,10 @@ def test_the_callers_arrays_stay_as_they_are():
     [
         ((np.zeros((3, 2)), [[0, 1, 2]]), "must be \\(V, 3\\)"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0.0, 1.0, 2.0]])), "not whole numbers"),
-        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "9"),
+        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that is not there"),
         ((object(),), "this is no mesh"),
         (([["a", 0, 0]], [[0, 0, 0]]), "this is no mesh"),
-        (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), ""),
+        (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), "coordinates that are no numbers"),
     ],
 )
 def test_what_is_no_mesh_is_refused_in_words(given, expected):

@@ -45,5 +45,11 @@ class Inspection:
         )
 
     def _repr_html_(self) -> str:
-        rows = dict(inspection_text(self.facts))
-        return face(self.inspected.woven.title, rows, self.picture())
+        figures: dict[str, str] = {}
+        for topic, words in inspection_text(self.facts):
+            if topic or not figures:
+                figures[topic] = words
+            else:  # a line without a topic goes on with the one above
+                last = next(reversed(figures))
+                figures[last] += f"; {words}"
+        return face(self.inspected.woven.title, figures, self.picture())
