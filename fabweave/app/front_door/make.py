@@ -53,7 +53,7 @@ def make(
     >>> import fabweave as fw, tempfile
     >>> folder = tempfile.mkdtemp()
     >>> job = fw.make("shape:octahedron", folder, size="200mm", effort="quick")
-    >>> job.proof.ok, len(job.job.piece_set.pieces)
+    >>> job.proof.ok, len(job.pieces)
     (True, 8)
     """
     request = request_of(mesh, options)
@@ -64,7 +64,7 @@ def make(
         mesh=request.given,
         workers=min(workers, os.cpu_count() or 1),
     )
-    return WrittenJob(Path(folder), finished)
+    return WrittenJob(Path(folder), finished, request)
 
 
 def inspect(mesh: Any, *, progress: Progress = no_progress, **options: Any) -> Inspection:

@@ -195,7 +195,7 @@ def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
     --------
     >>> import fabweave as fw
     >>> fw.shape("torus", m=24, n=12, size="400mm")
-    Mesh('torus?m=24&n=12': 288 vertices, 576 edges, 288 faces, 400.0 × 400.0 × 114.3 mm)
+    Mesh('torus?m=24&n=12': 288 vertices, 576 edges, 288 faces, 400.0 × 400.0 × 120.0 mm)
     """
     from fabweave.app.options.table import OPTIONS  # noqa: PLC0415
 

@@ -103,7 +103,7 @@ class Pieces:
         >>> import fabweave as fw
         >>> pieces = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
         >>> pieces.nest(sheet="400x300mm", effort="quick")
-        Layout(octahedron: 8 pieces on 1 sheet, 32 % used)
+        Layout(octahedron: 8 pieces on 2 sheets, 37 % used)
         """
         return Layout(with_layout(self.stations, options))
 

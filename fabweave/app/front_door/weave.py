@@ -122,7 +122,7 @@ class Weave:
         --------
         >>> import fabweave as fw
         >>> fw.weave(fw.shape("octahedron", size="200mm")).ribbons(width="9mm")
-        Ribbons(octahedron: 4 ribbons in card 0.4 mm, 9.0 to 9.0 mm wide, 1.98 m in all)
+        Ribbons(octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.5 to 9.0 mm wide, 1.77 m in all)
         """
         return Ribbons(with_ribbons(self.stations, options))
 
@@ -183,6 +183,6 @@ def weave(mesh: Any, **options: Any) -> Weave:
     >>> twill
     Weave(torus?m=8&n=4: exact twill, 8 threads, 64 crossings)
     >>> twill.threads[0].over[:8].tolist()
-    [True, True, False, False, True, True, False, False]
+    [False, True, True, False, False, True, True, False]
     """
     return Weave(woven(stations_of(mesh, options), options))

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fabweave.app.front_door.notebook import face
-from fabweave.app.front_door.stations import Stations, there
+from fabweave.app.front_door.stations import Request, Stations, there
 from fabweave.app.job import Job
 from fabweave.app.job_folder import check_destination, finished_folder
 from fabweave.app.pipeline import FinishedJob, draw_job, start_side_work, write_and_prove
@@ -16,6 +16,10 @@ from fabweave.verify import VerifyReport
 if TYPE_CHECKING:
     from PIL import Image
 
+    from fabweave.app.front_door.layout import Layout
+    from fabweave.app.front_door.pieces import Pieces
+    from fabweave.app.front_door.weave import Weave
+
 
 @frozen_value
 class WrittenJob:
@@ -26,11 +30,41 @@ class WrittenJob:
 
     folder: Path
     finished: FinishedJob
+    request: Request
 
     @property
     def job(self) -> Job:
         """Everything that was made: weave, ribbons, pieces, layout and drawings."""
         return self.finished.job
+
+    @property
+    def stations(self) -> Stations:
+        """The stations of the job, from its mesh to its layout."""
+        job = self.job
+        return Stations(
+            self.request, job.woven.source, weave=job.woven, planned=job, layout=job.layout
+        )
+
+    @property
+    def weave(self) -> "Weave":
+        """The weave."""
+        from fabweave.app.front_door.weave import Weave  # noqa: PLC0415 - weaves lead to jobs
+
+        return Weave(self.stations)
+
+    @property
+    def pieces(self) -> "Pieces":
+        """The flat pieces."""
+        from fabweave.app.front_door.pieces import Pieces  # noqa: PLC0415 - pieces lead to jobs
+
+        return Pieces(self.stations)
+
+    @property
+    def layout(self) -> "Layout":
+        """Where each piece lies on which sheet."""
+        from fabweave.app.front_door.layout import Layout  # noqa: PLC0415 - layouts lead to jobs
+
+        return Layout(self.stations)
 
     @property
     def proof(self) -> VerifyReport:
@@ -83,4 +117,4 @@ def write_stations(stations: Stations, folder: Path) -> WrittenJob:
     job = draw_job(planned, layout, side, given_mesh=stations.request.given)
     with finished_folder(folder) as fresh:
         finished = write_and_prove(job, fresh)
-    return WrittenJob(folder, finished)
+    return WrittenJob(folder, finished, stations.request)
