@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest import mock
 
-from fabweave.app import job_folder
+from fabweave.app import pipeline
 from fabweave.cli.commands import main
 from fabweave.picture import portrait
 
@@ -34,8 +34,8 @@ def quick_jobs() -> Iterator[None]:
     Nothing else is changed by either.
     """
     with (
-        mock.patch.object(job_folder, "_MOST_WORKERS", 0),
-        mock.patch("fabweave.app.pipeline.portrait_png", _small_portrait),
+        mock.patch.object(pipeline, "_MOST_WORKERS", 0),
+        mock.patch.object(pipeline, "portrait_png", _small_portrait),
     ):
         yield
 
@@ -44,13 +44,13 @@ def quick_jobs() -> Iterator[None]:
 def shipped_jobs() -> Iterator[None]:
     """Have jobs made as users make them, whatever ``quick_jobs`` did."""
     with (
-        mock.patch.object(job_folder, "_MOST_WORKERS", _SHIPPED_WORKERS),
-        mock.patch("fabweave.app.pipeline.portrait_png", portrait.portrait_png),
+        mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
+        mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
     ):
         yield
 
 
-_SHIPPED_WORKERS = job_folder._MOST_WORKERS
+_SHIPPED_WORKERS = pipeline._MOST_WORKERS
 
 
 def _small_portrait(ribbons, colours) -> bytes:
