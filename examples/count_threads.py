@@ -3,10 +3,8 @@
 Run it with: python examples/count_threads.py
 """
 
-from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.weave.threads import trace_threads
+import fabweave as fw
 
 for name in ("tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron"):
-    threads = trace_threads(build_halfedges(parse_shape(f"shape:{name}")))
-    print(f"{name}: {threads.n_threads} threads of {threads.lengths[0]} crossings")
+    threads = fw.weave(fw.shape(name)).threads
+    print(f"{name}: {len(threads)} threads of {len(threads[0].crossings)} crossings")

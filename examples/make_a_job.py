@@ -4,12 +4,9 @@ Run it with: python examples/make_a_job.py DIR
 """
 
 import sys
-from pathlib import Path
 
-from fabweave.app.job_folder import run_job
-from fabweave.app.settings import Settings
+import fabweave as fw
 
-settings = Settings(mesh="shape:octahedron", size_mm=180.0, material="birch-veneer")
-job, proof, _ = run_job(settings, Path(sys.argv[1]))
-print(f"{len(job.piece_set.pieces)} pieces on {len(job.layout.sheets)} sheet")
-print(f"proved by {len(proof.checks)} checks")
+job = fw.make("shape:octahedron", sys.argv[1], size="180mm", material="birch-veneer")
+print(f"{len(job.pieces)} pieces on {len(job.layout.sheets)} sheet")
+print(f"proved by {len(job.proof.checks)} checks")

@@ -7,7 +7,7 @@ import sys
 
 from PIL import Image
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.picture.camera import choose_view

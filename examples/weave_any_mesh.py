@@ -8,31 +8,28 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.app.inspection import inspect_mesh
-from fabweave.app.job_folder import run_job
-from fabweave.app.settings import Settings
-from fabweave.mesh.shapes.catalogue import parse_shape
+import fabweave as fw
 
 directory = Path(sys.argv[1])
 directory.mkdir(parents=True, exist_ok=True)
 
 # What a modelling program exports: a ring of 5 × 3 quads, each cut in two triangles.
-ring = parse_shape("shape:torus?m=5&n=3")
-a, b, c, d = ring.indices.reshape(-1, 4).T
+ring = fw.shape("torus", m=5, n=3)
+a, b, c, d = np.array(ring.faces).T
 triangles = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
 lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in ring.vertices]
 lines += [f"f {i} {j} {k}" for i, j, k in triangles + 1]
 (directory / "ring.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
-asked = {"mesh": str(directory / "ring.obj"), "size_mm": 300.0, "effort": "quick"}
+options = {"size": "300mm", "effort": "quick"}
 for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-clark:1"}):
-    facts = inspect_mesh(Settings(**asked, **change)).facts
+    facts = fw.inspect(directory / "ring.obj", **options, **change).facts
     faces = ", ".join(
         f"{n} faces of {size} sides" for size, n in facts["mesh"]["face_sizes"].items()
     )
     twill = "exact twill" if facts["twill"]["exact"] else f"no twill: {facts['twill']['because']}"
     print(f"{faces}; {facts['threads']['count']} threads; {twill}")
 
-settings = Settings(**asked, remesh="quads", refine="catmull-clark:1", pattern="twill")
-job, proof, _ = run_job(settings, directory / "job")
-print(f"exact: {job.weave.exact}; {len(job.piece_set.pieces)} pieces, proved: {proof.ok}")
+mesh = fw.read(directory / "ring.obj", remesh="quads", refine="catmull-clark:1", **options)
+job = fw.make(mesh, directory / "job", pattern="twill")
+print(f"exact: {job.weave.exact}; {len(job.pieces)} pieces, proved: {job.proof.ok}")

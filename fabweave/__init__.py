@@ -1,3 +1,93 @@
-"""Turn a polygon mesh into a woven object that a person can cut and assemble."""
+"""Turn a polygon mesh into a woven object that a person can cut and assemble.
+
+    import fabweave as fw
+
+    mesh = fw.read("cow.obj", size="400mm")
+    weave = fw.weave(mesh, pattern="twill")
+    ribbons = weave.ribbons(material="card")
+    pieces = ribbons.pieces(max_length="200mm")
+    layout = pieces.nest(sheet="600x400mm")
+    job = layout.write("cow")
+
+``fw.make(mesh, folder, …)`` does all of it at once, ``fw.inspect(mesh)`` tells beforehand what can
+be woven, and ``fw.verify(folder)`` proves the files of a finished job. Options have the names and
+values of the command line's.
+"""
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fabweave.app.front_door.inspected import Inspection
+    from fabweave.app.front_door.layout import Layout
+    from fabweave.app.front_door.make import inspect, make, verify
+    from fabweave.app.front_door.mesh import Mesh, mesh, read, shape
+    from fabweave.app.front_door.pieces import Pieces
+    from fabweave.app.front_door.ribbons import Ribbons
+    from fabweave.app.front_door.weave import Thread, Weave, weave
+    from fabweave.app.front_door.written import WrittenJob
+    from fabweave.app.settings import Settings
+    from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
+    from fabweave.verify import VerifyReport
 
 __version__ = "0.1.0"
+
+#: Where each public name is found; it is imported when it is first used.
+_HOMES = {
+    "CannotMakeError": "fabweave.core.errors",
+    "FabweaveError": "fabweave.core.errors",
+    "InputError": "fabweave.core.errors",
+    "Inspection": "fabweave.app.front_door.inspected",
+    "Layout": "fabweave.app.front_door.layout",
+    "Mesh": "fabweave.app.front_door.mesh",
+    "Pieces": "fabweave.app.front_door.pieces",
+    "Ribbons": "fabweave.app.front_door.ribbons",
+    "Settings": "fabweave.app.settings",
+    "Thread": "fabweave.app.front_door.weave",
+    "VerifyReport": "fabweave.verify",
+    "Weave": "fabweave.app.front_door.weave",
+    "WrittenJob": "fabweave.app.front_door.written",
+    "inspect": "fabweave.app.front_door.make",
+    "make": "fabweave.app.front_door.make",
+    "mesh": "fabweave.app.front_door.mesh",
+    "read": "fabweave.app.front_door.mesh",
+    "shape": "fabweave.app.front_door.mesh",
+    "verify": "fabweave.app.front_door.make",
+    "weave": "fabweave.app.front_door.weave",
+}
+
+__all__ = [
+    "CannotMakeError", "FabweaveError", "InputError", "Inspection", "Layout", "Mesh", "Pieces",
+    "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenJob", "inspect", "make",
+    "mesh", "read", "shape", "verify", "weave",
+]  # fmt: skip
+
+
+class _FrontDoor(ModuleType):
+    """The package: ``fabweave.mesh`` is the function, though there is a room of that name too."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # Whoever imports a module of a room sets the room on the package.
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+def __getattr__(name: str) -> Any:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'fabweave' has no attribute {name!r}")
+    public = getattr(import_module(home), name)
+    if f"{__name__}.{name}" in sys.modules:
+        # So that `import fabweave.weave.threads as threads` finds its way past the function.
+        public.__name__ = f"{__name__}.{name}"
+    globals()[name] = public
+    return public
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+sys.modules[__name__].__class__ = _FrontDoor

@@ -1,4 +1,4 @@
-"""Let tests import what they share (strategies, shared meshes), and settle Hypothesis."""
+"""Let tests import what they share (strategies, shared meshes, jobs), and settle Hypothesis."""
 
 import os
 import runpy
@@ -24,3 +24,33 @@ settings.load_profile("fabweave")
 def piece_sets():
     """Give the functions of pieces_set.py, which the benchmark shares."""
     return runpy.run_path(str(Path(__file__).parent / "support" / "pieces_set.py"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _quick_jobs():
+    """Make jobs quickly, everywhere: see ``quick_jobs``."""
+    from jobs import quick_jobs  # noqa: PLC0415 - found beside the tests
+
+    with quick_jobs():
+        yield
+
+
+@pytest.fixture
+def shipped():
+    """Make jobs just as users do, in processes and with a large picture, in a test that asks."""
+    from jobs import shipped_jobs  # noqa: PLC0415 - found beside the tests
+
+    with shipped_jobs():
+        yield
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """Return the store of finished jobs that all tests of this run share."""
+    from jobs import JobStore  # noqa: PLC0415 - found beside the tests
+
+    base = tmp_path_factory.getbasetemp()
+    # With several processes, each has a folder of its own in one that they share.
+    store = JobStore((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "finished")
+    yield store
+    store.require_unspoiled()

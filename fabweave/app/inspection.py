@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.app.joined_object import check_made, hole_rules
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.joined_object import check_joined
 from fabweave.app.refinement_remedy import try_refinement
+from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import (
@@ -69,7 +69,9 @@ class Inspection:
     facts: dict[str, Any]
 
 
-def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspection:
+def inspect_mesh(
+    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
     Parameters
@@ -78,6 +80,8 @@ def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspec
         The mesh, its size, and how it would be woven.
     progress : callable
         Told what is being done.
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
 
     Returns
     -------
@@ -89,10 +93,10 @@ def inspect_mesh(settings: Settings, progress: Progress = no_progress) -> Inspec
         If the mesh cannot be woven at all.
     """
     settings, supplies = complete_settings(settings)
-    woven = weave_object(settings, supplies, progress)
+    woven = weave_object(settings, supplies, progress, given)
     woven, pieces = _planned(woven, settings, supplies, progress)
     progress("checks", 0, 1)
-    check = try_refinement(check_made(woven, settings, supplies), woven, settings, supplies)
+    check = try_refinement(check_joined(woven, settings, supplies), woven, settings, supplies)
     mesh, halfedges = woven.mesh, woven.halfedges
     threads = woven.weave.threads
     progress("twill", 0, 1)

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from fabweave.app.job import Job
 from fabweave.app.job_records import job_facts, job_plan, job_viewer
-from fabweave.app.pipeline import Job
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.settings import Settings, job_toml
 from fabweave.assembly.crossing_map import crossing_table
@@ -15,7 +15,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.workers import Start, at_once
 from fabweave.cut.drawing import SheetDrawing
-from fabweave.cut.kerfed_sheets import READY_FOLDER
+from fabweave.cut.kerfed_sheets import CUT_FOLDER
 from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
@@ -61,10 +61,10 @@ def write_job(
     sheets = directory / "sheets"
     sheets.mkdir()
     written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
-    if job.ready:
-        (directory / READY_FOLDER).mkdir()
+    if job.kerfed:
+        (directory / CUT_FOLDER).mkdir()
     written += [
-        start(_write_cuts, directory / READY_FOLDER, drawing, job.settings) for drawing in job.ready
+        start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
     plan, bill = job_plan(job), bill_of_materials(job.piece_set)
     written.append(
@@ -135,7 +135,7 @@ def _write_tables(
     entries = _write_offcuts(job, report["offcuts"], directory / OFFCUT_FOLDER)
     report |= bill
     report["kerf_mm"] = job.settings.kerf_mm
-    report["splitting"] = splitting_record(job.plan, job.piece_set.pieces, woven.labels)
+    report["splitting"] = splitting_record(job.split_plan, job.piece_set.pieces, woven.labels)
     outcome = {
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
@@ -148,6 +148,8 @@ def _write_tables(
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
     write_mesh(directory / "woven_mesh.obj", woven.mesh)
+    if job.given_mesh is not None:
+        write_mesh(directory / job.settings.mesh, job.given_mesh)
     findings = (*job.check.findings, *job.holes)
     (directory / "model.glb").write_bytes(
         woven_glb(woven.ribbons, woven.labels, job.colours, findings)

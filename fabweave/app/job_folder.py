@@ -4,31 +4,11 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
-from fabweave.app.job_files import write_job, write_proof
-from fabweave.app.pipeline import Job, make_job
-from fabweave.app.preflight_job import Preflight
-from fabweave.app.settings import Settings
-from fabweave.core.arrays import Progress, no_progress
-from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.parallel.executors import Executors, processes
+from fabweave.core.errors import InputError
 from fabweave.core.parallel.interrupt import held_back
-from fabweave.core.parallel.workers import side_workers
-from fabweave.verify import VerifyReport, verify_job
-
-#: More processes than these find nothing to do in most jobs.
-_MOST_WORKERS = 4
-
-
-class FinishedJob(NamedTuple):
-    """A job that is made and written: all of it, what proves it, and which rules it breaks."""
-
-    job: Job
-    proof: VerifyReport
-    preflight: Preflight
 
 
 def check_destination(directory: Path) -> None:
@@ -86,67 +66,6 @@ def _put_in_place(fresh: Path, directory: Path, old: Path) -> None:
         if old.exists():
             old.rename(directory)
         raise
-
-
-def run_job(
-    settings: Settings,
-    directory: Path,
-    progress: Progress = no_progress,
-    *,
-    workers: int = 0,
-    executors: Executors | None = None,
-) -> FinishedJob:
-    """Make a job, write its folder, and prove the written files.
-
-    Parameters
-    ----------
-    settings : Settings
-    directory : Path
-        New, empty, or an older job's folder, which is replaced when the new one is proved.
-    progress : callable
-    workers : int
-        Processes beside this one; the same bytes are written with any number.
-    executors : callable, optional
-        Opens the executor that nests very many pieces, in place of these processes.
-
-    Returns
-    -------
-    Done
-        Every check holds; what was proved stands in ``verify.json`` too.
-
-    Raises
-    ------
-    InputError
-        For bad input or settings, or a folder with anything else in it.
-    CannotMakeError
-        For what cannot be made as asked, or if a check objects to the written files.
-    """
-    check_destination(directory)
-    with ExitStack() as stack:
-        start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
-        job = make_job(settings, progress, start=start, executors=executors or processes(workers))
-        # Processes end before the folder is moved, or removed: no file comes to it late.
-        with finished_folder(directory) as folder, stack.pop_all():
-            found = write_job(job, folder, progress, start=start)
-            progress("verify", 0, 1)
-            proof = verify_job(folder)
-            if not proof.ok:
-                raise CannotMakeError(_disproved(proof))
-            write_proof(folder, proof)
-    return FinishedJob(job, proof, found)
-
-
-def _disproved(proof: VerifyReport) -> str:
-    """Say which checks objected; this is a defect of fabweave's and never the user's."""
-    failed = [check for check in proof.checks if not check.ok]
-    lines = [
-        f"  {check.name}: {check.meaning}: {'; '.join(map(str, check.findings[:2]))}"
-        for check in failed
-    ]
-    return (
-        f"the written files did not pass {len(failed)} checks, so nothing was kept; "
-        "please report this with the mesh and the command:\n" + "\n".join(lines)
-    )
 
 
 def folder_is_readable(directory: Path) -> None:

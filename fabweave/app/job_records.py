@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.app.pipeline import Job
+from fabweave.app.job import Job
 from fabweave.app.settings import Settings
 from fabweave.assembly.crossing_map import crossing_map
 from fabweave.assembly.manual.cover import Facts

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fabweave.app.request import hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import (
@@ -14,10 +15,9 @@ from fabweave.app.woven_object import (
     lay_ribbons,
     require_stiffness,
     resized,
-    weave_object,
 )
 from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.planning import JointPlan, plan_joints
@@ -26,11 +26,7 @@ from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.supplies import Supplies
-
-#: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
-HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
 
 
 @frozen_value
@@ -42,16 +38,19 @@ class JoinedObject:
     joints: JointPlan
 
 
-def lay_job(
+def split_object(
+    woven: WovenObject,
     settings: Settings,
     supplies: Supplies,
     rules: Sequence[HoleRule],
     progress: Progress = no_progress,
 ) -> JoinedObject:
-    """Weave the mesh of a job, plan pieces and joints, and lay the ribbons for them.
+    """Plan where threads are cut into pieces and how these are joined; lay the ribbons for that.
 
     Parameters
     ----------
+    woven : WovenObject
+        With ribbons as wide as asked.
     settings : Settings
         Complete.
     supplies : Supplies
@@ -68,7 +67,6 @@ def lay_job(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    woven = weave_object(settings, supplies, progress)
     require_width(woven.ribbons, woven.labels, woven.size_mm)
     require_no_loop(woven.weave.threads, woven.halfedges)
     require_stiffness(woven, settings, supplies)
@@ -94,7 +92,7 @@ def remake(
     woven : WovenObject
         As it is.
     settings, supplies, rules
-        As for :func:`lay_job`.
+        As for :func:`split_object`.
     size_mm : float
         The largest dimension that it gets.
     """
@@ -107,7 +105,7 @@ def remake(
         return keep_clear(other, settings, supplies)
 
 
-def check_made(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
+def check_joined(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
     """Check the ribbons of an object, and confirm the sizes that are proposed on what is made."""
     rules = hole_rules(settings, supplies)
     return check_object(
@@ -131,28 +129,3 @@ def _with_joints(
         if not len(more):
             return woven, joints
         laps = np.concatenate((laps, more))
-
-
-def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
-    """Return the holes that may be used, the largest first; none if none are wanted.
-
-    A fastener goes through both strands of a crossing, so a hole suits all materials.
-    """
-    if settings.hole_mm == 0:
-        return ()
-    material = max(supplies.materials, key=min_hole_mm)
-    least = min_hole_mm(material)
-    if settings.hole_mm is not None:
-        if settings.hole_mm < least:
-            raise InputError(
-                f"a hole of {settings.hole_mm:g} mm is too small for a laser in "
-                f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
-                "or --hole none"
-            )
-        holes: Sequence[float] = (settings.hole_mm,)
-    else:
-        holes = [hole for hole in HOLES_MM if hole >= least] or [least]
-    return tuple(
-        HoleRule(hole, max(hole_edge_mm(material, hole) for material in supplies.materials))
-        for hole in holes
-    )

@@ -57,12 +57,22 @@ class LoadedMesh:
     clashes: int = 0
 
 
-def load_mesh(settings: Settings, progress: Progress = no_progress) -> LoadedMesh:
+def load_mesh(
+    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first turned upright, checked, oriented and brought to size; then remeshed to quads,
     refined, faired, and brought to size again where that changed it; at last subdivided for
     triaxial twill.
+
+    Parameters
+    ----------
+    settings : Settings
+    progress : callable
+    given : PolyMesh, optional
+        A mesh from memory. It is taken as one read from the file that the settings name would be,
+        from a format that states no unit.
 
     Raises
     ------
@@ -71,20 +81,19 @@ def load_mesh(settings: Settings, progress: Progress = no_progress) -> LoadedMes
     CannotMakeError
         If it cannot be remeshed or refined as asked.
     """
+    progress("mesh", 0, 1)
     notes: list[str] = []
-    unit: str | None = "mm"
+    unit: str | None = None
     unit_mm = 1.0
-    if is_shape(settings.mesh):
-        mesh, title = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX)
+    title = Path(settings.mesh).stem
+    if given is not None:
+        mesh = given
+    elif is_shape(settings.mesh):
+        mesh, title, unit = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX), "mm"
     else:
-        found = read_mesh(settings.mesh)
-        mesh, title, unit, unit_mm = (
-            found.mesh,
-            Path(settings.mesh).stem,
-            found.unit,
-            found.unit_mm or 1.0,
-        )
-        notes += found.notes
+        file = read_mesh(settings.mesh)
+        mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
+        notes += file.notes
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
     mesh = turn_upright(mesh, settings.up)
@@ -99,7 +108,7 @@ def load_mesh(settings: Settings, progress: Progress = no_progress) -> LoadedMes
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
     _require_size(largest_dimension(mesh))
     stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
-    if is_shape(settings.mesh):
+    if given is None and is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
     mesh, n_old_vertices, changes = _changed(mesh, settings, progress)

@@ -17,7 +17,7 @@ from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
 
 
-def lay_out(
+def nest_pieces(
     pieces: Sequence[Piece],
     settings: Settings,
     supplies: Supplies,

@@ -1,91 +1,124 @@
-"""Run a job: from a mesh to the plan of everything that is cut."""
+"""Run a job from mesh to proof: every station makes a value and hands it on to the next.
+
+Settings → LoadedMesh → WovenMesh → WovenObject → PlannedJob → Layout → Job → folder → proof
+"""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.app.joined_object import check_made, hole_rules, lay_job
-from fabweave.app.nest_job import lay_out
+from fabweave.app.job import Job, PlannedJob
+from fabweave.app.job_files import write_job, write_proof
+from fabweave.app.job_folder import check_destination, finished_folder
+from fabweave.app.job_notes import job_notes
+from fabweave.app.joined_object import check_joined, split_object
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.nest_job import nest_pieces
+from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.remake_command import command_text
-from fabweave.app.settings import CHOICES, LAYOUT_FILE, Settings
-from fabweave.app.woven_object import (
-    WovenObject,
-    width_notes,
-)
+from fabweave.app.request import complete_settings, hole_rules
+from fabweave.app.settings import LAYOUT_FILE, Settings
+from fabweave.app.woven_mesh import weave_mesh
+from fabweave.app.woven_object import WovenObject, lay_object
 from fabweave.assembly.order.planning import Order, plan_order
-from fabweave.assembly.steps import build_steps, order_note
-from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.colour_space import Colours
-from fabweave.core.errors import InputError
-from fabweave.core.parallel.executors import Executors, here
-from fabweave.core.parallel.workers import Start, at_once
-from fabweave.cut.drawing import SheetDrawing
-from fabweave.cut.kerfed_sheets import check_kerf, ready_notes, ready_sheets
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.parallel.executors import Executors, here, processes
+from fabweave.core.parallel.workers import Start, at_once, side_workers
+from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.labels.marks import Marks, mark_pieces
-from fabweave.cut.notes.qr_code import code_notes, with_code
+from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets
-from fabweave.flat.pieces import PieceSet, build_pieces
-from fabweave.flat.split.split_plan import SplitPlan
-from fabweave.nest.allotment import Allotment, allot
+from fabweave.flat.pieces import build_pieces
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.nest.allotment import allot
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.picture.portrait import portrait_png
-from fabweave.picture.thread_colours import thread_colours
-from fabweave.report.notes import all_notes
-from fabweave.report.ribbon_report import hole_findings, ribbon_notes
-from fabweave.ribbon.rules.finding import Finding
-from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.per_bunch import by_bunch, split_by_bunch
+from fabweave.report.ribbon_report import hole_findings
 from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import plan_supplies
-from fabweave.weave.pattern import Weave
+from fabweave.verify import VerifyReport, verify_job
+
+#: More processes than these find nothing to do in most jobs.
+_MOST_WORKERS = 4
 
 
-@frozen_value
-class Job:
-    """Everything that a job makes, before it is written."""
+class FinishedJob(NamedTuple):
+    """A job that is made and written: all of it, what proves it, and which rules it breaks."""
 
-    settings: Settings
-    #: What each bunch is cut from.
-    supplies: Supplies
-    woven: WovenObject
-    check: RibbonCheck
-    plan: SplitPlan
-    piece_set: PieceSet
-    holes: tuple[Finding, ...]
-    marks: tuple[Marks, ...]
-    layout: Layout
-    #: What is left of sheets and worth keeping, as it is drawn.
-    offcuts: tuple[Offcut, ...]
-    #: Which supply every thread and sheet is of.
-    allotment: Allotment
-    order: Order
-    #: Waits for the picture of the woven object, a PNG file, which may still be in the making.
+    job: Job
+    proof: VerifyReport
+    preflight: Preflight
+
+
+class SideWork(NamedTuple):
+    """What is made while pieces are nested, as it does not depend on where they lie.
+
+    Each waits for its result when it is called.
+    """
+
+    marks: Callable[[], tuple[Marks, ...]]
     portrait: Callable[[], bytes]
-    drawings: tuple[SheetDrawing, ...]
-    #: What the sheets' QR code says.
-    code: str
-    #: The sheets with kerf and micro-joints; none where the others are to be cut as they are.
-    ready: tuple[SheetDrawing, ...]
-    notes: tuple[str, ...]
+    order: Callable[[], Order]
 
-    @property
-    def weave(self) -> Weave:
-        """The weave."""
-        return self.woven.weave
 
-    @property
-    def colours(self) -> Colours:
-        """The colour of each thread."""
-        return thread_colours(self.woven.bunches, self.settings.colours)
+def run_job(
+    settings: Settings,
+    directory: Path,
+    progress: Progress = no_progress,
+    *,
+    mesh: PolyMesh | None = None,
+    workers: int = 0,
+    executors: Executors | None = None,
+) -> FinishedJob:
+    """Make a job, write its folder, and prove the written files.
+
+    Parameters
+    ----------
+    settings : Settings
+    directory : Path
+        New, empty, or an older job's folder, which is replaced when the new one is proved.
+    progress : callable
+    mesh : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name; it is kept in the folder
+        under that name.
+    workers : int
+        Processes beside this one; the same bytes are written with any number.
+    executors : callable, optional
+        Opens the executor that nests very many pieces, in place of these processes.
+
+    Returns
+    -------
+    FinishedJob
+        Every check holds; what was proved stands in ``verify.json`` too.
+
+    Raises
+    ------
+    InputError
+        For bad input or settings, or a folder with anything else in it.
+    CannotMakeError
+        For what cannot be made as asked, or if a check objects to the written files.
+    """
+    check_destination(directory)
+    with ExitStack() as stack:
+        start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
+        nesting = executors or processes(workers)
+        job = make_job(settings, progress, mesh=mesh, start=start, executors=nesting)
+        # Processes end before the folder is moved, or removed: no file comes to it late.
+        with finished_folder(directory) as folder, stack.pop_all():
+            return write_and_prove(job, folder, progress, start)
 
 
 def make_job(
     settings: Settings,
     progress: Progress = no_progress,
     *,
+    mesh: PolyMesh | None = None,
     start: Start = at_once,
     executors: Executors = here,
 ) -> Job:
@@ -96,6 +129,8 @@ def make_job(
     settings : Settings
     progress : callable
         Told what is being done.
+    mesh : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
     start : callable
         How to start work beside this process, from ``side_workers``; changes no result.
     executors : callable
@@ -114,126 +149,179 @@ def make_job(
         For what cannot be made as asked; the message says what would help.
     """
     settings, supplies = complete_settings(settings)
+    loaded = load_mesh(settings, progress, mesh)
+    weave = weave_mesh(loaded, settings, supplies, progress)
+    ribbons = lay_object(weave, settings, supplies, progress)
+    planned = plan_job(ribbons, settings, supplies, progress)
+    side = start_side_work(planned, start)
+    layout = nest_job(planned, progress, executors)
+    return draw_job(planned, layout, side, progress, mesh)
+
+
+def plan_job(
+    woven: WovenObject, settings: Settings, supplies: Supplies, progress: Progress = no_progress
+) -> PlannedJob:
+    """Split threads, lay their ribbons with room for the laps, check them, and build the pieces.
+
+    Parameters
+    ----------
+    woven : WovenObject
+        With ribbons as wide as asked, from :func:`lay_object`.
+    settings : Settings
+        Complete.
+    supplies : Supplies
+    progress : callable
+
+    Raises
+    ------
+    InputError, CannotMakeError
+        As for :func:`make_job`.
+    """
     rules = hole_rules(settings, supplies)
-    laid = lay_job(settings, supplies, rules, progress)
-    woven, plan, weave = laid.woven, laid.plan, laid.woven.weave
+    joined = split_object(woven, settings, supplies, rules, progress)
+    woven = joined.woven
     progress("checks", 0, 1)
-    check = try_refinement(check_made(woven, settings, supplies), woven, settings, supplies)
-    piece_set = build_pieces(
-        woven.ribbons, weave, plan.runs, woven.labels, rules, laid.joints, slots=settings.slots
+    check = check_joined(woven, settings, supplies)
+    check = try_refinement(check, woven, settings, supplies)
+    pieces = build_pieces(
+        woven.ribbons,
+        woven.weave,
+        joined.plan.runs,
+        woven.labels,
+        rules,
+        joined.joints,
+        slots=settings.slots,
     )
-    progress("marks", 0, 1)
-    # Letters do not depend on where a piece stands: they are placed while pieces are nested. The
-    # picture is made meanwhile, too.
-    marked = start(
-        mark_pieces,
-        piece_set.pieces,
-        weave.threads.n_crossings,
-        settings.labels,
-        settings.label_side,
+    return PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
+
+
+def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
+    """Start the letters of pieces, the order of assembly and the picture of the object."""
+    settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
+    crossings = planned.weave.threads.n_crossings
+    return SideWork(
+        marks=start(mark_pieces, pieces, crossings, settings.labels, settings.label_side),
+        portrait=start(portrait_png, woven.ribbons, planned.colours),
+        order=start(
+            plan_order,
+            pieces,
+            woven.ribbons.centre,
+            enclosed=bool(np.all(woven.halfedges.twin >= 0)),
+            effort=settings.effort,
+            seed=settings.seed,
+        ),
     )
-    portrait = start(portrait_png, woven.ribbons, thread_colours(woven.bunches, settings.colours))
-    ordered = start(_plan_order, piece_set, woven, settings)
-    progress("nesting", 0, len(piece_set.pieces))
-    layout = lay_out(piece_set.pieces, settings, supplies, woven.bunches, executors, progress)
-    allotment = allot(supplies, woven.bunches, layout, piece_set.pieces)
+
+
+def nest_job(
+    planned: PlannedJob, progress: Progress = no_progress, executors: Executors = here
+) -> Layout:
+    """Nest the pieces of a job on its stock, each material on its own sheets.
+
+    Raises
+    ------
+    InputError
+        If a layout that was given cannot be taken.
+    CannotMakeError
+        If a piece fits no sheet, or sheets run out.
+    """
+    pieces = planned.piece_set.pieces
+    progress("nesting", 0, len(pieces))
+    return nest_pieces(
+        pieces, planned.settings, planned.supplies, planned.woven.bunches, executors, progress
+    )
+
+
+def draw_job(
+    planned: PlannedJob,
+    layout: Layout,
+    side: SideWork,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+) -> Job:
+    """Draw the sheets of a job, and say what a maker should know about it.
+
+    Raises
+    ------
+    CannotMakeError
+        If a drawing would be cut wrongly, as where the kerf is wider than a slot.
+    """
+    settings, pieces = planned.settings, planned.piece_set
+    allotment = allot(planned.supplies, planned.woven.bunches, layout, pieces.pieces)
     if layout.recorded:
         settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
-    marks = marked()
-    order = ordered()
+    marks, order = side.marks(), side.order()
     progress("drawings", 0, 1)
-    mirrored = settings.label_side == "inside"
-    offcuts = usable_offcuts(layout, [piece.outline for piece in piece_set.pieces])
-    if mirrored:
+    offcuts = usable_offcuts(layout, [piece.outline for piece in pieces.pieces])
+    if planned.mirrored:
         widths = [layout.sheets[offcut.sheet].width_mm for offcut in offcuts]
         offcuts = tuple(map(Offcut.mirrored, offcuts, widths))
     drawings = draw_sheets(
-        piece_set.pieces,
+        pieces.pieces,
         marks,
         layout,
-        title=woven.title,
+        title=planned.woven.title,
         captions=allotment.captions(),
-        mirrored=mirrored,
+        mirrored=planned.mirrored,
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
     )
     usual, _ = complete_settings(Settings(settings.mesh, material=settings.material))
     code = command_text(settings, usual)
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
-    ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
+    kerfed = kerfed_sheets(drawings, settings.kerf_mm, settings.micro_joints)
+    woven = planned.woven
     return Job(
         settings=settings,
-        supplies=supplies,
+        supplies=planned.supplies,
+        rules=planned.rules,
         woven=woven,
-        check=check,
-        plan=plan,
-        piece_set=piece_set,
-        holes=tuple(hole_findings(piece_set, rules, weave, woven.ribbons, woven.labels)),
-        marks=marks,
+        check=planned.check,
+        split_plan=planned.split_plan,
+        piece_set=pieces,
         layout=layout,
-        offcuts=offcuts,
         allotment=allotment,
+        offcuts=offcuts,
+        holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
+        marks=marks,
         order=order,
-        portrait=portrait,
+        portrait=side.portrait,
         drawings=drawings,
         code=code,
-        ready=ready,
-        notes=(
-            *woven.source.notes,
-            *woven.result.notes,
-            *all_notes(woven.mesh, weave, woven.ribbons, piece_set, marks, rules),
-            *width_notes(woven, settings, supplies),
-            *ribbon_notes(check),
-            order_note(order, build_steps(piece_set, order)),
-            *layout.notes,
-            *code_notes(drawings),
-            *ready_notes(
-                ready,
-                settings.kerf_mm,
-                settings.micro_joints,
-                service=settings.profile == "service",
-            ),
-        ),
+        kerfed=kerfed,
+        notes=job_notes(planned, layout, marks, order, drawings, kerfed),
+        given_mesh=given_mesh,
     )
 
 
-def _plan_order(piece_set: PieceSet, woven: WovenObject, settings: Settings) -> Order:
-    """Plan the order of assembly."""
-    return plan_order(
-        piece_set.pieces,
-        woven.ribbons.centre,
-        enclosed=bool(np.all(woven.halfedges.twin >= 0)),
-        effort=settings.effort,
-        seed=settings.seed,
-    )
-
-
-def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
-    """Fill in what was left to fabweave: thickness, gap and sheet.
+def write_and_prove(
+    job: Job, folder: Path, progress: Progress = no_progress, start: Start = at_once
+) -> FinishedJob:
+    """Write a job's files into an empty folder, read them back, and prove them.
 
     Raises
     ------
-    InputError
-        If a setting is none of its choices.
+    CannotMakeError
+        If a rule is broken and that was ruled out, or if a check objects.
     """
-    for name, choices in CHOICES.items():
-        value = getattr(settings, name)
-        if value not in choices:
-            raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
-    supplies = plan_supplies(
-        split_by_bunch(settings.material, what="material"),
-        by_bunch(settings.thickness_mm),
-        by_bunch(settings.gap_mm),
-        settings.sheets,
-    )
-    check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
+    preflight = write_job(job, folder, progress, start=start)
+    progress("verify", 0, 1)
+    proof = verify_job(folder)
+    if not proof.ok:
+        raise CannotMakeError(_disproved(proof))
+    write_proof(folder, proof)
+    return FinishedJob(job, proof, preflight)
+
+
+def _disproved(proof: VerifyReport) -> str:
+    """Say which checks objected; this is a defect of fabweave's and never the user's."""
+    failed = [check for check in proof.checks if not check.ok]
+    lines = [
+        f"  {check.name}: {check.meaning}: {'; '.join(map(str, check.findings[:2]))}"
+        for check in failed
+    ]
     return (
-        replace(
-            settings,
-            thickness_mm=supplies.by_bunch(lambda one: one.material.thickness_mm),
-            sheets=supplies.sheets,
-            gap_mm=supplies.by_bunch(lambda one: one.gap_mm),
-        ),
-        supplies,
+        f"the written files did not pass {len(failed)} checks, so nothing was kept; "
+        "please report this with the mesh and the command:\n" + "\n".join(lines)
     )

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from fabweave.app.joined_object import hole_rules, lay_job
+from fabweave.app.joined_object import split_object
+from fabweave.app.request import hole_rules
 from fabweave.app.settings import Settings
-from fabweave.app.woven_object import WovenObject
+from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.stock.ribbon_limits import thread_limits
@@ -67,7 +68,8 @@ def try_refinement(
 def _broken(settings: Settings, supplies: Supplies) -> set[str] | None:
     """Return the rules that are broken by what is made with some settings; None if nothing is."""
     try:
-        laid = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
+        woven = weave_object(settings, supplies)
+        laid = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
     except (CannotMakeError, InputError):
         return None
     check = check_ribbons(

@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
 from fabweave.app.settings import Settings
+from fabweave.app.woven_mesh import WovenMesh, weave_mesh
 from fabweave.core.arrays import (
     BoolArray,
     FloatArray,
@@ -15,11 +16,8 @@ from fabweave.core.arrays import (
     frozen_value,
     no_progress,
 )
-from fabweave.core.errors import CannotMakeError
-from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import largest_dimension
 from fabweave.ribbon.heights import crossing_heights
 from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
 from fabweave.ribbon.project import Ribbons, project_ribbons
@@ -33,77 +31,36 @@ from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
 from fabweave.stock.supplies import Supplies
-from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
-from fabweave.weave.thread_labels import thread_labels
-from fabweave.weave.threads import trace_threads
-from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
 
 
 @frozen_value
-class WovenObject:
+class WovenObject(WovenMesh):
     """A woven mesh with its ribbons, before anything is unfolded or cut.
 
     Parameters
     ----------
-    source : LoadedMesh
-        The mesh.
-    chosen : Chosen
-        The weave, in the pattern that was asked for.
-    labels : tuple of str
-        Names of the threads.
-    bunches : (T,) int array
-        The bunch of each thread.
     ribbons : Ribbons
         The ribbons.
     laps : (N,) int array or None
         The crossings at which there is room for a lap; None for all.
-    narrowed : Narrowed or None
+    narrowed : Narrowing or None
         Where ribbons are narrower than asked, so as to keep clear of one another; None if they
         are as wide as asked.
     """
 
-    source: LoadedMesh
-    result: WeaveResult
-    labels: tuple[str, ...]
-    bunches: IntArray
     ribbons: Ribbons
     laps: IntArray | None = None
     narrowed: Narrowing | None = None
 
-    @property
-    def mesh(self) -> PolyMesh:
-        """The mesh that is woven, in millimetres."""
-        return self.source.mesh
-
-    @property
-    def halfedges(self) -> Halfedges:
-        """The connectivity of the mesh."""
-        return self.source.halfedges
-
-    @property
-    def title(self) -> str:
-        """What to call the object."""
-        return self.source.title
-
-    @property
-    def weave(self) -> Weave:
-        """The weave."""
-        return self.result.weave
-
-    @property
-    def size_mm(self) -> float:
-        """Largest dimension."""
-        return largest_dimension(self.mesh)
-
 
 def weave_object(
-    settings: Settings, supplies: Supplies, progress: Progress = no_progress
+    settings: Settings,
+    supplies: Supplies,
+    progress: Progress = no_progress,
+    given: PolyMesh | None = None,
 ) -> WovenObject:
-    """Bring the mesh of a job to the loom, weave it, and lay its ribbons as wide as asked.
-
-    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
-    at any.
+    """Load the mesh of a job, weave it, and lay its ribbons as wide as asked.
 
     Raises
     ------
@@ -112,32 +69,22 @@ def weave_object(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    progress("mesh", 0, 1)
-    source = load_mesh(settings, progress)
-    progress("weave", 0, 1)
-    threads = trace_threads(source.halfedges, turn=settings.boundary == "turn")
-    labels = thread_labels(threads.n_threads)
-    bunches = part_bunches(threads)
-    supplies.require(bunches)
-    chosen = weave_pattern(
-        settings.pattern,
-        source.halfedges,
-        threads,
-        bunches,
-        labels,
-        n_old_vertices=source.n_old_vertices,
-        effort=settings.effort,
-        seed=settings.seed,
-        progress=progress,
-    )
+    mesh = load_mesh(settings, progress, given)
+    return lay_object(weave_mesh(mesh, settings, supplies, progress), settings, supplies, progress)
+
+
+def lay_object(
+    woven: WovenMesh, settings: Settings, supplies: Supplies, progress: Progress = no_progress
+) -> WovenObject:
+    """Lay the ribbons of a woven mesh as wide as asked.
+
+    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
+    at any.
+    """
     progress("ribbons", 0, 1)
-    ribbons = lay_ribbons(source, chosen.weave, settings, supplies.thickness_mm(bunches))
-    if ribbons.n_rungs == 0:
-        raise CannotMakeError(
-            "nothing crosses anything on this mesh: no edge lies between two faces; "
-            "weaving needs faces that share edges"
-        )
-    return WovenObject(source, chosen, labels, bunches, ribbons)
+    thickness = supplies.thickness_mm(woven.bunches)
+    ribbons = lay_ribbons(woven.source, woven.weave, settings, thickness)
+    return WovenObject(woven.source, woven.result, woven.labels, woven.bunches, ribbons)
 
 
 def lay_ribbons(

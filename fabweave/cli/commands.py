@@ -81,7 +81,7 @@ def make(
     # Here and below, heavy imports wait until there is work to do, so that --help is quick. Some
     # that Ctrl-C interrupts fail in ways of their own, or go on as if nothing had been.
     with held_back():
-        from fabweave.app.job_folder import run_job  # noqa: PLC0415
+        from fabweave.app.pipeline import run_job  # noqa: PLC0415
         from fabweave.core.parallel.cluster import cluster_at  # noqa: PLC0415
         from fabweave.cut.preflight.violations import flaw_lines  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Convert colours: sRGB, light, the perceptual space OKLab, and what the colour-blind see."""
+"""Convert colours: sRGB, light, and the perceptual space OKLab."""
 
 from typing import TypeAlias
 
@@ -28,26 +28,6 @@ _OPPONENT = np.array(
 )
 for _matrix in (_CONES, _OPPONENT):
     _matrix.setflags(write=False)
-
-#: How light reaches those who lack one kind of cone: Machado, Oliveira, Fernandes, "A
-#: physiologically-based model for simulation of color vision deficiency" (2009), severity 1.
-COLOUR_BLINDNESS = {
-    "protanopia": (
-        (0.152286, 1.052583, -0.204868),
-        (0.114503, 0.786281, 0.099216),
-        (-0.003882, -0.048116, 1.051998),
-    ),
-    "deuteranopia": (
-        (0.367322, 0.860646, -0.227968),
-        (0.280085, 0.672501, 0.047413),
-        (-0.011820, 0.042940, 0.968881),
-    ),
-    "tritanopia": (
-        (1.255528, -0.076749, -0.178779),
-        (-0.078411, 0.930809, 0.147602),
-        (0.004733, 0.691367, 0.303900),
-    ),
-}
 
 
 def light_of(colours: npt.ArrayLike) -> FloatArray:
@@ -116,19 +96,6 @@ def light_of_hue(lightness: FloatArray, chroma: FloatArray, hue_deg: FloatArray)
         low, high = np.where(good, middle, low), np.where(good, high, middle)
     chosen = np.where(fits, chroma, low)
     return np.clip(_light_of_lch(lightness, chosen, hue_deg), 0.0, 1.0)
-
-
-def as_seen_with(light: FloatArray, blindness: str) -> FloatArray:
-    """Return the light that looks to anyone as the given light does to the colour-blind.
-
-    Parameters
-    ----------
-    light : (..., 3) float array
-        Linear light.
-    blindness : str
-        A name in ``COLOUR_BLINDNESS``.
-    """
-    return np.clip(light @ np.array(COLOUR_BLINDNESS[blindness]).T, 0.0, 1.0)
 
 
 def _light_of_lch(lightness: FloatArray, chroma: FloatArray, hue_deg: FloatArray) -> FloatArray:

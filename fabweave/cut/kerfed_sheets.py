@@ -10,10 +10,10 @@ from fabweave.cut.kerf import compensated
 from fabweave.cut.micro_joints import MicroJoints, bridged
 
 #: The folder of these sheets in a job's folder.
-READY_FOLDER = "cut"
+CUT_FOLDER = "cut"
 
 
-def ready_sheets(
+def kerfed_sheets(
     drawings: Sequence[SheetDrawing], kerf_mm: float, micro_joints: MicroJoints | None
 ) -> tuple[SheetDrawing, ...]:
     """Return the sheets as they are to be cut; none where that is as they are drawn.
@@ -59,7 +59,7 @@ def check_kerf(kerf_mm: float, gap_mm: float) -> None:
         )
 
 
-def ready_notes(
+def kerf_notes(
     ready: Sequence[SheetDrawing],
     kerf_mm: float,
     micro_joints: MicroJoints | None,
@@ -76,13 +76,13 @@ def ready_notes(
     if not done:
         return ()
     notes = [
-        f"{READY_FOLDER}/ holds the sheets to cut, with {' and '.join(done)}; those in sheets/ are "
+        f"{CUT_FOLDER}/ holds the sheets to cut, with {' and '.join(done)}; those in sheets/ are "
         "nominal"
     ]
     if service and kerf_mm:
         notes.append(
             "warning: services take the kerf off themselves, so the files in service/ are nominal; "
-            f"do not send them those in {READY_FOLDER}/"
+            f"do not send them those in {CUT_FOLDER}/"
         )
     whole = [
         piece.piece_id

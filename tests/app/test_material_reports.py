@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fabweave.app.joined_object import hole_rules, lay_job
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.joined_object import split_object
+from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
-from fabweave.app.woven_object import check_object
+from fabweave.app.woven_object import check_object, weave_object
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -24,7 +24,8 @@ def checked(material: str, size_mm: float = 300.0) -> RibbonCheck:
     settings, supplies = complete_settings(
         Settings(mesh="shape:sphere", size_mm=size_mm, material=material)
     )
-    woven = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
+    woven = weave_object(settings, supplies)
+    woven = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
     return check_object(woven, settings, supplies)
 
 

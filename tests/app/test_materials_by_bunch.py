@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fabweave.app.job_folder import run_job
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.pipeline import run_job
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, job_toml
 from fabweave.app.woven_object import weave_object
 from fabweave.cli.commands import main

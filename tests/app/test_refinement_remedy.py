@@ -3,11 +3,11 @@
 import pytest
 from meshes_shared import shared_mesh
 
-from fabweave.app.joined_object import hole_rules, lay_job
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.joined_object import split_object
 from fabweave.app.refinement_remedy import MOST_CROSSINGS, REFINEMENTS, try_refinement
+from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
-from fabweave.app.woven_object import check_object
+from fabweave.app.woven_object import check_object, weave_object
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.ribbon.rules.finding import finding_record, sentence
@@ -17,7 +17,8 @@ from fabweave.ribbon.width import WidthRule
 
 def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
     settings, supplies = complete_settings(Settings(mesh=mesh, **options))
-    woven = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
+    woven = weave_object(settings, supplies)
+    woven = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
     check = check_object(woven, settings, supplies)
     return try_refinement(check, woven, settings, supplies) if tried else check
 

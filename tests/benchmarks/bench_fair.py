@@ -13,8 +13,9 @@ from time import perf_counter
 import numpy as np
 import shapely
 
+from fabweave.app.job import Job
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.pipeline import Job, make_job
+from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.core.errors import FabweaveError
 from fabweave.mesh.fair.fairness import Fairness

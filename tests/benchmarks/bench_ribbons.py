@@ -20,8 +20,8 @@ sys.path.insert(0, str(ROOT / "tests"))
 from clear_ribbons import laid  # noqa: E402 - found beside the tests
 from meshes_shared import FOLDER, known_meshes  # noqa: E402 - found beside the tests
 
-from fabweave.app.joined_object import check_made  # noqa: E402 - after the path is set
-from fabweave.app.pipeline import complete_settings  # noqa: E402 - after the path is set
+from fabweave.app.joined_object import check_joined  # noqa: E402 - after the path is set
+from fabweave.app.request import complete_settings  # noqa: E402 - after the path is set
 from fabweave.app.settings import Settings  # noqa: E402 - after the path is set
 from fabweave.app.woven_object import keep_clear, weave_object  # noqa: E402 - as above
 from fabweave.mesh.intersections import self_intersections  # noqa: E402 - after the path is set
@@ -37,7 +37,7 @@ def timed(mesh: str, size_mm: float) -> tuple[float, int]:
     start = process_time()
     laps = np.arange(0, woven.weave.threads.n_crossings, 12)
     woven = keep_clear(woven, settings, supplies, laps)
-    check_made(woven, settings, supplies)
+    check_joined(woven, settings, supplies)
     return process_time() - start, woven.weave.threads.n_crossings
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.core.arrays import IntArray

@@ -9,7 +9,7 @@ from fabweave.core.arc_path import Path, stretch
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.drawing_check import check_drawing
-from fabweave.cut.kerfed_sheets import ready_notes, ready_sheets
+from fabweave.cut.kerfed_sheets import kerf_notes, kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints, bridged, parse_micro_joints
 
 
@@ -72,9 +72,9 @@ def test_short_outlines_have_fewer_and_crooked_ones_none():
     crooked = Polyline(
         Layer.CUT_OUTER, 2.0 + np.stack((np.cos(turns), np.sin(turns)), axis=1), True
     )
-    ready = ready_sheets([sheet(crooked)], 0.0, MicroJoints(4))
+    ready = kerfed_sheets([sheet(crooked)], 0.0, MicroJoints(4))
     assert ready[0].pieces[0].entities == (crooked,)
-    assert "1 piece without micro-joints" in ready_notes(ready, 0.0, MicroJoints(4))[1]
+    assert "1 piece without micro-joints" in kerf_notes(ready, 0.0, MicroJoints(4))[1]
 
 
 def test_holes_are_cut_through():
@@ -87,17 +87,17 @@ def test_holes_are_cut_through():
 
 def test_names_say_what_was_done():
     outline = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [90, 0], [90, 60], [0, 60]]), True)
-    (ready,) = ready_sheets([sheet(outline)], 0.15, MicroJoints(4, 0.3))
+    (ready,) = kerfed_sheets([sheet(outline)], 0.15, MicroJoints(4, 0.3))
     assert ready.name == "sheet_01_kerf0.15mm_micro4x0.3mm"
-    assert ready_sheets([sheet(outline)], 0.0, None) == ()
+    assert kerfed_sheets([sheet(outline)], 0.0, None) == ()
 
 
 def test_a_kerf_is_no_business_of_services():
     outline = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [90, 0], [90, 60], [0, 60]]), True)
-    ready = ready_sheets([sheet(outline)], 0.15, None)
-    warned = ready_notes(ready, 0.15, None, service=True)
+    ready = kerfed_sheets([sheet(outline)], 0.15, None)
+    warned = kerf_notes(ready, 0.15, None, service=True)
     assert warned[-1].startswith("warning: services take the kerf off themselves")
-    assert warned[:-1] == ready_notes(ready, 0.15, None)
+    assert warned[:-1] == kerf_notes(ready, 0.15, None)
 
 
 @pytest.mark.parametrize("text", ["0", "51", "-2", "4:", "4:9mm", "4:0.01mm", "four", "4:x", ""])

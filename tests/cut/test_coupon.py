@@ -159,7 +159,7 @@ def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
 
 
 def test_a_job_gives_its_figures(tmp_path):
-    from fabweave.app.job_folder import run_job  # noqa: PLC0415 - only here
+    from fabweave.app.pipeline import run_job  # noqa: PLC0415 - only here
     from fabweave.app.settings import Settings  # noqa: PLC0415 - only here
 
     settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from PIL import Image
 from strangers import rsvg_png
 
-from fabweave.app.pipeline import complete_settings
 from fabweave.app.remake_command import command_text, settings_digest
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, settings_table
 from fabweave.cli.commands import cli
 from fabweave.cli.options import job_settings

@@ -8,6 +8,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh import engines
 from fabweave.mesh.remesh.engines import (
     ENGINES,
     AttemptFailedError,
@@ -337,16 +339,20 @@ def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what
 
 
 @needs_proc
-def test_hung_child_and_its_children_are_killed(tmp_path):
-    mark = tmp_path / "pids"
+def test_hung_child_and_its_children_are_killed(tmp_path, monkeypatch):
+    mark, written = tmp_path / "pids", tmp_path / "written"
     body = (
         "import subprocess\n"
         "other = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
-        f"open({str(mark)!r}, 'w').write(f'{{os.getpid()}} {{other.pid}}')\n"
+        f"open({str(written)!r}, 'w').write(f'{{os.getpid()}} {{other.pid}}')\n"
+        f"os.rename({str(written)!r}, {str(mark)!r})\n"
         "time.sleep(600)\n"
     )
-    engine = replace(stub(tmp_path, body), limit_s=3.0)
-    with pytest.raises(LimitReachedError, match="stopped after 3 s"):
+    # The limit is over as soon as both are there, however long that takes.
+    over = SimpleNamespace(monotonic=lambda: 1e6 if mark.exists() else 0.0)
+    monkeypatch.setattr(engines, "time", over)
+    engine = replace(stub(tmp_path, body), limit_s=600.0)
+    with pytest.raises(LimitReachedError, match="stopped after 600 s"):
         run_engine(engine, BALL, Run(100, 0, rim=False))
     assert_gone([int(word) for word in mark.read_text().split()])
 
@@ -355,7 +361,7 @@ def assert_gone(pids):
     """Assert that processes end soon; one that nobody has collected yet (Z) has ended."""
     for pid in pids:
         state = Path(f"/proc/{pid}/stat")
-        end = time.monotonic() + 10
+        end = time.monotonic() + 300
         while state.exists() and state.read_text().rsplit(")", 1)[1].split()[0] != "Z":
             assert time.monotonic() < end, f"process {pid} still runs"
             time.sleep(0.02)
@@ -364,10 +370,8 @@ def assert_gone(pids):
 def test_unwanted_run_is_stopped(tmp_path):
     stop = threading.Event()
     threading.Timer(0.5, stop.set).start()
-    start = time.monotonic()
     with pytest.raises(AttemptFailedError, match="no longer wanted"):
         run_engine(stub(tmp_path, "time.sleep(600)"), BALL, Run(100, 0, rim=False), stop)
-    assert time.monotonic() - start < 30
 
 
 @needs_proc
@@ -485,10 +489,10 @@ def test_result_without_irregular_vertices_ends_the_search(tmp_path):
         "give(kept['v'], kept['f'])\n"
     )
     engine = replace(stub(tmp_path, body), most_runs=4)
-    start = time.monotonic()
     remeshed = remesh_quads(icotorus(), 288, engines=[engine])
-    assert time.monotonic() - start < 60
     assert len(remeshed.irregular) == 0
+    # The runs that sleep were not waited for, or one would have been stopped at its limit.
+    assert not any("stopped" in note for note in remeshed.notes)
 
 
 def test_far_too_many_quads_are_no_result(tmp_path):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.core.errors import InputError

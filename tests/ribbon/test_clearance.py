@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import shared_mesh
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.mesh.intersections import self_intersections

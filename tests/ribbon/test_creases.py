@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ribbon_strips import strip
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.ribbon.project import Ribbons

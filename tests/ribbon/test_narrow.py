@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from meshes_shared import shared_mesh
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,

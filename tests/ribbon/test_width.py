@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import lay_ribbons, weave_object

@@ -5,8 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from fabweave.app.joined_object import hole_rules
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import lay_ribbons, weave_object

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.app.joined_object import check_made, hole_rules, lay_job
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.joined_object import check_joined, split_object
+from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
-from fabweave.app.woven_object import WovenObject
+from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.surfaces import ribbon_triangles
@@ -37,8 +37,9 @@ class Laid:
 def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
     settings, supplies = complete_settings(Settings(mesh=mesh, size_mm=size_mm, **options))
-    woven = lay_job(settings, supplies, hole_rules(settings, supplies)).woven
+    woven = weave_object(settings, supplies)
+    woven = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
     limits = ribbon_limits(supplies.only, settings.clearance_mm)
     near, _ = measure_clearance(woven.ribbons, woven.weave, limits)
-    check = check_made(woven, settings, supplies)
+    check = check_joined(woven, settings, supplies)
     return Laid(woven, check, len(near.value), intersecting(woven.ribbons))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from verify_writers import glb_bytes
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.model.woven_glb import woven_glb

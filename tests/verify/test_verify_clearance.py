@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from verify_writers import LIMITS, glb_bytes
 
-from fabweave.app.pipeline import complete_settings
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.model.woven_glb import woven_glb

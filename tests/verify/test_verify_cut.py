@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabweave.app.job_folder import run_job
+from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.kerfed_sheets import ready_sheets
+from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.svg import write_svg
@@ -72,10 +72,10 @@ def moved(entity, layer):
 @pytest.mark.parametrize(
     "spoil",
     [
-        lambda nominal, _: ready_sheets([nominal], 0.0, SETTINGS.micro_joints)[0],
-        lambda nominal, _: ready_sheets([nominal], 0.4, SETTINGS.micro_joints)[0],
-        lambda nominal, _: ready_sheets([nominal], 0.2, MicroJoints(3, 0.6))[0],
-        lambda nominal, _: ready_sheets([nominal], 0.2, MicroJoints(4, 0.4))[0],
+        lambda nominal, _: kerfed_sheets([nominal], 0.0, SETTINGS.micro_joints)[0],
+        lambda nominal, _: kerfed_sheets([nominal], 0.4, SETTINGS.micro_joints)[0],
+        lambda nominal, _: kerfed_sheets([nominal], 0.2, MicroJoints(3, 0.6))[0],
+        lambda nominal, _: kerfed_sheets([nominal], 0.2, MicroJoints(4, 0.4))[0],
         lambda _, ready: with_entities(ready, lambda one: moved(one, Layer.CUT_OUTER)),
         lambda _, ready: with_entities(ready, lambda one: moved(one, INNER)),
         lambda _, ready: with_entities(ready, lambda one: moved(one, Layer.ENGRAVE_MARK)),

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from fabweave.app.job_folder import run_job
+from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.verify import verify_job
 from fabweave.verify.checks.outcome import check_outcome
@@ -84,15 +84,6 @@ def test_a_note_must_tell_the_true_number_of_sheets_and_be_recorded(job):
     assert findings(job) == ()
     tell(job, "nesting was cut short: the pieces are on 2 sheets")
     assert findings(job) == ("a note says '2 sheets', and there are 1",)
-
-
-def test_an_engine_is_named_at_the_best_effort_and_at_no_other(job):
-    job.settings["job"]["effort"] = "best"
-    assert findings(job) == ("nesting does not name an engine, at effort 'best'",)
-    tell(job, "nesting had no use for spyrrow: nothing was left over")
-    assert findings(job) == ()
-    job.settings["job"]["effort"] = "quick"
-    assert findings(job) == ("nesting names an engine, at effort 'quick'",)
 
 
 @pytest.mark.parametrize("name", ["margin", "gap"])

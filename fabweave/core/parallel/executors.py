@@ -6,6 +6,7 @@ not depend on who does it. A worker that is lost costs the part it had, which is
 
 import multiprocessing
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -174,8 +175,9 @@ def _context() -> "SpawnContext | ForkServerContext":
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    # The server imports the package once, and not each process for itself.
-    context.set_forkserver_preload(["fabweave.app.job_folder"])
+    # The server imports what this process has of the package once, and not each one for itself.
+    package = __name__.partition(".")[0]
+    context.set_forkserver_preload([m for m in list(sys.modules) if m.partition(".")[0] == package])
     return context
 
 

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from fabweave.core.parallel.executors import processes, result_of
 
-#: Called as ``start(function, *arguments)``; returns a function that waits for the result.
+#: Called as ``start(function, *arguments, **options)``; gives a function that waits for the result.
 Start: TypeAlias = Callable[..., Callable[[], Any]]
 
 
@@ -31,13 +31,15 @@ def side_workers(count: int) -> Iterator[Start]:
         return
     with processes(count)() as executor:
 
-        def start(function: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
-            return partial(result_of, executor.submit(function, *arguments))
+        def start(
+            function: Callable[..., Any], *arguments: Any, **options: Any
+        ) -> Callable[[], Any]:
+            return partial(result_of, executor.submit(function, *arguments, **options))
 
         yield start
 
 
-def at_once(function: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
+def at_once(function: Callable[..., Any], *arguments: Any, **options: Any) -> Callable[[], Any]:
     """Do the work now and hand out its result: the way to start work without other processes."""
-    result = function(*arguments)
+    result = function(*arguments, **options)
     return lambda: result

@@ -1,10 +1,11 @@
 """Hold where pieces stand while they are still being moved, and turn that into placements."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.nest.item_shape import Pose, rotated
 from fabweave.nest.layout import Placement
 from fabweave.nest.separate.item_field import Body
@@ -13,9 +14,11 @@ from fabweave.nest.separate.item_field import Body
 NOWHERE = -1
 
 
-@frozen_value
+@dataclass(eq=False)
 class Arrangement:
     """The sheet of each of P pieces, (P,), and the pose of its body there, (P, 3).
+
+    The state of a search, not a value: both arrays change as pieces are moved.
 
     A pose is x and y of the centroid, millimetres from the corner of the usable area, and the
     angle of the shape in radians.

@@ -99,7 +99,7 @@ def settle(
             if len(history) > _PATIENCE and history[-1] > _SHARE * history[-1 - _PATIENCE]:
                 return Settled(poses, False, step)
         force = push.force.copy()
-        matrix = push.matrix
+        matrix = push.matrix.copy()
         stiff = np.diag(matrix)
         if turns.fixed:
             matrix[2::3] = matrix[:, 2::3] = force[:, 2] = 0.0
@@ -188,7 +188,7 @@ def _push(
     pushes = (rows * wanted[:, None]).ravel()
     force = np.bincount(column.ravel(), pushes, minlength=size).astype(np.float64)
     return _Push(
-        matrix=matrix.reshape(size, size)[:-3, :-3].copy(),
+        matrix=matrix.reshape(size, size)[:-3, :-3],
         force=force[:-3].reshape(count, 3),
         worst=max(float(missing.max(initial=0.0)), float(out.max(initial=0.0))),
         energy=float((wanted**2).sum()),

@@ -1,0 +1,1 @@
+"""Offer the stations of a job to Python users, one value after another."""

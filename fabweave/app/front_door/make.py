@@ -1,0 +1,123 @@
+"""Make, inspect and prove whole jobs from Python."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from fabweave.app.front_door.inspected import Inspection
+from fabweave.app.front_door.mesh import request_of
+from fabweave.app.front_door.written import WrittenJob
+from fabweave.app.inspection import inspect_mesh
+from fabweave.app.job_folder import folder_is_readable
+from fabweave.app.pipeline import run_job
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.verify import VerifyReport, verify_job
+
+
+def make(
+    mesh: Any, folder: str | Path, *, progress: Progress = no_progress, workers: int = 0,
+    **options: Any,
+) -> WrittenJob:  # fmt: skip
+    """Make a whole job, as ``fabweave make`` does: from a mesh to a proved folder.
+
+    Parameters
+    ----------
+    mesh : path, shape, Mesh, or anything with vertices and faces
+        A file's name, ``"shape:torus?m=24&n=12"``, what :func:`fabweave.read` gives, or a mesh
+        in memory, such as ``trimesh.Trimesh``.
+    folder : str or Path
+        New, empty, or an older job's folder, which is replaced when the new one is proved.
+    progress : callable, optional
+        Called as ``progress(what, done, total)``.
+    workers : int
+        Processes beside this one; the same bytes are written with any number. A script that asks
+        for some needs the usual guard, ``if __name__ == "__main__"``.
+    options
+        Any option of ``fabweave make``, ``-`` written ``_``: ``size="400mm"``,
+        ``pattern="twill"``, ``material="card"``, ``kerf="0.15mm"``; ``fabweave guide options``
+        lists them all.
+
+    Returns
+    -------
+    WrittenJob
+
+    Raises
+    ------
+    InputError
+        For a bad mesh or option, or a folder with anything else in it.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile
+    >>> folder = tempfile.mkdtemp()
+    >>> job = fw.make("shape:octahedron", folder, size="200mm", effort="quick")
+    >>> job.proof.ok, len(job.pieces)
+    (True, 8)
+    """
+    request = request_of(mesh, options)
+    finished = run_job(
+        request.settings,
+        Path(folder),
+        progress,
+        mesh=request.given,
+        workers=min(workers, os.cpu_count() or 1),
+    )
+    return WrittenJob(Path(folder), finished, request)
+
+
+def inspect(mesh: Any, *, progress: Progress = no_progress, **options: Any) -> Inspection:
+    """Tell what a mesh is, which weaves are exact on it, and what would make them so.
+
+    Parameters
+    ----------
+    mesh, progress, options
+        As for :func:`make`; options of files are of no account.
+
+    Returns
+    -------
+    Inspection
+        ``facts`` holds everything as plain values, ``text`` says it in words.
+
+    Raises
+    ------
+    InputError, CannotMakeError
+        If the mesh cannot be woven at all.
+
+    Examples
+    --------
+    >>> import fabweave as fw
+    >>> report = fw.inspect("shape:cube", size="200mm")
+    >>> report.facts["threads"]["count"], report.facts["twill"]["exact"]
+    (4, False)
+    """
+    request = request_of(mesh, options)
+    return Inspection(inspect_mesh(request.settings, progress, request.given))
+
+
+def verify(folder: str | Path) -> VerifyReport:
+    """Read the files of a finished job back and prove that they rebuild the weave.
+
+    Parameters
+    ----------
+    folder : str or Path
+
+    Returns
+    -------
+    VerifyReport
+        ``ok``, and ``checks`` with what each proves and finds.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile
+    >>> fw.verify(tempfile.mkdtemp()).ok  # an empty folder is no job
+    False
+    """
+    folder_is_readable(Path(folder))
+    return verify_job(Path(folder))

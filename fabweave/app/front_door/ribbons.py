@@ -1,0 +1,164 @@
+"""Give the ribbons of a woven object to Python users."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fabweave.app.front_door.notebook import face
+from fabweave.app.front_door.pieces import Pieces
+from fabweave.app.front_door.stations import Stations, clear_ribbons, completed, with_pieces
+from fabweave.app.woven_object import WovenObject
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.colour_space import Colours
+from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.picture.thread_colours import thread_colours
+from fabweave.ribbon.measures import ribbon_widths, thread_lengths
+
+if TYPE_CHECKING:
+    import trimesh
+    from PIL import Image
+
+
+@frozen_value
+class Ribbons:
+    """A ribbon along every thread, in space, with room for what lies above and below it.
+
+    Made by :meth:`fabweave.Weave.ribbons`; :meth:`pieces` goes on from here. Where ribbons would
+    come too near to one another they are narrower than elsewhere, unless a width was asked for.
+    """
+
+    stations: Stations
+
+    @cached_property
+    def woven(self) -> WovenObject:
+        """The woven object as ``fabweave model`` writes it."""
+        return clear_ribbons(self.stations)
+
+    @property
+    def vertices(self) -> FloatArray:
+        """Ends of the cross-lines in millimetres, (2 R, 3): right and left by turns."""
+        return ribbon_triangles(self.woven.ribbons)[0]
+
+    @property
+    def triangles(self) -> IntArray:
+        """The flat facets of all ribbons, (F, 3)."""
+        return ribbon_triangles(self.woven.ribbons)[1]
+
+    @property
+    def thread_of_triangle(self) -> IntArray:
+        """The number of the thread of each facet, (F,)."""
+        return ribbon_triangles(self.woven.ribbons)[2]
+
+    @property
+    def widths_mm(self) -> FloatArray:
+        """The width at every cross-line, (R,)."""
+        return ribbon_widths(self.woven.ribbons)
+
+    @property
+    def lengths_mm(self) -> FloatArray:
+        """The length of each thread along the middle of its ribbon, (T,)."""
+        return thread_lengths(self.woven.ribbons)
+
+    @property
+    def colours(self) -> Colours:
+        """The colour of each thread, red, green and blue, (T, 3)."""
+        settings, _ = completed(self.stations)
+        return thread_colours(self.woven.bunches, settings.colours)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each thread, as ``pandas.DataFrame`` takes them.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> rows = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().rows()
+        >>> [row["thread"] for row in rows], rows[0]["crossings"]
+        (['A', 'B', 'C', 'D'], 6)
+        """
+        threads, bounds = self.woven.weave.threads, self.woven.ribbons.offsets.tolist()
+        widths, lengths = self.widths_mm, self.lengths_mm.tolist()
+        return [
+            {
+                "thread": label,
+                "closed": bool(threads.closed[number]),
+                "bunch": int(self.woven.bunches[number]),
+                "crossings": int(threads.lengths[number]),
+                "length_mm": lengths[number],
+                "narrowest_mm": float(widths[start:end].min(initial=np.inf)),
+                "widest_mm": float(widths[start:end].max(initial=0.0)),
+            }
+            for number, (label, start, end) in enumerate(
+                zip(self.woven.labels, bounds[:-1], bounds[1:], strict=True)
+            )
+        ]
+
+    def to_trimesh(self) -> "trimesh.Trimesh":
+        """Return the ribbons as ``trimesh.Trimesh`` with the colours of the threads.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("cube", size="200mm")).ribbons()
+        >>> len(ribbons.to_trimesh().faces) == len(ribbons.triangles)
+        True
+        """
+        import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
+
+        vertices, triangles, thread = ribbon_triangles(self.woven.ribbons)
+        return trimesh.Trimesh(vertices, triangles, face_colors=self.colours[thread], process=False)
+
+    def pieces(self, **options: Any) -> Pieces:
+        """Split the threads into flat pieces that lap and are joined.
+
+        Pieces are as short as waste and joints suggest, unless a length is asked for, and fit the
+        sheets: what is said of sheets belongs here.
+
+        Parameters
+        ----------
+        options
+            As on the command line: ``max_length="200mm"``, ``joint="rivet:2"``, ``lap="15mm"``,
+            ``hole="3.3mm"``, ``slots=True``, ``sheet="600x400mm:3"`` (or a list of them),
+            ``stock="stock.toml"``, ``margin``, ``gap``, ``rotations="90"``.
+
+        Raises
+        ------
+        InputError
+            If an option is wrong.
+        CannotMakeError
+            If a ribbon is too narrow or too stiff, or no piece fits a sheet; and what would help.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+        >>> ribbons.pieces(max_length="200mm")
+        Pieces(octahedron: 8 pieces, 8 joints, 2 kinds, in card 0.4 mm)
+        """
+        return Pieces(with_pieces(self.stations, options))
+
+    def picture(self) -> "Image.Image":
+        """Return a picture of the woven object, each thread in its colour."""
+        from fabweave.picture.object_picture import weave_picture  # noqa: PLC0415
+
+        return weave_picture(self.woven.ribbons, self.colours)
+
+    def _figures(self) -> dict[str, str]:
+        _, supplies = completed(self.stations)
+        widths = self.widths_mm
+        return {
+            "ribbons": str(len(self.woven.labels)),
+            "material": supplies.told,
+            "width, mm": f"{widths.min():.1f} to {widths.max():.1f}",
+            "length in all, m": f"{self.lengths_mm.sum() / 1000:.2f}",
+        }
+
+    def __repr__(self) -> str:
+        figures = self._figures()
+        return (
+            f"Ribbons({self.woven.title}: {figures['ribbons']} ribbons in {figures['material']}, "
+            f"{figures['width, mm']} mm wide, {figures['length in all, m']} m in all)"
+        )
+
+    def _repr_html_(self) -> str:
+        return face(self.woven.title, self._figures(), self.picture())

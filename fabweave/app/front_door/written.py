@@ -1,0 +1,120 @@
+"""Write jobs from Python, and hold what was written."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fabweave.app.front_door.notebook import face
+from fabweave.app.front_door.stations import Request, Stations, there
+from fabweave.app.job import Job
+from fabweave.app.job_folder import check_destination, finished_folder
+from fabweave.app.pipeline import FinishedJob, draw_job, start_side_work, write_and_prove
+from fabweave.app.preflight_job import Preflight
+from fabweave.core.arrays import frozen_value
+from fabweave.core.messages import agree
+from fabweave.verify import VerifyReport
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from fabweave.app.front_door.layout import Layout
+    from fabweave.app.front_door.pieces import Pieces
+    from fabweave.app.front_door.weave import Weave
+
+
+@frozen_value
+class WrittenJob:
+    """A finished job in its folder, with the proof of its files.
+
+    Made by :func:`fabweave.make` and :meth:`fabweave.Layout.write`.
+    """
+
+    folder: Path
+    finished: FinishedJob
+    request: Request
+
+    @property
+    def job(self) -> Job:
+        """Everything that was made: weave, ribbons, pieces, layout and drawings."""
+        return self.finished.job
+
+    @property
+    def stations(self) -> Stations:
+        """The stations of the job, from its mesh to its layout."""
+        job = self.job
+        return Stations(
+            self.request, job.woven.source, weave=job.woven, planned=job, layout=job.layout
+        )
+
+    @property
+    def weave(self) -> "Weave":
+        """The weave."""
+        from fabweave.app.front_door.weave import Weave  # noqa: PLC0415 - weaves lead to jobs
+
+        return Weave(self.stations)
+
+    @property
+    def pieces(self) -> "Pieces":
+        """The flat pieces."""
+        from fabweave.app.front_door.pieces import Pieces  # noqa: PLC0415 - pieces lead to jobs
+
+        return Pieces(self.stations)
+
+    @property
+    def layout(self) -> "Layout":
+        """Where each piece lies on which sheet."""
+        from fabweave.app.front_door.layout import Layout  # noqa: PLC0415 - layouts lead to jobs
+
+        return Layout(self.stations)
+
+    @property
+    def proof(self) -> VerifyReport:
+        """What was proved about the written files, check by check."""
+        return self.finished.proof
+
+    @property
+    def preflight(self) -> Preflight:
+        """Which rules of the material and of those who cut the pieces break."""
+        return self.finished.preflight
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a maker should know before cutting."""
+        return self.job.notes
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files in the folder, in the order of their names."""
+        return tuple(sorted(path for path in self.folder.rglob("*") if path.is_file()))
+
+    def picture(self) -> "Image.Image":
+        """Return the picture of the woven object."""
+        from PIL import Image  # noqa: PLC0415 - only pictures need it
+
+        with Image.open(self.folder / "render.png") as picture:
+            return picture.copy()
+
+    def _counts(self) -> dict[str, str]:
+        return {
+            "pieces": agree(len(self.job.piece_set.pieces), "{n} piece[|s]"),
+            "joints": agree(len(self.job.piece_set.joints), "{n} joint[|s]"),
+            "sheets": agree(len(self.job.drawings), "{n} sheet[|s]"),
+            "proof": f"proved by {len(self.proof.checks)} checks",
+        }
+
+    def __repr__(self) -> str:
+        return f"WrittenJob({str(self.folder)!r}: {', '.join(self._counts().values())})"
+
+    def _repr_html_(self) -> str:
+        figures: dict[str, Any] = {**self._counts(), "folder": self.folder}
+        return face(self.job.woven.title, figures, self.picture())
+
+
+def write_stations(stations: Stations, folder: Path) -> WrittenJob:
+    """Write and prove the job that stations lead to."""
+    check_destination(folder)
+    planned, layout = there(stations.planned), there(stations.layout)
+    side = start_side_work(planned)
+    job = draw_job(planned, layout, side, given_mesh=stations.request.given)
+    with finished_folder(folder) as fresh:
+        finished = write_and_prove(job, fresh)
+    return WrittenJob(folder, finished, stations.request)

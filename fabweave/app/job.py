@@ -1,0 +1,115 @@
+"""Hold a job: first as far as its pieces are known, then with all that is written."""
+
+from collections.abc import Callable
+
+from fabweave.app.settings import Settings
+from fabweave.app.woven_object import WovenObject
+from fabweave.assembly.order.planning import Order
+from fabweave.core.arrays import frozen_value
+from fabweave.core.colour_space import Colours
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.labels.marks import Marks
+from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.pieces import PieceSet
+from fabweave.flat.split.split_plan import SplitPlan
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.nest.allotment import Allotment
+from fabweave.nest.layout import Layout
+from fabweave.nest.offcut import Offcut
+from fabweave.picture.thread_colours import thread_colours
+from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.pattern import Weave
+
+
+@frozen_value
+class PlannedJob:
+    """A job whose pieces are known, but not where they lie on sheets.
+
+    Parameters
+    ----------
+    settings : Settings
+        Complete: what was left to fabweave is filled in.
+    supplies : Supplies
+        What each bunch is cut from.
+    rules : tuple of HoleRule
+        The holes that were considered, the largest first.
+    woven : WovenObject
+        With ribbons as they are cut, laps included.
+    check : RibbonCheck
+        Where ribbons break the rules of their material, and what would mend it.
+    split_plan : SplitPlan
+        Where threads are cut.
+    piece_set : PieceSet
+        Pieces, joints and holes.
+    """
+
+    settings: Settings
+    supplies: Supplies
+    rules: tuple[HoleRule, ...]
+    woven: WovenObject
+    check: RibbonCheck
+    split_plan: SplitPlan
+    piece_set: PieceSet
+
+    @property
+    def weave(self) -> Weave:
+        """The weave."""
+        return self.woven.weave
+
+    @property
+    def colours(self) -> Colours:
+        """The colour of each thread."""
+        return thread_colours(self.woven.bunches, self.settings.colours)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether sheets are drawn mirrored, since the inside is engraved."""
+        return self.settings.label_side == "inside"
+
+
+@frozen_value
+class Job(PlannedJob):
+    """Everything that a job makes, before it is written.
+
+    Parameters
+    ----------
+    layout : Layout
+        Where each piece lies on which sheet.
+    allotment : Allotment
+        Which supply every thread and sheet is of.
+    offcuts : tuple of Offcut
+        What is left of sheets and worth keeping, as it is drawn.
+    holes : tuple of Finding
+        Crossings without a hole.
+    marks : tuple of Marks
+        What is engraved on each piece.
+    order : Order
+        The order of assembly.
+    portrait : callable
+        Waits for the picture of the woven object, a PNG file, which may still be in the making.
+    drawings : tuple of SheetDrawing
+        The nominal sheets.
+    code : str
+        What the QR code on the sheets says.
+    kerfed : tuple of SheetDrawing
+        The sheets with kerf and micro-joints; none where the others are to be cut as they are.
+    notes : tuple of str
+        What a maker should know.
+    given_mesh : PolyMesh or None
+        A mesh that came from memory, and is kept in the job's folder.
+    """
+
+    layout: Layout
+    allotment: Allotment
+    offcuts: tuple[Offcut, ...]
+    holes: tuple[Finding, ...]
+    marks: tuple[Marks, ...]
+    order: Order
+    portrait: Callable[[], bytes]
+    drawings: tuple[SheetDrawing, ...]
+    code: str
+    kerfed: tuple[SheetDrawing, ...]
+    notes: tuple[str, ...]
+    given_mesh: PolyMesh | None = None

@@ -1,0 +1,43 @@
+"""Gather what a maker should know about a job, in the order in which it arises."""
+
+from collections.abc import Sequence
+
+from fabweave.app.job import PlannedJob
+from fabweave.app.woven_object import width_notes
+from fabweave.assembly.order.planning import Order
+from fabweave.assembly.steps import build_steps, order_note
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.kerfed_sheets import kerf_notes
+from fabweave.cut.labels.marks import Marks
+from fabweave.cut.notes.qr_code import code_notes
+from fabweave.nest.layout import Layout
+from fabweave.report.notes import all_notes
+from fabweave.report.ribbon_report import ribbon_notes
+
+
+def job_notes(
+    planned: PlannedJob,
+    layout: Layout,
+    marks: Sequence[Marks],
+    order: Order,
+    drawings: Sequence[SheetDrawing],
+    kerfed: Sequence[SheetDrawing],
+) -> tuple[str, ...]:
+    """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
+    settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
+    return (
+        *woven.source.notes,
+        *woven.result.notes,
+        *all_notes(woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules),
+        *width_notes(woven, settings, planned.supplies),
+        *ribbon_notes(planned.check),
+        order_note(order, build_steps(pieces, order)),
+        *layout.notes,
+        *code_notes(drawings),
+        *kerf_notes(
+            kerfed,
+            settings.kerf_mm,
+            settings.micro_joints,
+            service=settings.profile == "service",
+        ),
+    )

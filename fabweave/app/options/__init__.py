@@ -1,0 +1,1 @@
+"""Hold every option in one table."""

@@ -1,0 +1,71 @@
+"""Complete what a job is asked: what is left to fabweave is filled in from the materials."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fabweave.app.settings import CHOICES, Settings
+from fabweave.core.errors import InputError
+from fabweave.cut.kerfed_sheets import check_kerf
+from fabweave.flat.joint.holes import HoleRule
+from fabweave.stock.material import hole_edge_mm, min_hole_mm
+from fabweave.stock.per_bunch import by_bunch, split_by_bunch
+from fabweave.stock.supplies import Supplies
+from fabweave.stock.supply_plan import plan_supplies
+
+#: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
+HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
+
+
+def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
+    """Fill in what was left to fabweave: thickness, gap and sheet.
+
+    Raises
+    ------
+    InputError
+        If a setting is none of its choices.
+    """
+    for name, choices in CHOICES.items():
+        value = getattr(settings, name)
+        if value not in choices:
+            raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
+    supplies = plan_supplies(
+        split_by_bunch(settings.material, what="material"),
+        by_bunch(settings.thickness_mm),
+        by_bunch(settings.gap_mm),
+        settings.sheets,
+    )
+    check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
+    return (
+        replace(
+            settings,
+            thickness_mm=supplies.by_bunch(lambda one: one.material.thickness_mm),
+            sheets=supplies.sheets,
+            gap_mm=supplies.by_bunch(lambda one: one.gap_mm),
+        ),
+        supplies,
+    )
+
+
+def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
+    """Return the holes that may be used, the largest first; none if none are wanted.
+
+    A fastener goes through both strands of a crossing, so a hole suits all materials.
+    """
+    if settings.hole_mm == 0:
+        return ()
+    material = max(supplies.materials, key=min_hole_mm)
+    least = min_hole_mm(material)
+    if settings.hole_mm is not None:
+        if settings.hole_mm < least:
+            raise InputError(
+                f"a hole of {settings.hole_mm:g} mm is too small for a laser in "
+                f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
+                "or --hole none"
+            )
+        holes: Sequence[float] = (settings.hole_mm,)
+    else:
+        holes = [hole for hole in HOLES_MM if hole >= least] or [least]
+    return tuple(
+        HoleRule(hole, max(hole_edge_mm(material, hole) for material in supplies.materials))
+        for hole in holes
+    )

@@ -1,0 +1,112 @@
+"""Weave the mesh of a job: threads, bunches, and who is on top where they cross."""
+
+from fabweave.app.mesh_source import LoadedMesh
+from fabweave.app.settings import Settings
+from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
+from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import largest_dimension
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.pattern import Weave
+from fabweave.weave.thread_labels import thread_labels
+from fabweave.weave.threads import trace_threads
+from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
+
+
+@frozen_value
+class WovenMesh:
+    """A mesh and its weave; nothing has a width or a thickness yet.
+
+    Parameters
+    ----------
+    source : LoadedMesh
+        The mesh.
+    result : WeaveResult
+        The weave, in the pattern that was asked for.
+    labels : tuple of str
+        Names of the threads.
+    bunches : (T,) int array
+        The bunch of each thread.
+    """
+
+    source: LoadedMesh
+    result: WeaveResult
+    labels: tuple[str, ...]
+    bunches: IntArray
+
+    @property
+    def mesh(self) -> PolyMesh:
+        """The mesh that is woven, in millimetres."""
+        return self.source.mesh
+
+    @property
+    def halfedges(self) -> Halfedges:
+        """The connectivity of the mesh."""
+        return self.source.halfedges
+
+    @property
+    def title(self) -> str:
+        """What to call the object."""
+        return self.source.title
+
+    @property
+    def weave(self) -> Weave:
+        """The weave."""
+        return self.result.weave
+
+    @property
+    def size_mm(self) -> float:
+        """Largest dimension."""
+        return largest_dimension(self.source.mesh)
+
+
+def weave_mesh(
+    source: LoadedMesh,
+    settings: Settings,
+    supplies: Supplies | None = None,
+    progress: Progress = no_progress,
+) -> WovenMesh:
+    """Weave a mesh in the pattern that the settings ask for.
+
+    Parameters
+    ----------
+    source : LoadedMesh
+    settings : Settings
+        Pattern, boundary, effort and seed.
+    supplies : Supplies, optional
+        What the bunches are cut from. That every bunch has a supply is known once threads are
+        traced, and is said before the search for a pattern begins.
+    progress : callable
+
+    Raises
+    ------
+    InputError
+        If a bunch has no supply, or a supply no bunch.
+    CannotMakeError
+        If nothing crosses anything, or the pattern cannot be woven on this mesh.
+    """
+    progress("weave", 0, 1)
+    threads = trace_threads(source.halfedges, turn=settings.boundary == "turn")
+    labels = thread_labels(threads.n_threads)
+    bunches = part_bunches(threads)
+    if supplies is not None:
+        supplies.require(bunches)
+    result = weave_pattern(
+        settings.pattern,
+        source.halfedges,
+        threads,
+        bunches,
+        labels,
+        n_old_vertices=source.n_old_vertices,
+        effort=settings.effort,
+        seed=settings.seed,
+        progress=progress,
+    )
+    if threads.n_crossings == 0:
+        raise CannotMakeError(
+            "nothing crosses anything on this mesh: no edge lies between two faces; "
+            "weaving needs faces that share edges"
+        )
+    return WovenMesh(source, result, labels, bunches)

@@ -1,0 +1,203 @@
+"""What Python users do: from a mesh in memory to pieces, a layout, and a proved folder."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+import trimesh
+from PIL import Image
+
+import fabweave as fw
+from fabweave.cli.commands import main
+
+
+def folder_digest(folder: Path) -> dict[str, bytes]:
+    """Return what each file of a folder holds."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def steps():
+    """Every step of one small job, from a trimesh in memory."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=1.0)
+    mesh = fw.mesh(ball, size="300mm", name="ball")
+    weave = fw.weave(mesh)
+    ribbons = weave.ribbons(material="card", width="10mm")
+    pieces = ribbons.pieces(max_length="300mm", sheet="600x400mm")
+    return mesh, weave, ribbons, pieces, pieces.nest(effort="quick")
+
+
+def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
+    mesh, weave, ribbons, pieces, layout = steps
+    # An icosphere is not turned or torn: V - E + F = 2, and one crossing on every edge.
+    assert len(mesh.vertices) - len(mesh.edges) + len(mesh.faces) == 2
+    assert max(mesh.size_mm) == pytest.approx(300.0, abs=1e-9)
+    assert len(weave.crossings) == len(mesh.edges) == 120
+    assert sum(len(thread.crossings) for thread in weave.threads) == 2 * 120
+    assert weave.exact
+    assert weave.reason is None
+    for thread in weave.threads:  # over and under by turns
+        assert (thread.over != np.roll(thread.over, 1)).all()
+    assert ribbons.to_trimesh().area > 0.0
+    assert ribbons.widths_mm.max() == pytest.approx(10.0, abs=1e-6)
+    polygons = pieces.polygons
+    assert all(isinstance(polygon, shapely.Polygon) and polygon.is_valid for polygon in polygons)
+    assert sum(len(polygon.interiors) for polygon in polygons) == sum(
+        row["holes"] for row in pieces.rows()
+    )
+    # A layout moves pieces and changes nothing else; they lie inside and apart.
+    for here, there in zip(polygons, layout.polygons, strict=True):
+        assert there.area == pytest.approx(here.area, rel=1e-9)
+    for number, sheet in enumerate(layout.sheets, start=1):
+        lying = [
+            polygon
+            for polygon, row in zip(layout.polygons, layout.rows(), strict=True)
+            if row["sheet"] == number
+        ]
+        assert shapely.box(0, 0, sheet.width_mm, sheet.height_mm).contains(shapely.union_all(lying))
+        tree = shapely.STRtree(lying)
+        pairs = tree.query(lying, predicate="dwithin", distance=1.9)
+        assert (pairs[0] == pairs[1]).all()
+    job = layout.write(tmp_path / "ball")
+    assert job.proof.ok
+    assert fw.verify(tmp_path / "ball").ok
+    assert {path.name for path in job.files} >= {"ball.obj", "job.toml", "crossing_map.json"}
+
+
+def test_a_job_of_a_mesh_in_memory_is_made_again_from_its_folder(steps, tmp_path):
+    *_, layout = steps
+    layout.write(tmp_path / "first")
+    main(["make", "--config", str(tmp_path / "first/job.toml"), "-o", str(tmp_path / "again")])
+    first, again = folder_digest(tmp_path / "first"), folder_digest(tmp_path / "again")
+    # The mesh is named by its path now, and need not be kept again.
+    assert first.keys() - again.keys() == {"ball.obj"}
+    changed = {name for name in again if again[name] != first[name]}
+    assert changed <= {"job.toml", "verify.json"} | {
+        name
+        for name in again
+        if name.startswith("sheets/")  # the code names the command
+    } | {"crossing_map.json", "assembly.html", "assembly.pdf", "waste.json", "waste.html"}
+
+
+SHAPE = ("shape:torus?m=8&n=4", {"m": 8, "n": 4})
+
+
+@pytest.mark.slow
+def test_steps_and_whole_jobs_give_the_bytes_of_the_command_line(tmp_path):
+    options = {"size": "300mm", "pattern": "twill", "effort": "quick", "kerf": "0.15mm",
+               "width": 0.6, "joint": "rivet:2", "labels": "numbers"}  # fmt: skip
+    words = [f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
+    subprocess.run(
+        [sys.executable, "-m", "fabweave", "make", SHAPE[0], *words, "-q",
+         "-o", str(tmp_path / "line")],
+        check=True,
+    )  # fmt: skip
+    fw.make(SHAPE[0], tmp_path / "whole", **options)
+    weave = fw.weave(fw.shape("torus", size="300mm", **SHAPE[1]), pattern="twill", effort="quick")
+    pieces = weave.ribbons(width=0.6).pieces(joint="rivet:2")
+    pieces.nest().write(tmp_path / "steps", kerf="0.15mm", labels="numbers")
+    line = folder_digest(tmp_path / "line")
+    assert len(line) > 15
+    assert folder_digest(tmp_path / "whole") == line
+    assert folder_digest(tmp_path / "steps") == line
+
+
+def test_a_later_option_makes_anew_what_depends_on_it_and_keeps_the_rest(steps):
+    _, weave, ribbons, pieces, _ = steps
+    other = pieces.nest(sheet="400x300mm", effort="quick")
+    assert {(sheet.width_mm, sheet.height_mm) for sheet in other.sheets} == {(400.0, 300.0)}
+    assert other.stations.weave is weave.stations.weave
+    assert other.stations.ribbons is ribbons.stations.ribbons
+    assert other.stations.planned.piece_set is not pieces.planned.piece_set
+    wider = pieces.nest(width="12mm", effort="quick")
+    assert wider.stations.weave is weave.stations.weave
+    assert wider.stations.ribbons is not ribbons.stations.ribbons
+    twill = ribbons.pieces(pattern="triaxial")
+    # A mesh for triaxial twill is subdivided at its edges' middles: four times the edges.
+    assert len(twill.planned.weave.threads.crossing_halfedge) == 4 * 120
+
+
+def test_the_callers_arrays_stay_as_they_are():
+    cube = trimesh.creation.box()
+    corners, faces = np.array(cube.vertices), np.array(cube.faces)
+    mesh = fw.mesh(corners, faces, size=100.0)
+    corners[0] = 7.0  # still writeable, and not shared
+    assert np.abs(mesh.vertices).max() <= 50.0 + 1e-9
+    assert not mesh.vertices.flags.writeable
+    again = fw.mesh(mesh.to_trimesh())
+    assert again.size_mm == pytest.approx((100.0, 100.0, 100.0))
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ((np.zeros((3, 2)), [[0, 1, 2]]), "must be \\(V, 3\\)"),
+        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0.0, 1.0, 2.0]])), "not whole numbers"),
+        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that is not there"),
+        ((object(),), "this is no mesh"),
+        (([["a", 0, 0]], [[0, 0, 0]]), "this is no mesh"),
+        (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), "coordinates that are no numbers"),
+    ],
+)
+def test_what_is_no_mesh_is_refused_in_words(given, expected):
+    with pytest.raises(fw.InputError, match=expected):
+        fw.mesh(*given)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "../x", "woven_mesh", " x", "x\n"])
+def test_a_mesh_from_memory_gets_a_plain_name(name):
+    with pytest.raises(fw.InputError):
+        fw.mesh(trimesh.creation.box(), name=name)
+
+
+def test_unknown_options_are_refused_with_the_nearest_one():
+    with pytest.raises(fw.InputError, match="pattern"):
+        fw.weave(fw.shape("cube"), patern="twill")
+
+
+def test_every_value_shows_itself(steps):
+    for step in steps:
+        assert repr(step).startswith(type(step).__name__ + "(")
+        assert len(repr(step)) < 160
+        page = step._repr_html_()
+        assert page.count("<div") == page.count("</div>")
+        assert "<table>" in page
+        assert "<img" in page or "<svg" in page
+    mesh, weave, ribbons, *_ = steps
+    assert all(isinstance(step.picture(), Image.Image) for step in (mesh, weave, ribbons))
+
+
+def test_the_package_is_quick_to_import_and_its_names_are_functions():
+    script = (
+        "import sys, fabweave as fw\n"
+        "assert 'numpy' not in sys.modules\n"
+        "import fabweave.weave.threads as threads, fabweave.mesh.polymesh\n"
+        "assert callable(fw.mesh) and callable(fw.weave) and callable(fw.verify)\n"
+        "assert threads.trace_threads\n"
+        "import fabweave.verify.proof as proof, fabweave.weave.pattern as pattern\n"
+        "assert proof.verify_job and pattern.Weave and callable(fw.verify)\n"
+        "assert set(fw.__all__) <= set(dir(fw))\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+@pytest.mark.parametrize("name", fw.__all__)
+def test_every_public_name_is_documented_with_an_example(name):
+    public = getattr(fw, name)
+    assert public.__doc__
+    if name.islower():
+        for section in ("Parameters", "Raises", "Examples", ">>> "):
+            assert section in public.__doc__, section
+
+
+def test_the_readme_in_the_package_names_what_there_is():
+    assert Path(fw.__file__).with_name("py.typed").is_file()
+    for word in ("read", "weave", "make", "inspect", "verify"):
+        assert f"fw.{word}(" in fw.__doc__

@@ -1,0 +1,116 @@
+"""Whole jobs for tests: made quickly, and those that several tests look at made once."""
+
+import hashlib
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from unittest import mock
+
+from fabweave.app import pipeline
+from fabweave.cli.commands import main
+from fabweave.picture import portrait
+
+#: Longer than any job takes, on whatever machine; it only ends waiting for what never comes.
+_PATIENCE_S = 900.0
+
+
+def run(*words: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    try:
+        main([str(word) for word in words])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+@contextmanager
+def quick_jobs() -> Iterator[None]:
+    """Have jobs made by this process alone, with a small picture of the woven object.
+
+    Most of a small job's time goes to its picture, and to processes that make it meanwhile.
+    Nothing else is changed by either.
+    """
+    with (
+        mock.patch.object(pipeline, "_MOST_WORKERS", 0),
+        mock.patch.object(pipeline, "portrait_png", _small_portrait),
+    ):
+        yield
+
+
+@contextmanager
+def shipped_jobs() -> Iterator[None]:
+    """Have jobs made as users make them, whatever ``quick_jobs`` did."""
+    with (
+        mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
+        mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
+    ):
+        yield
+
+
+_SHIPPED_WORKERS = pipeline._MOST_WORKERS
+
+
+def _small_portrait(ribbons, colours) -> bytes:
+    with mock.patch.multiple(portrait, _FRONT_PX=(84, 72), _BACK_PX=(60, 72)):
+        return portrait.portrait_png(ribbons, colours)
+
+
+class JobStore:
+    """Folders of finished jobs, each made once in a run of the tests, by whoever asks first.
+
+    The folders are for all: who wants to spoil one takes a copy.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Keep them there; all processes of one run share that folder."""
+        self._folder = folder
+        self._digests: dict[Path, str] = {}
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def __call__(self, *words: object) -> Path:
+        """Return the folder of ``fabweave make`` with these words, but without ``-o``."""
+        typed = [str(word) for word in words]
+        name = hashlib.sha256("\0".join(typed).encode()).hexdigest()[:16]
+        folder = self._folder / name
+        with self._alone(name):
+            if not folder.exists():
+                assert run("make", *typed, "-q", "-o", folder) == 0, typed
+                self._digests[folder] = _digest(folder)
+        return folder
+
+    def copy(self, target: Path, *words: object) -> Path:
+        """Copy such a folder to one that is not there yet, and return that."""
+        return Path(shutil.copytree(self(*words), target))
+
+    def require_unspoiled(self) -> None:
+        """Raise unless every folder that was made here is as it was made."""
+        spoiled = [folder for folder, digest in self._digests.items() if _digest(folder) != digest]
+        assert not spoiled, f"a test changed finished jobs that are for all: {spoiled}"
+
+    @contextmanager
+    def _alone(self, name: str) -> Iterator[None]:
+        """Keep other processes out while a job is looked for, and made."""
+        lock = self._folder / f"{name}.lock"
+        until = time.monotonic() + _PATIENCE_S
+        while True:
+            try:
+                lock.mkdir()
+                break
+            except FileExistsError:
+                if time.monotonic() > until:
+                    raise TimeoutError(f"another process makes {name} for ever") from None
+                time.sleep(0.1)
+        try:
+            yield
+        finally:
+            os.rmdir(lock)
+
+
+def _digest(folder: Path) -> str:
+    """Return a digest of the names and contents of all files in a folder."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    texts = [str(path.relative_to(folder)).encode() + path.read_bytes() for path in files]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()

@@ -1,0 +1,194 @@
+"""The package is a house of rooms: data flows one way, and what proves the files stands apart."""
+
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+from house import (
+    against_the_flow,
+    circles,
+    crowded_folders,
+    import_table,
+    imports_of,
+    long_modules,
+    loose_modules,
+    read_modules,
+    room_of,
+    unlike_rooms,
+)
+
+TESTS = Path(__file__).parent
+HOUSE = read_modules(TESTS.parent / "fabweave")
+
+#: Folders and modules that are still too large. Nothing comes to this list; what is mended leaves.
+CROWDED = {"fabweave.verify.checks"}
+LONG = {"fabweave.cli.commands"}
+
+
+def test_nothing_flows_backwards_and_the_proof_stands_apart():
+    assert len(imports_of(HOUSE)) > 1000
+    assert against_the_flow(HOUSE) == []
+
+
+def test_no_imports_run_in_a_circle():
+    assert circles(HOUSE) == []
+
+
+def test_every_module_stands_in_a_room():
+    assert loose_modules(HOUSE) == []
+
+
+def test_folders_hold_no_more_modules_than_one_takes_in():
+    assert {line.split()[0] for line in crowded_folders(HOUSE)} == CROWDED
+
+
+def test_modules_are_no_longer_than_one_reads():
+    assert {line.split()[0] for line in long_modules(HOUSE)} == LONG
+
+
+def test_tests_mirror_the_rooms():
+    folders = {path.parent.relative_to(TESTS).parts[0] for path in TESTS.glob("*/**/*.py")}
+    assert unlike_rooms(folders, {"benchmarks", "support", "tools"}) == []
+    assert {path.stem for path in TESTS.glob("test_*.py")} == {"test_house", "test_papers"}
+
+
+def test_the_table_counts_modules_by_the_rooms_that_they_import():
+    table = import_table(SOUND).splitlines()
+    assert table[0].split() == ["modules", "core", "mesh", "app", "cli", "verify", "__main__",
+                                "__init__"]  # fmt: skip
+    assert table[1:4] == [
+        "core            2        .        .        .        .        .        .        .",
+        "mesh            2        1        1        .        .        .        .        .",
+        "app             1        1        1        .        .        1        .        1",
+    ]
+    assert len(table) == 8
+
+
+#: A house in good order.
+SOUND = {
+    "fabweave.__init__": """
+        LAZY = {"make_job": "fabweave.app.pipeline"}
+        def read(path):
+            from fabweave.mesh.files import read_file
+            return read_file(path)
+        """,
+    "fabweave.__main__": "from fabweave.cli.commands import main",
+    "fabweave.core.__init__": "",
+    "fabweave.core.arrays": "import numpy.linalg",
+    "fabweave.mesh.faces": "from fabweave.core.arrays import frozen",
+    "fabweave.mesh.files": "from fabweave.mesh import faces",
+    "fabweave.app.pipeline": """
+        from fabweave import __version__
+        from ..mesh.files import read_file
+        def run():
+            import fabweave.core.arrays
+            from fabweave.verify import verify_job
+        """,
+    "fabweave.cli.commands": 'CHECK = "fabweave.app.pipeline.run"',
+    "fabweave.verify.__init__": "from fabweave.verify.proof import verify_job",
+    "fabweave.verify.proof": 'PACKAGE = "fabweave"',
+}
+SOUND = {name: dedent(source) for name, source in SOUND.items()}
+
+
+def test_a_house_in_good_order_is_found_to_be():
+    found = {(one.source, one.target, one.at_once) for one in imports_of(SOUND)}
+    assert found == {
+        ("fabweave.__init__", "fabweave.app.pipeline", False),
+        ("fabweave.__init__", "fabweave.mesh.files", False),
+        ("fabweave.__main__", "fabweave.cli.commands", True),
+        ("fabweave.mesh.faces", "fabweave.core.arrays", True),
+        ("fabweave.mesh.files", "fabweave.mesh.faces", True),
+        ("fabweave.app.pipeline", "fabweave.__init__", True),
+        ("fabweave.app.pipeline", "fabweave.mesh.files", True),
+        ("fabweave.app.pipeline", "fabweave.core.arrays", False),
+        ("fabweave.app.pipeline", "fabweave.verify.__init__", False),
+        ("fabweave.cli.commands", "fabweave.app.pipeline", False),
+        ("fabweave.verify.__init__", "fabweave.verify.proof", True),
+    }
+    for rule in (against_the_flow, circles, loose_modules, crowded_folders, long_modules):
+        assert rule(SOUND) == []
+
+
+TYPES_ONLY = """
+from typing import TYPE_CHECKING
+if TYPE_CHECKING:
+    from fabweave.app.pipeline import Job
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "complaint"),
+    [
+        ("core.arrays", "from fabweave.mesh import faces", "imports fabweave.mesh.faces"),
+        ("mesh.faces", "import fabweave.app.pipeline as p", "imports fabweave.app.pipeline"),
+        ("mesh.faces", "from ..app import pipeline", "imports fabweave.app.pipeline"),
+        ("mesh.faces", "def f():\n from fabweave.cli import commands", "imports fabweave.cli"),
+        ("mesh.faces", TYPES_ONLY, "(line 4) imports fabweave.app.pipeline"),
+        ("mesh.faces", 'import_module("fabweave.app.pipeline")', "imports fabweave.app.pipeline"),
+        ("mesh.faces", "from fabweave.verify import verify_job", "imports fabweave.verify"),
+        ("verify.proof", "from fabweave.core.arrays import frozen", "imports fabweave.core.arrays"),
+        ("verify.proof", "from fabweave import __version__", "imports fabweave.__init__"),
+        ("__init__", "from fabweave.mesh.files import read_file", "imports fabweave.mesh.files"),
+        ("shed.tools", "from fabweave.core import arrays", "imports fabweave.core.arrays"),
+    ],
+)
+def test_what_flows_backwards_is_found(module, source, complaint):
+    (found,) = against_the_flow(SOUND | {f"fabweave.{module}": source})
+    assert found.startswith(f"fabweave.{module} (line ")
+    assert complaint in found
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "members"),
+    [
+        # As soon as they are imported, in a function, and by a string.
+        ("mesh.faces", "from fabweave.mesh import files", {"mesh.faces", "mesh.files"}),
+        ("mesh.faces", "def f():\n import fabweave.mesh.files", {"mesh.faces", "mesh.files"}),
+        ("mesh.faces", 'LATER = "fabweave.mesh.files.read"', {"mesh.faces", "mesh.files"}),
+        ("verify.proof", "from fabweave import verify", {"verify.proof", "verify.__init__"}),
+    ],
+)
+def test_circles_of_modules_are_found(module, source, members):
+    (found,) = circles(SOUND | {f"fabweave.{module}": source})
+    # A circle may be told from any of its members on.
+    assert set(found.removeprefix("circle: ").split(" → ")) == {f"fabweave.{m}" for m in members}
+
+
+def test_circles_of_rooms_are_found():
+    # No module imports itself by way of others, but a room does.
+    late = {"fabweave.app.late": "", "fabweave.core.units": "from fabweave.app import late"}
+    (found,) = circles(SOUND | late)
+    assert {"core", "app"} <= set(found.removeprefix("circle: ").split(" → "))
+
+
+def test_modules_beside_the_rooms_are_found():
+    assert loose_modules(SOUND | {"fabweave.helpers": ""}) == [
+        "fabweave.helpers is beside the rooms"
+    ]
+    assert loose_modules(SOUND | {"fabweave.shed.tools": ""}) == [
+        "fabweave.shed.tools is in no room"
+    ]
+    assert loose_modules(SOUND | {"fabweave.shed.__init__": ""}) == [
+        "fabweave.shed.__init__ is in no room"
+    ]
+
+
+def test_folders_and_modules_that_are_too_large_are_found():
+    more = {f"fabweave.mesh.fair.m{n}": "" for n in range(25)}
+    assert crowded_folders(SOUND | more) == ["fabweave.mesh.fair has 25 modules, not 24"]
+    more.popitem()
+    assert crowded_folders(SOUND | more | {"fabweave.mesh.fair.__init__": ""}) == []
+    assert long_modules({"fabweave.mesh.a": "\n" * 401}) == [
+        "fabweave.mesh.a has 401 lines, not 400"
+    ]
+    assert long_modules({"fabweave.mesh.a": "\n" * 400}) == []
+
+
+def test_tests_that_mirror_no_room_are_found():
+    rooms = {room_of(name) for name in HOUSE} - {"__init__", "__main__"}
+    assert unlike_rooms({*rooms, "support"}, {"support"}) == []
+    assert unlike_rooms(rooms - {"mesh"} | {"meshes"}, set()) == [
+        "tests/meshes is no room's",
+        "mesh has no folder in tests",
+    ]
