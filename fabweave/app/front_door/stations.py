@@ -207,5 +207,5 @@ def completed(known: Stations) -> tuple[Settings, Supplies]:
 
 def clear_ribbons(known: Stations) -> WovenObject:
     """Return the woven object with ribbons that keep clear of one another."""
-    settings, supplies = completed(known)
-    return keep_clear(there(known.ribbons), settings, supplies)
+    known = with_ribbons(known, {})
+    return keep_clear(there(known.ribbons), *completed(known))
