@@ -1,1 +1,0 @@
-"""Hold every option in one table."""
