@@ -7,9 +7,10 @@ import numpy as np
 
 from fabweave.app.joined_object import check_made, hole_rules, lay_job
 from fabweave.app.nest_job import lay_out
+from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.refinement_remedy import try_refinement
-from fabweave.app.remake_command import command_text
-from fabweave.app.settings import CHOICES, LAYOUT_FILE, Settings
+from fabweave.app.remake_command import command_text, usual_settings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
     width_notes,
@@ -18,7 +19,6 @@ from fabweave.assembly.order.planning import Order, plan_order
 from fabweave.assembly.steps import build_steps, order_note
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.colour_space import Colours
-from fabweave.core.errors import InputError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.parallel.workers import Start, at_once
 from fabweave.cut.drawing import SheetDrawing
@@ -37,9 +37,9 @@ from fabweave.report.notes import all_notes
 from fabweave.report.ribbon_report import hole_findings, ribbon_notes
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.per_bunch import by_bunch, split_by_bunch
+from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import plan_supplies
+from fabweave.stock.supply_plan import parse_materials, plan_supplies
 from fabweave.weave.pattern import Weave
 
 
@@ -158,8 +158,7 @@ def make_job(
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
     )
-    usual, _ = complete_settings(Settings(settings.mesh, material=settings.material))
-    code = command_text(settings, usual)
+    code = command_text(settings, complete_settings(usual_settings(settings))[0])
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
     ready = ready_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     return Job(
@@ -215,17 +214,14 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     Raises
     ------
     InputError
-        If a setting is none of its choices.
+        If settings by bunch name other bunches than the rest, or the kerf wants a larger gap.
     """
-    for name, choices in CHOICES.items():
-        value = getattr(settings, name)
-        if value not in choices:
-            raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
     supplies = plan_supplies(
-        split_by_bunch(settings.material, what="material"),
+        parse_materials(settings.material),
         by_bunch(settings.thickness_mm),
         by_bunch(settings.gap_mm),
         settings.sheets,
+        settings.materials,
     )
     check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     return (
