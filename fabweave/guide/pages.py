@@ -3,8 +3,6 @@
 import re
 from importlib import resources
 
-from fabweave.core.messages import one_named
-
 #: In the order in which a reader needs them. The page of a topic is the file of its name.
 TOPICS = (
     "design",
@@ -24,31 +22,26 @@ _LINK = re.compile(r"\[([^\]]+)\]\((?!https?:)[^)]*\)")
 
 
 def page(topic: str) -> str:
-    """Return the page of a topic, as Markdown.
-
-    Raises
-    ------
-    InputError
-        If there is no such topic; the message lists all, the closest first.
+    """Return the page of one of the ``TOPICS``, as Markdown.
 
     Examples
     --------
     >>> page("weaves").splitlines()[0]
     '# Weaves'
     """
-    name = one_named("topic of the guide", topic, {name: name for name in TOPICS})
-    return resources.files(__package__).joinpath(f"{name}.md").read_text("utf-8")
+    return resources.files(__package__).joinpath(f"{topic}.md").read_text("utf-8")
 
 
 def summary(markdown: str) -> str:
-    """Return what a page is about: the paragraph under its title, in one line.
+    """Return what a page is about: the first sentence under its title.
 
     Examples
     --------
-    >>> summary("# Joints\\n\\nHow pieces\\nare joined.\\n\\nMore.")
+    >>> summary("# Joints\\n\\nHow pieces\\nare joined. More.\\n\\nAnd more.")
     'How pieces are joined.'
     """
-    return " ".join(markdown.split("\n\n")[1].split())
+    sentence, stop, _ = " ".join(markdown.split("\n\n")[1].split()).partition(". ")
+    return sentence + stop.strip()
 
 
 def for_terminal(markdown: str) -> str:

@@ -14,7 +14,7 @@ from fabweave.app.inspection import inspect_mesh
 from fabweave.app.inspection_text import inspection_text
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -175,7 +175,7 @@ def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
             "shape:octahedron", size_mm=200.0, pattern="triaxial", width=WidthRule(0.5, 0.0, 30.0)
         ),
         Settings("shape:hypar?m=4&n=4", size_mm=300.0, boundary="turn", thickness_mm=2.0),
-        Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=0.5),
+        Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=1),
     ],
     ids=lambda settings: f"{settings.mesh}-{settings.pattern}",
 )

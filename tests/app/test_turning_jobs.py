@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from meshes_shared import shared_mesh
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.verify import verify_job
 from fabweave.verify.measure.walks import read_obj, trace_walks
 

@@ -17,7 +17,7 @@ from meshes_shared import mesh_params, shared_mesh
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.stock.sheet_size import SheetSize
@@ -238,7 +238,7 @@ def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, stage, tmp_pa
     script = (
         "import signal\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "import sys, fabweave.cli.commands, fabweave.app.pipeline as pipeline\n"
+        "import sys, fabweave.cli.main, fabweave.app.pipeline as pipeline\n"
         "real = pipeline.run_job\n"
         "def told(settings, directory, progress, **rest):\n"
         "    def aloud(stage, *counts):\n"
@@ -246,7 +246,7 @@ def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, stage, tmp_pa
         "        progress(stage, *counts)\n"
         "    return real(settings, directory, aloud, **rest)\n"
         "pipeline.run_job = told\n"
-        "fabweave.cli.commands.main(sys.argv[1:])\n"
+        "fabweave.cli.main.main(sys.argv[1:])\n"
     )
     options = ["make", "shape:torus?m=16&n=8", "--size", "400mm", "--effort", "quick", "-q"]
     process = subprocess.Popen(

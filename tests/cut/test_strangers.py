@@ -12,7 +12,7 @@ import shapely
 from PIL import Image
 from strangers import ENGRAVED, INNER, OUTER, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 
 #: MeerK40t shrinks a DXF drawing that is larger than its bed.
 SHEET = (230.0, 225.0)

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from strangers import INNER, OUTER, ask_meerk40t
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 
 KERF, BRIDGES, BRIDGE = 0.2, 2, 2.0
 

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.flat.split.length_curve import Choice
 from fabweave.report.splitting import splitting_section
 from fabweave.verify import verify_job

@@ -10,7 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 from fabweave.app import pipeline
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.picture import portrait
 
 #: Longer than any job takes, on whatever machine; it only ends waiting for what never comes.

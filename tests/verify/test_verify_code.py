@@ -7,7 +7,7 @@ import shutil
 import ezdxf
 import pytest
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.verify.checks.qr_code import check_code
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally

@@ -9,7 +9,7 @@ import shutil
 import ezdxf
 import pytest
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.verify.checks.service import check_service
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
