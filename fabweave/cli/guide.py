@@ -24,8 +24,7 @@ def guide(topic: str | None) -> None:
         from fabweave.guide.pages import for_terminal, summary
 
     console = Console(highlight=False)
-    if console.width > _WIDEST:
-        console.width = _WIDEST
+    console.width = min(console.width, _WIDEST)
     pages = _pages()
     if topic is None:
         table = Table("topic", "what it is about", box=None)

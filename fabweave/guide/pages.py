@@ -33,11 +33,11 @@ def page(topic: str) -> str:
 
 
 def summary(markdown: str) -> str:
-    """Return what a page is about: the first sentence under its title.
+    r"""Return what a page is about: the first sentence under its title.
 
     Examples
     --------
-    >>> summary("# Joints\\n\\nHow pieces\\nare joined. More.\\n\\nAnd more.")
+    >>> summary("# Joints\n\nHow pieces\nare joined. More.\n\nAnd more.")
     'How pieces are joined.'
     """
     sentence, stop, _ = " ".join(markdown.split("\n\n")[1].split()).partition(". ")
@@ -45,11 +45,11 @@ def summary(markdown: str) -> str:
 
 
 def for_terminal(markdown: str) -> str:
-    """Return a page without what only a web page can show.
+    r"""Return a page without what only a web page can show.
 
     Examples
     --------
-    >>> for_terminal("See [joints](joints.md).\\n\\n<!-- not run: slow -->\\n```sh\\n")
-    'See joints.\\n\\n```sh\\n'
+    >>> for_terminal("See [joints](joints.md).\n\n<!-- not run: slow -->\n```sh\n")
+    'See joints.\n\n```sh\n'
     """
     return _LINK.sub(r"\1", _HIDDEN.sub("", markdown))
