@@ -6,6 +6,7 @@ import click
 
 from fabweave import __version__
 from fabweave.cli.coupon import coupon
+from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
 from fabweave.cli.make import make
 from fabweave.cli.materials import materials
@@ -26,7 +27,18 @@ def cli() -> None:
     """
 
 
-for _command in (coupon, inspect, make, materials, model, preflight, shapes, targets, verify):
+for _command in (
+    coupon,
+    guide,
+    inspect,
+    make,
+    materials,
+    model,
+    preflight,
+    shapes,
+    targets,
+    verify,
+):
     cli.add_command(_command)
 
 

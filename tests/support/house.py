@@ -14,7 +14,7 @@ from pathlib import Path
 #: The rooms of the makers, in the order in which data flows: each imports only from those before.
 FLOW = (
     "core", "mesh", "weave", "stock", "ribbon", "model", "flat", "nest", "cut", "picture",
-    "assembly", "report", "app", "cli",
+    "assembly", "report", "guide", "app", "cli",
 )  # fmt: skip
 #: Proves what the makers wrote, so it shares nothing with them; these two may run it.
 PROOF, PROVERS = "verify", ("app", "cli")
