@@ -123,7 +123,7 @@ if TYPE_CHECKING:
         ("core.arrays", "from fabweave.mesh import faces", "imports fabweave.mesh.faces"),
         ("mesh.faces", "import fabweave.app.pipeline as p", "imports fabweave.app.pipeline"),
         ("mesh.faces", "from ..app import pipeline", "imports fabweave.app.pipeline"),
-        ("mesh.faces", "def f():\n from fabweave.cli import commands", "imports fabweave.cli"),
+        ("mesh.faces", "def f():\n from fabweave.cli import main", "imports fabweave.cli"),
         ("mesh.faces", TYPES_ONLY, "(line 4) imports fabweave.app.pipeline"),
         ("mesh.faces", 'import_module("fabweave.app.pipeline")', "imports fabweave.app.pipeline"),
         ("mesh.faces", "from fabweave.verify import verify_job", "imports fabweave.verify"),

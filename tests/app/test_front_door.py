@@ -90,6 +90,7 @@ SHAPE = ("shape:torus?m=8&n=4", {"m": 8, "n": 4})
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("shipped")
 def test_steps_and_whole_jobs_give_the_bytes_of_the_command_line(tmp_path):
     options = {"size": "300mm", "pattern": "twill", "effort": "quick", "kerf": "0.15mm",
                "width": 0.6, "joint": "rivet:2", "labels": "numbers"}  # fmt: skip
