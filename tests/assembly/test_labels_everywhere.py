@@ -14,7 +14,7 @@ from viewer_scene import page_data
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.verify.checks.labels import _check_strokes
+from fabweave.verify.checks.sheets.labels import _check_strokes
 from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally

@@ -8,7 +8,7 @@ import ezdxf
 import pytest
 
 from fabweave.cli.commands import main
-from fabweave.verify.checks.qr_code import check_code
+from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

@@ -7,7 +7,7 @@ import pytest
 
 from fabweave.report.estimate import PIERCE_S, estimate_record, estimate_section
 from fabweave.stock.material import material_named
-from fabweave.verify.checks.estimate import check_estimate
+from fabweave.verify.checks.reports.estimate import check_estimate
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

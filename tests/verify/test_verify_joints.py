@@ -16,10 +16,10 @@ from fabweave.app.settings import Settings
 from fabweave.flat.joint import interlock
 from fabweave.flat.joint import planning as joints
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.verify.checks.bill import check_bom
-from fabweave.verify.checks.joints import check_joints
-from fabweave.verify.checks.pieces import check_crossing_holes
-from fabweave.verify.checks.unfolding import check_unfolding
+from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.checks.plan.joints import check_joints
+from fabweave.verify.checks.plan.pieces import check_crossing_holes
+from fabweave.verify.checks.reports.bill import check_bom
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fabweave.verify.checks.lines import check_lines
+from fabweave.verify.checks.sheets.lines import check_lines
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally

@@ -9,7 +9,7 @@ import pytest
 from fabweave.app.job_folder import run_job
 from fabweave.app.settings import Settings
 from fabweave.verify import verify_job
-from fabweave.verify.checks.outcome import check_outcome
+from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

@@ -10,7 +10,7 @@ import ezdxf
 import pytest
 
 from fabweave.cli.commands import main
-from fabweave.verify.checks.service import check_service
+from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

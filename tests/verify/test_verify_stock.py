@@ -11,9 +11,9 @@ import shapely
 
 from fabweave.cli.commands import main
 from fabweave.verify import verify_job
-from fabweave.verify.checks.offcuts import check_offcuts
-from fabweave.verify.checks.sheets import check_areas, check_sheets
-from fabweave.verify.checks.stock import check_stock
+from fabweave.verify.checks.sheets.offcuts import check_offcuts
+from fabweave.verify.checks.sheets.spacing import check_areas, check_sheets
+from fabweave.verify.checks.sheets.stock import check_stock
 from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.checks.clearance import stated_number
-from fabweave.verify.checks.ribbons import FIGURE_MM, measure_strip
+from fabweave.verify.checks.model.clearance import stated_number
+from fabweave.verify.checks.model.ribbons import FIGURE_MM, measure_strip
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.bending import Bending, measure_bending
 from fabweave.verify.read.job_files import Job

@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from fabweave.verify.checks.pieces import areas_of
+from fabweave.verify.checks.plan.pieces import areas_of
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.supplies import by_bunch
 from fabweave.verify.read.job_files import Job

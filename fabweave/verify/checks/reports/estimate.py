@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fabweave.verify.checks.pieces import areas_of
+from fabweave.verify.checks.plan.pieces import areas_of
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.read.job_files import Job
 from fabweave.verify.report import Tally

@@ -7,7 +7,7 @@ from math import isnan, nan
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.cutouts import check_layers, slot_ring, superposed_holes
+from fabweave.verify.checks.plan.cutouts import check_layers, slot_ring, superposed_holes
 from fabweave.verify.crossing_map import CrossingMap, Joint
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.development import Developed

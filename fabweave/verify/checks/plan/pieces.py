@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.cutouts import check_cutouts
+from fabweave.verify.checks.plan.cutouts import check_cutouts
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Thread
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import along, chords_of, ring_area, ring_length

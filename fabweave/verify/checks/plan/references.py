@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Hashable, Iterable
 
-from fabweave.verify.checks.ribbons import check_markers, check_ribbon_references
+from fabweave.verify.checks.model.ribbons import check_markers, check_ribbon_references
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.read.job_files import Job
 from fabweave.verify.report import Tally

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.drawings import SAME_MM
+from fabweave.verify.checks.sheets.drawings import SAME_MM
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, Floats, ReadError
 from fabweave.verify.read.job_files import Job

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.verify.checks.ribbons import check_ribbon_figures
+from fabweave.verify.checks.model.ribbons import check_ribbon_figures
 from fabweave.verify.crossing_map import Piece
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.development import Developed

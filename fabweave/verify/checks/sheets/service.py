@@ -7,10 +7,10 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
-from fabweave.verify.checks.drawings import SAME_MM, ring_distance
-from fabweave.verify.checks.kinds import SAME_MM as KIND_MM
-from fabweave.verify.checks.kinds import apart
-from fabweave.verify.checks.looks import check_dxf_looks, check_svg_looks
+from fabweave.verify.checks.plan.kinds import SAME_MM as KIND_MM
+from fabweave.verify.checks.plan.kinds import apart
+from fabweave.verify.checks.sheets.drawings import SAME_MM, ring_distance
+from fabweave.verify.checks.sheets.looks import check_dxf_looks, check_svg_looks
 from fabweave.verify.crossing_map import CrossingMap, Piece
 from fabweave.verify.drawing import Drawing, Floats
 from fabweave.verify.measure.arcs import along, ring_area, ring_length

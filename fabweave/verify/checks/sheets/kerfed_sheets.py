@@ -3,8 +3,8 @@
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.drawings import SAME_MM, compare_formats, shapes_apart
-from fabweave.verify.checks.looks import check_dxf_looks, check_svg_looks
+from fabweave.verify.checks.sheets.drawings import SAME_MM, compare_formats, shapes_apart
+from fabweave.verify.checks.sheets.looks import check_dxf_looks, check_svg_looks
 from fabweave.verify.crossing_map import Piece
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,

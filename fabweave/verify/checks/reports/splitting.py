@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.checks.preflight import sides_of
+from fabweave.verify.checks.reports.preflight import sides_of
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats
 from fabweave.verify.report import Tally

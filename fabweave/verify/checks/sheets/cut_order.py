@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.verify.checks.drawings import SAME_MM
+from fabweave.verify.checks.sheets.drawings import SAME_MM
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,

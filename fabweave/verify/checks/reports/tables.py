@@ -1,6 +1,6 @@
 """Check that the tables for people say what the crossing map says."""
 
-from fabweave.verify.checks.stations import check_station_rows
+from fabweave.verify.checks.reports.stations import check_station_rows
 from fabweave.verify.crossing_map import Crossing, CrossingMap
 from fabweave.verify.read.job_files import Job, Rows
 from fabweave.verify.report import Tally

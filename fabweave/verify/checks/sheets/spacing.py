@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.verify.checks.pieces import areas_of
-from fabweave.verify.checks.splitting import check_splitting
+from fabweave.verify.checks.plan.pieces import areas_of
+from fabweave.verify.checks.reports.splitting import check_splitting
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.read.job_files import Job, Rows
