@@ -18,6 +18,7 @@ from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece
 from fabweave.verify.checks.plan.references import check_references
 from fabweave.verify.checks.plan.steps import check_steps
 from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
+from fabweave.verify.checks.reports.areas import check_areas
 from fabweave.verify.checks.reports.bill import check_bom
 from fabweave.verify.checks.reports.estimate import check_estimate
 from fabweave.verify.checks.reports.manual import check_manual
@@ -35,11 +36,12 @@ from fabweave.verify.checks.sheets.looks import check_looks
 from fabweave.verify.checks.sheets.offcuts import check_offcuts
 from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.checks.sheets.service import check_service
-from fabweave.verify.checks.sheets.spacing import check_areas, check_sheets
+from fabweave.verify.checks.sheets.spacing import check_sheets
 from fabweave.verify.checks.sheets.stock import check_stock
 from fabweave.verify.checks.sheets.templates import check_templates
 from fabweave.verify.read.job_files import Job, load_job
-from fabweave.verify.report import Tally, VerifyReport
+from fabweave.verify.report import VerifyReport
+from fabweave.verify.statement import Tally
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 

@@ -20,7 +20,7 @@ from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.read.glb import read_glb
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 FIGURES = ("bend_mm", "modelled_bend_mm", "fold_deg", "crease_deg", "twist_deg")
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.checks.model.clearance import stated_number
+from fabweave.verify.checks.model.clearance import finding_about
 from fabweave.verify.checks.model.ribbons import FIGURE_MM, measure_strip
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.bending import Bending, measure_bending
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally, as_number, stated_number
 
 #: Figures and the model are rounded: a share of each, beside what its angles are unsure by.
 _SHARE = 2e-3
@@ -34,33 +34,33 @@ def check_bends(job: Job, tally: Tally) -> None:
     not hold, a finding states the worst figure, what is wanted there, and in how many places it
     does not; where there is no finding, it holds.
     """
-    if job.map is None or job.model is None or job.ribbons is None:
-        return
-    common = job.ribbons.get("limits")
+    model, ribbons = required(job.model), required(job.ribbons)
     rows: dict[str, list[_Held]] = {rule: [] for rule in (*_LIMITS, "crease")}
-    for told in job.ribbons["threads"]:
-        strip = job.model.get(str(told.get("thread")))
+    place = tally.at("ribbons.json")
+    for record in ribbons["threads"]:
+        label = str(record.get("thread"))
+        strip = model.get(label)
         if strip is None or not len(strip.entry):
             continue  # another check says so
+        row = place.at(f"thread {label}")
         _, widths = measure_strip(strip)
         bending = measure_bending(strip, widths)
-        _check_figures(told, bending, tally)
-        limits = told.get("limits", common)
+        _check_figures(record, bending, row)
+        limits = record.get("limits", ribbons.get("limits"))
         wanted = {key: stated_number(limits, key) for key in ("width_mm", "bend_mm", "twist_deg")}
-        if not tally.expect(
+        if not row.expect(
             all(value > 0 for value in wanted.values()),
-            f"thread {told.get('thread')}: ribbons.json does not state its least width, bend and "
-            "greatest twist",
+            "its least width and bend, and its greatest twist, are not all stated",
         ):
             return
         for rule, held in _held(bending, widths, wanted).items():
             rows[rule].append(held)
     for rule, each in rows.items():
         if each:
-            _check_rule(rule, each, job.ribbons["findings"], tally)
+            _check_rule(rule, each, ribbons, place)
 
 
-def _check_figures(told: dict[str, Any], bending: Bending, tally: Tally) -> None:
+def _check_figures(record: dict[str, Any], bending: Bending, place: Place) -> None:
     """Check the figures that are stated of one thread."""
     doubt = np.degrees(bending.doubt_rad)
     held = _held(bending, np.zeros(0), {})
@@ -71,22 +71,13 @@ def _check_figures(told: dict[str, Any], bending: Bending, tally: Tally) -> None
         ("crease_deg", float(np.fmax.reduce(bending.turn_deg, initial=0.0)), doubt),
         ("twist_deg", float(np.fmax.reduce(bending.span_twist_deg, initial=0.0)), 8 * doubt),
     ):
-        stated = told.get(name)
-        if stated is None and name in told:
-            tally.expect(
-                not np.isfinite(value) or value == 0.0,
-                f"thread {told.get('thread')}: ribbons.json states no {name}, and the model has "
-                f"{value:.3f}",
-            )
+        stated = record.get(name)
+        text = f"{name} is {stated}, and in the model {value:.3f}"
+        if stated is None and name in record:
+            place.expect(not np.isfinite(value) or value == 0.0, text)
             continue
-        off = abs(stated_number(told, name) - value)
-        tally.measure(
-            "bend_figure",
-            off,
-            FIGURE_MM + _SHARE * value + slack,
-            f"thread {told.get('thread')}: ribbons.json states {name} {stated}, and the model has "
-            f"{value:.3f}",
-        )
+        off = abs(as_number(stated) - value)
+        place.at_most("bend_figure", off, FIGURE_MM + _SHARE * value + slack, f"{text}: {{}} off")
 
 
 def _radius_slack(bending: Bending) -> Floats:
@@ -125,7 +116,7 @@ def _held(bending: Bending, widths: Floats, wanted: dict[str, float]) -> dict[st
     }
 
 
-def _check_rule(rule: str, each: list[_Held], findings: list[dict[str, Any]], tally: Tally) -> None:
+def _check_rule(rule: str, each: list[_Held], ribbons: dict[str, Any], place: Place) -> None:
     """Check the finding about a rule, or that it holds if there is none."""
     value, limit, slack = (
         np.concatenate([getattr(one, name) for one in each]) for name in ("value", "limit", "slack")
@@ -133,24 +124,24 @@ def _check_rule(rule: str, each: list[_Held], findings: list[dict[str, Any]], ta
     given = np.isfinite(value) & np.isfinite(limit)
     value, limit, slack = value[given], limit[given], slack[given]
     slack = slack + _SHARE * value
-    tally.count(len(value))
+    place.count(len(value))
     at_least = _LIMITS[rule][1] if rule in _LIMITS else False
     short = (limit - value) if at_least else (value - limit)
-    told = [one for one in findings if one.get("rule") == rule]
-    tally.expect(len(told) <= 1, f"ribbons.json has {len(told)} findings about {rule}")
+    finding = finding_about(rule, ribbons, place)
+    place = place.at(rule)
     fewest, most = np.count_nonzero(short > slack), np.count_nonzero(short > -slack)
-    if not told:
-        tally.expect(
+    if finding is None:
+        place.expect(
             not fewest,
-            f"{rule}: in {fewest} places of the model there is less than is wanted, or more than "
-            "the material takes, and ribbons.json does not say so",
+            f"in {fewest} places of the model there is less than is wanted, or more than the "
+            "material takes, and no finding says so",
         )
         return
-    stated, wanted, count = (stated_number(told[0], key) for key in ("value", "limit", "count"))
-    tally.expect(
+    stated, wanted, count = (stated_number(finding, key) for key in ("value", "limit", "count"))
+    place.expect(
         fewest <= count <= most,
-        f"ribbons.json says that {rule} does not hold in {count:g} places, and in the model it "
-        f"does not in {fewest} to {most}",
+        f"it is said not to hold in {count:g} places; in the model it does not in {fewest} to "
+        f"{most}",
     )
     # The worst place is that at which least is left of what is wanted.
     with np.errstate(divide="ignore"):
@@ -159,8 +150,8 @@ def _check_rule(rule: str, each: list[_Held], findings: list[dict[str, Any]], ta
     fits = (np.abs(value - stated) <= FIGURE_MM + slack) & (
         np.abs(limit - wanted) <= FIGURE_MM + _SHARE * limit
     )
-    tally.expect(
+    place.expect(
         bool(np.any(fits & near)),
-        f"ribbons.json says that the worst {rule} is {stated:g} where {wanted:g} is the limit, and "
-        "the model has no such place, or has worse ones",
+        f"the worst is said to be {stated:g} where {wanted:g} is the limit, and the model has no "
+        "such place, or has worse ones",
     )

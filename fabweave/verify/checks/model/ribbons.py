@@ -7,8 +7,8 @@ import numpy as np
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats
 from fabweave.verify.read.glb import Strip
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Tally, as_number
 
 #: Figures are rounded to a thousandth, and the model's coordinates to 32 bits.
 FIGURE_MM = 0.01
@@ -16,29 +16,27 @@ FIGURE_MM = 0.01
 
 def check_ribbon_references(plan: CrossingMap, ribbons: dict[str, Any], tally: Tally) -> None:
     """Check that ribbons.json speaks of the map's threads and crossings, and refuses nothing."""
-    told = [(one.get("thread"), one.get("crossings")) for one in ribbons["threads"]]
-    true = [(one.label, len(one.crossings)) for one in plan.threads if one.crossings]
-    tally.expect(told == true, "ribbons.json: its threads or their crossings are not the map's")
+    tally.at("ribbons.json").equal(
+        "the list of threads, each with its number of crossings,",
+        [(record.get("thread"), record.get("crossings")) for record in ribbons["threads"]],
+        [(thread.label, len(thread.crossings)) for thread in plan.threads if thread.crossings],
+    )
     labels = {thread.label: thread for thread in plan.threads}
-    for number, found in enumerate(ribbons["findings"]):
-        where = f"ribbons.json, finding {number}"
-        thread, station = labels.get(found.get("thread")), found.get("station")
-        tally.expect(
+    for number, finding in enumerate(ribbons["findings"]):
+        place = tally.at("ribbons.json", f"finding {number}")
+        thread, station = labels.get(finding.get("thread")), finding.get("station")
+        place.expect(
             thread is not None
             and isinstance(station, int)
             and 0 <= station < len(thread.crossings)
-            and thread.crossings[station] == found.get("crossing"),
-            f"{where}: thread {found.get('thread')} does not make crossing "
-            f"{found.get('crossing')} at its station {station}",
+            and thread.crossings[station] == finding.get("crossing"),
+            f"thread {finding.get('thread')} does not make crossing {finding.get('crossing')} at "
+            f"its station {station}",
         )
-        tally.expect(
-            found.get("other") is None or found.get("other") in labels,
-            f"{where}: there is no thread {found.get('other')}",
-        )
-        tally.expect(
-            found.get("severity") == "warn",
-            f"{where}: its severity is {found.get('severity')!r}; what is refused is not made",
-        )
+        other = finding.get("other")
+        place.expect(other is None or other in labels, f"there is no thread {other}")
+        # What is refused is not made.
+        place.equal("severity", finding.get("severity"), "warn")
 
 
 def check_markers(job: Job, tally: Tally) -> None:
@@ -46,46 +44,40 @@ def check_markers(job: Job, tally: Tally) -> None:
     if job.ribbons is None or job.model is None:
         return
     findings = job.ribbons["findings"]
-    tally.expect(
-        sorted(job.markers) == list(range(1, len(findings) + 1)),
-        f"model.glb marks findings {sorted(job.markers)}, and ribbons.json has {len(findings)}",
-    )
-    for number, found in enumerate(findings, start=1):
-        place = found.get("position")
-        if number not in job.markers or not isinstance(place, list) or len(place) != 3:
+    model = tally.at("model.glb")
+    model.same("markers of findings", job.markers, range(1, len(findings) + 1))
+    for number, finding in enumerate(findings, start=1):
+        position = finding.get("position")
+        if number not in job.markers or not isinstance(position, list) or len(position) != 3:
             tally.fail(f"ribbons.json, finding {number - 1}: it has no place, or no ball there")
             continue
-        away = float(np.abs(job.markers[number] - np.array(place, dtype=float)).max())
-        tally.measure(
+        model.at_most(
             "finding_mm",
-            away,
+            float(np.abs(job.markers[number] - np.array(position, dtype=float)).max()),
             FIGURE_MM,
-            f"model.glb marks finding {number} {away:.3f} mm from its place",
+            f"finding {number} is marked {{}} from its place",
         )
 
 
 def check_ribbon_figures(job: Job, tally: Tally) -> None:
     """Check lengths and widths of the ribbons, as stated, against the model."""
-    if job.ribbons is None or job.model is None:
-        return
-    for told in job.ribbons["threads"]:
-        strip = job.model.get(str(told.get("thread")))
-        if strip is None:
+    model = required(job.model)
+    for record in job.ribbons["threads"] if job.ribbons is not None else ():
+        label = str(record.get("thread"))
+        if (strip := model.get(label)) is None:
             continue  # another check says so
+        place = tally.at("ribbons.json", f"thread {label}")
         length, widths = measure_strip(strip)
         for name, value in (
             ("length_mm", length),
             ("narrowest_mm", widths.min()),
             ("widest_mm", widths.max()),
         ):
-            stated = told.get(name)
-            given = isinstance(stated, int | float) and not isinstance(stated, bool)
-            tally.measure(
+            place.at_most(
                 "ribbon_figure_mm",
-                abs(float(stated) - value) if given else np.nan,
+                abs(as_number(record.get(name)) - value),
                 FIGURE_MM + strip.grain_mm * len(widths),
-                f"thread {told.get('thread')}: ribbons.json states {name} {stated}, and the model "
-                f"has {value:.3f}",
+                f"{name} is {record.get(name)}, and in the model {value:.3f}: {{}} off",
             )
 
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from fabweave.verify.crossing_map import Crossing
+from fabweave.verify.crossing_map import Crossing, CrossingMap
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.course import Panels, edge_quads, follows_walk, measure_panels
-from fabweave.verify.measure.ends import LAPPED
+from fabweave.verify.measure.joint_kinds import kind_of
 from fabweave.verify.measure.turning import check_turns
 from fabweave.verify.measure.walks import LoadedMesh, Pass
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 #: Two strands that are to lie on each other are at least this far apart.
 LEAST_APART_MM = 1e-3
@@ -28,9 +28,7 @@ def check_space(job: Job, tally: Tally) -> None:
     edge, and both strands run across the edge the way their threads walk. Where threads turn back
     at the boundary, their ribbons follow the boundary edges, each within its own triangle.
     """
-    plan, mesh, model = job.map, job.mesh, job.model
-    if plan is None or mesh is None or model is None:
-        return
+    plan, mesh, model = required(job.map), required(job.mesh), required(job.model)
     passes, _ = job.passes
     panels: dict[int, Panels] = {}
     for thread in plan.threads:
@@ -43,7 +41,8 @@ def check_space(job: Job, tally: Tally) -> None:
         panels[thread.id] = measure_panels(strip)
         if thread.id in passes:
             own = passes[thread.id]
-            _check_course(thread.label, thread.crossings, panels[thread.id], own, mesh, tally)
+            place = tally.at(f"thread {thread.label}")
+            _check_course(thread.crossings, panels[thread.id], own, mesh, place)
             check_turns(strip, own, mesh, tally, turning=job.boundary == "turn")
         else:
             tally.fail(f"thread {thread.label} is not checked: it is no walk of the mesh")
@@ -72,50 +71,39 @@ def check_space(job: Job, tally: Tally) -> None:
     off = np.linalg.norm((over + under) / 2.0 - stated, axis=1)
     astray = np.linalg.norm(stated - quads.middle, axis=1)
     for at, crossing in enumerate(both):
-        where = f"crossing {crossing.id}"
-        tally.measure(
+        place = tally.at(f"crossing {crossing.id}")
+        place.at_least(
             "apart_mm",
             apart[at],
             LEAST_APART_MM,
-            f"{where}: the over strand stands {apart[at]:.4f} mm outside the under strand",
-            least=True,
+            "the over strand stands {} outside the under strand",
         )
-        wanted = _layers_mm(job, crossing)
-        tally.measure(
+        wanted = _layers_mm(job, plan, crossing)
+        place.at_least(
             "air_mm",
             apart[at] - wanted,
             -CENTRED_MM,
-            f"{where}: the strands are {apart[at]:.4f} mm apart, middle to middle, and their "
-            f"layers take {wanted:.4f}",
-            least=True,
+            f"between the strands' layers, which take {wanted:.4f} mm from middle to middle, there "
+            "are {}",
         )
-        tally.measure(
-            "off_centre_mm",
-            beside[at],
-            CENTRED_MM,
-            f"{where}: the strands' centres are {beside[at]:.4f} mm beside each other",
+        place.at_most(
+            "off_centre_mm", beside[at], CENTRED_MM, "the strands' centres are {} beside each other"
         )
-        tally.measure(
-            "off_position_mm",
-            off[at],
-            CENTRED_MM,
-            f"{where}: the strands meet {off[at]:.4f} mm from the stated position",
+        place.at_most(
+            "off_position_mm", off[at], CENTRED_MM, "the strands meet {} from the stated position"
         )
-        tally.expect(
+        place.expect(
             astray[at] <= PLACE_SHARE * quads.size[at],
-            f"{where}: stated {astray[at]:.3f} mm from the middle of edge {crossing.edge}",
+            f"it is stated {astray[at]:.3f} mm from the middle of edge {crossing.edge}",
         )
 
 
-def _layers_mm(job: Job, crossing: Crossing) -> float:
+def _layers_mm(job: Job, plan: CrossingMap, crossing: Crossing) -> float:
     """Return how far apart the middles of two strands must be; 0 if the settings do not say.
 
     Half of the strand above, half of what lies below (twice its thickness where it laps), and the
     clearance.
     """
-    plan = job.map
-    if plan is None:
-        return 0.0
     above, below = (
         job.supplies[strand.thread].thickness_mm for strand in (crossing.over, crossing.under)
     )
@@ -123,30 +111,25 @@ def _layers_mm(job: Job, crossing: Crossing) -> float:
         return 0.0
     station = plan.piece[crossing.under.piece].stations[crossing.under.station]
     joint = None if station.joint is None else plan.joint.get(station.joint)
-    laps = joint is not None and joint.kind in (*LAPPED, "slot")
-    return (above + below * (2 if laps else 1)) / 2.0 + (job.clearance_mm or 0.0)
+    lapped = joint is not None and kind_of(joint).laps
+    return (above + below * (2 if lapped else 1)) / 2.0 + (job.clearance_mm or 0.0)
 
 
 def _check_course(
-    label: str,
     crossings: tuple[int, ...],
     panels: Panels,
     passes: tuple[Pass, ...],
     mesh: LoadedMesh,
-    tally: Tally,
+    place: Place,
 ) -> None:
     """Check that a strand's panels look outward and run across their edges as its thread walks."""
     quads = edge_quads(mesh, np.array([step.side for step in passes]))
-    inward = np.flatnonzero(np.einsum("ij,ij->i", panels.outward, quads.normal) <= 0.0)
-    tally.count(len(passes))
-    for at in inward:
-        tally.fail(
-            f"thread {label}, crossing {crossings[at]}: its panel looks inward, or right and left "
-            "are exchanged"
+    place.count(len(passes))
+    for at in np.flatnonzero(np.einsum("ij,ij->i", panels.outward, quads.normal) <= 0.0):
+        place.at(f"crossing {crossings[at]}").fail(
+            "its panel looks inward, or right and left are exchanged"
         )
-    follows = follows_walk(panels, passes, mesh)
-    for at in np.flatnonzero(~follows):
-        tally.fail(
-            f"thread {label}, crossing {crossings[at]}: the ribbon crosses the edge another way "
-            "than the thread walks"
+    for at in np.flatnonzero(~follows_walk(panels, passes, mesh)):
+        place.at(f"crossing {crossings[at]}").fail(
+            "the ribbon crosses the edge another way than the thread walks"
         )

@@ -8,10 +8,10 @@ from fabweave.verify.checks.model.ribbons import check_ribbon_figures
 from fabweave.verify.crossing_map import Piece
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.development import Developed
-from fabweave.verify.measure.ends import Reach, reaches
+from fabweave.verify.measure.ends import Reach, reaches, ring_of_rungs
 from fabweave.verify.measure.geometry import farthest
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 STATION_MM = 0.02
 OUTLINE_MM = 0.12
@@ -23,10 +23,7 @@ def check_unfolding(job: Job, tally: Tally) -> None:
 
     The figures that are stated of whole ribbons are checked, too.
     """
-    plan = job.map
-    if plan is None or job.model is None:
-        return
-    developed = job.developed
+    plan, developed = required(job.map), job.developed
     for piece in plan.pieces:
         own = developed.get(piece.id)
         if own is None:
@@ -35,30 +32,29 @@ def check_unfolding(job: Job, tally: Tally) -> None:
                 "model has not that thread's panels"
             )
             continue
-        _check_piece(piece, own, reaches(plan, piece), tally)
+        _check_piece(piece, own, reaches(plan, piece), tally.at(f"piece {piece.id}"))
     check_ribbon_figures(job, tally)
 
 
-def _check_piece(piece: Piece, own: Developed, ends: tuple[Reach, Reach], tally: Tally) -> None:
+def _check_piece(piece: Piece, own: Developed, ends: tuple[Reach, Reach], place: Place) -> None:
     """Check one piece against its development."""
-    where = f"piece {piece.id}"
-    stations = np.array([(station.x, station.y) for station in piece.stations])
-    off = farthest(own.stations, stations)
-    tally.measure(
+    stations = piece.points
+    place.at_most(
         "station_mm",
-        off,
+        farthest(own.stations, stations),
         STATION_MM + own.slack_mm,
-        f"{where}: a station stands {off:.4f} mm from where the unfolded model has it",
+        "a station stands {} from where the unfolded model has it",
     )
     if len(stations) > 1:
         change = np.hypot(*np.diff(stations, axis=0).T) - np.hypot(*np.diff(own.stations, axis=0).T)
         worst = int(np.argmax(np.abs(change)))
-        tally.measure(
+        place.at_most(
             "length_mm",
             abs(float(change[worst])),
             LENGTH_MM + own.slack_mm,
-            f"{where}: stations {worst} and {worst + 1} are {change[worst]:+.4f} mm further apart "
-            "than in the model",
+            f"stations {worst} and {worst + 1} are {{}} "
+            + ("further apart" if change[worst] > 0.0 else "nearer to each other")
+            + " than in the model",
         )
     rails = own.outline
     border, ring = shapely.LinearRing(piece.outline), shapely.LinearRing(rails)
@@ -71,17 +67,15 @@ def _check_piece(piece: Piece, own: Developed, ends: tuple[Reach, Reach], tally:
         if end.shaped
     ]
     if shaped:
-        strip = np.concatenate([own.window[:, 0], own.window[::-1, 1]])
-        whole = shapely.make_valid(shapely.Polygon(strip))
+        whole = shapely.make_valid(shapely.Polygon(ring_of_rungs(own.window)))
         points = np.concatenate([wanted, there])
         free = shapely.dwithin(points, shapely.union_all(shaped), OUTLINE_MM)
         outside[free] = shapely.distance(points[free], whole)
-    worst_off = float(np.max(outside))
-    tally.measure(
+    place.at_most(
         "outline_mm",
-        worst_off,
+        float(np.max(outside)),
         OUTLINE_MM + own.slack_mm,
-        f"{where}: its outline leaves the unfolded ribbon by {worst_off:.4f} mm",
+        "its outline leaves the unfolded ribbon by {}",
     )
 
 

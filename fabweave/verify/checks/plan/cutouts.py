@@ -5,10 +5,10 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Cutout, Joint, Piece
 from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.arcs import along
+from fabweave.verify.measure.arcs import ring_points
 from fabweave.verify.measure.development import Developed
-from fabweave.verify.measure.geometry import farthest
-from fabweave.verify.report import Tally
+from fabweave.verify.measure.joint_kinds import kind_of
+from fabweave.verify.statement import Place, Tally
 
 #: Two records of one hole agree to this, in its place and its diameter.
 SAME_MM = 1e-3
@@ -24,60 +24,51 @@ def check_cutouts(plan: CrossingMap, tally: Tally) -> None:
     for piece in plan.pieces:
         if piece.cutouts is None:
             continue
+        place = tally.at(f"piece {piece.id}")
         of_station: list[list[Cutout]] = [[] for _ in piece.stations]
-        for one in piece.cutouts:
-            where = f"piece {piece.id}: a cut-out"
-            if tally.expect(
-                0 <= one.station < len(of_station), f"{where} is at station {one.station}"
+        for cutout in piece.cutouts:
+            if place.expect(
+                0 <= cutout.station < len(of_station),
+                f"a cut-out is at station {cutout.station}, which does not exist",
             ):
-                of_station[one.station].append(one)
-        for at, cutouts in enumerate(of_station):
-            joint = joint_at.get(piece.stations[at].crossing)
-            _check_station(piece, at, cutouts, joint, tally)
+                of_station[cutout.station].append(cutout)
+        for at, (cutouts, station) in enumerate(zip(of_station, piece.stations, strict=True)):
+            here = place.at(f"station {at} (crossing {station.crossing})")
+            _check_station(piece, at, cutouts, joint_at.get(station.crossing), here)
 
 
 def _check_station(
-    piece: Piece, at: int, cutouts: list[Cutout], joint: Joint | None, tally: Tally
+    piece: Piece, at: int, cutouts: list[Cutout], joint: Joint | None, place: Place
 ) -> None:
     """Check the cut-outs of one station."""
     station = piece.stations[at]
-    where = f"piece {piece.id}, station {at} (crossing {station.crossing})"
-    slots = [one.ring for one in cutouts if one.ring is not None]
-    circles = [one.circle for one in cutouts if one.circle is not None]
+    slots = [cutout.ring for cutout in cutouts if cutout.ring is not None]
+    circles = [cutout.circle for cutout in cutouts if cutout.circle is not None]
     if slots:
-        tabbed = joint is not None and joint.kind == "slot" and joint.pieces[1] == piece.id
-        alone = len(slots) == 1 and not circles
+        tabbed = joint is not None and kind_of(joint).slotted and joint.pieces[1] == piece.id
         if tabbed and at == 0 and station.hole_mm is None:
-            tally.expect(
-                alone, f"{where}: has {len(cutouts)} cut-outs beside the slot of its joint"
-            )
-            return
-        if tally.expect(
-            alone and joint is None and station.hole_mm is not None,
-            f"{where}: has a slot where there is a joint, no fastener, or another cut-out",
+            place.equal("the number of cut-outs at the slot of its joint", len(cutouts), 1)
+        elif place.expect(
+            len(cutouts) == 1 and joint is None and station.hole_mm is not None,
+            "it has a slot where there is a joint, no fastener, or another cut-out",
         ):
-            _check_slide(where, slots[0], (station.x, station.y), station.hole_mm or 0.0, tally)
+            _check_slide(slots[0], (station.x, station.y), station.hole_mm or 0.0, place)
         return
     wanted, diameter = _wanted(piece, at, joint)
-    if not tally.expect(
-        len(circles) == len(wanted),
-        f"{where}: has {len(circles)} holes, its crossing wants {len(wanted)}",
-    ):
-        return
-    if not circles:
+    if not place.equal("the number of holes", len(circles), len(wanted)) or not circles:
         return
     holes = np.array(circles)
-    tally.expect(
+    place.expect(
         diameter is not None and float(np.max(np.abs(holes[:, 2] - diameter))) < SAME_MM,
-        f"{where}: its holes have diameters {sorted(set(holes[:, 2].tolist()))}, not {diameter}",
+        f"its holes have diameters {sorted(set(holes[:, 2].tolist()))}, but should have {diameter}",
     )
     if np.all(np.isfinite(wanted)):
         apart = np.hypot(*(wanted[:, None] - holes[None, :, :2]).transpose(2, 0, 1))
-        tally.measure(
+        place.at_most(
             "record_mm",
             float(max(apart.min(axis=0).max(), apart.min(axis=1).max())),
             SAME_MM,
-            f"{where}: a hole is cut elsewhere than its station or joint says",
+            "a hole is cut {} from where its station or joint says",
         )
 
 
@@ -95,26 +86,19 @@ def _wanted(piece: Piece, at: int, joint: Joint | None) -> tuple[Floats, float |
     return np.full((len(joint.holes), 2), np.nan), joint.hole_mm
 
 
-def _check_slide(
-    where: str, ring: Floats, middle: tuple[float, float], diameter: float, tally: Tally
-) -> None:
+def _check_slide(ring: Floats, middle: tuple[float, float], diameter: float, place: Place) -> None:
     """Check that a slot holds its fastener in the middle, and lets it move one way only."""
-    slot = shapely.Polygon(slot_ring(ring))
-    if not tally.expect(slot.is_valid and slot.area > 0.0, f"{where}: its slot is not simple"):
+    slot = shapely.Polygon(ring_points(ring))
+    if not place.expect(slot.is_valid and slot.area > 0.0, "its slot is not simple"):
         return
     box = shapely.get_coordinates(shapely.minimum_rotated_rectangle(slot))
     width, length = sorted(np.hypot(*np.diff(box[:3], axis=0).T).tolist())
-    tally.expect(
+    place.expect(
         abs(width - diameter) < _ROUND_MM and length > 1.2 * diameter,
-        f"{where}: its slot is {width:.3f} × {length:.3f} mm for a fastener of {diameter:g} mm",
+        f"its slot is {width:.3f} × {length:.3f} mm for a fastener of {diameter:g} mm",
     )
     off = float(np.hypot(slot.centroid.x - middle[0], slot.centroid.y - middle[1]))
-    tally.measure("slot_mm", off, _ROUND_MM, f"{where}: its slot is {off:.4f} mm off its station")
-
-
-def slot_ring(ring: Floats) -> Floats:
-    """Return points along a slot's path."""
-    return along(*(np.concatenate([ring, ring[:1]])[:, part] for part in (slice(2), 2)))[0]
+    place.at_most("slot_mm", off, _ROUND_MM, "its slot is {} off its station")
 
 
 def check_layers(plan: CrossingMap, developed: dict[str, Developed], tally: Tally) -> None:
@@ -136,25 +120,23 @@ def check_layers(plan: CrossingMap, developed: dict[str, Developed], tally: Tall
                 crossing = piece.stations[at].crossing
                 layers.setdefault(crossing, []).append((piece.id, there, panel, own.slack_mm))
     for crossing, found in layers.items():
+        place = tally.at(f"crossing {crossing}")
         name, first, panel, slack = found[0]
         normal = np.cross(panel[2] - panel[0], panel[1] - panel[0])
         normal = normal / np.linalg.norm(normal)
         for other, points, _, more in found[1:]:
-            where = f"crossing {crossing}"
-            if not tally.expect(
-                len(points) == len(first),
-                f"{where}: {name} has {len(first)} holes, {other} has {len(points)}",
+            if not place.equal(
+                f"the number of holes of {other}, which lies on {name},", len(points), len(first)
             ):
                 continue
             apart = points[None, :] - first[:, None]
             apart = apart - (apart @ normal)[:, :, None] * normal
             distance = np.linalg.norm(apart, axis=2)
-            off = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
-            tally.measure(
+            place.at_most(
                 "layer_mm",
-                off,
+                float(max(distance.min(axis=0).max(), distance.min(axis=1).max())),
                 LAYER_MM + slack + more,
-                f"{where}: a hole of {other} is {off:.4f} mm off that of {name}",
+                f"a hole of {other} is {{}} off that of {name}",
             )
 
 
@@ -163,10 +145,3 @@ def _lifted(points: Floats, flat: Floats, space: Floats) -> Floats:
     ones = np.ones((len(flat), 1))
     motion, *_ = np.linalg.lstsq(np.hstack([flat, ones]), space, rcond=None)
     return np.asarray(np.hstack([points, np.ones((len(points), 1))]) @ motion)
-
-
-def superposed_holes(where: str, first: Floats, second: Floats) -> tuple[float, str]:
-    """Return how far apart the holes of two laid-on pieces are at most, and what to say of it."""
-    off = farthest(first, second)
-    worst = int(np.argmax(np.hypot(*(first - second).T)))
-    return off, f"{where}: hole {worst} is {off:.4f} mm off its partner"

@@ -1,26 +1,29 @@
 """Check joints by superposing their pieces: laps, holes, and ends that hold one another."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import isnan, nan
 
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.plan.cutouts import check_layers, slot_ring, superposed_holes
+from fabweave.verify.checks.plan.cutouts import check_layers
 from fabweave.verify.crossing_map import CrossingMap, Joint
 from fabweave.verify.drawing import Floats
+from fabweave.verify.measure.arcs import ring_points
 from fabweave.verify.measure.development import Developed
-from fabweave.verify.measure.ends import KINDS, LAPPED, Reach, cut_rungs
+from fabweave.verify.measure.ends import lap_rungs, ring_of_rungs
 from fabweave.verify.measure.geometry import Motion, farthest, fit_motion
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.measure.joint_kinds import KINDS, kind_of
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 HOLE_MM = 0.01
 #: Edges that should lie on one another, or side by side, do so to this.
 EDGE_MM = 0.05
 #: Interlocking pieces stand apart by this at most.
 MOST_AIR_MM = 0.2
+_GRIP_MM = 2e-6
 _GRID_MM = 1e-6
 #: Pulled apart by up to so much, straight or askew, interlocking pieces must collide ...
 _PULLS_MM = (0.4, 0.8, 1.2, 1.6, 2.0)
@@ -31,9 +34,7 @@ _HOLD_MM2 = 0.1
 
 def check_joints(job: Job, tally: Tally) -> None:
     """Check every joint by laying its second piece on its first, panel on panel."""
-    plan = job.map
-    if plan is None or job.model is None:
-        return
+    plan = required(job.map)
     developed = job.developed
     for joint in plan.joints:
         first, second = (developed.get(name) for name in joint.pieces)
@@ -41,28 +42,29 @@ def check_joints(job: Job, tally: Tally) -> None:
             tally.fail(f"joint {joint.id} is not checked: pieces {joint.pieces} are not unfolded")
             continue
         tally.count()
-        where = f"joint {joint.id} of pieces {joint.pieces[0]} and {joint.pieces[1]}"
+        place = tally.at(f"joint {joint.id} of pieces {joint.pieces[0]} and {joint.pieces[1]}")
         end, begin = first.panels[-1], second.panels[0]
         motion = fit_motion(begin, end)
         slack = first.slack_mm + second.slack_mm
-        shape = farthest(motion.apply(begin), end)
-        tally.measure(
+        place.at_most(
             "panel_mm",
-            shape,
+            farthest(motion.apply(begin), end),
             HOLE_MM + slack,
-            f"{where}: the two copies of its panel differ by {shape:.4f} mm",
+            "the two copies of its panel differ by {}",
         )
-        _check_holes(where, joint, plan, motion, slack, tally)
-        _check_statement(where, joint, job.layers.get(joint.crossing, (0, nan))[1], tally)
+        _check_holes(joint, plan, motion, slack, place)
+        _check_statement(joint, job.layers.get(joint.crossing, (0, nan))[1], place)
         # A ring that is cut from one piece cannot be laid on itself as a whole.
         if joint.pieces[0] != joint.pieces[1]:
-            own = job.supplies[plan.piece[joint.pieces[0]].thread].thickness_mm
-            _check_fit(where, joint, _Laid(plan, joint, first, motion, slack), own, tally)
+            thickness = job.supplies[plan.piece[joint.pieces[0]].thread].thickness_mm
+            pair = _Pair(plan, joint, first, motion, slack, thickness)
+            for fit in kind_of(joint).fits:
+                _FITS[fit](pair, place)
     check_layers(plan, developed, tally)
 
 
 def _check_holes(
-    where: str, joint: Joint, plan: CrossingMap, motion: Motion, slack: float, tally: Tally
+    joint: Joint, plan: CrossingMap, motion: Motion, slack: float, place: Place
 ) -> None:
     """Check that the holes of both pieces coincide."""
     holes = joint.holes
@@ -73,39 +75,50 @@ def _check_holes(
         pair = [[[station.x, station.y] for station in stations]]
         holes = np.concatenate([holes, np.array(pair)])
     if len(holes):
-        off, told = superposed_holes(where, holes[:, 0], motion.apply(holes[:, 1]))
-        tally.measure("hole_mm", off, HOLE_MM + slack, told)
-
-
-def _check_statement(where: str, joint: Joint, layers_mm: float, tally: Tally) -> None:
-    """Check what the map says of a joint against itself."""
-    if not tally.expect(joint.kind in KINDS, f"{where}: there is no joint of kind {joint.kind!r}"):
-        return
-    tally.expect(
-        len(joint.holes) == 0 or joint.kind == "rivet",
-        f"{where}: has {len(joint.holes)} fasteners, but is of kind {joint.kind}",
-    )
-    lap = joint.lap_mm
-    lapped = joint.kind in (*LAPPED, "slot")
-    tally.expect(
-        lap is None or (lap > 0.0 if lapped else lap == 0.0),
-        f"{where}: a joint of kind {joint.kind} laps by {lap} mm",
-    )
-    if joint.grip_mm is not None and not isnan(layers_mm):
-        tally.expect(
-            len(joint.holes) > 0 and abs(joint.grip_mm - layers_mm) < 2e-6,
-            f"{where}: its fasteners grip {joint.grip_mm} mm, the layers are {layers_mm:g}",
+        off = np.hypot(*(holes[:, 0] - motion.apply(holes[:, 1])).T)
+        worst = int(np.argmax(off))
+        place.at_most(
+            "hole_mm", float(off[worst]), HOLE_MM + slack, f"hole {worst} is {{}} off its partner"
         )
 
 
-class _Laid:
+def _check_statement(joint: Joint, layers_mm: float, place: Place) -> None:
+    """Check what the map says of a joint against itself."""
+    if not place.expect(joint.kind in KINDS, f"there is no joint of kind {joint.kind!r}"):
+        return
+    kind = kind_of(joint)
+    place.expect(
+        len(joint.holes) == 0 or kind.fastened,
+        f"it has {len(joint.holes)} fasteners, but is of kind {kind.name}",
+    )
+    lap = joint.lap_mm
+    place.expect(
+        lap is None or (lap > 0.0 if kind.laps else lap == 0.0),
+        f"a joint of kind {kind.name} laps by {lap} mm",
+    )
+    if joint.grip_mm is not None and not isnan(layers_mm):
+        place.number(
+            "the grip of its fasteners",
+            joint.grip_mm if len(joint.holes) else None,
+            layers_mm,
+            within=_GRIP_MM,
+        )
+
+
+class _Pair:
     """The two pieces of a joint as areas, the second laid on the first."""
 
     def __init__(
-        self, plan: CrossingMap, joint: Joint, first: Developed, motion: Motion, slack: float
+        self,
+        plan: CrossingMap,
+        joint: Joint,
+        first: Developed,
+        motion: Motion,
+        slack: float,
+        thickness: float | None,
     ) -> None:
         one, two = (plan.piece[name] for name in joint.pieces)
-        self.slack = slack
+        self.slack, self.thickness, self.lap_mm = slack, thickness, joint.lap_mm
         self.panel = first.panels[-1]
         middle = self.panel.reshape(2, 2, 2).mean(axis=1)
         self.centre = middle.mean(axis=0)
@@ -118,10 +131,8 @@ class _Laid:
         near = shapely.Point(self.centre).buffer(reach)
         self.first = _intersection(_area(one.outline), near)
         self.second = _intersection(_area(motion.apply(two.outline)), near)
-        half = Reach((joint.lap_mm or 0.0) / 2.0)
-        entered = int(np.argmin(np.hypot(*(first.window[:, 0] - self.panel[0]).T)))
-        self.lap = _area(_ring(cut_rungs(first.window, entered, entered, (half, half))))
-        self.slots = [motion.apply(slot_ring(slot)) for slot in two.slots[:1]]
+        self.lap = _area(ring_of_rungs(lap_rungs(first.window, self.panel, joint)))
+        self.slots = [motion.apply(ring_points(slot)) for slot in two.slots[:1]]
 
 
 def _areas_only(figure: shapely.Geometry) -> shapely.Geometry:
@@ -148,119 +159,104 @@ def _area(ring: Floats) -> shapely.Geometry:
     return _areas_only(shapely.make_valid(shapely.Polygon(ring)))
 
 
-def _ring(rungs: Floats) -> Floats:
-    return np.concatenate([rungs[:, 0], rungs[::-1, 1]])
-
-
-def _check_fit(
-    where: str, joint: Joint, laid: _Laid, thickness: float | None, tally: Tally
-) -> None:
-    """Check how the two pieces lie on or beside one another."""
-    if joint.kind in LAPPED:
-        _check_lap(where, joint, laid, tally)
-    elif joint.kind == "slot":
-        _check_slot(where, laid, thickness, tally)
-    else:
-        most = MOST_AIR_MM if joint.kind == "dovetail" else EDGE_MM
-        _check_flush(where, laid, most, tally)
-        if joint.kind == "dovetail":
-            _check_hold(where, laid, tally)
-
-
-def _check_lap(where: str, joint: Joint, laid: _Laid, tally: Tally) -> None:
+def _check_lap(pair: _Pair, place: Place) -> None:
     """Check that two laps are the same figure, as long as the map says."""
-    if joint.lap_mm is None:
+    if pair.lap_mm is None:
         return
     # What both cover is the ribbon itself, half the lap to either side of the crossing's middle.
-    shared = _part_near(_intersection(laid.first, laid.second), laid.centre)
-    off = shapely.area(_symmetric_difference(shared, laid.lap))
-    tally.measure(
+    shared = _part_near(_intersection(pair.first, pair.second), pair.centre)
+    off = shapely.area(_symmetric_difference(shared, pair.lap))
+    place.at_most(
         "lap_mm",
-        off / shapely.length(laid.lap),
-        EDGE_MM + laid.slack,
-        f"{where}: its laps do not lie on one another over {joint.lap_mm:g} mm: {off:.3f} mm² "
-        "stand out",
+        off / shapely.length(pair.lap),
+        EDGE_MM + pair.slack,
+        f"its laps do not lie on one another over {pair.lap_mm:g} mm: {off:.3f} mm² stand out, in "
+        "the mean by {}",
     )
 
 
-def _check_flush(where: str, laid: _Laid, most: float, tally: Tally) -> None:
+def _check_flush(pair: _Pair, place: Place, most_air: float = MOST_AIR_MM) -> None:
     """Check that two pieces lie side by side, without overlap and nearly without a gap."""
-    common = shapely.area(_intersection(laid.first, laid.second))
-    tally.measure(
+    common = shapely.area(_intersection(pair.first, pair.second))
+    place.at_most(
         "overlap_mm",
-        common / laid.width,
-        EDGE_MM + laid.slack,
-        f"{where}: its pieces overlap by {common:.3f} mm², and should lie side by side",
+        common / pair.width,
+        EDGE_MM + pair.slack,
+        f"its pieces should lie side by side, and overlap by {common:.3f} mm², in the mean by {{}}",
     )
-    panel = shapely.Polygon(laid.panel[[0, 2, 3, 1]])
-    bare = _difference(panel, _union(laid.first, laid.second))
+    panel = shapely.Polygon(pair.panel[[0, 2, 3, 1]])
+    bare = _difference(panel, _union(pair.first, pair.second))
     # The seam: where either piece's edge runs inside the panel.
     inner = shapely.buffer(panel, -EDGE_MM)
-    seam = shapely.length(shapely.intersection(shapely.boundary(laid.first), inner))
-    air = shapely.area(bare) / max(seam, laid.width / 2.0)
-    tally.measure(
+    seam = shapely.length(shapely.intersection(shapely.boundary(pair.first), inner))
+    place.at_most(
         "air_mm",
-        air,
-        most + laid.slack,
-        f"{where}: its pieces stand {air:.3f} mm apart along their seam",
+        shapely.area(bare) / max(seam, pair.width / 2.0),
+        most_air + pair.slack,
+        "its pieces stand {} apart along their seam",
     )
 
 
-def _check_hold(where: str, laid: _Laid, tally: Tally) -> None:
+def _check_hold(pair: _Pair, place: Place) -> None:
     """Check that two pieces collide when they are pulled apart along the thread."""
     for angle in _PULLS_DEG:
-        turn = np.exp(1j * np.radians(angle)) * complex(*laid.way)
+        turn = np.exp(1j * np.radians(angle)) * complex(*pair.way)
         way = np.array([turn.real, turn.imag])
         held = 0.0
         for pull in _PULLS_MM:
-            moved = shapely.transform(laid.second, lambda xy, d=pull * way: xy + d)
-            held = max(held, float(shapely.area(_intersection(laid.first, moved))))
-        tally.measure(
+            moved = shapely.transform(pair.second, lambda xy, d=pull * way: xy + d)
+            held = max(held, float(shapely.area(_intersection(pair.first, moved))))
+        place.at_least(
             "hold_mm2",
             held,
             _HOLD_MM2,
-            f"{where}: its pieces can be pulled apart at {angle:g}° to the thread",
-            least=True,
+            f"pulled apart at {angle:g}° to the thread, its pieces collide on {{}} only",
         )
 
 
-def _check_slot(where: str, laid: _Laid, thickness: float | None, tally: Tally) -> None:
+def _check_tab(pair: _Pair, place: Place) -> None:
     """Check that the first piece's tab goes through the second one's slot, up to its shoulders."""
-    if not tally.expect(len(laid.slots) == 1, f"{where}: its second piece has no slot"):
+    if not place.expect(len(pair.slots) == 1, "its second piece has no slot"):
         return
-    slot = shapely.Polygon(laid.slots[0])
-    if not tally.expect(slot.is_valid and slot.area > 0.0, f"{where}: its slot is not simple"):
+    slot = shapely.Polygon(pair.slots[0])
+    if not place.expect(slot.is_valid and slot.area > 0.0, "its slot is not simple"):
         return
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(slot))
     steps = np.diff(corners[:3], axis=0)
     sizes = np.hypot(*steps.T)
     width, length = float(sizes.min()), float(sizes.max())
     across = steps[int(np.argmax(sizes))] / length
-    if thickness is not None:
-        tally.measure(
-            "slot_mm", width, thickness, f"{where}: its slot is {width:.3f} mm wide", least=True
-        )
+    if pair.thickness is not None:
+        place.at_least("slot_mm", width, pair.thickness, "its slot is {} wide")
     middle = shapely.get_coordinates(slot.centroid)[0]
-    ahead = laid.way * width / 2.0
+    ahead = pair.way * width / 2.0
 
     def breadth(at: Floats) -> float:
         """Return how wide the first piece is along a line across."""
-        line = shapely.linestrings([at - laid.width * across, at + laid.width * across])
-        return float(shapely.length(_part_near(shapely.intersection(laid.first, line), at)))
+        line = shapely.linestrings([at - pair.width * across, at + pair.width * across])
+        return float(shapely.length(_part_near(shapely.intersection(pair.first, line), at)))
 
     tab = breadth(middle + 1.5 * ahead)
-    tally.expect(
-        0.0 < tab < length, f"{where}: its tab is {tab:.3f} mm wide, its slot {length:.3f}"
-    )
+    place.expect(0.0 < tab < length, f"its tab is {tab:.3f} mm wide, its slot {length:.3f} mm")
     shoulder = breadth(middle - 3.0 * ahead)
-    tally.expect(shoulder > length, f"{where}: it has no shoulders, the tab slips through its slot")
-    behind = _half_plane(middle, laid.way, 4.0 * laid.width + length)
-    beyond = _part_near(_difference(laid.first, behind), middle)
-    out = shapely.area(_difference(beyond, laid.second.buffer(EDGE_MM)))
-    tally.expect(
-        shapely.area(beyond) > 0.0 and out <= EDGE_MM * laid.width,
-        f"{where}: its tab does not lie on the second piece behind the slot",
+    place.expect(shoulder > length, "it has no shoulders, the tab slips through its slot")
+    behind = _half_plane(middle, pair.way, 4.0 * pair.width + length)
+    beyond = _part_near(_difference(pair.first, behind), middle)
+    out = shapely.area(_difference(beyond, pair.second.buffer(EDGE_MM)))
+    place.expect(
+        shapely.area(beyond) > 0.0 and out <= EDGE_MM * pair.width,
+        "its tab does not lie on the second piece behind the slot",
     )
+
+
+#: How pieces are checked, by the names that kinds of joints give it.
+_FITS: Mapping[str, Callable[[_Pair, Place], None]] = {
+    "lap": _check_lap,
+    "flush": _check_flush,
+    "abut": partial(_check_flush, most_air=EDGE_MM),
+    "hold": _check_hold,
+    "tab": _check_tab,
+}
 
 
 def _part_near(figure: shapely.Geometry, point: Floats) -> shapely.Geometry:

@@ -4,10 +4,9 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
-from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.geometry import fit_motion
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.measure.geometry import farthest, fit_motion
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Tally
 
 #: Pieces of one kind differ by no more than this; a little more than makers promise.
 SAME_MM = 0.05
@@ -15,34 +14,28 @@ SAME_MM = 0.05
 
 def check_kinds(job: Job, tally: Tally) -> None:
     """Check that each piece covers the first one of its kind, turned end for end or not."""
-    plan = job.map
-    if plan is None:
-        return
+    plan = required(job.map)
     first: dict[int, Piece] = {}
     for piece in plan.pieces:
         other = first.setdefault(piece.kind, piece)
         tally.count()
         if other is piece:
             continue
-        tally.expect(
-            job.supplies[piece.thread] == job.supplies[other.thread],
-            f"piece {piece.id} is of kind {piece.kind} as {other.id} is, but of another material",
-        )
-        off = min(apart(piece, other, plan, way) for way in (1, -1))
-        tally.measure(
-            "kind_mm",
-            off,
-            SAME_MM,
-            f"piece {piece.id} is of kind {piece.kind} as {other.id} is, but does not cover it: "
-            + (
-                f"they differ by {off:.3f} mm"
-                if np.isfinite(off)
-                else "stations, over and under, or holes differ"
-            ),
-        )
+        place = tally.at(f"piece {piece.id}", f"of kind {piece.kind} as {other.id} is")
+        same = job.supplies[piece.thread] == job.supplies[other.thread]
+        place.expect(same, "it is of another material")
+        off, what = off_by(piece, other, plan), "they differ by {}"
+        if not np.isfinite(off):
+            what = "stations, over and under, or holes differ"
+        place.at_most("kind_mm", off, SAME_MM, f"it does not cover {other.id}: {what}")
 
 
-def apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
+def off_by(piece: Piece, other: Piece, plan: CrossingMap) -> float:
+    """Return how far two pieces differ when superposed, turned end for end or not."""
+    return min(_apart(piece, other, plan, way) for way in (1, -1))
+
+
+def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
     """Return how far two pieces differ when superposed by their stations; infinite if at all."""
     ours, theirs = piece.stations[::way], other.stations
     if [s.over for s in ours] != [s.over for s in theirs]:
@@ -50,12 +43,13 @@ def apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
     holes, there = plan.holes[piece.id], plan.holes[other.id]
     if len(holes) != len(there) or len(piece.slots) != len(other.slots):
         return np.inf
-    source, target = _figure(piece)[::way], _figure(other)
+    source, target = piece.points[::way], other.points
     motion = fit_motion(source, target)
-    worst = float(np.hypot(*(motion.apply(source) - target).T).max())
-    for moved, still in [(motion.apply(piece.outline), other.outline)]:
-        ring = shapely.LinearRing(moved)
-        worst = max(worst, float(ring.hausdorff_distance(shapely.LinearRing(still))))
+    outline = shapely.LinearRing(motion.apply(piece.outline))
+    worst = max(
+        farthest(motion.apply(source), target),
+        float(outline.hausdorff_distance(shapely.LinearRing(other.outline))),
+    )
     for slot in piece.slots:
         ring = shapely.LinearRing(motion.apply(slot))
         near = (ring.hausdorff_distance(shapely.LinearRing(one)) for one in other.slots)
@@ -68,8 +62,3 @@ def apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
         off = np.maximum(off, np.abs(sizes[:, None] - wanted[None, :, 2]))
         worst = max(worst, float(off.min(axis=1).max()))
     return worst
-
-
-def _figure(piece: Piece) -> Floats:
-    """Return the stations of a piece."""
-    return np.array([(station.x, station.y) for station in piece.stations])

@@ -1,15 +1,17 @@
 """Check the pieces by themselves: order along threads, holes, outlines."""
 
+from collections import Counter
+
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.plan.cutouts import check_cutouts
+from fabweave.verify.checks.plan.cutouts import SAME_MM, check_cutouts
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Thread
 from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.arcs import along, chords_of, ring_area, ring_length
+from fabweave.verify.measure.arcs import chords_of, ring_area, ring_points
 from fabweave.verify.measure.threads import station_run
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 #: No side of an outline is shorter (less rounding).
 SHORTEST_SIDE_MM = 0.1 - 1e-3
@@ -21,208 +23,156 @@ MOST_ARC_DEG = 179.0
 _LOOK_MM = 0.5
 #: A hole keeps at least this clear of its outline and of other holes.
 LEAST_WEB_MM = 0.01
-#: Two records of one hole agree to this, in its place and its diameter.
-SAME_MM = 1e-3
 
 
 def check_piece_order(job: Job, tally: Tally) -> None:
     """Check that pieces carry their thread once around, in order, sharing only joints."""
-    plan = job.map
-    if plan is None:
-        return
-    owned: dict[str, int] = {}
-    used: dict[int, int] = {}
+    plan = required(job.map)
+    owners: dict[str, int] = {}
+    ends: Counter[int | None] = Counter()
     for thread in plan.threads:
+        place = tally.at(f"thread {thread.label}")
         for name in thread.pieces:
-            tally.expect(name not in owned, f"piece {name} is listed by two threads, or twice")
-            owned[name] = thread.id
-        _check_thread(thread, plan, tally)
-        for name in thread.pieces:
-            end = plan.piece[name].joints[1]
-            if end is not None:
-                used[end] = used.get(end, 0) + 1
+            place.expect(name not in owners, f"piece {name} is listed by two threads, or twice")
+            owners[name] = thread.id
+        _check_thread(thread, plan, place)
+        ends.update(plan.piece[name].joints[1] for name in thread.pieces)
     for piece in plan.pieces:
-        tally.expect(
-            owned.get(piece.id) == piece.thread,
-            f"piece {piece.id} says thread {piece.thread}, but is listed by {owned.get(piece.id)}",
-        )
+        place = tally.at(f"piece {piece.id}")
+        place.equal("its thread", piece.thread, owners.get(piece.id))
     for joint in plan.joints:
-        tally.expect(
-            used.get(joint.id) == 1, f"joint {joint.id} ends {used.get(joint.id, 0)} pieces"
-        )
+        place = tally.at(f"joint {joint.id}")
+        place.equal("the number of pieces that it ends", ends[joint.id], 1)
 
 
-def _check_thread(thread: Thread, plan: CrossingMap, tally: Tally) -> None:
+def _check_thread(thread: Thread, plan: CrossingMap, place: Place) -> None:
     """Check one thread's pieces and the joints between them."""
-    where = f"thread {thread.label}"
     count = len(thread.crossings)
     pieces = [plan.piece[name] for name in thread.pieces]
-    if not tally.expect(
-        bool(pieces) == bool(count), f"{where} has {count} crossings and {len(pieces)} pieces"
-    ):
+    text = f"it has {count} crossings and {len(pieces)} pieces"
+    if not (place.expect(bool(pieces) == bool(count), text) and pieces):
         return
-    if not pieces:
-        return
-    place = None
+    end = None
     for number, piece in enumerate(pieces):
         last = number == len(pieces) - 1
-        start = station_run(thread, piece)
-        if not tally.expect(
-            start is not None,
-            f"{where}: the stations of piece {piece.id} are no run of the thread's crossings",
+        begin = station_run(thread, piece)
+        if not place.expect(
+            begin is not None,
+            f"the stations of piece {piece.id} are no run of the thread's crossings",
         ):
-            place = None
+            end = None
             continue
-        begin = int(start or 0)
-        expected = 0 if number == 0 and not thread.closed else place
+        begin = int(begin or 0)
+        expected = 0 if number == 0 and not thread.closed else end
         if expected is not None:
-            tally.expect(
-                begin == expected % count,
-                f"{where}: piece {piece.id} begins at place {begin}, not {expected % count}, "
-                "where the piece before it ends",
-            )
-        place = begin + len(piece.stations) - 1
+            place.equal(f"the crossing where piece {piece.id} begins", begin, expected % count)
+        end = begin + len(piece.stations) - 1
         if last and not thread.closed:
-            tally.expect(place == count - 1, f"{where}: piece {piece.id} does not reach its end")
-        _check_flags(thread, piece, begin, tally)
+            place.equal(f"the crossing where piece {piece.id} ends", end, count - 1)
+        _check_flags(thread, piece, begin, place)
         follower = pieces[(number + 1) % len(pieces)] if thread.closed or not last else None
-        _check_joint(thread, piece, follower, plan, tally)
+        _check_joint(thread, piece, follower, plan, place.at(f"end of piece {piece.id}"))
         if number == 0 and not thread.closed:
-            tally.expect(
-                piece.joints[0] is None, f"{where}: open, but piece {piece.id} begins at a joint"
-            )
-    total = sum(len(piece.stations) for piece in pieces)
-    wanted = count + len(pieces) - (0 if thread.closed else 1)
-    tally.expect(
-        total == wanted,
-        f"{where}: its pieces have {total} stations, where {count} crossings and the joints "
-        f"between {len(pieces)} pieces make {wanted}",
+            place.equal(f"the joint where piece {piece.id} begins", piece.joints[0], None)
+    place.equal(
+        "the number of stations of its pieces",
+        sum(len(piece.stations) for piece in pieces),
+        # Two pieces share the crossing of a joint.
+        count + len(pieces) - (0 if thread.closed else 1),
     )
 
 
-def _check_flags(thread: Thread, piece: Piece, begin: int, tally: Tally) -> None:
+def _check_flags(thread: Thread, piece: Piece, begin: int, place: Place) -> None:
     """Check over flags against the thread's, and that only ends carry joints."""
-    count = len(thread.crossings)
+    start, end = piece.joints
     final = len(piece.stations) - 1
     for at, station in enumerate(piece.stations):
-        where = f"piece {piece.id}, station {at}"
-        tally.expect(
-            station.over == thread.over[(begin + at) % count],
-            f"{where} (crossing {station.crossing}) is {'over' if station.over else 'under'}, "
-            "its thread is not",
-        )
-        wanted = piece.joints[0] if at == 0 else piece.joints[1] if at == final else None
-        if final == 0 and at == 0:
-            wanted = piece.joints[0] if piece.joints[0] is not None else piece.joints[1]
-        tally.expect(
-            station.joint == wanted, f"{where} carries joint {station.joint}, not {wanted}"
-        )
+        here = place.at(f"piece {piece.id}", f"station {at} (crossing {station.crossing})")
+        here.equal("over", station.over, thread.over[(begin + at) % len(thread.crossings)])
+        joint = start if at == 0 else end if at == final else None
+        if final == 0 and start is None:
+            joint = end
+        here.equal("its joint", station.joint, joint)
 
 
 def _check_joint(
-    thread: Thread, piece: Piece, follower: Piece | None, plan: CrossingMap, tally: Tally
+    thread: Thread, piece: Piece, follower: Piece | None, plan: CrossingMap, place: Place
 ) -> None:
     """Check the joint at the end of a piece."""
     number = piece.joints[1]
-    where = f"thread {thread.label}, end of piece {piece.id}"
     if follower is None:
-        tally.expect(number is None, f"{where}: joint {number} leads nowhere")
+        place.equal("its joint", number, None)
         return
     joint = plan.joint.get(number) if number is not None else None
-    if not tally.expect(joint is not None, f"{where}: there is no joint to {follower.id}"):
+    if not place.expect(joint is not None, f"there is no joint to {follower.id}") or joint is None:
         return
-    if joint is None:
-        return
-    tally.expect(
-        joint.pieces == (piece.id, follower.id) and follower.joints[0] == joint.id,
-        f"{where}: joint {joint.id} joins {joint.pieces}, not {(piece.id, follower.id)}, or "
-        f"{follower.id} begins at joint {follower.joints[0]}",
+    place = place.at(f"joint {joint.id}")
+    place.equal(
+        "its pieces, and the joint where the second one begins,",
+        (joint.pieces, follower.joints[0]),
+        ((piece.id, follower.id), joint.id),
     )
     end, begin = piece.stations[-1], follower.stations[0]
-    tally.expect(
-        joint.crossing == end.crossing == begin.crossing,
-        f"{where}: joint {joint.id} is at crossing {joint.crossing}, the pieces end at "
-        f"{end.crossing} and begin at {begin.crossing}",
+    place.equal(
+        "the crossings where one piece ends and the other begins",
+        (end.crossing, begin.crossing),
+        (joint.crossing, joint.crossing),
     )
     # A thread that never goes under has no hidden place for its joints.
-    tally.expect(
+    place.expect(
         not (end.over or begin.over) or all(thread.over),
-        f"{where}: joint {joint.id} lies on top of crossing {joint.crossing}, not under",
+        f"it lies on top of crossing {joint.crossing}, not under",
     )
 
 
 def check_crossing_holes(job: Job, tally: Tally) -> None:
     """Check that all layers at a crossing have the same hole diameter, or none."""
-    plan = job.map
-    if plan is None:
-        return
+    plan = required(job.map)
     layers: dict[int, list[tuple[str, float | None]]] = {c.id: [] for c in plan.crossings}
     for piece in plan.pieces:
         for station in piece.stations:
             layers.setdefault(station.crossing, []).append((piece.id, station.hole_mm))
     for crossing, holes in layers.items():
+        place = tally.at(f"crossing {crossing}")
         sizes = {size for _, size in holes}
         drilled = [size for size in sizes if size is not None]
-        tally.expect(
+        place.expect(
             not drilled or (len(drilled) == len(sizes) and max(drilled) - min(drilled) < SAME_MM),
-            f"crossing {crossing} has holes: "
+            "its layers have different holes: "
             + ", ".join(f"{name} {'none' if d is None else f'{d:g} mm'}" for name, d in holes),
         )
-        tally.expect(
-            all(size > 0.0 for size in drilled),
-            f"crossing {crossing} has a hole of no size",
-        )
+        place.expect(all(size > 0.0 for size in drilled), "it has a hole of no size")
     check_cutouts(plan, tally)
 
 
 def check_simple(job: Job, tally: Tally) -> None:
     """Check that what is cut is simple, counter-clockwise, near its outline, clear of its holes."""
-    plan = job.map
-    if plan is None or not plan.pieces:
+    plan = required(job.map)
+    if not plan.pieces:
         return
-    runs = [_ring(piece.path) for piece in plan.pieces]
-    cuts = [along(run[:, :2], run[:, 2])[0] for run in runs]
+    cuts = [ring_points(piece.path) for piece in plan.pieces]
     for piece, cut in zip(plan.pieces, cuts, strict=True):
-        where = f"piece {piece.id}"
-        area = ring_area(piece.path[:, :2], piece.path[:, 2])
-        tally.expect(area > 0.0, f"{where}: its path runs clockwise or has no area")
+        place = tally.at(f"piece {piece.id}")
+        place.expect(ring_area(piece.path) > 0.0, "its path runs clockwise or has no area")
         polygon = shapely.Polygon(cut)
         for what, ring, border in (
             ("path", piece.path[:, :2], polygon),
             ("outline", piece.outline, shapely.Polygon(piece.outline)),
         ):
-            tally.expect(
-                border.is_valid,
-                f"{where}: its {what} is not simple: {shapely.is_valid_reason(border)}",
+            place.expect(
+                border.is_valid, f"its {what} is not simple: {shapely.is_valid_reason(border)}"
             )
             lengths = np.hypot(*chords_of(ring).T)
-            short = int(np.argmin(lengths))
-            tally.measure(
-                "side_mm",
-                lengths[short],
-                SHORTEST_SIDE_MM,
-                f"{where}: side {short} of its {what} is {lengths[short]:.4f} mm long",
-                least=True,
-            )
+            text = f"side {int(np.argmin(lengths))} of its {what} is {{}} long"
+            place.at_least("side_mm", lengths.min(), SHORTEST_SIDE_MM, text)
         turn = float(np.max(np.degrees(4.0 * np.arctan(np.abs(piece.path[:, 2])))))
-        tally.measure(
-            "arc_deg", turn, MOST_ARC_DEG, f"{where}: an arc of its path turns by {turn:.1f}°"
-        )
-        _check_webs(piece, polygon, plan.holes[piece.id], tally)
-    outlines = [_ring(piece.outline) for piece in plan.pieces]
+        place.at_most("arc_deg", turn, MOST_ARC_DEG, "an arc of its path turns by {}")
+        _check_webs(polygon, plan.holes[piece.id], place)
+    outlines = [np.concatenate([piece.outline, piece.outline[:1]]) for piece in plan.pieces]
     apart = np.maximum(_off(cuts, outlines), _off(outlines, cuts))
     for piece, off in zip(plan.pieces, apart.tolist(), strict=True):
-        tally.measure(
-            "path_mm",
-            off,
-            PATH_MM,
-            f"piece {piece.id}: its path leaves its outline by {off:.4f} mm",
-        )
-
-
-def _ring(points: Floats) -> Floats:
-    """Return a closed run with its first point at its end again."""
-    return np.concatenate([points, points[:1]])
+        place = tally.at(f"piece {piece.id}")
+        place.at_most("path_mm", off, PATH_MM, "its path leaves its outline by {}")
 
 
 def _off(runs: list[Floats], others: list[Floats]) -> Floats:
@@ -245,7 +195,7 @@ def _off(runs: list[Floats], others: list[Floats]) -> Floats:
     return np.maximum.reduceat(distance, np.searchsorted(owner, count))
 
 
-def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally: Tally) -> None:
+def _check_webs(polygon: shapely.Polygon, holes: list[Hole], place: Place) -> None:
     """Check that holes are inside their outline and clear of it and of one another."""
     if not holes:
         return
@@ -254,40 +204,21 @@ def _check_webs(piece: Piece, polygon: shapely.Polygon, holes: list[Hole], tally
     points = shapely.points(centres)
     depth = shapely.distance(points, polygon.exterior)
     webs = np.where(shapely.contains(shapely.make_valid(polygon), points), depth, -depth) - radii
-    for at, web in enumerate(webs.tolist()):
-        tally.measure(
+    for hole, web in zip(holes, webs.tolist(), strict=True):
+        place.at_least(
             "web_mm",
             web,
             LEAST_WEB_MM,
-            f"piece {piece.id}: the hole at ({holes[at].x:.3f}, {holes[at].y:.3f}) is {web:.4f} mm "
-            "clear of the outline",
-            least=True,
+            f"the hole at ({hole.x:.3f}, {hole.y:.3f}) is {{}} clear of the outline",
         )
     if len(holes) > 1:
         apart = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
         apart = apart - radii[:, None] - radii[None, :]
         first, second = np.triu_indices(len(holes), 1)
         worst = int(np.argmin(apart[first, second]))
-        gap = float(apart[first, second][worst])
-        tally.measure(
+        place.at_least(
             "hole_gap_mm",
-            gap,
+            float(apart[first, second][worst]),
             LEAST_WEB_MM,
-            f"piece {piece.id}: its holes {first[worst]} and {second[worst]} are {gap:.4f} mm "
-            "apart",
-            least=True,
+            f"its holes {first[worst]} and {second[worst]} are {{}} apart",
         )
-
-
-def areas_of(piece: Piece, plan: CrossingMap) -> tuple[float, float, float]:
-    """Return outline area, area of holes and slots, and the length of all its cuts."""
-    diameters = np.array([hole.diameter or 0.0 for hole in plan.holes[piece.id]])
-    points, bulges = piece.path[:, :2], piece.path[:, 2]
-    slots = [(slot[:, :2], slot[:, 2]) for slot in piece.slots]
-    return (
-        abs(ring_area(points, bulges)),
-        float(np.sum(np.pi * diameters**2 / 4.0)) + sum(abs(ring_area(*slot)) for slot in slots),
-        ring_length(points, bulges)
-        + float(np.sum(np.pi * diameters))
-        + sum(ring_length(*slot) for slot in slots),
-    )

@@ -1,13 +1,12 @@
 """Replay the assembly: every piece once, every crossing and joint when its last half comes."""
 
-import math
 import re
 from collections import Counter
 from dataclasses import dataclass, field
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 #: Efforts are rounded to a hundredth.
 _SAME_EFFORT = 0.006
@@ -49,7 +48,7 @@ class _Table:
         )
 
     def place(self, piece: Piece) -> _Event:
-        """Place a piece and say what happens."""
+        """Place a piece and return what happens."""
         event = _Event(piece.id)
         self.placed.add(piece.id)
         for station in piece.stations:
@@ -77,97 +76,76 @@ class _Table:
 
 def check_steps(job: Job, tally: Tally) -> None:
     """Check the steps of the assembly by doing them."""
-    plan = job.map
-    if plan is None:
-        return
+    plan = required(job.map)
+    assembly = tally.at("steps")
     numbers = [step.step for step in plan.steps]
-    tally.expect(
-        numbers == list(range(1, len(numbers) + 1)), f"steps are numbered {numbers[:4]} …, not 1, 2"
-    )
+    assembly.equal("their numbering", numbers, list(range(1, len(numbers) + 1)))
     times = Counter(name for step in plan.steps for name in step.pieces)
     for piece in plan.pieces:
-        tally.expect(
-            times[piece.id] == 1, f"piece {piece.id} is placed {times[piece.id]} times, not once"
-        )
+        tally.at(f"piece {piece.id}").equal("how often it is placed", times[piece.id], 1)
     table = _Table(plan)
     first: list[str] = []
     for step in plan.steps:
         events = [table.place(plan.piece[name]) for name in step.pieces if name not in table.placed]
         first += [event.piece for event in events if not event.touches]
-        _check_step(step, events, tally)
-        _check_text(step, events, tally)
-    apart = _components(plan)
-    tally.expect(
-        len(first) == apart,
-        f"{len(first)} pieces hold on nothing when they come ({', '.join(first[:4])}), "
-        f"but the object has {apart} separate parts to begin",
+        _check_step(step, events, tally.at(f"step {step.step}"))
+    parts = _components(plan)
+    assembly.expect(
+        len(first) == parts,
+        f"{len(first)} pieces hold on nothing when they come ({', '.join(first[:4])}), but the "
+        f"object has {parts} separate parts to begin",
     )
     for crossing in plan.crossings:
         lies = table.lies.get(crossing.id, [])
-        tally.expect(
+        tally.at(f"crossing {crossing.id}").expect(
             (crossing.over.piece, True) in lies and (crossing.under.piece, False) in lies,
-            f"crossing {crossing.id}: after the last step {crossing.over.piece} does not lie over "
-            f"{crossing.under.piece}",
+            f"after the last step {crossing.over.piece} does not lie over {crossing.under.piece}",
         )
-    _check_effort(plan, tally)
+    _check_effort(plan, assembly)
 
 
-def _check_step(step: Step, events: list[_Event], tally: Tally) -> None:
-    """Check the lists of a step."""
-    for what, listed, wanted in (
-        ("crossings", step.crossings, [key for event in events for key in event.made]),
-        ("over", step.over, [key for event in events for key in event.over]),
-        ("under", step.under, [key for event in events for key in event.under]),
-        ("joints", step.joints, [key for event in events for key in event.joints]),
-        ("fasten", step.fasten, [key for event in events for key in event.fasten]),
+def _check_step(step: Step, events: list[_Event], place: Place) -> None:
+    """Check the lists of a step, and that its text names what they do."""
+    for names, stated, wanted in (
+        ("crossings made", step.crossings, [key for event in events for key in event.made]),
+        ("crossings over", step.over, [key for event in events for key in event.over]),
+        ("crossings under", step.under, [key for event in events for key in event.under]),
+        ("joints made", step.joints, [key for event in events for key in event.joints]),
+        ("crossings to fasten", step.fasten, [key for event in events for key in event.fasten]),
     ):
-        missing, extra = Counter(wanted) - Counter(listed), Counter(listed) - Counter(wanted)
-        tally.expect(
-            not missing and not extra,
-            f"step {step.step}: {what} lacks {sorted(missing)[:4]} and has "
-            f"{sorted(extra)[:4]} too many",
-        )
-    closes = any(event.closes for event in events)
-    tally.expect(
-        step.closes == closes,
-        f"step {step.step}: closes is {step.closes}, but "
-        f"{'a' if closes else 'no'} piece is joined at both ends",
+        place.same(names, stated, wanted)
+    place.equal("closes", step.closes, any(event.closes for event in events))
+    sentences = [text for text in re.split(r"(?<=\.)\s+", step.text) if text]
+    if place.equal("the number of sentences", len(sentences), len(events)):
+        for sentence, event in zip(sentences, events, strict=True):
+            _check_text(sentence, event, place.at(f"text of piece {event.piece}"))
+
+
+def _check_text(sentence: str, event: _Event, place: Place) -> None:
+    """Check that a text names what a piece goes over and under and is joined to."""
+    names: dict[str, set[str]] = {"over": set(), "under": set(), "joint": set()}
+    for clause in sentence.rstrip(".").split(";"):
+        if "#" in clause:
+            names["joint"].update(re.findall(r"[A-Z]+[0-9]+|#[0-9]+", clause))
+            continue
+        for word in ("over", "under"):
+            _, _, rest = f" {clause} ".partition(f" {word} ")
+            names[word].update(re.findall(r"[A-Z]+[0-9]+", rest))
+    wanted = {
+        "over": {name for names in event.over.values() for name in names},
+        "under": {name for names in event.under.values() for name in names},
+        "joint": {f"#{joint}" for joint in event.joints}
+        | {mate for mate in event.joints.values() if mate != event.piece},
+    }
+    place.expect(
+        re.findall(r"[A-Z]+[0-9]+", sentence)[:1] == [event.piece] and names == wanted,
+        f"it names {_named(names)}, but should name {_named(wanted)}",
     )
 
 
-def _check_text(step: Step, events: list[_Event], tally: Tally) -> None:
-    """Check that the text names what each piece goes over and under and is joined to."""
-    sentences = [text for text in re.split(r"(?<=\.)\s+", step.text) if text]
-    where = f"step {step.step}"
-    if not tally.expect(
-        len(sentences) == len(events),
-        f"{where}: the text has {len(sentences)} sentences for {len(events)} pieces",
-    ):
-        return
-    for sentence, event in zip(sentences, events, strict=True):
-        told: dict[str, set[str]] = {"over": set(), "under": set(), "joint": set()}
-        for clause in sentence.rstrip(".").split(";"):
-            if "#" in clause:
-                told["joint"].update(re.findall(r"[A-Z]+[0-9]+|#[0-9]+", clause))
-                continue
-            for word in ("over", "under"):
-                _, _, rest = f" {clause} ".partition(f" {word} ")
-                told[word].update(re.findall(r"[A-Z]+[0-9]+", rest))
-        wanted = {
-            "over": {name for names in event.over.values() for name in names},
-            "under": {name for names in event.under.values() for name in names},
-            "joint": {f"#{joint}" for joint in event.joints}
-            | {mate for mate in event.joints.values() if mate != event.piece},
-        }
-        tally.expect(
-            re.findall(r"[A-Z]+[0-9]+", sentence)[:1] == [event.piece] and told == wanted,
-            f"{where}: the text of piece {event.piece} tells {_told(told)}, not {_told(wanted)}",
-        )
-
-
-def _told(told: dict[str, set[str]]) -> str:
-    """Write what was told for a finding."""
-    return ", ".join(f"{word} {' '.join(sorted(names))}" for word, names in told.items() if names)
+def _named(names: dict[str, set[str]]) -> str:
+    """Write the names in a text for a finding."""
+    return ", ".join(f"{word} {' '.join(sorted(ids))}" for word, ids in names.items() if ids)
 
 
 def _components(plan: CrossingMap) -> int:
@@ -189,15 +167,13 @@ def _components(plan: CrossingMap) -> int:
     return len({top(name) for name in above})
 
 
-def _check_effort(plan: CrossingMap, tally: Tally) -> None:
+def _check_effort(plan: CrossingMap, place: Place) -> None:
     """Check that the efforts are numbers that add up; the model behind them is a judgement."""
     total = sum(step.effort for step in plan.steps)
     least = min([*(step.effort for step in plan.steps), *plan.efforts])
-    tally.expect(least >= 0.0, f"an effort is negative: {least}")
-    tally.expect(
-        math.isclose(total, plan.efforts[0], abs_tol=_SAME_EFFORT * (1 + len(plan.steps))),
-        f"the efforts of the steps add up to {total:.2f}, the map says {plan.efforts[0]:.2f}",
-    )
+    place.expect(least >= 0.0, f"an effort is negative: {least}")
+    within = _SAME_EFFORT * (1 + len(plan.steps))
+    place.number("their effort in all", plan.efforts[0], total, within=within)
     # The last steps that have a tenth of the pieces.
     late, spent = 0, 0.0
     for step in reversed(plan.steps):
@@ -205,8 +181,4 @@ def _check_effort(plan: CrossingMap, tally: Tally) -> None:
             late, spent = late + len(step.pieces), spent + step.effort
     if late and total > 0.0:
         end = spent / late / (total / len(plan.pieces))
-        tally.expect(
-            math.isclose(end, plan.last_tenth, abs_tol=_SAME_SHARE),
-            f"the last tenth of the pieces takes {end:.3f} times the mean effort, the map says "
-            f"{plan.last_tenth:.3f}",
-        )
+        place.number("last_tenth", plan.last_tenth, end, within=_SAME_SHARE)

@@ -5,12 +5,13 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
+import shapely
 
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.measure.arcs import ring_area, ring_length
-from fabweave.verify.measure.ends import Reach, cut_rungs
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.measure.ends import lap_rungs, ring_of_rungs
+from fabweave.verify.measure.joint_kinds import kind_of
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 #: Fewer spares leave a maker short; more are money for nothing.
 _FEWEST_SPARES, _MOST_SPARES = 0.05, 0.10
@@ -24,63 +25,50 @@ _SAME_MM = 0.02
 
 def check_bom(job: Job, tally: Tally) -> None:
     """Check the fasteners, glue and tape of waste.json; a report without them is left alone."""
-    plan, waste = job.map, job.waste
-    if plan is None or waste is None:
-        return
-    told = [name for name in ("fasteners", "glue", "tape") if name in waste]
-    tally.expect(len(told) in (0, 3), f"waste.json tells only of {' and '.join(told)}")
+    plan, waste, place = required(job.map), required(job.waste), tally.at("waste.json")
+    listed = [name for name in ("fasteners", "glue", "tape") if name in waste]
+    place.expect(len(listed) in (0, 3), f"only {' and '.join(listed)} are listed")
     if "fasteners" not in waste:
         return
-    _check_fasteners(job, waste["fasteners"], tally)
+    _check_fasteners(job, waste["fasteners"], place)
     area, edge, length = _laps(plan, job)
-    counts = Counter(joint.kind for joint in plan.joints)
-    for name, kind, key, value, slack in (
-        ("glue", "glue", "area_mm2", area, _SAME_MM * edge),
-        ("tape", "none", "length_mm", length, _SAME_MM * counts["none"]),
+    counts = Counter(kind_of(joint).bought for joint in plan.joints)
+    for name, key, value, slack in (
+        ("glue", "area_mm2", area, _SAME_MM * edge),
+        ("tape", "length_mm", length, _SAME_MM * counts["tape"]),
     ):
-        entry = waste.get(name)
+        entry, here = waste.get(name), place.at(name)
         if not isinstance(entry, dict):
-            tally.fail(f"waste.json has no {name}")
+            here.fail("it is not listed")
             continue
-        tally.expect(
-            entry.get("joints") == counts[kind],
-            f"waste.json: {name} for {entry.get('joints')} joints, the map has {counts[kind]}",
-        )
-        stated = entry.get(key)
-        good = isinstance(stated, int | float) and abs(stated - value) <= slack + 1e-3
-        tally.expect(good, f"waste.json: {name}.{key} is {stated}, but comes to {value:.3f}")
+        here.equal("joints", entry.get("joints"), counts[name])
+        here.number(key, entry.get(key), value, within=slack + 1e-3)
 
 
-def _check_fasteners(job: Job, rows: list[dict[str, Any]], tally: Tally) -> None:
+def _check_fasteners(job: Job, rows: list[dict[str, Any]], place: Place) -> None:
     """Check the rows of fasteners against the holes of the pieces."""
     wanted = _fasteners(job)
-    # Where no thickness is told, nor can a grip be checked.
-    told = all(not math.isnan(thick) for _, thick in job.layers.values())
+    # Where no thickness is stated, nor can a grip be checked.
+    gripped = all(not math.isnan(thick) for _, thick in job.layers.values())
     stated = {
         (
             round(row["diameter_mm"], 3),
             row["layers"],
-            round(row["grip_mm"], _GRIP_DECIMALS) if told else None,
+            round(row["grip_mm"], _GRIP_DECIMALS) if gripped else None,
         ): row
         for row in rows
     }
-    tally.expect(len(stated) == len(rows), "waste.json lists a kind of fastener twice")
-    tally.expect(
-        sorted(stated) == sorted(wanted),
-        f"waste.json lists fasteners {sorted(stated)}, the pieces have holes for {sorted(wanted)} "
-        "(diameter, layers, grip)",
-    )
+    place.expect(len(stated) == len(rows), "a kind of fastener is listed twice")
+    place.same("fasteners (diameter, layers, grip)", stated, wanted)
     for key, row in stated.items():
-        where = f"waste.json, fasteners of {key[0]:g} mm through {key[1]} layers of {key[2]} mm"
+        here = place.at(f"fasteners of {key[0]:g} mm through {key[1]} layers of {key[2]} mm")
         needed, spare = row["needed"], row["spare"]
-        tally.expect(
-            needed == wanted[key], f"{where}: {needed} needed, the pieces take {wanted[key]}"
-        )
-        tally.expect(
+        here.equal("needed", needed, wanted[key])
+        here.expect(
             _FEWEST_SPARES * needed <= spare <= _MOST_SPARES * needed + _ROUND_UP,
-            f"{where}: {spare} spare for {needed}",
+            f"{spare} are spare for {needed}",
         )
-        tally.expect(row["buy"] == needed + spare, f"{where}: buy {row['buy']}")
+        here.equal("buy", row["buy"], needed + spare)
 
 
 def _fasteners(job: Job) -> Counter[tuple[float, int, float | None]]:
@@ -104,15 +92,12 @@ def _laps(plan: CrossingMap, job: Job) -> tuple[float, float, float]:
         if own is None:
             continue
         panel = own.panels[-1]
-        if joint.kind == "glue":
-            half = Reach((joint.lap_mm or 0.0) / 2.0)
-            entered = int(np.argmin(np.hypot(*(own.window[:, 0] - panel[0]).T)))
-            rungs = cut_rungs(own.window, entered, entered, (half, half))
-            ring = np.concatenate([rungs[:, 0], rungs[::-1, 1]])
-            straight = np.zeros(len(ring))
-            area += abs(ring_area(ring, straight))
-            edge += ring_length(ring, straight)
-        elif joint.kind == "none":
+        bought = kind_of(joint).bought
+        if bought == "glue":
+            lap = shapely.Polygon(ring_of_rungs(lap_rungs(own.window, panel, joint)))
+            area += lap.area
+            edge += lap.length
+        elif bought == "tape":
             right, left = (panel[0] + panel[2]) / 2.0, (panel[1] + panel[3]) / 2.0
             way = panel[2] + panel[3] - panel[0] - panel[1]
             across = left - right

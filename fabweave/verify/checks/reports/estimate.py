@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from fabweave.verify.checks.plan.pieces import areas_of
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.measure.areas import sum_areas
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 #: Lengths, times and prices agree to this, and this share of themselves.
 _SAME, _SHARE = 0.06, 1e-5
@@ -13,75 +13,69 @@ _SAME, _SHARE = 0.06, 1e-5
 
 def check_estimate(job: Job, tally: Tally) -> None:
     """Check lengths and piercings of each sheet, and what the estimate makes of them."""
-    plan, waste = job.map, job.waste
-    if plan is None or waste is None:
-        return
+    plan, waste = required(job.map), required(job.waste)
+    place = tally.at("waste.json")
     rows = {row["sheet"]: row for row in waste["sheets"]}
     pierces = 0
     for sheet in plan.sheets:
-        pieces = [piece for piece in plan.pieces if piece.sheet == sheet.number]
-        cut = sum(areas_of(piece, plan)[2] for piece in pieces)
-        lines = sum(1 + len(plan.holes[piece.id]) + len(piece.slots) for piece in pieces)
-        where, row = f"waste.json, sheet {sheet.number}", rows.get(sheet.number, {})
-        _check(where, row, "cut_length_mm", cut, tally)
-        _check(where, row, "pierces", lines, tally)
+        areas = [job.areas[piece.id] for piece in plan.on_sheet(sheet.number)]
+        figures, here = sum_areas(areas), place.at(f"sheet {sheet.number}")
+        lines = len(areas) + figures.cutouts
+        row = rows.get(sheet.number, {})
+        _check(row, "cut_length_mm", figures.cut_mm, here)
+        _check(row, "pierces", lines, here)
         pierces += lines
     # How long all lines are together is another check.
-    _check("waste.json, totals", waste["totals"], "pierces", pierces, tally)
+    _check(waste["totals"], "pierces", pierces, place.at("totals"))
     if (estimate := waste.get("estimate")) is not None:
-        _check_estimate(plan, estimate, rows, tally)
+        _check_estimate(plan, estimate, rows, place.at("estimate"))
 
 
 def _check_estimate(
-    plan: CrossingMap, estimate: dict[str, Any], rows: dict[int, dict[str, Any]], tally: Tally
+    plan: CrossingMap, estimate: dict[str, Any], rows: dict[int, dict[str, Any]], place: Place
 ) -> None:
     """Check times and prices of sheets against speeds and prices of materials, and their sums."""
     materials = {(one["material"], one["thickness_mm"]): one for one in estimate["materials"]}
-    told = {one["sheet"]: one for one in estimate["sheets"]}
-    if not tally.expect(
-        sorted(told) == sorted(sheet.number for sheet in plan.sheets),
-        f"waste.json estimates sheets {sorted(told)}",
-    ):
+    records = {record["sheet"]: record for record in estimate["sheets"]}
+    if not place.same("sheets", [record["sheet"] for record in estimate["sheets"]], plan.sheet):
         return
-    spans: list[Any] = []
-    prices: list[Any] = []
+    spans: list[list[float] | None] = []
+    prices: list[float | None] = []
     for sheet in plan.sheets:
-        material = materials[sheet.material, sheet.thickness_mm]
-        row, where = rows[sheet.number], f"waste.json, estimate of sheet {sheet.number}"
+        material, row = materials[sheet.material, sheet.thickness_mm], rows[sheet.number]
         speed, price = material["speed_mm_s"], material["price_per_m2"]
-        span = speed and [
-            row["cut_length_mm"] / each + estimate["pierce_s"] * row["pierces"]
-            for each in (max(speed), min(speed))
-        ]
-        spans.append(span)
+        spans.append(
+            speed
+            and [
+                row["cut_length_mm"] / each + estimate["pierce_s"] * row["pierces"]
+                for each in (max(speed), min(speed))
+            ]
+        )
         prices.append(None if price is None else price * sheet.area_mm2 * 1e-6)
-        _check_pair(where, told[sheet.number], spans[-1], prices[-1], tally)
+        _check_pair(records[sheet.number], spans[-1], prices[-1], place.at(f"sheet {sheet.number}"))
     currencies = {
         materials[sheet.material, sheet.thickness_mm]["currency"] for sheet in plan.sheets
     }
-    whole = None if None in spans else [sum(span[end] for span in spans) for end in (0, 1)]
-    price = None if None in prices or len(currencies) > 1 else sum(prices)
-    _check_pair("waste.json, estimate", estimate, whole, price, tally)
+    known = [span for span in spans if span is not None]
+    sums = [sum(span[end] for span in known) for end in (0, 1)]
+    costs = [price for price in prices if price is not None]
+    price = None if len(costs) < len(prices) or len(currencies) > 1 else sum(costs)
+    _check_pair(estimate, None if len(known) < len(spans) else sums, price, place)
 
 
 def _check_pair(
-    where: str, told: dict[str, Any], span: list[float] | None, price: float | None, tally: Tally
+    record: dict[str, Any], span: list[float] | None, price: float | None, place: Place
 ) -> None:
     """Check a range of times and a price; either may be unknown."""
     if span is None:
-        tally.expect(told["cut_s"] is None, f"{where}: cut_s is {told['cut_s']}, with no speed")
+        place.number("cut_s", record["cut_s"], None)
     else:
-        ends = dict(zip(("fastest", "slowest"), told["cut_s"] or (), strict=False))
+        ends = dict(zip(("fastest", "slowest"), record["cut_s"] or (), strict=False))
         for name, value in zip(("fastest", "slowest"), span, strict=True):
-            _check(f"{where}, cut_s", ends, name, value, tally)
-    if price is None:
-        tally.expect(told["price"] is None, f"{where}: price is {told['price']}, and not known")
-    else:
-        _check(where, told, "price", price, tally)
+            _check(ends, name, value, place.at("cut_s"))
+    place.number("price", record["price"], price, within=_SAME + _SHARE * (price or 0.0))
 
 
-def _check(where: str, row: dict[str, Any], key: str, value: float, tally: Tally) -> None:
+def _check(record: dict[str, Any], name: str, value: float, place: Place) -> None:
     """Check one figure."""
-    stated = row.get(key)
-    same = isinstance(stated, int | float) and abs(stated - value) <= _SAME + _SHARE * value
-    tally.expect(same, f"{where}: {key} is {stated}, but comes to {value:.4f}")
+    place.number(name, record.get(name), value, within=_SAME + _SHARE * value)

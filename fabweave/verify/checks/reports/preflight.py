@@ -1,15 +1,14 @@
 """Check what preflight.json states against the pieces on their sheets."""
 
-import math
 from typing import Any
 
 import numpy as np
-import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
 from fabweave.verify.drawing import Floats
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.measure.areas import least_rectangle
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally, as_number, stated_number
 
 #: Places are rounded to a thousandth, and widths of necks found by halving.
 PLACE_MM = 0.005
@@ -22,47 +21,41 @@ _TOO_LARGE = ("piece", "sheet")
 
 def check_preflight(job: Job, tally: Tally) -> None:
     """Check that every flaw that is stated is one, of a piece that exists, where it is said."""
-    plan, told = job.map, job.preflight
-    if plan is None or told is None:
-        return
-    stated = job.options.get("target", "default")
-    tally.expect(
-        told.get("target") == stated,
-        f"preflight.json is for target {told.get('target')!r}, and job.toml for {stated!r}",
-    )
-    for number, flaw in enumerate(told["flaws"]):
-        _check_flaw(plan, flaw, f"preflight.json, flaw {number}", tally)
+    plan, preflight = required(job.map), required(job.preflight)
+    place = tally.at("preflight.json")
+    target = job.options.get("target", "default")
+    place.against("job.toml").equal("target", preflight.get("target"), target)
+    for number, flaw in enumerate(preflight["flaws"]):
+        _check_flaw(plan, flaw, place.at(f"flaw {number}"))
 
 
-def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], where: str, tally: Tally) -> None:
+def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], place: Place) -> None:
     """Check one flaw."""
-    rule, value, limit = (
-        flaw.get("rule"),
-        _float(flaw.get("value_mm")),
-        _float(flaw.get("limit_mm")),
-    )
-    tally.expect(rule in _OF_PIECES + _OF_THE_REST, f"{where}: there is no rule {rule}")
-    tally.expect(
+    rule, name = flaw.get("rule"), flaw.get("piece")
+    value, limit = stated_number(flaw, "value_mm"), stated_number(flaw, "limit_mm")
+    place.expect(rule in _OF_PIECES + _OF_THE_REST, f"there is no rule {rule}")
+    place.expect(
         value > limit if rule in _TOO_LARGE else value < limit,
-        f"{where}: {value} keeps the limit {limit} of rule {rule}",
+        f"{value} keeps the limit {limit} of rule {rule}",
     )
     if rule not in _OF_PIECES:
-        tally.expect(flaw.get("piece") is None, f"{where}: rule {rule} is not about one piece")
+        place.equal(f"its piece, with rule {rule},", name, None)
         return
-    piece = plan.piece.get(flaw.get("piece", ""))
+    piece = plan.piece.get(name or "")
     if piece is None or piece.sheet != flaw.get("sheet"):
-        tally.fail(f"{where}: there is no piece {flaw.get('piece')} on sheet {flaw.get('sheet')}")
+        place.fail(f"there is no piece {name} on sheet {flaw.get('sheet')}")
         return
-    place = np.array([_float(part) for part in flaw.get("place") or (None, None)])
+    spot = np.array([as_number(part) for part in flaw.get("place") or (None, None)])
     if rule == "piece":
-        measured = min(sides_of(piece.outline), key=lambda side: abs(side - value))
+        sides = least_rectangle(piece.outline)
+        measured = float(sides[np.argmin(np.abs(sides - value))])
     else:
-        measured = _measured(plan, piece, str(rule), place)
-    tally.measure(
+        measured = _measured(plan, piece, str(rule), spot)
+    place.at_most(
         "preflight_mm",
         abs(measured - value),
         WIDTH_MM,
-        f"{where}: {value} mm are stated for rule {rule} at {place}, and {measured:.3f} mm found",
+        f"{value} mm are stated for rule {rule} at {spot}, and {measured:.3f} mm found: {{}} off",
     )
 
 
@@ -89,28 +82,9 @@ def _measured(plan: CrossingMap, piece: Piece, rule: str, place: Floats) -> floa
     return float(rims.sum()) if len(rims) == 2 and rims.sum() < 2 * edge else 2 * edge
 
 
-def sides_of(outline: Floats) -> tuple[float, float]:
-    """Return the sides of the smallest rectangle around an outline."""
-    best = (math.inf, math.nan, math.nan)
-    # The smallest rectangle lies along a side of the convex hull.
-    hull = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(outline)))
-    for side in np.diff(hull, axis=0):
-        along = side / max(float(np.hypot(*side)), 1e-300)
-        wide, high = (float(np.ptp(outline @ way)) for way in (along, along[::-1] * [-1, 1]))
-        best = min(best, (wide * high, wide, high))
-    return best[1], best[2]
-
-
 def _edge_distance(place: Floats, outline: Floats) -> float:
     """Return the distance of a place from the nearest side of an outline."""
     side = np.roll(outline, -1, axis=0) - outline
     square = np.maximum(np.einsum("nd,nd->n", side, side), 1e-300)
     share = np.clip(np.einsum("nd,nd->n", place - outline, side) / square, 0.0, 1.0)
     return float(np.hypot(*(outline + share[:, None] * side - place).T).min())
-
-
-def _float(value: object) -> float:
-    """Return a number; NaN for anything else, which fails every comparison."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    return math.nan

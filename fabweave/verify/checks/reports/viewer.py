@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.crossing_map import Piece, Thread
+from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.measure.geometry import panel_bounds
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.glb import Strip
-from fabweave.verify.read.job_files import Job
+from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.viewer import POLICY, Viewer
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Place, Tally
 
 #: The page rounds the map's numbers to a thousandth.
 ROUNDED = 5.1e-4
@@ -21,29 +21,27 @@ COARSE_MM = 0.1
 
 def check_viewer(job: Job, tally: Tally) -> None:
     """Check assembly.html against the crossing map and the model."""
-    viewer, plan = job.viewer, job.map
-    if viewer is None or plan is None:
-        return
-    tally.expect(
+    viewer, plan, place = required(job.viewer), required(job.map), tally.at("assembly.html")
+    place.expect(
         viewer.policies == (POLICY,) and all(one.startswith("#") for one in viewer.loads),
-        f"assembly.html could load something: its policy is {viewer.policies}, its addresses are "
+        f"it could load something: its policy is {viewer.policies}, its addresses are "
         f"{viewer.loads[:3]}",
     )
     for key in sorted({*viewer.plan, *(job.document or {})}):
         where = _difference(viewer.plan.get(key), (job.document or {}).get(key), key)
-        tally.expect(where is None, f"assembly.html differs from crossing_map.json in {where}")
+        place.expect(where is None, f"it differs from crossing_map.json in {where}")
     colours = [str(colour) for colour in viewer.colours]
-    tally.expect(
+    place.expect(
         len(colours) == len(plan.threads)
         and all(re.fullmatch("#[0-9a-f]{6}", colour) for colour in colours),
-        f"assembly.html has {len(colours)} colours for {len(plan.threads)} threads, or one is none",
+        f"it has {len(colours)} colours for {len(plan.threads)} threads, or one is none",
     )
-    if not tally.expect(
-        len(viewer.counts) == len(viewer.panels) == len(plan.pieces),
-        f"assembly.html shows {len(viewer.counts)} pieces in space, the map has {len(plan.pieces)}",
+    if place.equal(
+        "the numbers of pieces in space, with rungs and with panels,",
+        (len(viewer.counts), len(viewer.panels)),
+        (len(plan.pieces), len(plan.pieces)),
     ):
-        return
-    _check_space(job, viewer, tally)
+        _check_space(plan, required(job.model), viewer, place)
 
 
 def _difference(shown: Any, true: Any, where: str) -> str | None:
@@ -65,11 +63,8 @@ def _difference(shown: Any, true: Any, where: str) -> str | None:
     return next((where for where in found if where is not None), None)
 
 
-def _check_space(job: Job, viewer: Viewer, tally: Tally) -> None:
+def _check_space(plan: CrossingMap, model: dict[str, Strip], viewer: Viewer, place: Place) -> None:
     """Check every piece's stretch of ribbon against the model."""
-    plan, model = job.map, job.model
-    if plan is None or model is None:
-        return
     first = 0
     for number, piece in enumerate(plan.pieces):
         own = slice(first, first + int(viewer.counts[number]))
@@ -77,12 +72,13 @@ def _check_space(job: Job, viewer: Viewer, tally: Tally) -> None:
         thread = plan.thread.get(piece.thread)
         strip = model.get(thread.label) if thread is not None else None
         if thread is None or strip is None or len(strip.entry) != len(thread.crossings):
-            tally.fail(f"piece {piece.id} is not checked, because the model has no strip for it")
+            place.fail(f"piece {piece.id} is not checked, because the model has no strip for it")
             continue
         begin = station_run(thread, piece)
         if begin is None:
             continue  # its stations are no run of its thread: another check says so
-        _check_piece(piece, thread, strip, begin, viewer, own, number, tally)
+        here = place.at(f"piece {piece.id}")
+        _check_piece(piece, thread, strip, begin, viewer, own, number, here)
 
 
 def _check_piece(
@@ -93,10 +89,9 @@ def _check_piece(
     viewer: Viewer,
     own: slice,
     number: int,
-    tally: Tally,
+    place: Place,
 ) -> None:
     """Check one piece's stretch of ribbon: its rungs, its panels, its diagonals."""
-    where = f"assembly.html, piece {piece.id}"
     entry, leave = panel_bounds(strip, begin, len(piece.stations))
     start, end = int(entry[0]), int(leave[-1])
     if not strip.closed and begin == 0:
@@ -104,20 +99,19 @@ def _check_piece(
     if not strip.closed and begin + len(piece.stations) == len(thread.crossings):
         end = len(strip.rungs) - 1
     rung = np.arange(start, end + 1) % len(strip.rungs)
-    if not tally.expect(
+    if not place.expect(
         own.stop - own.start == len(rung) and np.array_equal(viewer.panels[number], entry - start),
-        f"{where}: it has {own.stop - own.start} rungs, the model {len(rung)}; or its stations "
-        "are not at the model's panels",
+        f"it has {own.stop - own.start} rungs, the model {len(rung)}; or its stations are not at "
+        "the model's panels",
     ):
         return
-    tally.expect(
+    place.expect(
         np.array_equal(viewer.from_right[own][:-1] != 0, strip.from_right[rung[:-1]]),
-        f"{where}: a quad has the other diagonal than in the model",
+        "a quad has the other diagonal than in the model",
     )
-    away = float(np.abs(viewer.rungs[own] - strip.rungs[rung]).max())
-    tally.measure(
+    place.at_most(
         "viewer_mm",
-        away,
+        float(np.abs(viewer.rungs[own] - strip.rungs[rung]).max()),
         min(viewer.step_mm, COARSE_MM) + strip.grain_mm,
-        f"{where}: it stands {away:.3f} mm from its place in the model",
+        "it stands {} from its place in the model",
     )

@@ -17,33 +17,31 @@ from fabweave.verify.drawing import (
     Flags,
     Ints,
 )
-from fabweave.verify.read.job_files import Job, sheet_drawing
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required, sheet_drawing
+from fabweave.verify.statement import Place, Tally
 
 _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
 
 
 def check_order(job: Job, tally: Tally) -> None:
     """Check the order of cutting, and that a piece's holes and engraving are inside its outline."""
-    plan = job.map
-    if plan is None:
-        return
-    for sheet in plan.sheets:
+    for sheet in required(job.map).sheets:
         drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
         if drawing is not None:
-            _check_sequence(f"{sheet.name}.dxf", drawing, tally)
-            _check_inside(f"{sheet.name}.dxf", drawing, tally)
+            place = tally.at(f"{sheet.name}.dxf")
+            _check_sequence(drawing, place)
+            _check_inside(drawing, place)
         drawing = sheet_drawing(job.svg, sheet, "svg", tally)
         if drawing is not None:
-            ranks = [LAYERS.index(layer) for layer in drawing.layers if layer in LAYERS]
-            tally.expect(
-                ranks == sorted(set(ranks)),
-                f"{sheet.name}.svg has its layers in the order {', '.join(drawing.layers)}",
+            place = tally.at(f"{sheet.name}.svg")
+            layers = [layer for layer in drawing.layers if layer in LAYERS]
+            place.equal(
+                "the order of its layers", layers, [layer for layer in LAYERS if layer in layers]
             )
-            _check_inside(f"{sheet.name}.svg", drawing, tally)
+            _check_inside(drawing, place)
 
 
-def _check_sequence(where: str, drawing: Drawing, tally: Tally) -> None:
+def _check_sequence(drawing: Drawing, place: Place) -> None:
     """Check that pieces follow one another whole: engraving, holes, outline."""
     done: set[str | None] = set()
     current: str | None = None
@@ -59,26 +57,21 @@ def _check_sequence(where: str, drawing: Drawing, tally: Tally) -> None:
         if layer == NOTES or piece is None:
             continue
         if piece != current:
-            tally.expect(
-                piece not in done,
-                f"{where}: piece {piece} is taken up again after another piece",
-            )
+            place.expect(piece not in done, f"piece {piece} is taken up again after another piece")
             done.add(current)
             current, rank = piece, 0
         elif noted:
-            tally.fail(f"{where}: a note stands between the shapes of piece {current}")
+            place.fail(f"a note stands between the shapes of piece {current}")
         noted = False
-        own = _RANK.get(layer, rank)
-        tally.count(end - start)
-        if own < rank:
+        layer_rank = _RANK.get(layer, rank)
+        place.count(end - start)
+        if layer_rank < rank:
             for name in drawing.name[start:end]:
-                tally.fail(
-                    f"{where}: {name} of piece {piece} on {layer} comes after a later operation"
-                )
-        rank = max(rank, own)
+                place.fail(f"{name} of piece {piece} on {layer} comes after a later operation")
+        rank = max(rank, layer_rank)
 
 
-def _check_inside(where: str, drawing: Drawing, tally: Tally) -> None:
+def _check_inside(drawing: Drawing, place: Place) -> None:
     """Check that holes lie strictly inside their outlines and engraving does not leave them."""
     names = [
         name
@@ -89,22 +82,20 @@ def _check_inside(where: str, drawing: Drawing, tally: Tally) -> None:
     points, ring = drawing.traced(firsts)
     outlines = shapely.make_valid(shapely.polygons(shapely.linearrings(points, indices=ring)))
     shapely.prepare(outlines)
-    place = {name: at for at, name in enumerate(names)}
+    number = {name: at for at, name in enumerate(names)}
     for layers, inside in (((HOLES,), _holes_inside), (ENGRAVE_LAYERS, _lines_inside)):
         groups = [
-            (shapes, place[name])
+            (shapes, number[name])
             for (layer, name), shapes in drawing.groups.items()
-            if layer in layers and name in place
+            if layer in layers and name in number
         ]
         if not groups:
             continue
         shapes = np.concatenate([own for own, _ in groups])
         owner = np.repeat([at for _, at in groups], [len(own) for own, _ in groups])
-        tally.count(len(shapes))
+        place.count(len(shapes))
         for at in shapes[~inside(drawing, shapes, outlines, owner)].tolist():
-            tally.fail(
-                f"{where}: {drawing.shape(at).where} on {drawing.layer[at]} leaves the outline"
-            )
+            place.fail(f"{drawing.shape(at).where} on {drawing.layer[at]} leaves the outline")
 
 
 def _lines_inside(
@@ -137,12 +128,12 @@ def _holes_inside(
     """Return whether holes and slots lie strictly inside an outline."""
     starts = drawing.start[shapes]
     radius = drawing.radius[shapes]
-    things = np.asarray(shapely.points(drawing.points[starts]))
+    cutouts = np.asarray(shapely.points(drawing.points[starts]))
     slots = np.flatnonzero(np.isnan(radius))
     if len(slots):
         points, ring = drawing.traced(shapes[slots])
-        things[slots] = shapely.polygons(shapely.linearrings(points, indices=ring))
+        cutouts[slots] = shapely.polygons(shapely.linearrings(points, indices=ring))
     borders = shapely.boundary(outlines)[owner]
     # Written so that NaN objects; a slot that crosses the border is not clear of it.
-    clear = shapely.distance(borders, things) > np.where(np.isnan(radius), 0.0, radius)
-    return np.asarray(clear & shapely.contains(outlines[owner], things))
+    clear = shapely.distance(borders, cutouts) > np.where(np.isnan(radius), 0.0, radius)
+    return np.asarray(clear & shapely.contains(outlines[owner], cutouts))

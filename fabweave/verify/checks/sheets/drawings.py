@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
+from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Sheet
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,
@@ -17,76 +17,66 @@ from fabweave.verify.drawing import (
     Shape,
 )
 from fabweave.verify.measure.arcs import chords_of
-from fabweave.verify.read.job_files import Job, sheet_drawing
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required, sheet_drawing
+from fabweave.verify.statement import Place, Tally
 
 SAME_MM = 0.01
 
 
 def check_dxf(job: Job, tally: Tally) -> None:
     """Check that every DXF sheet declares millimetres and cuts what the map says."""
-    plan = job.map
-    if plan is None:
-        return
+    plan = required(job.map)
     for sheet in plan.sheets:
         drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
         if drawing is not None:
-            _check_cuts(f"{sheet.name}.dxf", drawing, sheet, plan, tally)
+            _check_cuts(drawing, sheet, plan, tally.at(f"{sheet.name}.dxf"))
 
 
 def check_svg(job: Job, tally: Tally) -> None:
     """Check that every SVG sheet has its size, cuts what the map says and draws what DXF draws."""
-    plan = job.map
-    if plan is None:
-        return
+    plan = required(job.map)
     for sheet in plan.sheets:
         drawing = sheet_drawing(job.svg, sheet, "svg", tally)
         if drawing is None:
             continue
-        where = f"{sheet.name}.svg"
+        place = tally.at(f"{sheet.name}.svg")
         sizes = (drawing.width_mm or 0.0, drawing.height_mm or 0.0)
-        tally.expect(
+        place.expect(
             np.allclose(sizes, (sheet.width_mm, sheet.height_mm), rtol=0, atol=1e-3),
-            f"{where} is {sizes[0]:g} × {sizes[1]:g} mm, its sheet "
-            f"{sheet.width_mm:g} × {sheet.height_mm:g} mm",
+            f"it is {sizes[0]:g} × {sizes[1]:g} mm, its sheet {sheet.width_mm:g} × "
+            f"{sheet.height_mm:g} mm",
         )
-        _check_cuts(where, drawing, sheet, plan, tally)
-        _check_names(where, drawing, tally)
+        _check_cuts(drawing, sheet, plan, place)
+        _check_names(drawing, place)
         other = job.dxf.get(sheet.number)
         if other is None:
-            tally.fail(f"{where} is not compared, because {sheet.name}.dxf could not be read")
+            place.fail(f"it is not compared, because {sheet.name}.dxf could not be read")
         else:
-            compare_formats(where, drawing, other, tally)
+            compare_formats(drawing, other, place)
 
 
-def _check_cuts(
-    where: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, tally: Tally
-) -> None:
+def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place) -> None:
     """Check a sheet's outlines and holes against its pieces; nothing extra, nothing missing."""
     for problem in drawing.problems:
-        tally.fail(f"{where}: {problem}")
-    pieces = {piece.id: piece for piece in plan.pieces if piece.sheet == sheet.number}
-    groups, none = drawing.groups, np.zeros(0, dtype=np.int64)
+        place.fail(problem)
+    pieces = {piece.id: piece for piece in plan.on_sheet(sheet.number)}
     drawn = _drawn_lines(drawing)
-    for (layer, name), shapes in groups.items():
-        tally.expect(
+    for (layer, name), shapes in drawing.groups.items():
+        place.expect(
             layer == NOTES or name in pieces,
-            f"{where}: {len(shapes)} shapes on {layer} belong to "
+            f"{len(shapes)} shapes on {layer} belong to "
             + (f"{name}, which is not on this sheet" if name else "no piece"),
         )
     for piece in pieces.values():
-        outlines = [drawing.shape(at) for at in groups.get((OUTLINES, piece.id), none).tolist()]
-        _check_outline(where, piece, outlines, tally)
-        holes = groups.get((HOLES, piece.id), none)
+        own = place.at(f"piece {piece.id}")
+        _check_outline(piece, drawing.shapes_of(OUTLINES, piece.id), own)
+        holes = drawing.of(HOLES, piece.id)
         circle = ~np.isnan(drawing.radius[holes])
-        _check_holes(where, piece, plan, drawing, holes[circle], tally)
-        _check_slots(where, piece, [drawing.shape(at) for at in holes[~circle].tolist()], tally)
+        _check_holes(piece, plan.holes[piece.id], drawing, holes[circle], own)
+        _check_slots(piece, [drawing.shape(at) for at in holes[~circle].tolist()], own)
         for layer in ENGRAVE_LAYERS:
-            lines = groups.get((layer, piece.id), none).tolist()
-            tally.expect(
-                len({drawn[at] for at in lines}) == len(lines),
-                f"{where}: piece {piece.id} is engraved twice",
-            )
+            lines = [drawn[at] for at in drawing.of(layer, piece.id).tolist()]
+            own.expect(len(set(lines)) == len(lines), f"it is engraved twice on {layer}")
 
 
 def _drawn_lines(drawing: Drawing) -> list[bytes]:
@@ -98,62 +88,44 @@ def _drawn_lines(drawing: Drawing) -> list[bytes]:
     return [min(there[begin:end], back[size - end : size - begin]) for begin, end in pairwise(ends)]
 
 
-def _check_outline(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally) -> None:
+def _check_outline(piece: Piece, shapes: Sequence[Shape], place: Place) -> None:
     """Check the one outline of a piece."""
-    if not tally.expect(
-        len(shapes) == 1, f"{where}: piece {piece.id} has {len(shapes)} outlines on {OUTLINES}"
-    ):
+    if not place.equal(f"the number of outlines on {OUTLINES}", len(shapes), 1):
         return
     shape = shapes[0]
-    if not tally.expect(
+    if not place.expect(
         shape.closed and shape.radius is None and len(shape.points) == len(piece.path),
-        f"{where}: the outline of piece {piece.id} is not closed, or has {len(shape.points)} "
-        f"vertices instead of {len(piece.path)}",
+        f"its outline is not closed, or has {len(shape.points)} vertices instead of "
+        f"{len(piece.path)}",
     ):
         return
-    drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
-    off = ring_distance(
-        np.column_stack([shape.points, drawn]),
-        piece.placed_ring(piece.path),
-    )
-    tally.measure(
-        "outline_mm",
-        off,
-        SAME_MM,
-        f"{where}: the outline of piece {piece.id} is {off:.4f} mm from where it should be",
-    )
+    off = ring_distance(shape.ring, piece.placed_ring(piece.path))
+    place.at_most("outline_mm", off, SAME_MM, "its outline is {} from where it should be")
 
 
-def _check_slots(where: str, piece: Piece, shapes: Sequence[Shape], tally: Tally) -> None:
+def _check_slots(piece: Piece, shapes: list[Shape], place: Place) -> None:
     """Check the cut-outs of a piece that are no circles, in whatever order they are drawn."""
-    slots, left = piece.slots, list(shapes)
-    if not tally.expect(
+    slots = piece.slots
+    if not place.expect(
         sorted(len(shape.points) for shape in shapes) == sorted(len(slot) for slot in slots)
         and all(shape.closed for shape in shapes),
-        f"{where}: piece {piece.id} has {len(shapes)} cut-outs on {HOLES} that are no circles, "
-        f"instead of {len(slots)}, or they are not closed runs of as many vertices",
+        f"it has {len(shapes)} cut-outs on {HOLES} that are no circles, instead of {len(slots)}, "
+        "or they are not closed runs of as many vertices",
     ):
         return
     for slot in slots:
         wanted = piece.placed_ring(slot)
-        distances = [_slot_distance(shape, wanted) for shape in left]
+        distances = [ring_off(shape.ring, wanted) for shape in shapes]
         nearest = int(np.argmin(distances))
-        off = distances[nearest]
-        del left[nearest]
-        tally.measure(
-            "slot_mm",
-            off,
-            SAME_MM,
-            f"{where}: a slot of piece {piece.id} is {off:.4f} mm from where it should be",
+        del shapes[nearest]
+        place.at_most(
+            "slot_mm", distances[nearest], SAME_MM, "a slot is {} from where it should be"
         )
 
 
-def _slot_distance(shape: Shape, wanted: Floats) -> float:
-    """Return how far a shape is from a slot; infinite if it has not as many vertices."""
-    if len(shape.points) != len(wanted):
-        return float("inf")
-    drawn = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
-    return _side_distance(np.column_stack([shape.points, drawn]), wanted)
+def ring_off(ring: Floats, wanted: Floats) -> float:
+    """Return how far a ring is from another, side by side; infinite for another number of sides."""
+    return _side_distance(ring, wanted) if len(ring) == len(wanted) else float("inf")
 
 
 def ring_distance(ring: Floats, wanted: Floats) -> float:
@@ -179,47 +151,32 @@ def _side_distance(ring: Floats, wanted: Floats) -> float:
 
 
 def _check_holes(
-    where: str, piece: Piece, plan: CrossingMap, drawing: Drawing, shapes: Ints, tally: Tally
+    piece: Piece, holes: Sequence[Hole], drawing: Drawing, shapes: Ints, place: Place
 ) -> None:
     """Check the holes of a piece."""
-    holes = plan.holes[piece.id]
-    radii = drawing.radius[shapes]
-    if not tally.expect(
-        len(shapes) == len(holes) and not np.any(np.isnan(radii)),
-        f"{where}: piece {piece.id} has {len(shapes)} shapes on {HOLES} instead of {len(holes)} "
-        "circles",
-    ):
-        return
-    if not holes:
+    if not place.equal(f"the number of circles on {HOLES}", len(shapes), len(holes)) or not holes:
         return
     wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
     centres = drawing.points[drawing.start[shapes]]
     distance = np.hypot(*(wanted[:, None] - centres[None, :]).transpose(2, 0, 1))
     nearest = np.argmin(distance, axis=1)
-    tally.expect(
-        len(set(nearest.tolist())) == len(holes),
-        f"{where}: two holes of piece {piece.id} are drawn in one place",
+    place.expect(
+        len(set(nearest.tolist())) == len(holes), "two of its holes are drawn in one place"
     )
     for hole, at, off in zip(holes, nearest.tolist(), distance.min(axis=1).tolist(), strict=True):
-        tally.measure(
-            "hole_mm",
-            off,
-            SAME_MM,
-            f"{where}: the hole of piece {piece.id} at ({hole.x:.3f}, {hole.y:.3f}) is {off:.4f} "
-            "mm from where it should be",
-        )
-        diameter = 2.0 * float(radii[at])
+        what = f"the hole at ({hole.x:.3f}, {hole.y:.3f})"
+        place.at_most("hole_mm", off, SAME_MM, f"{what} is {{}} from where it should be")
+        diameter = 2.0 * float(drawing.radius[shapes[at]])
         change = 0.0 if hole.diameter is None else abs(diameter - hole.diameter)
-        tally.measure(
+        place.at_most(
             "diameter_mm",
             change,
             SAME_MM,
-            f"{where}: the hole of piece {piece.id} at ({hole.x:.3f}, {hole.y:.3f}) has diameter "
-            f"{diameter:.4f} instead of {hole.diameter} mm",
+            f"{what} is {diameter:.4f} mm wide instead of {hole.diameter} mm: {{}} off",
         )
 
 
-def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
+def _check_names(drawing: Drawing, place: Place) -> None:
     """Check that cuts in an SVG are named after their pieces, each once."""
     names = set()
     for layer, piece, name in zip(drawing.layer, drawing.piece, drawing.name, strict=True):
@@ -229,36 +186,32 @@ def _check_names(where: str, drawing: Drawing, tally: Tally) -> None:
             good = name.startswith(f"{piece}.hole.")
         else:
             continue
-        tally.expect(
+        place.expect(
             good and name not in names,
-            f"{where}: id {name!r} on {layer} is used twice, or is not piece {piece}'s",
+            f"id {name!r} on {layer} is used twice, or is not piece {piece}'s",
         )
         names.add(name)
 
 
-def compare_formats(where: str, drawing: Drawing, other: Drawing, tally: Tally) -> None:
+def compare_formats(drawing: Drawing, other: Drawing, place: Place) -> None:
     """Check that SVG and DXF draw the same shapes on every layer of every piece."""
-    mine, theirs, none = drawing.groups, other.groups, np.zeros(0, dtype=np.int64)
     pairs = [
-        (key, mine.get(key, none), theirs.get(key, none))
-        for key in sorted({*mine, *theirs}, key=str)
+        (key, drawing.of(*key), other.of(*key))
+        for key in sorted({*drawing.groups, *other.groups}, key=str)
     ]
-    even = [(one, two) for _, one, two in pairs if len(one) == len(two)]
-    first = np.concatenate([none, *(one for one, _ in even)])
-    apart = _apart_in_order(drawing, first, other, np.concatenate([none, *(b for _, b in even)]))
+    even = [(mine, theirs) for _, mine, theirs in pairs if len(mine) == len(theirs)]
+    none = np.zeros(0, dtype=np.int64)
+    first, second = (np.concatenate([none, *(pair[side] for pair in even)]) for side in (0, 1))
+    apart = _apart_in_order(drawing, first, other, second)
     done = 0
-    for (layer, name), one, two in pairs:
-        what = f"{where}: {layer}" + (f" of piece {name}" if name else "")
-        if tally.expect(
-            len(one) == len(two), f"{what} has {len(one)} shapes, the DXF has {len(two)}"
-        ):
-            off = float(apart[done : done + len(one)].max())
-            done += len(one)
+    for (layer, name), mine, theirs in pairs:
+        own = place.at(f"{layer} of piece {name}" if name else layer)
+        if own.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
+            off = float(apart[done : done + len(mine)].max())
+            done += len(mine)
             if not off <= SAME_MM:
-                off = _apart_nearest(drawing, one, other, two)
-            tally.measure(
-                "formats_mm", off, SAME_MM, f"{what} differs from the DXF by {off:.4f} mm"
-            )
+                off = _apart_nearest(drawing, mine, other, theirs)
+            own.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
 
 
 def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:
@@ -308,10 +261,4 @@ def _shape_distance(one: Shape, two: Shape) -> float:
         return float("inf")
     if (one.radius is None) != (two.radius is None):
         return float("inf")
-    radius = abs((one.radius or 0.0) - (two.radius or 0.0))
-    none = np.zeros(len(one.points))
-    rings = [
-        np.column_stack([shape.points, none if shape.bulges is None else shape.bulges])
-        for shape in (one, two)
-    ]
-    return _side_distance(*rings) + radius
+    return _side_distance(one.ring, two.ring) + abs((one.radius or 0.0) - (two.radius or 0.0))

@@ -11,8 +11,8 @@ import shapely
 from fabweave.verify.crossing_map import CrossingMap, Label, Piece
 from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, Ints, traced
 from fabweave.verify.measure.glyphs import Glyphs
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 #: Nothing lower can be read.
 LEAST_HEIGHT_MM = 2.0
@@ -25,7 +25,7 @@ _LETTERS = "ENGRAVE_LABEL"
 _ARROW, _OVER, _UNDER = "→", "╪", "╫"
 
 
-class _Told(NamedTuple):
+class _Fact(NamedTuple):
     """Something that a piece tells: its kind, its words, and the station it is about."""
 
     kind: str
@@ -35,45 +35,43 @@ class _Told(NamedTuple):
 
 def check_labels(job: Job, tally: Tally) -> None:
     """Check that labels say what is true, and are engraved legibly where the map says."""
-    plan = job.map
-    if plan is None:
-        return
+    plan = required(job.map)
     wanted, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
     for piece in plan.pieces:
-        _check_words(piece, plan, str(wanted), tally)
-        _check_stations(piece, tally)
+        place = tally.at(f"piece {piece.id}")
+        _check_words(piece, plan, str(wanted), place)
+        _check_stations(piece, place)
     glyphs = Glyphs()
     for sheet in plan.sheets:
-        tally.expect(
-            sheet.mirrored == (side == "inside"),
-            f"{sheet.name} is {'' if sheet.mirrored else 'not '}mirrored, and labels are to be "
-            f"{side}",
+        place = tally.at(sheet.name)
+        place.equal(
+            f"whether it is mirrored, with labels {side},", sheet.mirrored, side == "inside"
         )
         # That both formats draw the same is another check.
         drawing = job.dxf.get(sheet.number) or job.svg.get(sheet.number)
         if drawing is None:
             tally.fail(f"the labels on {sheet.name} are not checked: no drawing could be read")
             continue
-        pieces = [piece for piece in plan.pieces if piece.sheet == sheet.number]
+        pieces = plan.on_sheet(sheet.number)
         for piece in pieces:
-            _check_strokes(sheet.name, piece, drawing, glyphs, tally)
-        _check_clearance(sheet.name, pieces, drawing, tally)
-        _check_apart(sheet.name, pieces, tally)
+            _check_strokes(piece, drawing, glyphs, place.at(f"piece {piece.id}"))
+        _check_clearance(pieces, drawing, place)
+        _check_apart(pieces, place)
     for problem in glyphs.problems():
         tally.fail(problem)
 
 
-def _check_words(piece: Piece, plan: CrossingMap, wanted: str, tally: Tally) -> None:
+def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> None:
     """Check that a piece tells all it should, once: in a label, or among what was dropped."""
     pairs = _facts(piece, plan)
     expected = {
-        told
+        fact
         for pair in pairs
-        for told in pair
-        if wanted == "full" or (wanted == "numbers" and told.kind == "id")
+        for fact in pair
+        if wanted == "full" or (wanted == "numbers" and fact.kind == "id")
     }
     (name, arrow), *_ = pairs
-    ways: dict[tuple[str, int | None, str], tuple[_Told, ...]] = {
+    ways: dict[tuple[str, int | None, str], tuple[_Fact, ...]] = {
         ("id", None, f"[{name.text}]"): (name,),
         ("arrow", None, arrow.text): (arrow,),
     }
@@ -81,63 +79,58 @@ def _check_words(piece: Piece, plan: CrossingMap, wanted: str, tally: Tally) -> 
         both = other.text + one.text if other.kind == "sign" else one.text + other.text
         ways[one.kind, one.station, both] = (one, other)
         ways[one.kind, one.station, one.text] = (one,)
-    found = Counter(_Told(one.kind, one.text, one.station) for one in piece.dropped)
+    lettered = Counter(_Fact(one.kind, one.text, one.station) for one in piece.dropped)
     for label in piece.labels:
-        way = ways.get((label.kind, label.station, label.text))
-        if tally.expect(
-            way is not None, f"piece {piece.id}: {_named(label)} is none of what it should tell"
-        ):
-            found.update(way or ())
+        facts = ways.get((label.kind, label.station, label.text))
+        if place.expect(facts, f"{_named(label)} is none of what it should tell"):
+            lettered.update(facts or ())
         others = (other.height_mm for other in piece.labels if other.kind not in ("id", "arrow"))
         bare = label.kind == "id" and label.text == piece.id
-        tally.expect(
+        place.expect(
             not bare or label.height_mm > max(others, default=0.0),
-            f"piece {piece.id}: its id has no arrow and no brackets, and is not the largest text",
+            "its id has no arrow and no brackets, and is not the largest text",
         )
-    for told in sorted({*expected, *found}, key=str):
-        times = 1 if told in expected else 0
-        place = "" if told.station is None else f" at station {told.station}"
-        tally.expect(
-            found[told] == times,
-            f"piece {piece.id} tells its {told.kind} {told.text!r}{place} {found[told]} times "
-            f"instead of {times}, lettered or dropped",
+    for fact in sorted({*expected, *lettered}, key=str):
+        about = "" if fact.station is None else f" at station {fact.station}"
+        place.equal(
+            f"the count of its {fact.kind} {fact.text!r}{about}, lettered or dropped,",
+            lettered[fact],
+            int(fact in expected),
         )
 
 
-def _facts(piece: Piece, plan: CrossingMap) -> list[tuple[_Told, _Told]]:
-    """Return all that a piece may tell: its id comes first, and things in one label in pairs."""
-    facts = [(_Told("id", piece.id, None), _Told("arrow", _ARROW, None))]
+def _facts(piece: Piece, plan: CrossingMap) -> list[tuple[_Fact, _Fact]]:
+    """Return all that a piece may tell: its id comes first, and what one label tells in pairs."""
+    facts = [(_Fact("id", piece.id, None), _Fact("arrow", _ARROW, None))]
     last = len(piece.stations) - 1
     # At its beginning a piece meets the one that ends there, and the other way round.
     for number, at, side in ((piece.joints[0], 0, 0), (piece.joints[1], last, 1)):
         if number is not None:
             mate = plan.joint[number].pieces[side]
-            facts.append((_Told("joint", f"#{number}", at), _Told("mate", f">{mate}", at)))
+            facts.append((_Fact("joint", f"#{number}", at), _Fact("mate", f">{mate}", at)))
     for at, station in enumerate(piece.stations):
         sign = _OVER if station.over else _UNDER
-        facts.append((_Told("partner", station.partner, at), _Told("sign", sign, at)))
+        facts.append((_Fact("partner", station.partner, at), _Fact("sign", sign, at)))
     return facts
 
 
-def _check_stations(piece: Piece, tally: Tally) -> None:
+def _check_stations(piece: Piece, place: Place) -> None:
     """Check that each label stands nearest to the station that it is about."""
-    points = np.array([(station.x, station.y) for station in piece.stations]).reshape(-1, 2)
+    points = piece.points
     for label in piece.labels:
         if label.station is None or not 0 <= label.station < len(points):
             continue
         away = np.hypot(*(points - (label.x, label.y)).T)
-        tally.expect(
+        place.expect(
             away[label.station] <= away.min() + SAME_MM,
-            f"piece {piece.id}: {_named(label)} is about station {label.station}, but stands "
-            f"nearer to station {int(np.argmin(away))}",
+            f"{_named(label)} is about station {label.station}, but stands nearer to station "
+            f"{int(np.argmin(away))}",
         )
 
 
-def _check_strokes(
-    where: str, piece: Piece, drawing: Drawing, glyphs: Glyphs, tally: Tally
-) -> None:
+def _check_strokes(piece: Piece, drawing: Drawing, glyphs: Glyphs, place: Place) -> None:
     """Check that strokes fill their labels' boxes, with nothing beside, and learn the letters."""
-    shapes = drawing.groups.get((_LETTERS, piece.id), np.zeros(0, dtype=np.int64))
+    shapes = drawing.of(_LETTERS, piece.id)
     if not len(shapes) and not piece.labels:
         return
     points, stroke = drawing.traced(shapes)
@@ -147,38 +140,32 @@ def _check_strokes(
     starts = np.searchsorted(stroke, np.arange(len(shapes)))
     owned = np.logical_and.reduceat(held, starts, axis=1) if held.size else held
     strays = np.flatnonzero(owned.sum(axis=0) != 1) if owned.size else np.arange(len(shapes))
-    tally.count(len(shapes))
+    place.count(len(shapes))
     for at in strays.tolist():
-        tally.fail(f"{where}: {drawing.name[int(shapes[at])]} of piece {piece.id} is in no label")
+        place.fail(f"{drawing.name[int(shapes[at])]} is in no label")
     for number, label in enumerate(piece.labels):
-        named = f"{where}: {_named(label)} of piece {piece.id}"
-        tally.measure(
-            "height_mm",
-            label.height_mm,
-            LEAST_HEIGHT_MM,
-            f"{named} is {label.height_mm:g} mm high",
-            least=True,
-        )
-        own = np.flatnonzero(owned[number]) if owned.size else np.zeros(0, dtype=np.int64)
-        if not tally.expect(len(own) > 0, f"{named} is not engraved"):
+        here = place.at(_named(label))
+        here.at_least("height_mm", label.height_mm, LEAST_HEIGHT_MM, "it is {} high")
+        strokes = np.flatnonzero(owned[number]) if owned.size else np.zeros(0, dtype=np.int64)
+        if not here.expect(len(strokes) > 0, "it is not engraved"):
             continue
-        ink = local[number][np.isin(stroke, own)]
+        ink = local[number][np.isin(stroke, strokes)]
         beside = np.abs(np.concatenate((ink.min(axis=0), ink.max(axis=0)))) - np.tile(
             half[number], 2
         )
-        tally.measure(
-            "box_mm", float(np.abs(beside).max()), SAME_MM, f"{named} does not fill its box"
+        here.at_most(
+            "box_mm", float(np.abs(beside).max()), SAME_MM, "it does not fill its box: {} off"
         )
         high = _box_height(label)
-        tally.measure(
+        here.at_most(
             "box_height_mm",
             abs(label.box_height_mm - high),
             SAME_MM,
-            f"{named} has a box {label.box_height_mm:g} mm high, not {high:g} mm",
+            f"its box is {label.box_height_mm:g} mm high instead of {high:g} mm: {{}} off",
         )
-        runs = [local[number][stroke == at] for at in own.tolist()]
+        runs = [local[number][stroke == at] for at in strokes.tolist()]
         top = max(label.box_height_mm, label.height_mm) / 2
-        glyphs.read(label.text, label.height_mm, top, runs, named)
+        glyphs.read(label.text, label.height_mm, top, runs, str(here))
 
 
 def _box_height(label: Label) -> float:
@@ -202,7 +189,7 @@ def _in_box(piece: Piece, label: Label, points: Floats) -> Floats:
     return np.stack((away @ along, away @ (-along[1], along[0])), axis=1)
 
 
-def _check_clearance(where: str, pieces: Sequence[Piece], drawing: Drawing, tally: Tally) -> None:
+def _check_clearance(pieces: Sequence[Piece], drawing: Drawing, place: Place) -> None:
     """Check that letters are inside their outline, and off it, its holes and its marks."""
     names = [
         piece.id
@@ -211,14 +198,14 @@ def _check_clearance(where: str, pieces: Sequence[Piece], drawing: Drawing, tall
     ]
     if not names:
         return
-    every = np.arange(len(names))
-    rings = [traced(drawing.shape(int(drawing.groups[OUTLINES, name][0]))) for name in names]
+    rings = [traced(drawing.shape(int(drawing.of(OUTLINES, name)[0]))) for name in names]
     letters, _ = _lines(drawing, _LETTERS, names)
     away = shapely.distance(letters, shapely.boundary(_polygons(rings)))
     marks, owner = _lines(drawing, "ENGRAVE_MARK", names)
     np.minimum.at(away, owner, shapely.distance(letters[owner], marks))
-    holes = [drawing.groups.get((HOLES, name), every[:0]) for name in names]
-    owner, shapes = np.repeat(every, [len(own) for own in holes]), np.concatenate(holes)
+    holes = [drawing.of(HOLES, name) for name in names]
+    owner = np.repeat(np.arange(len(names)), [len(own) for own in holes])
+    shapes = np.concatenate(holes)
     round_ = ~np.isnan(drawing.radius[shapes])
     centres = shapely.points(drawing.points[drawing.start[shapes[round_]]])
     off = shapely.distance(letters[owner[round_]], centres) - drawing.radius[shapes[round_]]
@@ -227,21 +214,16 @@ def _check_clearance(where: str, pieces: Sequence[Piece], drawing: Drawing, tall
     np.minimum.at(away, owner[~round_], shapely.distance(letters[owner[~round_]], slots))
     inside = shapely.contains(shapely.make_valid(_polygons(rings)), letters)
     for name, off, held in zip(names, away.tolist(), inside.tolist(), strict=True):
-        tally.expect(held, f"{where}: letters leave piece {name}")
-        tally.measure(
-            "clear_mm",
-            off,
-            CLEAR_MM,
-            f"{where}: letters of piece {name} are {off:.3f} mm from an edge, a hole or a mark",
-            least=True,
-        )
+        here = place.at(f"piece {name}")
+        here.expect(held, "letters leave it")
+        here.at_least("clear_mm", off, CLEAR_MM, "letters are {} from an edge, a hole or a mark")
 
 
 def _lines(
     drawing: Drawing, layer: str, names: Sequence[str]
 ) -> tuple[npt.NDArray[np.object_], Ints]:
     """Return all lines of a layer for each piece that has any there, and which pieces have."""
-    groups = [drawing.groups.get((layer, name), np.zeros(0, dtype=np.int64)) for name in names]
+    groups = [drawing.of(layer, name) for name in names]
     shapes = np.concatenate(groups)
     shapes_of = np.repeat(np.arange(len(names)), [len(own) for own in groups])
     points, line = drawing.traced(shapes)
@@ -259,7 +241,7 @@ def _polygons(rings: Sequence[Floats]) -> npt.NDArray[np.object_]:
     )
 
 
-def _check_apart(where: str, pieces: Sequence[Piece], tally: Tally) -> None:
+def _check_apart(pieces: Sequence[Piece], place: Place) -> None:
     """Check that the boxes of labels keep apart."""
     labels = [(piece, label) for piece in pieces for label in piece.labels]
     if not labels:
@@ -268,12 +250,12 @@ def _check_apart(where: str, pieces: Sequence[Piece], tally: Tally) -> None:
     pairs: npt.NDArray[np.int64] = shapely.STRtree(boxes).query(
         boxes, predicate="dwithin", distance=CLEAR_MM
     )
-    tally.count(len(boxes))
+    place.count(len(boxes))
     for one, other in pairs.T[pairs[0] < pairs[1]].tolist():
         (first, label), (second, text) = labels[one], labels[other]
-        tally.fail(
-            f"{where}: {_named(label)} of piece {first.id} and {_named(text)} of piece "
-            f"{second.id} are less than {CLEAR_MM} mm apart"
+        place.fail(
+            f"{_named(label)} of piece {first.id} and {_named(text)} of piece {second.id} are less "
+            f"than {CLEAR_MM} mm apart"
         )
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import shapely
 
 from fabweave.verify.drawing import NOTES, Drawing, Floats, Ints
-from fabweave.verify.read.job_files import Job
+from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.kerfed_sheets import FOLDER
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Place, Tally
 
 #: Coordinates are rounded to a ten-thousandth, which may shorten a tenth by as much.
 LEAST_MM = 0.1 - 3e-4
@@ -21,18 +21,15 @@ def check_lines(job: Job, tally: Tally) -> None:
 
     Of sheets that are written once more to be cut, those are checked, too.
     """
-    plan = job.map
-    if plan is None:
-        return
-    for sheet in plan.sheets:
+    for sheet in required(job.map).sheets:
         # What could not be read is told where its outlines are checked.
         if (drawing := job.dxf.get(sheet.number)) is not None:
-            _check_segments(f"{sheet.name}.dxf", drawing, tally)
+            _check_segments(drawing, tally.at(f"{sheet.name}.dxf"))
         if job.ready is not None and (drawing := job.ready.dxf.get(sheet.number)) is not None:
-            _check_segments(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf", drawing, tally)
+            _check_segments(drawing, tally.at(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf"))
 
 
-def _check_segments(where: str, drawing: Drawing, tally: Tally) -> None:
+def _check_segments(drawing: Drawing, place: Place) -> None:
     """Check that every segment is long enough, and that none lies on another, all or in part."""
     owner = np.repeat(np.arange(len(drawing.sizes)), drawing.sizes)
     following = np.arange(1, len(owner) + 1)
@@ -45,29 +42,23 @@ def _check_segments(where: str, drawing: Drawing, tally: Tally) -> None:
     if len(length):
         at = int(np.argmin(length))
         name = drawing.shape(int(owner[drawn[at]])).where
-        tally.measure(
-            "segment_mm",
-            float(length[at]),
-            LEAST_MM,
-            f"{where}: a side of {name} is {length[at]:.4f} mm long",
-            least=True,
-        )
+        place.at_least("segment_mm", float(length[at]), LEAST_MM, f"a side of {name} is {{}} long")
     # From either end; from the other one, left is right.
     back = (one[:, 0] > two[:, 0]) | ((one[:, 0] == two[:, 0]) & (one[:, 1] > two[:, 1]))
     low, high = (np.where(back[:, None], b, a) for a, b in ((one, two), (two, one)))
     height = np.where(back, -1.0, 1.0) * drawing.bulges[drawn] * length / 2.0
     keys = np.rint(np.column_stack([low, high, height]) / _GRID_MM).astype(np.int64)
     _, first, counts = np.unique(keys, axis=0, return_index=True, return_counts=True)
-    tally.count(len(keys))
-    for place in first[counts > 1].tolist():
-        name = drawing.shape(int(owner[drawn[place]])).where
-        tally.fail(f"{where}: a side of {name} is drawn more than once")
+    place.count(len(keys))
+    for at in first[counts > 1].tolist():
+        name = drawing.shape(int(owner[drawn[at]])).where
+        place.fail(f"a side of {name} is drawn more than once")
     # Nobody burns notes: what is dashed there may lie along an edge.
     burnt = np.array([layer != NOTES for layer in drawing.layer], dtype=bool)
     straight = burnt[owner[drawn]] & (drawing.bulges[drawn] == 0.0)
-    for place in drawn[straight][_on_others(one[straight], two[straight])].tolist():
-        name = drawing.shape(int(owner[place])).where
-        tally.fail(f"{where}: a side of {name} lies on another line for a part of its length")
+    for at in drawn[straight][_on_others(one[straight], two[straight])].tolist():
+        name = drawing.shape(int(owner[at])).where
+        place.fail(f"a side of {name} lies on another line for a part of its length")
 
 
 def _on_others(one: Floats, two: Floats) -> Ints:

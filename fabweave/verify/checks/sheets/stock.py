@@ -9,8 +9,8 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, corners_apart, traced
-from fabweave.verify.read.job_files import Job
-from fabweave.verify.report import Tally
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
 
 _SAME_MM = 1e-3
 #: Outlines in notes are drawn without sides shorter than this.
@@ -22,36 +22,33 @@ _GRAIN = re.compile(r"grain(?::([\d.]+)deg)?")
 
 def check_stock(job: Job, tally: Tally) -> None:
     """Check sheets against the settings and the drawings, angles, and prices."""
-    plan = job.map
-    if plan is None:
-        return
-    told = job.options
-    if "sheet" in told or "stock" in told:
-        _check_entries(plan, told, tally)
-    _check_angles(plan, told, tally)
+    plan, options = required(job.map), job.options
+    if "sheet" in options or "stock" in options:
+        _check_entries(plan, options, tally)
+    _check_angles(plan, options, tally)
     for sheet in plan.sheets:
-        _check_shape(sheet, tally)
+        _check_shape(sheet, tally.at(sheet.name))
         for kind, drawings in (("dxf", job.dxf), ("svg", job.svg)):
             if (drawing := drawings.get(sheet.number)) is not None:
-                _check_notes(f"{sheet.name}.{kind}", sheet, drawing, tally)
+                _check_notes(sheet, drawing, tally.at(f"{sheet.name}.{kind}"))
     if job.waste is not None:
-        _check_prices(plan, job.waste, tally)
+        _check_prices(plan, job.waste, tally.at("waste.json").against("crossing_map.json"))
 
 
-def _check_entries(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> None:
+def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
     """Check each sheet against its entry in the settings, and how many there are."""
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
     quantities: Counter[tuple[str, float, float]] = Counter()
-    for text in told.get("sheet", []):
+    for text in options.get("sheet", []):
         # A sheet may be for one bunch only, which is checked with the materials.
         found = _PLAIN.fullmatch(text.rpartition("=")[2])
-        if not tally.expect(found is not None, f"job.toml: sheet {text!r} is no size in mm"):
+        if not tally.at("job.toml").expect(found, f"sheet {text!r} is no size in mm"):
             continue
         width, height, quantity = found.groups() if found else ("0", "0", None)
         key = ("", float(width), float(height))
         entries[key] = {}
         quantities[key] += int(quantity) if quantity else 10**9
-    for kind, tables in told.get("stock", {}).items():
+    for kind, tables in options.get("stock", {}).items():
         for entry in tables:
             points = entry.get("outline")
             if points is None:
@@ -64,6 +61,7 @@ def _check_entries(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> Non
             quantities[key] += int(entry.get("quantity", 10**9))
     used: Counter[tuple[str, float, float]] = Counter()
     for sheet in plan.sheets:
+        place = tally.at(sheet.name)
         near = [
             key
             for key in entries
@@ -71,97 +69,89 @@ def _check_entries(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> Non
             and abs(key[1] - sheet.width_mm) <= _SAME_MM
             and abs(key[2] - sheet.height_mm) <= _SAME_MM
         ]
-        if tally.expect(
+        if place.expect(
             near,
-            f"{sheet.name} is {sheet.stock or 'a sheet'} of {sheet.width_mm:g} × "
-            f"{sheet.height_mm:g} mm, which is not in the stock of job.toml",
+            f"it is {sheet.stock or 'a sheet'} of {sheet.width_mm:g} × {sheet.height_mm:g} mm, "
+            "which is not in the stock of job.toml",
         ):
             used[near[0]] += 1
-            _check_entry(sheet, entries[near[0]], tally)
+            _check_entry(sheet, entries[near[0]], place.against("job.toml"))
     for key, count in used.items():
-        tally.expect(
-            count <= quantities[key],
-            f"{count} sheets of {key[0] or 'stock'} {key[1]:g} × {key[2]:g} mm are used, and "
-            f"{quantities[key]} are in stock",
+        tally.at(f"stock {key[0]}".rstrip(), f"{key[1]:g} × {key[2]:g} mm").expect(
+            count <= quantities[key], f"{count} sheets are used, and there are {quantities[key]}"
         )
 
 
-def _check_entry(sheet: Sheet, entry: dict[str, Any], tally: Tally) -> None:
+def _check_entry(sheet: Sheet, entry: dict[str, Any], place: Place) -> None:
     """Check what the map says of a sheet against its entry."""
     for key, stated in (
         ("price", sheet.price),
         ("grain", sheet.grain_deg),
         ("offcut", sheet.offcut),
     ):
-        wanted = entry.get(key, False if key == "offcut" else None)
-        tally.expect(
-            stated == wanted, f"{sheet.name}: {key} is {stated} in the map, {wanted} in job.toml"
-        )
+        place.equal(key, stated, entry.get(key, False if key == "offcut" else None))
     if "outline" in entry:
-        tally.expect(
+        place.expect(
             corners_apart(sheet.outline, np.array(entry["outline"], dtype=float)) <= _SAME_MM,
-            f"{sheet.name}: its outline is not that of job.toml",
+            "its outline is not that of job.toml",
         )
-    wanted = [np.array(one["polygon"], dtype=float) for one in entry.get("defects", [])]
-    tally.expect(
-        len(wanted) == len(sheet.defects)
+    defects = [np.array(defect["polygon"], dtype=float) for defect in entry.get("defects", [])]
+    place.expect(
+        len(defects) == len(sheet.defects)
         and all(
-            corners_apart(a, b) <= _SAME_MM for a, b in zip(sheet.defects, wanted, strict=True)
+            corners_apart(a, b) <= _SAME_MM for a, b in zip(sheet.defects, defects, strict=True)
         ),
-        f"{sheet.name}: its defects are not those of job.toml",
+        "its defects are not those of job.toml",
     )
 
 
-def _check_shape(sheet: Sheet, tally: Tally) -> None:
+def _check_shape(sheet: Sheet, place: Place) -> None:
     """Check that a sheet's outline is simple, and fills its width and height."""
     low, high = sheet.outline.min(axis=0), sheet.outline.max(axis=0)
     size = np.array([sheet.width_mm, sheet.height_mm])
-    tally.expect(
+    place.expect(
         shapely.is_valid(shapely.Polygon(sheet.outline))
         and np.abs(low).max() <= _SAME_MM
         and np.abs(high - size).max() <= _SAME_MM,
-        f"{sheet.name}: its outline crosses itself, or is not {sheet.width_mm:g} × "
-        f"{sheet.height_mm:g} mm",
+        f"its outline crosses itself, or is not {sheet.width_mm:g} × {sheet.height_mm:g} mm",
     )
 
 
-def _check_angles(plan: CrossingMap, told: dict[str, Any], tally: Tally) -> None:
+def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
     """Check that pieces stand at allowed angles, and that the settings allow the same."""
     step, tolerance = plan.step_deg, plan.tolerance_deg
-    if "rotations" in told:
-        text = str(told["rotations"]).strip().lower()
+    if "rotations" in options:
+        text = str(options["rotations"]).strip().lower()
         grain = _GRAIN.fullmatch(text)
         wanted: tuple[float | None, float] = (None, 0.0)
         if grain is not None:
             wanted = (180.0, float(grain[1] or 0.0))
         elif text != "free":
             wanted = (float(text.removesuffix("deg")), 0.0)
-        tally.expect(
-            (step, tolerance) == wanted,
-            f"the map allows steps of {step}° ± {tolerance}°, and job.toml {text!r}",
+        tally.at("crossing_map.json").against(f"job.toml, {text!r}").equal(
+            "the angle by which pieces may be turned, with its tolerance,",
+            (step, tolerance),
+            wanted,
         )
     if step is None:
         return
-    sheets = {sheet.number: sheet for sheet in plan.sheets}
     for piece in plan.pieces:
-        sheet = sheets.get(piece.sheet)
+        sheet = plan.sheet.get(piece.sheet)
         grain_deg = (sheet.grain_deg if sheet is not None else None) or 0.0
         # A mirrored sheet is turned over: its angles run the other way.
         turn = piece.rotation_deg if piece.mirror_mm is None else -piece.rotation_deg
         aside = abs((turn - grain_deg + step / 2.0) % step - step / 2.0)
-        tally.measure(
+        tally.at(f"piece {piece.id}").at_most(
             "angle_deg",
             aside,
             tolerance + _ANGLE_DEG,
-            f"piece {piece.id} is turned {aside:.4f}° from the nearest of the angles that are "
-            f"allowed, not {tolerance:g}°",
+            "it is turned {} from the nearest of the angles that are allowed",
         )
 
 
-def _check_notes(where: str, sheet: Sheet, drawing: Drawing, tally: Tally) -> None:
+def _check_notes(sheet: Sheet, drawing: Drawing, place: Place) -> None:
     """Check that all notes are on the material, and outline and defects among them."""
-    none = np.zeros(0, dtype=np.int64)
-    notes = [drawing.shape(at) for at in drawing.groups.get((NOTES, None), none).tolist()]
+    notes = drawing.shapes_of(NOTES, None)
     runs = [traced(note) for note in notes]
     lines = shapely.linestrings(
         np.concatenate(runs or [np.zeros((0, 2))]),
@@ -170,7 +160,7 @@ def _check_notes(where: str, sheet: Sheet, drawing: Drawing, tally: Tally) -> No
     material = shapely.Polygon(sheet.outline).buffer(_DRAWN_MM)
     shapely.prepare(material)
     beside = int(np.count_nonzero(~shapely.covers(material, lines)))
-    tally.expect(not beside, f"{where}: {beside} of {len(notes)} notes are beside the material")
+    place.expect(not beside, f"{beside} of {len(notes)} notes are beside the material")
     if not sheet.stock:
         return
     drawn = [shapely.Polygon(one.points).exterior for one in notes if one.closed]
@@ -178,13 +168,13 @@ def _check_notes(where: str, sheet: Sheet, drawing: Drawing, tally: Tally) -> No
         wanted = shapely.Polygon(ring).exterior
         if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:
             continue
-        tally.expect(
+        place.expect(
             any(shapely.hausdorff_distance(wanted, one) <= _DRAWN_MM for one in drawn),
-            f"{where}: no closed line in the notes is the {what} that the map tells",
+            f"no closed line in the notes is the {what} in the map",
         )
 
 
-def _check_prices(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> None:
+def _check_prices(plan: CrossingMap, waste: dict[str, Any], place: Place) -> None:
     """Check that prices in waste.json are those of the map; offcuts without one cost nothing."""
     stated = {row.get("sheet"): row for row in waste["sheets"] if isinstance(row, dict)}
     prices = []
@@ -192,21 +182,17 @@ def _check_prices(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> Non
         price = 0.0 if sheet.price is None and sheet.offcut else sheet.price
         prices.append(price)
         row = stated.get(sheet.number, {})
-        tally.expect(
-            _same_price(row.get("price"), price) and row.get("stock", "") == sheet.stock,
-            f"waste.json, sheet {sheet.number}: {row.get('stock')!r} for {row.get('price')}, and "
-            f"{sheet.stock!r} for {price} in the map",
-        )
+        here = place.at(f"sheet {sheet.number}")
+        good = here.number("price", row.get("price"), price, within=_price_slack(price))
+        if good and row.get("stock", "") != sheet.stock:
+            here.fail(f"it is of stock {row.get('stock')!r}, and in the map of {sheet.stock!r}")
     known = [price for price in prices if price is not None]
     total = sum(known) if len(known) == len(prices) else None
-    tally.expect(
-        _same_price(waste["totals"].get("price"), total),
-        f"waste.json: the sheets cost {waste['totals'].get('price')}, but come to {total}",
+    place.at("totals").number(
+        "price", waste["totals"].get("price"), total, within=_price_slack(total)
     )
 
 
-def _same_price(stated: Any, wanted: float | None) -> bool:
-    """Return whether two prices are one, or both unknown."""
-    if stated is None or wanted is None:
-        return stated is None and wanted is None
-    return isinstance(stated, int | float) and abs(stated - wanted) <= 1e-6 * max(1.0, wanted)
+def _price_slack(price: float | None) -> float:
+    """Return how far off a price may be: it is rounded."""
+    return 1e-6 * max(1.0, price or 0.0)
