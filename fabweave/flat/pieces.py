@@ -7,9 +7,9 @@ import numpy as np
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
-from fabweave.flat.joint.ends import CutStrips, cut_strips, glue_guides
+from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
 from fabweave.flat.joint.holes import HoleRule
-from fabweave.flat.joint.kinds import JointRule
+from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import Frame, resting_frame
 from fabweave.flat.piece import Joint, Piece, Slot
@@ -79,8 +79,12 @@ def build_pieces(
     before, after = _joint_numbers(runs, weave)
     cut = cut_strips(ribbons, weave, runs, plan, before, after)
     drilled = drill(ribbons, weave, plan, cut, rules, slots=slots)
-    glued = plan.are(["glue"]) | (plan.are(["rivet"]) & ~drilled.held)
-    guides = glue_guides(cut, plan, before, after, glued)
+    kinds = [
+        GLUE if kind.most_fasteners and not held else kind
+        for kind, held in zip(plan.kind, drilled.held.tolist(), strict=True)
+    ]
+    marked = np.array([kind.marked for kind in kinds], dtype=np.bool_)
+    guides = guide_lines(cut, plan, before, after, marked)
     numbers = _number_in_thread(runs)
     pieces = tuple(
         _piece(
@@ -95,10 +99,7 @@ def build_pieces(
         )
         for index in range(len(numbers))
     )
-    kinds = np.where(glued, "glue", np.array(plan.kind, dtype=object))
-    return PieceSet(
-        pieces, _join(pieces, plan, kinds.tolist()), drilled.rule, drilled.room_mm, plan
-    )
+    return PieceSet(pieces, _join(pieces, plan, kinds), drilled.rule, drilled.room_mm, plan)
 
 
 def _piece(
@@ -183,7 +184,9 @@ def _number_in_thread(runs: Runs) -> IntArray:
     return np.arange(len(fresh)) - np.repeat(starts, np.diff(np.append(starts, len(fresh)))) + 1
 
 
-def _join(pieces: Sequence[Piece], plan: JointPlan, kinds: Sequence[str]) -> tuple[Joint, ...]:
+def _join(
+    pieces: Sequence[Piece], plan: JointPlan, kinds: Sequence[JointKind]
+) -> tuple[Joint, ...]:
     """Pair the pieces at their joints and their holes on one another."""
     begins = {piece.start_joint: index for index, piece in enumerate(pieces) if piece.start_joint}
     joints = []

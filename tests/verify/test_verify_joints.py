@@ -13,8 +13,7 @@ import shapely
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.flat.joint import interlock
-from fabweave.flat.joint import planning as joints
+from fabweave.flat.joint import interlock, kinds
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.checks.model.unfolding import check_unfolding
 from fabweave.verify.checks.plan.joints import check_joints
@@ -385,6 +384,12 @@ def test_a_spoiled_shopping_list_is_found(kind, spoil, words, folders, tmp_path)
 # --- makers that err: all files agree with one another, and yet the joint does not hold ----------
 
 
+def make_otherwise(monkeypatch, name, **changes):
+    """Let the makers shape a kind of joint otherwise."""
+    records = {**kinds.KINDS, name: replace(kinds.KINDS[name], **changes)}
+    monkeypatch.setattr(kinds, "KINDS", MappingProxyType(records))
+
+
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
@@ -395,8 +400,7 @@ def test_a_spoiled_shopping_list_is_found(kind, spoil, words, folders, tmp_path)
 )
 def test_a_dovetail_that_is_shaped_wrongly_is_found(name, value, words, monkeypatch, tmp_path):
     monkeypatch.setattr(interlock, name, value)
-    always = MappingProxyType({"dovetail": (lambda _: 3.0, interlock.dovetail)})
-    monkeypatch.setattr(joints, "_SHAPES", always)
+    make_otherwise(monkeypatch, "dovetail", room_mm=lambda _: 3.0)
     write(tmp_path, joint="dovetail")
     assert words in objections(tmp_path)["joints"]
 
@@ -408,6 +412,6 @@ def test_a_tab_without_shoulders_is_found(monkeypatch, tmp_path):
         back = shape.tongue - np.where(shape.tongue[:, :1] < 0, (room, 0.0), 0.0)
         return replace(shape, end_mm=-0.8 * room, tongue=back)
 
-    monkeypatch.setattr(joints, "_SHAPES", MappingProxyType({"slot": (interlock.slot_room, bare)}))
+    make_otherwise(monkeypatch, "slot", shape=bare)
     write(tmp_path, joint="slot")
     assert "no shoulders" in objections(tmp_path)["joints"]

@@ -83,7 +83,7 @@ def drill(
     """
     stations, threads = cut.stations, weave.threads
     room = _room(cut, threads.n_crossings)
-    room[plan.crossing[~plan.are(["rivet"])]] = np.inf
+    room[plan.crossing[plan.where(lambda kind: not kind.most_fasteners)]] = np.inf
     rule = choose_rule(room, rules, ribbons, threads, plan)
     drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
     more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))

@@ -196,10 +196,10 @@ def _ring(polygon: shapely.Polygon) -> FloatArray:
     return np.asarray(ring[steps >= SHORTEST_SIDE_MM])
 
 
-def glue_guides(
-    cut: CutStrips, plan: JointPlan, before: IntArray, after: IntArray, glued: BoolArray
+def guide_lines(
+    cut: CutStrips, plan: JointPlan, before: IntArray, after: IntArray, marked: BoolArray
 ) -> list[list[FloatArray]]:
-    """Return lines to lay glued pieces by, for each piece in its strip's frame.
+    """Return lines to lay joined pieces by, for each piece in its strip's frame.
 
     A tick inside either edge shows where the other piece's end comes to lie, and a cross in the
     middle of the crossing lies on the other piece's cross.
@@ -208,8 +208,8 @@ def glue_guides(
     ----------
     cut, plan, before, after
         As for :func:`cut_strips`, and what came of it.
-    glued : (J,) bool array
-        Which joints are glued.
+    marked : (J,) bool array
+        Which joints have such lines.
     """
     guides: list[list[FloatArray]] = [[] for _ in before]
     for joints, where, mate, station in (
@@ -217,7 +217,7 @@ def glue_guides(
         (after, cut.left_by, plan.begin, cut.stations.offsets[1:] - 1),
     ):
         own = np.flatnonzero(joints)
-        own = own[glued[joints[own] - 1]]
+        own = own[marked[joints[own] - 1]]
         place = mate[joints[own] - 1]
         right = rail_at(cut.strips.right, where[own], place)
         left = rail_at(cut.strips.left, where[own], place)
