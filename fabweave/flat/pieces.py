@@ -114,49 +114,49 @@ def _piece(
 ) -> Piece:
     """Lay one piece to rest and gather what belongs to it."""
     stations, path, outline = cut.stations, cut.paths[index], cut.outlines[index]
-    own = slice(stations.offsets[index], stations.offsets[index + 1])
+    rows = slice(stations.offsets[index], stations.offsets[index + 1])
     frame = resting_frame(outline, *cut.ends[index])
     return Piece(
         id=name,
         thread=thread,
         path=Path(frame.apply(path.points), path.bulges),
         outline=frame.apply(outline),
-        crossings=stations.crossing[own],
-        points=frame.apply(stations.point[own]),
-        directions=frame.apply(stations.way[own]) - frame.shift,
-        rails=frame.apply(stations.rails[own].reshape(-1, 2)).reshape(-1, 2, 2),
-        over=weave.over[stations.passes[own]],
-        hole_mm=drilled.hole_mm[own],
+        crossings=stations.crossing[rows],
+        points=frame.apply(stations.point[rows]),
+        directions=frame.apply(stations.way[rows]) - frame.shift,
+        rails=frame.apply(stations.rails[rows].reshape(-1, 2)).reshape(-1, 2, 2),
+        over=weave.over[stations.passes[rows]],
+        hole_mm=drilled.hole_mm[rows],
         start_joint=joints[0],
         end_joint=joints[1],
-        more_holes=_more_holes(drilled, own, frame),
-        slots=_slots(index, cut, drilled, own, frame),
+        more_holes=_more_holes(drilled, rows, frame),
+        slots=_slots(index, cut, drilled, rows, frame),
         guides=tuple(frame.apply(guide) for guide in guides),
     )
 
 
-def _more_holes(drilled: Drilled, own: slice, frame: Frame) -> FloatArray:
+def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
     """Return the holes of a piece that are not in the middle of a crossing, (H, 4)."""
-    low, high = np.searchsorted(drilled.more_station, (own.start, own.stop))
+    low, high = np.searchsorted(drilled.more_station, (rows.start, rows.stop))
     points = drilled.more_point[low:high]
     if points.size == 0 or drilled.rule is None:
         return np.zeros((0, 4))
-    station = np.repeat(drilled.more_station[low:high] - own.start, points.shape[1])
+    station = np.repeat(drilled.more_station[low:high] - rows.start, points.shape[1])
     placed = frame.apply(points.reshape(-1, 2))
     return np.column_stack((station, placed, np.full(len(placed), drilled.rule.hole_mm)))
 
 
 def _slots(
-    index: int, cut: CutStrips, drilled: Drilled, own: slice, frame: Frame
+    index: int, cut: CutStrips, drilled: Drilled, rows: slice, frame: Frame
 ) -> tuple[Slot, ...]:
     """Return the slots of a piece."""
     stations, slots = cut.stations, []
     tab = cut.slots[index]
     if tab is not None:
         slots.append(Slot(0, straight_path(frame.apply(tab))))
-    for at in (own.start + np.flatnonzero(drilled.slotted[own])).tolist():
+    for at in (rows.start + np.flatnonzero(drilled.slotted[rows])).tolist():
         path = slot_path(float(drilled.hole_mm[at]), stations.point[at], stations.way[at])
-        slots.append(Slot(int(at - own.start), Path(frame.apply(path.points), path.bulges)))
+        slots.append(Slot(int(at - rows.start), Path(frame.apply(path.points), path.bulges)))
     return tuple(slots)
 
 

@@ -166,14 +166,14 @@ def _in_layers(
     """Return offsets, which are in the frames of joints, as points of stations, (H, n, 2)."""
     threads = weave.threads
     under = panel_axes(ribbons, threads, plan.passes[joint])
-    own = panel_axes(ribbons, threads, stations.passes[station])
+    axes = panel_axes(ribbons, threads, stations.passes[station])
     space = offsets[:, :, :1] * under[0][:, None] + offsets[:, :, 1:] * under[1][:, None]
     left = stations.left[station]
     along = left[:, ::-1] * (1.0, -1.0)
     return np.asarray(
         stations.point[station][:, None]
-        + np.einsum("hnk,hk->hn", space, own[0])[:, :, None] * along[:, None]
-        + np.einsum("hnk,hk->hn", space, own[1])[:, :, None] * left[:, None]
+        + np.einsum("hnk,hk->hn", space, axes[0])[:, :, None] * along[:, None]
+        + np.einsum("hnk,hk->hn", space, axes[1])[:, :, None] * left[:, None]
     )
 
 

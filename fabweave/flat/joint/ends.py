@@ -216,13 +216,13 @@ def guide_lines(
         (before, cut.entered, plan.end, cut.stations.offsets[:-1]),
         (after, cut.left_by, plan.begin, cut.stations.offsets[1:] - 1),
     ):
-        own = np.flatnonzero(joints)
-        own = own[marked[joints[own] - 1]]
-        place = mate[joints[own] - 1]
-        right = rail_at(cut.strips.right, where[own], place)
-        left = rail_at(cut.strips.left, where[own], place)
+        pieces = np.flatnonzero(joints)
+        pieces = pieces[marked[joints[pieces] - 1]]
+        place = mate[joints[pieces] - 1]
+        right = rail_at(cut.strips.right, where[pieces], place)
+        left = rail_at(cut.strips.left, where[pieces], place)
         for piece, ends, at in zip(
-            own.tolist(), zip(right, left, strict=True), station[own].tolist(), strict=True
+            pieces.tolist(), zip(right, left, strict=True), station[pieces].tolist(), strict=True
         ):
             guides[piece] += [*_edge_ticks(*ends), *_cross(cut.stations, at)]
     return guides

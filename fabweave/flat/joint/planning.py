@@ -170,7 +170,7 @@ def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Stri
     count = threads.lengths[thread]
     # Once around a ring, so that there always is a panel before.
     place = passes - threads.offsets[thread] + np.where(ribbons.closed[thread], count, 0)
-    own = local_entry(ribbons, thread, place)
+    entry = local_entry(ribbons, thread, place)
     ring = ribbons.closed[thread]
     final = np.diff(ribbons.offsets)[thread] - 1
     before = local_entry(ribbons, thread, np.maximum(place - 1, 0)) + 1
@@ -180,7 +180,7 @@ def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Stri
     first = np.where(~ring & (place == 0), 0, before)
     last = np.where(~ring & (place == count - 1), final, after)
     offsets, rung = run_rungs(ribbons, thread, first, last)
-    return unfold(ribbons, offsets, rung), offsets[:-1] + own - first
+    return unfold(ribbons, offsets, rung), offsets[:-1] + entry - first
 
 
 def _reach(
