@@ -108,7 +108,7 @@ def crossing_map(
                 "id": joint.id,
                 "pieces": [made.pieces[index].id for index in joint.pieces],
                 "crossing": joint.crossing,
-                "kind": joint.kind,
+                "kind": joint.kind.name,
                 "holes": _rounded(joint.holes),
                 "hole_mm": None if np.isnan(joint.hole_mm) else joint.hole_mm,
                 "lap_mm": round(joint.lap_mm, _DECIMALS),

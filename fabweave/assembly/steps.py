@@ -126,10 +126,7 @@ def _place_all(made: PieceSet, order: Order) -> list[_Placed]:
             way = "over" if over else "start" if station < half else "end"
             names[way] += [pieces[other].id for other in others]
         ways = []
-        for joint, end, mate in (
-            (piece.start_joint, "start", 0),
-            (piece.end_joint, "end", 1),
-        ):
+        for joint, mate in ((piece.start_joint, 0), (piece.end_joint, 1)):
             if joint is None or joints[joint].pieces[mate] not in there:
                 continue
             if joint not in one.joints:
@@ -140,7 +137,7 @@ def _place_all(made: PieceSet, order: Order) -> list[_Placed]:
                 if other == number
                 else pieces[other].id
             )
-            ways.append(f"{_joined(joints[joint].kind, end, name)} at joint #{joint}")
+            ways.append(f"{joints[joint].kind.ties[1 - mate].format(name)} at joint #{joint}")
         one.closes = len(ways) == 2
         names["start"].reverse()  # a tip that is pushed outward meets the inner strands first
         # A piece that is joined to itself is joined once.
@@ -162,19 +159,6 @@ def _say(piece: str, names: dict[str, list[str]], joined: Sequence[str], *, clos
     if closes:
         said.append("this closes the gap")
     return "; ".join(said) + "."
-
-
-def _joined(kind: str, end: str, mate: str) -> str:
-    """Say how an end is joined to its mate."""
-    if kind == "slot":
-        # The piece that ends at a joint has the tab, the one that begins there the slot.
-        return f"put its tab through {mate}" if end == "end" else f"take the tab of {mate}"
-    verb, preposition = {
-        "glue": ("glue", "on"),
-        "dovetail": ("lock", "with"),
-        "none": ("butt", "against"),
-    }.get(kind, ("lap", "on"))
-    return f"{verb} its {end} {preposition} {mate}"
 
 
 def _list(names: Sequence[str]) -> str:

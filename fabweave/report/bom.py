@@ -54,8 +54,8 @@ def bill_of_materials(made: PieceSet) -> dict[str, Any]:
                 "buy": number + spare,
             }
         )
-    glued = [joint for joint in made.joints if joint.kind == "glue"]
-    taped = [joint for joint in made.joints if joint.kind == "none"]
+    glued = [joint for joint in made.joints if joint.kind.bought == "glue"]
+    taped = [joint for joint in made.joints if joint.kind.bought == "tape"]
     tape = sum(_breadth(made, joint.pieces[0]) for joint in taped)
     return {
         "fasteners": rows,

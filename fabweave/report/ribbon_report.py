@@ -9,7 +9,7 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.pieces import PieceSet
-from fabweave.flat.unfold.waves import wave_turns
+from fabweave.flat.unfold.development import wave_turns
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans

@@ -13,7 +13,7 @@ from fabweave.cut.line_overlap import overlapping
 from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.preview import write_png
 from fabweave.cut.write.svg import write_svg
-from fabweave.verify.checks.lines import _on_others
+from fabweave.verify.checks.sheets.lines import _on_others
 
 
 def outline(points, layer=Layer.CUT_OUTER, closed=True):

@@ -15,12 +15,12 @@ from fabweave.picture.thread_colours import thread_colours
 from fabweave.report.ribbon_report import ribbon_report
 from fabweave.ribbon.rules.finding import finding_record
 from fabweave.verify import verify_job
-from fabweave.verify.checks.bends import check_bends
-from fabweave.verify.checks.ribbons import measure_strip
+from fabweave.verify.checks.model.bends import check_bends
+from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.read.glb import read_glb
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 FIGURES = ("bend_mm", "modelled_bend_mm", "fold_deg", "crease_deg", "twist_deg")
 

@@ -7,9 +7,9 @@ import pytest
 
 from fabweave.report.estimate import PIERCE_S, estimate_record, estimate_section
 from fabweave.stock.material import material_named
-from fabweave.verify.checks.estimate import check_estimate
+from fabweave.verify.checks.reports.estimate import check_estimate
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 CARD, SHIM = material_named("card"), material_named("spring-shim-0.1")
 PRICED = replace(CARD, price_per_m2=8.0, currency="EUR")
@@ -42,18 +42,30 @@ def first(waste):
 CHANGES = [
     (lambda _: None, None),
     (lambda w: w.update(estimate=None), None),
-    (lambda w: w["sheets"][0].update(cut_length_mm=5.0), "sheet 1: cut_length_mm is 5.0, but"),
-    (lambda w: w["sheets"][0].update(pierces=5), "sheet 1: pierces is 5, but comes to"),
-    (lambda w: w["totals"].update(pierces=5), "totals: pierces is 5, but comes to"),
+    (
+        lambda w: w["sheets"][0].update(cut_length_mm=5.0),
+        "sheet 1: cut_length_mm is 5, but should be",
+    ),
+    (lambda w: w["sheets"][0].update(pierces=5), "sheet 1: pierces is 5, but should be"),
+    (lambda w: w["totals"].update(pierces=5), "totals: pierces is 5, but should be"),
     (lambda w: first(w)["cut_s"].reverse(), "sheet 1, cut_s: fastest is"),
-    (lambda w: first(w).update(cut_s=None), "cut_s: slowest is None"),
-    (lambda w: first(w).update(price=99.0), "estimate of sheet 1: price is 99.0"),
-    (lambda w: first(w).update(sheet=9), "waste.json estimates sheets"),
-    (lambda w: w["estimate"].update(price=99.0), "waste.json, estimate: price is 99.0"),
-    (lambda w: w["estimate"].update(cut_s=[1.0, 2.0]), "estimate, cut_s: fastest is 1.0"),
+    (lambda w: first(w).update(cut_s=None), "cut_s: slowest is nothing, but should be"),
+    (lambda w: first(w).update(price=99.0), "estimate, sheet 1: price is 99, but should be"),
+    (
+        lambda w: first(w).update(sheet=9),
+        "estimate: sheets lack 1, and have 9, which should not be there",
+    ),
+    (
+        lambda w: w["estimate"].update(price=99.0),
+        "waste.json, estimate: price is 99, but should be",
+    ),
+    (
+        lambda w: w["estimate"].update(cut_s=[1.0, 2.0]),
+        "estimate, cut_s: fastest is 1, but should be",
+    ),
     (lambda w: w["estimate"].update(pierce_s=5.0), "sheet 1, cut_s: slowest is"),
-    (lambda w: w["estimate"]["materials"][0].update(speed_mm_s=None), "with no speed"),
-    (lambda w: w["estimate"]["materials"][0].update(price_per_m2=None), "and not known"),
+    (lambda w: w["estimate"]["materials"][0].update(speed_mm_s=None), "], but should be nothing"),
+    (lambda w: w["estimate"]["materials"][0].update(price_per_m2=None), "but should be nothing"),
 ]
 
 

@@ -13,6 +13,7 @@ from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import Layer
+from fabweave.flat.joint.kinds import KINDS, RIVET
 
 COVER, LEGEND = "Overview", "How to read a piece"
 
@@ -32,17 +33,6 @@ _EFFORTS = {
     "fastener": "to set a fastener",
     "joint": "to align a joint",
 }
-#: Joining by hand, and what it takes.
-_TOOLS = {
-    "rivet": "what sets the fasteners: fingers for brads, a screwdriver for Chicago screws, or a "
-    "rivet setter that reaches the middle of a strip",
-    "glue": "glue and clips that hold a lap while it sets",
-    "none": "tape and scissors",
-    "dovetail": "a flat rest to press the dovetails home",
-    "slot": "a flat rest to bend tabs on",
-}
-
-
 #: The number that stands for a kind of label where signs are explained.
 _NUMBER_OF = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
 
@@ -133,8 +123,8 @@ def _overview(plan: dict[str, Any], facts: Facts) -> list[tuple[str, str]]:
     fasteners = facts.bill["fasteners"]
     low, high = time_range(plan, sum(row["needed"] for row in fasteners))
     kinds = sorted({joint["kind"] for joint in plan["joints"]})
-    if fasteners and "rivet" not in kinds:
-        kinds.append("rivet")
+    if fasteners and RIVET.name not in kinds:
+        kinds.append(RIVET.name)
     lines = [
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
         ("Material", facts.material),
@@ -161,7 +151,7 @@ def _overview(plan: dict[str, Any], facts: Facts) -> list[tuple[str, str]]:
         lines.append(("Glue", f"{glue['area_mm2'] / 100:.0f} cm² of laps in all"))
     if tape["joints"]:
         lines.append(("Tape", f"{tape['length_mm'] / 1000:.2f} m in all"))
-    tools = [_TOOLS[kind] for kind in kinds if kind in _TOOLS]
+    tools = [KINDS[kind].tools for kind in kinds]
     pace = ", ".join(
         f"{quick:g} to {slow:g} min {_EFFORTS[name]}" for name, (quick, slow) in _MINUTES.items()
     )
@@ -315,7 +305,7 @@ def _signs(plan: dict[str, Any], piece: dict[str, Any]) -> list[tuple[str, str]]
         signs.append(
             ("4 Ticks", "At both edges beside a crossing: one tick means over, two mean under.")
         )
-    if any(joint["kind"] == "glue" for joint in plan["joints"]):
+    if any(KINDS[joint["kind"]].marked for joint in plan["joints"]):
         signs.append(
             (
                 "Cross",
