@@ -44,14 +44,6 @@ class Order(Measured):
         naive = min(self.by_thread, self.by_number)
         return 1.0 - self.total / naive if naive else 0.0
 
-    def record(self) -> dict[str, float]:
-        """Return the comparison as it stands in the crossing map."""
-        return {
-            "effort": round(self.total, 2),
-            "by_thread": round(self.by_thread, 2),
-            "by_number": round(self.by_number, 2),
-        }
-
 
 @dataclass(frozen=True)
 class _Effort:
