@@ -16,18 +16,18 @@ _KINDS = {
 }
 
 
-def joint_notes(made: PieceSet, size_mm: float) -> list[str]:
+def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
     """Return what a maker should know of the joints: their kinds, and what would mend the rest.
 
     Parameters
     ----------
-    made : PieceSet
+    piece_set : PieceSet
     size_mm : float
         Largest dimension of the object.
     """
-    if not made.joints:
+    if not piece_set.joints:
         return []
-    kinds = Counter((joint.kind, len(joint.holes)) for joint in made.joints)
+    kinds = Counter((joint.kind, len(joint.holes)) for joint in piece_set.joints)
     parts = []
     for (kind, holes), count in sorted(kinds.items(), key=lambda item: (-item[1], item[0])):
         if kind == "rivet":
@@ -37,24 +37,21 @@ def joint_notes(made: PieceSet, size_mm: float) -> list[str]:
         else:
             parts.append(agree(count, "{n} " + _KINDS[kind]))
     note = "joints: " + "; ".join(parts)
-    rule = made.plan.rule
-    lost = [j.id for j in made.joints if j.kind != rule.kind or len(j.holes) not in _wanted(made)]
+    rule = piece_set.plan.rule
+    wanted = rule.fasteners if rule.kind == "rivet" else 0
+    lost = [j.id for j in piece_set.joints if j.kind != rule.kind or len(j.holes) != wanted]
     if not lost:
         return [note]
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
     what = f"rivet:{rule.fasteners}" if rule.kind == "rivet" else rule.kind
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanting for {what} ({some})"
-    if np.any(made.plan.needed_mm > 0):
-        worst = int(np.argmin(made.plan.room_mm / made.plan.needed_mm))
-        least, needed = (float(v[worst]) for v in (made.plan.room_mm, made.plan.needed_mm))
+    plan = piece_set.plan
+    if np.any(plan.needed_mm > 0):
+        worst = int(np.argmin(plan.room_mm / plan.needed_mm))
+        least, needed = float(plan.room_mm[worst]), float(plan.needed_mm[worst])
         note += (
             f": the narrowest has {least:.1f} mm from its middle to an edge, "
             f"{needed:.1f} mm are wanted; "
             f"with --size {size_for(least, needed, size_mm)}mm all would do"
         )
     return [note]
-
-
-def _wanted(made: PieceSet) -> tuple[int, ...]:
-    """Return how many holes a joint may have that is made as asked."""
-    return (made.plan.rule.fasteners if made.plan.rule.kind == "rivet" else 0,)

@@ -149,8 +149,8 @@ def offcut_section(
 def _room(offcut: KeptOffcut) -> str:
     """Say in a line how large an offcut is, and what it is worth."""
     low, high = offcut.rectangle
-    told = (
+    size = (
         f"{offcut.area_mm2 / 100:.0f} cm², a rectangle of {high[0] - low[0]:.0f} × "
         f"{high[1] - low[1]:.0f} mm fits"
     )
-    return told if offcut.worth is None else f"{told}; worth {offcut.worth:.2f}"
+    return size if offcut.worth is None else f"{size}; worth {offcut.worth:.2f}"

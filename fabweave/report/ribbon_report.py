@@ -25,13 +25,17 @@ from fabweave.weave.pattern import Weave
 
 
 def hole_findings(
-    made: PieceSet, rules: Sequence[HoleRule], weave: Weave, ribbons: Ribbons, labels: Sequence[str]
+    piece_set: PieceSet,
+    rules: Sequence[HoleRule],
+    weave: Weave,
+    ribbons: Ribbons,
+    labels: Sequence[str],
 ) -> list[Finding]:
     """Find the crossings that have no room for a hole with its distance to every edge.
 
     Parameters
     ----------
-    made : PieceSet
+    piece_set : PieceSet
         With the hole that was chosen.
     rules : sequence of HoleRule
         The holes that there were to choose from; none if no holes are wanted.
@@ -45,20 +49,20 @@ def hole_findings(
     """
     if not rules:
         return []
-    rule = made.rule if made.rule is not None else rules[-1]
-    narrow = np.flatnonzero(made.room_mm < rule.edge_mm)
+    rule = piece_set.rule if piece_set.rule is not None else rules[-1]
+    narrow = np.flatnonzero(piece_set.room_mm < rule.edge_mm)
     if not len(narrow):
         return []
-    crossing = int(narrow[np.argmin(made.room_mm[narrow])])
+    crossing = int(narrow[np.argmin(piece_set.room_mm[narrow])])
     threads = weave.threads
     upper, lower = np.flatnonzero(threads.crossing == crossing)
-    thread, other = (int(threads.thread_of_pass[one]) for one in (upper, lower))
+    thread, other = threads.thread_of_pass[[upper, lower]].tolist()
     x, y, z = (round(float(value), 3) for value in ribbons.centre[crossing])
     return [
         Finding(
             rule="hole",
             severity="warn",
-            value=float(made.room_mm[crossing]),
+            value=float(piece_set.room_mm[crossing]),
             limit=rule.edge_mm,
             unit="mm",
             thread=labels[thread],
@@ -246,11 +250,11 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
     ----------
     check : RibbonCheck
     """
-    found = {one.rule: sentence(one) for one in check.findings}
-    notes = [found.pop("bend", _bend_note(check)), *_turning_note(check)]
-    if "twist" not in found:
+    sentences = {finding.rule: sentence(finding) for finding in check.findings}
+    notes = [sentences.pop("bend", _bend_note(check)), *_turning_note(check)]
+    if "twist" not in sentences:
         notes += _twist_note(check)
-    notes += [*found.values(), *_size_note(check)]
+    notes += [*sentences.values(), *_size_note(check)]
     if check.untried is not None:
         notes.append(f"checks: whether --refine would mend them was not tried: {check.untried}")
     return notes
@@ -258,7 +262,7 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
 
 def _size_note(check: RibbonCheck) -> list[str]:
     """Say at which size the rules hold; no note where there is nothing that a size would change."""
-    sized = [one for one in check.findings if one.rule in SIZED]
+    sized = [finding for finding in check.findings if finding.rule in SIZED]
     what, size = "widths, bends, creases and clearances", check.smallest_mm
     if size is None:
         if not sized:

@@ -117,12 +117,12 @@ def _chart(choices: Sequence[ChoiceRecord]) -> str:
             for a, b in zip(x, y, strict=True)
         ]
         for end, side, anchor in ((0, -9, "end"), (-1, 9, "start")):
-            told = f"{value[end]:.0%}" if key == "utilisation" else f"{value[end]:.0f}"
+            figure = f"{value[end]:.0%}" if key == "utilisation" else f"{value[end]:.0f}"
             # Both begin near the top: the names there stand one above the other.
             lift = 4 if end or key == "utilisation" else -10
             parts.append(
                 f'<text x="{x[end] + side:.1f}" y="{y[end] + lift:.1f}" font-size="12" '
-                f'text-anchor="{anchor}">{name} {told}</text>'
+                f'text-anchor="{anchor}">{name} {figure}</text>'
             )
     axis = high - _LOW
     parts.append(f'<line x1="{_EDGE}" y1="{axis}" x2="{wide - _EDGE}" y2="{axis}" stroke="#999"/>')

@@ -68,7 +68,7 @@ def waste_page(
     """
     totals, supplies = report.totals, allotment.supplies
     rows = "\n".join(
-        _page_row(name, _size(sheet, told=supplies.several), sheet)
+        _page_row(name, _size(sheet, with_material=supplies.several), sheet)
         for name, sheet in zip(sheet_names, report.sheets, strict=True)
     )
     summary = (
@@ -103,12 +103,12 @@ def waste_page(
     )
 
 
-def _size(sheet: SheetAccount, *, told: bool) -> str:
+def _size(sheet: SheetAccount, *, with_material: bool) -> str:
     """Return the size of a sheet, what it is called in the stock, and maybe its material."""
     size = f"{sheet.width_mm:g} × {sheet.height_mm:g}"
     if sheet.stock:
         size += f"<br><small>{html.escape(sheet.stock)}</small>"
-    return f"{size}, {sheet.material} {sheet.thickness_mm:g}" if told else size
+    return f"{size}, {sheet.material} {sheet.thickness_mm:g}" if with_material else size
 
 
 def _material_section(accounts: Sequence[MaterialAccount], supplies: Supplies) -> str:

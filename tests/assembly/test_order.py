@@ -13,7 +13,7 @@ from fabweave.assembly.order import effort as model
 from fabweave.assembly.order.annealed import improve_order
 from fabweave.assembly.order.contacts import find_contacts
 from fabweave.assembly.order.effort import State, piece_effort, reach
-from fabweave.assembly.order.greedy import Measured, grow_order, measure_order
+from fabweave.assembly.order.greedy import MeasuredOrder, grow_order, measure_order
 from fabweave.assembly.order.planning import _easy_end, order_by_number, plan_order
 from fabweave.assembly.steps import build_steps, last_tenth
 from fabweave.core.errors import InputError
@@ -227,7 +227,7 @@ def test_the_end_is_easier_than_that_of_naive_orders(shape):
 
 def test_of_orders_that_cost_nearly_the_same_the_one_with_the_easiest_end_is_taken():
     def order(*efforts):
-        return Measured(np.arange(len(efforts)), np.array(efforts))
+        return MeasuredOrder(np.arange(len(efforts)), np.array(efforts))
 
     hard, easy = order(40.0, 40.0, 20.0), order(50.0, 40.5, 10.0)
     dear = order(60.0, 42.0, 1.0)

@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width
-from fabweave.assembly.manual.sheets import Drawn
+from fabweave.assembly.manual.sheets import DrawnPiece
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
@@ -181,7 +181,7 @@ def _hours(hours: float) -> str:
     return f"{hours:.1f} h" if hours < 10 else f"{hours:.0f} h"
 
 
-def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, Drawn]) -> None:
+def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPiece]) -> None:
     """Show a piece of this job in large, and say what is engraved on it."""
     book.page(LEGEND)
     piece = max(

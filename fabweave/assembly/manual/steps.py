@@ -80,11 +80,11 @@ def write_steps(book: Book, crossing_map: CrossingMap, pictures: list[StepPictur
 
 def strand_pieces(crossing_map: CrossingMap) -> dict[tuple[int, bool], list[str]]:
     """Return the pieces of each strand: crossing, and whether it is the one on top."""
-    found: dict[tuple[int, bool], list[str]] = {}
+    strands: dict[tuple[int, bool], list[str]] = {}
     for piece in crossing_map.pieces:
         for station in piece.stations:
-            found.setdefault((station.crossing, station.over), []).append(piece.id)
-    return found
+            strands.setdefault((station.crossing, station.over), []).append(piece.id)
+    return strands
 
 
 def placing(
@@ -112,7 +112,7 @@ def placing(
     str
         Such as ``"C1 (sheet 2): over E1 at 39; joint #12 with C4"``.
     """
-    said = []
+    clauses = []
     for word, passing, crossings in (("over", True, step.over), ("under", False, step.under)):
         named = [
             f"{' and '.join(_met(station, strands, there))} at {station.crossing}"
@@ -120,12 +120,12 @@ def placing(
             if station.over == passing and station.crossing in crossings
         ]
         if named:
-            said.append(f"{word} {', '.join(named)}")
+            clauses.append(f"{word} {', '.join(named)}")
     for key in dict.fromkeys(piece.joints):
         if key in step.joints:
             mate = joints[key].mate(piece.id)
-            said.append(f"joint #{key} with {'itself' if mate == piece.id else mate}")
-    return f"{piece.id} (sheet {piece.sheet}): {'; '.join(said) or 'lay it down'}"
+            clauses.append(f"joint #{key} with {'itself' if mate == piece.id else mate}")
+    return f"{piece.id} (sheet {piece.sheet}): {'; '.join(clauses) or 'lay it down'}"
 
 
 def _met(
@@ -229,7 +229,7 @@ def _spots(at: tuple[float, float]) -> Iterator[tuple[float, float]]:
 
 
 def _overlap(
-    one: tuple[float, float, float, float], other: tuple[float, float, float, float]
+    box: tuple[float, float, float, float], other: tuple[float, float, float, float]
 ) -> bool:
     """Return whether two boxes touch."""
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+    return box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]

@@ -56,15 +56,15 @@ def draw_stock(
 
 def stock_words(sheet: SheetRecord) -> str:
     """Say what the stock is called, and what its drawing shows besides the pieces."""
-    said = []
+    sentences = []
     if sheet.stock:
-        said.append(f"From the stock: {sheet.stock}{' (an offcut)' * sheet.offcut}.")
-    said.append("Dotted: the margin.")
+        sentences.append(f"From the stock: {sheet.stock}{' (an offcut)' * sheet.offcut}.")
+    sentences.append("Dotted: the margin.")
     if sheet.defects:
-        said.append("Hatched: defects.")
+        sentences.append("Hatched: defects.")
     if sheet.rest is not None:
-        said.append(f"Dashed: {sheet.rest.name}, to be kept.")
-    return " ".join(said)
+        sentences.append(f"Dashed: {sheet.rest.name}, to be kept.")
+    return " ".join(sentences)
 
 
 def write_stock(book: Book, sheet: SheetRecord) -> None:

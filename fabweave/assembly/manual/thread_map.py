@@ -74,10 +74,10 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
         book.y -= _HEAD
         name = f"Thread {thread.label}"
         book.text(book.left, book.y, name, size=12.0, bold=True)
-        told = "ring" if thread.closed else "open"
-        told += agree(len(thread.pieces), ", {n} [piece|pieces]")
-        told += agree(len(set(thread.crossings)), ", {n} [crossing|crossings]")
-        book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y, told, size=SMALL)
+        figures = "ring" if thread.closed else "open"
+        figures += agree(len(thread.pieces), ", {n} [piece|pieces]")
+        figures += agree(len(set(thread.crossings)), ", {n} [crossing|crossings]")
+        book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y, figures, size=SMALL)
         pitch = max(_PITCH, min(_WIDEST, wide / (len(stops) + 1)))
         start = 0
         while start < len(stops):

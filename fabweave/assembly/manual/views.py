@@ -97,9 +97,9 @@ def step_pictures(
     positions = {joint.id: ribbons.centre[joint.crossing] for joint in crossing_map.joints}
     result: list[StepPicture | None] = [None] * len(crossing_map.steps)
     for number in np.unique(chosen).tolist():
-        own = np.flatnonzero(chosen == number).tolist()
+        steps = np.flatnonzero(chosen == number).tolist()
         layers = _Layers(scene, VIEWS[number])
-        for at in own:
+        for at in steps:
             step = crossing_map.steps[at]
             layers.place_until(at)
             result[at] = StepPicture(
@@ -267,10 +267,10 @@ class _Layers:
     def place_until(self, step: int) -> None:
         """Place the pieces of all steps up to one."""
         low, high = self._at, int(self._bounds[step + 1])
-        own = slice(low, high)
+        events = slice(low, high)
         # A later step's piece is nearer, so the last write counts.
-        self._shown[self._pixel[own]] = self._triangle[own]
-        self._depth[self._pixel[own]] = self._near[own]
+        self._shown[self._pixel[events]] = self._triangle[events]
+        self._depth[self._pixel[events]] = self._near[events]
         self._at = high
 
     def image(self, step: int) -> Image.Image:
@@ -329,10 +329,10 @@ def _shaped(values: Any) -> Any:
 
 def _changes(values: IntArray) -> BoolArray:
     """Return pixels whose right or lower neighbour has another value."""
-    found = np.zeros(values.shape, dtype=bool)
-    found[:, :-1] |= values[:, :-1] != values[:, 1:]
-    found[:-1] |= values[:-1] != values[1:]
-    return found
+    changes = np.zeros(values.shape, dtype=bool)
+    changes[:, :-1] |= values[:, :-1] != values[:, 1:]
+    changes[:-1] |= values[:-1] != values[1:]
+    return changes
 
 
 def _border(inside: BoolArray) -> BoolArray:

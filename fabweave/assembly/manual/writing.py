@@ -48,8 +48,7 @@ def manual_pdf(
     """
     book = Book(paper, facts.title)
     write_cover(book, crossing_map, facts)
-    drawn = {key: one for drawing in drawings for key, one in drawn_pieces(drawing).items()}
-    write_legend(book, crossing_map, drawn)
+    write_legend(book, crossing_map, drawn_pieces(*drawings))
     write_map(book, crossing_map, facts.colours)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)

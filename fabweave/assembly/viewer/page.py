@@ -72,13 +72,13 @@ def viewer_page(
     }
     parts = {
         "TITLE": html.escape(title),
-        "STYLE": _own("page.css"),
+        "STYLE": _page_file("page.css"),
         "DATA": _compact(data),
         "THREE": three_script(),
-        "SCRIPT": "\n".join(_own(name) for name in _SCRIPTS),
+        "SCRIPT": "\n".join(_page_file(name) for name in _SCRIPTS),
     }
     # One pass, so that nothing that is put in is looked at again.
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _own("page.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
 
 
 def three_script() -> str:
@@ -95,11 +95,11 @@ def three_script() -> str:
     >>> three_script().count("Three.js Authors")
     1
     """
-    found = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
-    return found[0] if found else ""
+    script = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
+    return script[0] if script else ""
 
 
-def _own(name: str) -> str:
+def _page_file(name: str) -> str:
     """Return one of the files that the page is made of."""
     folder = resources.files("fabweave.assembly.viewer").joinpath("viewer_page")
     return folder.joinpath(name).read_text("utf-8")

@@ -121,9 +121,9 @@ def _worst(
     counts = np.diff(np.append(first, len(order)))
     for index, count in zip(order[first].tolist(), counts.tolist(), strict=True):
         place = (round(float(at[index, 0]), 3), round(float(at[index, 1]), 3))
-        own = int(piece[index])
+        number = int(piece[index])
         yield Flaw(
-            rule, cuts.names[own], int(cuts.sheet[own]), place, float(values[index]),
+            rule, cuts.names[number], int(cuts.sheet[number]), place, float(values[index]),
             float(limits[index]), count, remedy,
         )  # fmt: skip
 
@@ -131,19 +131,17 @@ def _worst(
 def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
     """Check diameters, and how far holes are from edges."""
     piece, at, hole = cuts.hole_piece, cuts.hole_at, cuts.hole_mm
-    own = [materials[index] for index in piece.tolist()]
-    wanted = np.array([max(target.hole_t * one.thickness_mm, target.hole_mm) for one in own])
+    of_hole = [materials[index] for index in piece.tolist()]
+    thickness = np.array([material.thickness_mm for material in of_hole])
+    wanted = np.maximum(target.hole_t * thickness, target.hole_mm)
     # One hole serves the whole job.
-    least = max((target.hole_t * one.thickness_mm for one in materials), default=0.0)
+    least = max((target.hole_t * material.thickness_mm for material in materials), default=0.0)
     remedy = f"--hole {_up(max(least, target.hole_mm))}mm"
     yield from _worst(cuts, "hole", piece, at, hole, wanted, remedy)
     # Fasteners want some of the piece around them, and the beam some material at all.
-    wanted = np.array(
-        [
-            max(hole_edge_mm(one, d), max(target.edge_t * one.thickness_mm, target.edge_mm) + d / 2)
-            for one, d in zip(own, hole.tolist(), strict=True)
-        ]
-    )
+    of_fastener = [hole_edge_mm(*pair) for pair in zip(of_hole, hole.tolist(), strict=True)]
+    of_beam = np.maximum(target.edge_t * thickness, target.edge_mm) + hole / 2
+    wanted = np.maximum(np.array(of_fastener), of_beam)
     rings = shapely.get_exterior_ring(cuts.polygons)
     edge = np.asarray(shapely.distance(shapely.points(at), rings[piece]))
     remedy = "a smaller --hole, a larger --size or wider ribbons (--width)"
@@ -152,7 +150,9 @@ def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterat
 
 def _webs(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
     """Check what is left between holes of a piece, and where a piece has a thin neck."""
-    least = np.array([max(target.web_t * one.thickness_mm, target.web_mm) for one in materials])
+    least = np.array(
+        [max(target.web_t * material.thickness_mm, target.web_mm) for material in materials]
+    )
     remedy = "a larger --size or wider ribbons (--width)"
     parts = [_between_holes(cuts, least), _necks(cuts, least)]
     piece, at, value = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -163,12 +163,12 @@ def _between_holes(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray
     """Return pairs of holes of one piece that are near each other: piece, place, web."""
     reach = float(least.max(initial=0.0)) + float(cuts.hole_mm.max(initial=0.0))
     points = shapely.points(cuts.hole_at)
-    one, other = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
-    keep = (one < other) & (cuts.hole_piece[one] == cuts.hole_piece[other])
-    one, other = one[keep], other[keep]
-    apart = np.hypot(*(cuts.hole_at[one] - cuts.hole_at[other]).T)
-    web = apart - (cuts.hole_mm[one] + cuts.hole_mm[other]) / 2
-    return cuts.hole_piece[one], (cuts.hole_at[one] + cuts.hole_at[other]) / 2, web
+    first, second = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
+    keep = (first < second) & (cuts.hole_piece[first] == cuts.hole_piece[second])
+    first, second = first[keep], second[keep]
+    apart = np.hypot(*(cuts.hole_at[first] - cuts.hole_at[second]).T)
+    web = apart - (cuts.hole_mm[first] + cuts.hole_mm[second]) / 2
+    return cuts.hole_piece[first], (cuts.hole_at[first] + cuts.hole_at[second]) / 2, web
 
 
 def _necks(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -226,15 +226,15 @@ def _gaps(cuts: _Cuts, target: Target) -> Iterator[Flaw]:
     shift = np.repeat(cuts.sheet * wide, shapely.get_num_coordinates(cuts.polygons))
     points = shapely.get_coordinates(cuts.polygons) + np.stack((shift, 0 * shift), axis=1)
     moved = shapely.set_coordinates(cuts.polygons.copy(), points)
-    one, other = shapely.STRtree(moved).query(moved, predicate="dwithin", distance=target.gap_mm)
-    keep = one < other
-    one, other = one[keep], other[keep]
-    line = shapely.shortest_line(moved[one], moved[other])
+    first, second = shapely.STRtree(moved).query(moved, predicate="dwithin", distance=target.gap_mm)
+    keep = first < second
+    first, second = first[keep], second[keep]
+    line = shapely.shortest_line(moved[first], moved[second])
     at = shapely.get_coordinates(line).reshape(-1, 2, 2).mean(axis=1)
-    at[:, 0] -= cuts.sheet[one] * wide
-    limits = np.full(len(one), target.gap_mm)
+    at[:, 0] -= cuts.sheet[first] * wide
+    limits = np.full(len(first), target.gap_mm)
     remedy = f"--gap {_up(target.gap_mm)}mm"
-    yield from _worst(cuts, "gap", one, at, np.asarray(shapely.length(line)), limits, remedy)
+    yield from _worst(cuts, "gap", first, at, np.asarray(shapely.length(line)), limits, remedy)
 
 
 def _sizes(cuts: _Cuts, sheets: Sequence[SheetRecord], target: Target) -> Iterator[Flaw]:
