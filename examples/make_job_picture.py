@@ -26,7 +26,9 @@ with tempfile.TemporaryDirectory() as folder:
         Image.open(f"{name}.png").convert("RGB"),
     ]
     small = [
-        picture.resize((round(picture.width * HEIGHT / picture.height), HEIGHT), Image.Resampling.LANCZOS)
+        picture.resize(
+            (round(picture.width * HEIGHT / picture.height), HEIGHT), Image.Resampling.LANCZOS
+        )
         for picture in pictures
     ]
 both = Image.new("RGB", (sum(picture.width for picture in small) + 12, HEIGHT), "#ECEDF1")

@@ -20,6 +20,7 @@ from fabweave.app.woven_object import (
 )
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.records import to_json
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -109,7 +110,7 @@ def inspect_mesh(
         "ribbons": _spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
         "checks": {
-            **ribbon_report(check, woven.ribbons, woven.labels),
+            **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [*width_notes(woven, settings, supplies), *ribbon_notes(check)],
         },
         "notes": [*woven.source.notes, *woven.result.notes],
@@ -276,7 +277,7 @@ def _planned(
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),
-        "choices": [choice.record() for choice in plan.choices],
+        "choices": [to_json(choice.record()) for choice in plan.choices],
     }
 
 

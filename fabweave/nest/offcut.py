@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import shapely
@@ -57,16 +56,6 @@ class Offcut:
         )
         rectangle = frozen(np.sort(self.rectangle * flip + shift, axis=0))
         return replace(self, outline=outline, holes=tuple(holes), rectangle=rectangle)
-
-    def record(self) -> dict[str, Any]:
-        """Return what a report tells of it."""
-        return {
-            "sheet": self.sheet + 1,
-            "area_mm2": round(self.area_mm2, 6),
-            "rectangle": self.rectangle.round(6).tolist(),
-            "outline": self.outline.round(6).tolist(),
-            "holes": [ring.round(6).tolist() for ring in self.holes],
-        }
 
     @property
     def area_mm2(self) -> float:

@@ -1,17 +1,16 @@
 """Take the layout of a finished job, so that the job can be made again whatever found it."""
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
+from fabweave.flat.crossing_map import PieceRecord, read_crossing_map
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.layout_check import check_layout
 from fabweave.stock.rotations import FREE, Turns
@@ -59,34 +58,9 @@ def read_layout(
     InputError
         If the file is no crossing map, holds other pieces or sheets, or breaks a rule.
     """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        records = {str(record["id"]): record for record in found["pieces"]}
-        used = _taken(found["sheets"], sheets)
-        layout = Layout(
-            sheets=tuple(
-                replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
-                for number in used
-            ),
-            placements=tuple(
-                _placement(number, records[name])
-                for number, name in enumerate(ids)
-                if name in records
-            ),
-            margin_mm=margin_mm,
-            gap_mm=gap_mm,
-            notes=tuple(str(note) for note in found["layout"].get("notes", ())),
-            recorded=True,
-            turns=turns,
-        )
-        known = {name: np.array(record["outline"], dtype=float) for name, record in records.items()}
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the layout in {path}: {error}") from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(
-            f"{path} is no crossing map with a layout ({type(error).__name__}: {error}); name the "
-            "crossing_map.json of a finished job"
-        ) from error
+    crossing_map = read_crossing_map(path)
+    records = {piece.id: piece for piece in crossing_map.pieces}
+    known = {name: np.array(piece.outline) for name, piece in records.items()}
     other = [
         name
         for name, outline in zip(ids, outlines, strict=True)
@@ -100,6 +74,21 @@ def read_layout(
             f"({few_of(other)}); leave out --layout, or "
             "give the settings of that job"
         )
+    used = _sheets_of_stock(
+        [(sheet.width_mm, sheet.height_mm, sheet.stock) for sheet in crossing_map.sheets], sheets
+    )
+    layout = Layout(
+        sheets=tuple(
+            replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
+            for number in used
+        ),
+        placements=tuple(_placement(number, records[name]) for number, name in enumerate(ids)),
+        margin_mm=margin_mm,
+        gap_mm=gap_mm,
+        notes=crossing_map.layout.notes,
+        recorded=True,
+        turns=turns,
+    )
     require_kept(path, layout, outlines, ids, sheets)
     return layout
 
@@ -112,12 +101,8 @@ def require_kept(
     sheets: Sequence[SheetSize],
 ) -> None:
     """Raise InputError if a layout that was read breaks a rule, or takes what is not in stock."""
-    used = _taken(
-        [
-            {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm, "stock": sheet.name}
-            for sheet in layout.sheets
-        ],
-        sheets,
+    used = _sheets_of_stock(
+        [(sheet.width_mm, sheet.height_mm, sheet.name) for sheet in layout.sheets], sheets
     )
     faults = _stock_faults(used) + check_layout(layout, outlines, ids=ids)
     if faults:
@@ -127,35 +112,32 @@ def require_kept(
         )
 
 
-def _placement(number: int, record: Any) -> Placement:
+def _placement(number: int, piece: PieceRecord) -> Placement:
     """Return the placement that a piece's record tells."""
-    stands = record["placement"]
-    return Placement(
-        number,
-        int(record["sheet"]) - 1,
-        float(stands["rotation_deg"]),
-        float(stands["x_mm"]),
-        float(stands["y_mm"]),
-    )
+    motion = piece.placement
+    return Placement(number, piece.sheet - 1, motion.rotation_deg, motion.x_mm, motion.y_mm)
 
 
-def _taken(records: Any, stock: Sequence[SheetSize]) -> list[int | SheetSize]:
-    """Return which sheets of the stock records tell of; the size of one that is not there."""
+def _sheets_of_stock(
+    used: Sequence[tuple[float, float, str]], stock: Sequence[SheetSize]
+) -> list[int | SheetSize]:
+    """Return which sheets of the stock are used, given width, height and name of each.
+
+    For one that is not (or no more) in stock, its size.
+    """
     taken: Counter[int] = Counter()
-    used: list[int | SheetSize] = []
-    for record in records:
-        width, height = float(record["width_mm"]), float(record["height_mm"])
-        name = str(record.get("stock", ""))
-        for number, one in enumerate(stock):
-            near = abs(one.width_mm - width) + abs(one.height_mm - height) < _SAME_MM
-            left = one.quantity is None or taken[number] < one.quantity
-            if near and left and one.name == name:
+    result: list[int | SheetSize] = []
+    for width, height, name in used:
+        for number, sheet in enumerate(stock):
+            near = abs(sheet.width_mm - width) + abs(sheet.height_mm - height) < _SAME_MM
+            left = sheet.quantity is None or taken[number] < sheet.quantity
+            if near and left and sheet.name == name:
                 taken[number] += 1
-                used.append(number)
+                result.append(number)
                 break
         else:
-            used.append(SheetSize(width, height, 1, name=name))
-    return used
+            result.append(SheetSize(width, height, 1, name=name))
+    return result
 
 
 def _stock_faults(used: Sequence[int | SheetSize]) -> list[str]:

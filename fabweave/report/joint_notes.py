@@ -10,32 +10,32 @@ from fabweave.flat.pieces import PieceSet
 from fabweave.ribbon.measures import size_for
 
 
-def joint_notes(made: PieceSet, size_mm: float) -> list[str]:
+def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
     """Return what a maker should know of the joints: their kinds, and what would mend the rest.
 
     Parameters
     ----------
-    made : PieceSet
+    piece_set : PieceSet
     size_mm : float
         Largest dimension of the object.
     """
-    if not made.joints:
+    if not piece_set.joints:
         return []
-    kinds = Counter((joint.kind.name, len(joint.holes)) for joint in made.joints)
+    kinds = Counter((joint.kind.name, len(joint.holes)) for joint in piece_set.joints)
     parts = []
     for (name, holes), count in sorted(kinds.items(), key=lambda item: (-item[1], item[0])):
         each = agree(holes, " with {n} [fastener|fasteners each]") if holes else ""
         parts.append(agree(count, "{n} " + KINDS[name].note) + each)
     note = "joints: " + "; ".join(parts)
-    rule = made.plan.rule
-    lost = [j.id for j in made.joints if j.kind != rule.kind or len(j.holes) != rule.holes]
+    plan, rule = piece_set.plan, piece_set.plan.rule
+    lost = [j.id for j in piece_set.joints if j.kind != rule.kind or len(j.holes) != rule.holes]
     if not lost:
         return [note]
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanting for {rule} ({some})"
-    if np.any(made.plan.needed_mm > 0):
-        worst = int(np.argmin(made.plan.room_mm / made.plan.needed_mm))
-        least, needed = (float(v[worst]) for v in (made.plan.room_mm, made.plan.needed_mm))
+    if np.any(plan.needed_mm > 0):
+        worst = int(np.argmin(plan.room_mm / plan.needed_mm))
+        least, needed = float(plan.room_mm[worst]), float(plan.needed_mm[worst])
         note += (
             f": the narrowest has {least:.1f} mm from its middle to an edge, "
             f"{needed:.1f} mm are wanted; "

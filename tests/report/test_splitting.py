@@ -8,7 +8,7 @@ import pytest
 
 from fabweave.cli.main import main
 from fabweave.flat.split.length_curve import Choice
-from fabweave.report.splitting import splitting_section
+from fabweave.report.splitting import SplittingRecord, splitting_section
 from fabweave.verify import verify_job
 
 
@@ -48,7 +48,9 @@ def test_verify_knows_what_is_not_so(job, tmp_path, key, value) -> None:
 
 
 def test_a_curve_is_drawn_within_its_picture() -> None:
-    choices = [Choice(length, 9, 9, 1.0, np.sqrt(length)).record() for length in (100.0, 200.0)]
-    page = splitting_section({"max_length_mm": 100.0, "choices": choices, "threads": []})
+    lengths = 100.0, 200.0
+    choices = tuple(Choice(length, 9, 9, 1.0, np.sqrt(length)).record() for length in lengths)
+    page = splitting_section(SplittingRecord(max_length_mm=100.0, choices=choices, threads=()))
     assert page.count("<polyline") == 2
-    assert "<svg" not in splitting_section({"max_length_mm": 1.0, "choices": [], "threads": []})
+    bare = SplittingRecord(max_length_mm=1.0, choices=(), threads=())
+    assert "<svg" not in splitting_section(bare)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.records import record
 from fabweave.flat.split.candidate_costs import Bed, Candidates, joint_price, price_candidates
 from fabweave.flat.split.cost import sheet_area
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
@@ -43,16 +44,28 @@ class Choice:
         """Predicted share of the used sheet area that becomes pieces."""
         return self.piece_mm2 / self.sheet_mm2
 
-    def record(self) -> dict[str, float]:
-        """Return the choice as JSON takes it."""
-        return {
-            "max_length_mm": round(self.length_mm, 1),
-            "pieces": self.pieces,
-            "joints": self.joints,
-            "piece_mm2": round(self.piece_mm2, 1),
-            "sheet_mm2": round(self.sheet_mm2, 1),
-            "utilisation": round(self.utilisation, 4),
-        }
+    def record(self) -> "ChoiceRecord":
+        """Return the choice as files have it, rounded."""
+        return ChoiceRecord(
+            max_length_mm=round(self.length_mm, 1),
+            pieces=self.pieces,
+            joints=self.joints,
+            piece_mm2=round(self.piece_mm2, 1),
+            sheet_mm2=round(self.sheet_mm2, 1),
+            utilisation=round(self.utilisation, 4),
+        )
+
+
+@record
+class ChoiceRecord:
+    """A choice as files have it."""
+
+    max_length_mm: float
+    pieces: int
+    joints: int
+    piece_mm2: float
+    sheet_mm2: float
+    utilisation: float
 
 
 def compare_lengths(

@@ -1,7 +1,9 @@
 """Say which rule does not hold, how badly, where, how often, and what would mend it."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
+
+from fabweave.core.records import record
 
 Severity: TypeAlias = Literal["refuse", "warn"]
 
@@ -129,25 +131,49 @@ def remedies(found: Finding) -> str:
     return ", or ".join(ways)
 
 
-def finding_record(found: Finding) -> dict[str, Any]:
-    """Return a finding as JSON takes it."""
-    return {
-        "rule": found.rule,
-        "severity": found.severity,
-        "value": round(found.value, 4),
-        "limit": round(found.limit, 4),
-        "unit": found.unit,
-        "thread": found.thread,
-        "station": found.station,
-        "crossing": found.crossing,
-        "other": found.other,
-        "position": list(found.position),
-        "count": found.count,
-        "of": found.of,
-        "size_mm": found.size_mm,
-        "width_factor": found.width_factor,
-        "refine": found.refine,
-        "cause": found.cause,
-        "remedy": remedies(found),
-        "text": sentence(found),
-    }
+@record
+class FindingRecord:
+    """A finding as ``ribbons.json`` holds it: figures rounded, what mends it, and in words."""
+
+    rule: str
+    severity: Severity
+    value: float
+    limit: float
+    unit: str
+    thread: str
+    station: int
+    crossing: int
+    other: str | None
+    position: tuple[float, float, float]
+    count: int
+    of: int
+    size_mm: int | None
+    width_factor: float | None
+    refine: str | None
+    cause: str | None
+    remedy: str
+    text: str
+
+
+def finding_record(found: Finding) -> FindingRecord:
+    """Return a finding as it is written."""
+    return FindingRecord(
+        rule=found.rule,
+        severity=found.severity,
+        value=round(found.value, 4),
+        limit=round(found.limit, 4),
+        unit=found.unit,
+        thread=found.thread,
+        station=found.station,
+        crossing=found.crossing,
+        other=found.other,
+        position=found.position,
+        count=found.count,
+        of=found.of,
+        size_mm=found.size_mm,
+        width_factor=found.width_factor,
+        refine=found.refine,
+        cause=found.cause,
+        remedy=remedies(found),
+        text=sentence(found),
+    )
