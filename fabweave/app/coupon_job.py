@@ -38,29 +38,29 @@ def coupon_for(
     InputError
         If there is neither a material nor a job, or a job's file cannot be read.
     """
-    told = _read_job(directory) if directory is not None else {}
-    own: Supplies | None = told.get("supplies")
+    job_facts = _read_job(directory) if directory is not None else {}
+    supplies: Supplies | None = job_facts.get("supplies")
     if material is not None:
         sheet = sort_of_material(material)
-    elif own is None:
+    elif supplies is None:
         raise InputError("no material: say --material NAME, or name a finished job's folder")
-    elif own.several:
+    elif supplies.several:
         # A coupon is cut from one sheet.
         raise InputError(
-            f"the job has {len(own.each)} materials, and a coupon is of one: say which, with "
+            f"the job has {len(supplies.each)} materials, and a coupon is of one: say which, with "
             + " or ".join(
-                f"--material {m.name} --thickness {m.thickness_mm:g}mm" for m in own.materials
+                f"--material {m.name} --thickness {m.thickness_mm:g}mm" for m in supplies.materials
             )
         )
     else:
-        sheet = own.only
+        sheet = supplies.only
     sheet = sheet if thickness_mm is None else with_thickness(sheet, thickness_mm)
     return plan_coupon(
         sheet,
-        hole_mm=hole_mm if hole_mm is not None else told.get("hole_mm"),
-        lap_mm=told.get("lap_mm"),
-        width_mm=told.get("width_mm"),
-        bend_mm=told.get("bend_mm"),
+        hole_mm=hole_mm if hole_mm is not None else job_facts.get("hole_mm"),
+        lap_mm=job_facts.get("lap_mm"),
+        width_mm=job_facts.get("width_mm"),
+        bend_mm=job_facts.get("bend_mm"),
     )
 
 
@@ -78,7 +78,9 @@ def _read_job(directory: Path) -> dict[str, Any]:
         ]
         laps = [joint["lap_mm"] for joint in plan["joints"] if joint["lap_mm"] > 0.0]
         widths = [thread["narrowest_mm"] for thread in ribbons["threads"]]
-        bends = [one["bend_mm"] for one in ribbons["threads"] if one["bend_mm"] is not None]
+        bends = [
+            thread["bend_mm"] for thread in ribbons["threads"] if thread["bend_mm"] is not None
+        ]
         return {
             "supplies": supplies_of(options),
             "hole_mm": max(holes, default=None),

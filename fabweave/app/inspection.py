@@ -70,7 +70,7 @@ class Inspection:
 
 
 def inspect_mesh(
-    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+    settings: Settings, progress: Progress = no_progress, given_mesh: PolyMesh | None = None
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
@@ -80,7 +80,7 @@ def inspect_mesh(
         The mesh, its size, and how it would be woven.
     progress : callable
         Told what is being done.
-    given : PolyMesh, optional
+    given_mesh : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
 
     Returns
@@ -93,7 +93,7 @@ def inspect_mesh(
         If the mesh cannot be woven at all.
     """
     settings, supplies = complete_settings(settings)
-    woven = weave_object(settings, supplies, progress, given)
+    woven = weave_object(settings, supplies, progress, given_mesh)
     woven, pieces = _planned(woven, settings, supplies, progress)
     progress("checks", 0, 1)
     check = try_refinement(check_joined(woven, settings, supplies), woven, settings, supplies)
@@ -207,7 +207,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
     """Return the options that would give the mesh an exact twill, and how large it is then."""
     if build_halfedges(mesh).n_edges > _MOST_REFINED:
         return []
-    found = []
+    options = []
     for number, text in enumerate(("", *_REFINEMENTS)):
         progress("refinements", number, len(_REFINEMENTS) + 1)
         if text:
@@ -223,10 +223,10 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
             continue  # a scheme that cannot hold this mesh is no advice
         threads = trace_threads(halfedges, turn=settings.boundary == "turn")
         if decide_twill(twill_conditions(halfedges, threads)).twillable:
-            found.append(
+            options.append(
                 {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
             )
-    return found
+    return options
 
 
 def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:

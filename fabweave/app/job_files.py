@@ -80,12 +80,12 @@ def write_job(
     )
     if job.settings.profile == "service":
         _write_service(job, plan, directory / "service")
-    found = _write_tables(job, plan, bill, directory)
+    check = _write_tables(job, plan, bill, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
     (directory / "render.png").write_bytes(job.portrait())
-    return found
+    return check
 
 
 def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
@@ -111,12 +111,16 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
 
 def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
     """Write a file for each distinct piece, and the table of quantities."""
-    each = [PieceMaterial(one.name, one.thickness_mm) for one in job.supplies.materials]
-    stuff = [each[index] for index in job.allotment.of_pieces(job.piece_set.pieces)]
+    supply_materials = [
+        PieceMaterial(material.name, material.thickness_mm) for material in job.supplies.materials
+    ]
+    piece_materials = [
+        supply_materials[index] for index in job.allotment.of_pieces(job.piece_set.pieces)
+    ]
     kinds = [piece["kind"] for piece in plan["pieces"]]
     write_kind_files(
         directory,
-        kind_files(job.piece_set.pieces, kinds, stuff),
+        kind_files(job.piece_set.pieces, kinds, piece_materials),
         version=job.settings.dxf,
         colours=job.settings.preset,
         units=job.settings.svg_units,
@@ -164,8 +168,8 @@ def _write_tables(
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(ribbons))
-    found = _preflight(job, plan, ribbons)
-    _write(directory / "preflight.json", json_text(found.record))
+    check = _preflight(job, plan, ribbons)
+    _write(directory / "preflight.json", json_text(check.record))
     _write(directory / "waste.json", json_text(report))
     page = waste_page(
         report,
@@ -175,18 +179,18 @@ def _write_tables(
         entries=entries,
     )
     _write(directory / "waste.html", page)
-    return found
+    return check
 
 
 def _preflight(job: Job, plan: dict[str, Any], ribbons: dict[str, Any]) -> Preflight:
     """Check the pieces against the rules of those who cut them."""
     target, supplies = target_named(job.settings.target), job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
-    found = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
-    if job.settings.strict and found.flaws:
-        lines = "\n".join(f"  {line}" for line in flaw_lines(found.flaws))
+    check = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
+    if job.settings.strict and check.flaws:
+        lines = "\n".join(f"  {line}" for line in flaw_lines(check.flaws))
         raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
-    return found
+    return check
 
 
 def _write_offcuts(job: Job, records: list[dict[str, Any]], directory: Path) -> list[str]:

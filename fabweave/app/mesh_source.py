@@ -58,7 +58,7 @@ class LoadedMesh:
 
 
 def load_mesh(
-    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+    settings: Settings, progress: Progress = no_progress, given_mesh: PolyMesh | None = None
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
@@ -70,7 +70,7 @@ def load_mesh(
     ----------
     settings : Settings
     progress : callable
-    given : PolyMesh, optional
+    given_mesh : PolyMesh, optional
         A mesh from memory. It is taken as one read from the file that the settings name would be,
         from a format that states no unit.
 
@@ -86,8 +86,8 @@ def load_mesh(
     unit: str | None = None
     unit_mm = 1.0
     title = Path(settings.mesh).stem
-    if given is not None:
-        mesh = given
+    if given_mesh is not None:
+        mesh = given_mesh
     elif is_shape(settings.mesh):
         mesh, title, unit = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX), "mm"
     else:
@@ -108,7 +108,7 @@ def load_mesh(
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
     _require_size(largest_dimension(mesh))
     stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
-    if given is None and is_shape(settings.mesh):
+    if given_mesh is None and is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
     mesh, n_old_vertices, changes = _changed(mesh, settings, progress)

@@ -115,8 +115,8 @@ def write_model(
     if yarn is not None:
         bodies, facts["radius_mm"] = _spun(woven, colours, yarn, progress)
     elif suffix in _PRINTED:
-        each = dict.fromkeys(f"{one.thickness_mm:g}" for one in supplies.materials)
-        facts["kind"] = f"solid ribbons, {' and '.join(each)} mm thick"
+        thicknesses = dict.fromkeys(f"{material.thickness_mm:g}" for material in supplies.materials)
+        facts["kind"] = f"solid ribbons, {' and '.join(thicknesses)} mm thick"
         thickness = supplies.thickness_mm(woven.bunches)
         bodies = ribbon_bodies(woven.ribbons, woven.labels, colours, thickness_mm=thickness)
         facts["notes"] += _clashes(bodies)

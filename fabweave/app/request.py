@@ -38,9 +38,9 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     return (
         replace(
             settings,
-            thickness_mm=supplies.by_bunch(lambda one: one.material.thickness_mm),
+            thickness_mm=supplies.by_bunch(lambda supply: supply.material.thickness_mm),
             sheets=supplies.sheets,
-            gap_mm=supplies.by_bunch(lambda one: one.gap_mm),
+            gap_mm=supplies.by_bunch(lambda supply: supply.gap_mm),
         ),
         supplies,
     )

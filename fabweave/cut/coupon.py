@@ -125,7 +125,7 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
             width,
             height,
             [
-                _known(title),
+                _letterable(title),
                 f"KERF = (100 - ALL {BLOCKS} BLOCKS SIDE BY SIDE) / {BLOCKS}, SEE COUPON.TXT",
             ],
         ),
@@ -270,7 +270,7 @@ def _drawn(part: _Part, corner: FloatArray) -> PieceDrawing:
     return PieceDrawing(part.name, tuple(entities))
 
 
-def _known(text: str) -> str:
+def _letterable(text: str) -> str:
     """Return a text without characters that cannot be lettered."""
     known = set(characters())
     return "".join(sign for sign in text if sign in known)

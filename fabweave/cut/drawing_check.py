@@ -82,17 +82,17 @@ def check_drawing(drawing: SheetDrawing) -> None:
 
 
 class _Owners(NamedTuple):
-    """Whose some things are: the names of the pieces, the notes last, and an index a thing."""
+    """The owner of each entity, line or point: names of the pieces, the notes last, and indices."""
 
     names: tuple[str, ...]
     which: IntArray
 
     def of(self, chosen: BoolArray | IntArray) -> "_Owners":
-        """Return the owners of some of the things."""
+        """Return the owners of some of them."""
         return _Owners(self.names, self.which[chosen])
 
     def listed(self) -> list[str]:
-        """Return the name of the owner of each thing."""
+        """Return the name of each owner."""
         return [self.names[index] for index in self.which.tolist()]
 
 
@@ -220,9 +220,9 @@ def _bulges(lines: Sequence[Polyline], counts: IntArray, at: _Owners) -> FloatAr
     strange = np.zeros(len(bulges), dtype=np.bool_)
     for line, end, count in zip(lines, np.cumsum(counts).tolist(), counts.tolist(), strict=True):
         if line.bulges is not None:
-            own = slice(end - count, end)
-            strange[own] = line.bulges.shape != (count,)
-            bulges[own] = 0.0 if strange[own].any() else line.bulges
+            run = slice(end - count, end)
+            strange[run] = line.bulges.shape != (count,)
+            bulges[run] = 0.0 if strange[run].any() else line.bulges
     _refuse(
         "point(s) belong to lines with more or fewer bulges than points",
         at.of(strange).listed(),
@@ -258,7 +258,7 @@ def _packed(points: FloatArray) -> IntArray:
 
 
 def _repeats(*keys: IntArray) -> IntArray:
-    """Return the indices of things that an earlier one equals in all its keys."""
+    """Return the indices of entries that repeat an earlier entry in all keys."""
     order = np.lexsort(keys)
     same = np.all([np.diff(key[order]) == 0 for key in keys], axis=0)
     return np.sort(order[1:][same])

@@ -43,10 +43,10 @@ def kerfed_sheets(
         words.append(f"micro{micro_joints.count}x{micro_joints.width_mm:g}mm")
     result = []
     for drawing in drawings:
-        ready = compensated(drawing, kerf_mm)
+        kerfed = compensated(drawing, kerf_mm)
         if micro_joints is not None:
-            ready = bridged(ready, micro_joints, kerf_mm=kerf_mm)
-        result.append(replace(ready, name="_".join([drawing.name, *words])))
+            kerfed = bridged(kerfed, micro_joints, kerf_mm=kerf_mm)
+        result.append(replace(kerfed, name="_".join([drawing.name, *words])))
     return tuple(result)
 
 
@@ -60,7 +60,7 @@ def check_kerf(kerf_mm: float, gap_mm: float) -> None:
 
 
 def kerf_notes(
-    ready: Sequence[SheetDrawing],
+    drawings: Sequence[SheetDrawing],
     kerf_mm: float,
     micro_joints: MicroJoints | None,
     *,
@@ -86,10 +86,10 @@ def kerf_notes(
         )
     whole = [
         piece.piece_id
-        for drawing in ready
+        for drawing in drawings
         for piece in drawing.pieces
         if micro_joints is not None
-        and all(getattr(one, "closed", True) for one in piece.entities[-1:])
+        and all(getattr(entity, "closed", True) for entity in piece.entities[-1:])
     ]
     if whole:
         notes.append(

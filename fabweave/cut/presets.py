@@ -256,7 +256,7 @@ def _nearest_aci(rgb: tuple[int, int, int]) -> int:
 
     if rgb == (0, 0, 0):
         return 7
-    apart = partial(map, lambda one, two: (one - two) ** 2, rgb)
+    apart = partial(map, lambda first, second: (first - second) ** 2, rgb)
     return min(range(1, 256), key=lambda index: (sum(apart(aci2rgb(index))), index))
 
 

@@ -72,7 +72,7 @@ def waste_page(
         for name, row in zip(sheet_names, report["sheets"], strict=True)
     )
     summary = (
-        f"{totals['pieces']} pieces of {supplies.told}, on "
+        f"{totals['pieces']} pieces of {supplies.description}, on "
         f"{totals['sheets']} sheets: {totals['utilisation']:.0%} of the material is used, "
         f"{totals['cut_length_mm'] / 1000:.1f} m are cut and "
         f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
@@ -113,7 +113,7 @@ def _material_section(report: dict[str, Any], supplies: Supplies) -> str:
     rows, priced = [], any(record["price"] for record in report["materials"])
     for record, supply in zip(report["materials"], supplies.each, strict=True):
         cells = [
-            f"{supply.told} ({', '.join(supply.bunches)})",
+            f"{supply.description} ({', '.join(supply.bunches)})",
             record["sheets"],
             record["pieces"],
             f"{record['area_mm2'] / 100:.1f}",

@@ -54,8 +54,8 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
             for ring in _rings(entity, _CHORD_MM / scale)
         ]
     except OSError as error:
-        told = error.strerror or error
-        raise InputError(f"cannot read the outline in {path}: {told}") from error
+        reason = error.strerror or error
+        raise InputError(f"cannot read the outline in {path}: {reason}") from error
     except InputError:
         raise
     # Of a file that is no DXF, or half of one, ezdxf makes any error.

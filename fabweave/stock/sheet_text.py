@@ -142,14 +142,14 @@ def stock_for(sheets: Sequence[SheetSize], material: str) -> tuple[SheetSize, ..
     >>> len(stock_for([card, any_sheet], "card")), len(stock_for([card, any_sheet], "shim"))
     (2, 1)
     """
-    found = tuple(sheet for sheet in sheets if sheet.material in (None, material))
-    if sheets and not found:
+    matches = tuple(sheet for sheet in sheets if sheet.material in (None, material))
+    if sheets and not matches:
         others = sorted({sheet.material for sheet in sheets if sheet.material is not None})
         raise InputError(
             f"the stock has no sheet of {material}, but of {', '.join(others)}; take --material "
             f"{others[0]}, or add sheets of {material} or without a material"
         )
-    return found
+    return matches
 
 
 def usable_size(sheet: SheetSize, margin_mm: float) -> tuple[float, float]:

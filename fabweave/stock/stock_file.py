@@ -80,7 +80,7 @@ def stock_of(
         [(kind, document.get(kind, [])) for kind in _KINDS] if isinstance(document, dict) else []
     )
     if not tables or not all(
-        isinstance(entries, list) and all(isinstance(one, dict) for one in entries)
+        isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)
         for _, entries in tables
     ):
         raise InputError(f"{where} is no list of stock: write entries [[sheet]] and [[offcut]]")
@@ -90,24 +90,24 @@ def stock_of(
             f"{where} has {agree(len(strange), '[a key|keys]')} of no meaning: "
             f"{', '.join(strange[:4])}; write entries [[sheet]] and [[offcut]]"
         )
-    found: list[SheetSize] = []
+    sheets: list[SheetSize] = []
     for kind, entries in tables:
         heads = (lines or {}).get(kind, [])
         for number, entry in enumerate(entries, start=1):
             # Tables may be written in line, too; then their lines are not known.
             line = f", line {heads[number - 1]}" if len(heads) == len(entries) else ""
-            found.append(
+            sheets.append(
                 _Entry(entry, f"{where}{line}, [[{kind}]] {number}", folder).sheet(kind, number)
             )
-    if not found:
+    if not sheets:
         raise InputError(f"{where} lists no stock: write an entry [[sheet]] or [[offcut]]")
-    twice = [name for name, count in Counter(one.name for one in found).items() if count > 1]
+    twice = [name for name, count in Counter(sheet.name for sheet in sheets).items() if count > 1]
     if twice:
         raise InputError(
             f"{where}: {agree(len(twice), '[a name stands|names stand]')} for more than one entry: "
             f"{', '.join(twice[:4])}; give each its own name"
         )
-    return tuple(found)
+    return tuple(sheets)
 
 
 class _Entry:
@@ -149,8 +149,8 @@ class _Entry:
         )
         inside = shapely.Polygon(sheet.ring)
         if not (shapely.is_valid(inside) and inside.area > 0.0):
-            told = shapely.is_valid_reason(inside)
-            raise self.refuse(f"its outline crosses itself or has no area ({told})")
+            reason = shapely.is_valid_reason(inside)
+            raise self.refuse(f"its outline crosses itself or has no area ({reason})")
         for at, ring in enumerate(sheet.defects, start=1):
             if not inside.intersects(shapely.Polygon(ring)):
                 raise self.refuse(
@@ -169,8 +169,8 @@ class _Entry:
         """Return the sheet that a size describes."""
         value = self.table.get("size")
         if not isinstance(value, str):
-            told = "there is no size" if value is None else f"size is {value!r:.40}"
-            raise self.refuse(told + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
+            problem = "there is no size" if value is None else f"size is {value!r:.40}"
+            raise self.refuse(problem + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
         try:
             size = parse_stock(value)
         except InputError as error:
@@ -272,9 +272,9 @@ class _Entry:
     def defects(self) -> list[Any]:
         """Return the defects as polygons around them."""
         value = self.table.get("defects", [])
-        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
             raise self.refuse(f"defects is no list of tables; their forms are {_FORMS}")
-        return [self.defect(number, one) for number, one in enumerate(value, start=1)]
+        return [self.defect(number, table) for number, table in enumerate(value, start=1)]
 
     def defect(self, number: int, table: dict[str, Any]) -> Any:
         """Return one defect as a polygon around it."""

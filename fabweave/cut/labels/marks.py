@@ -70,12 +70,12 @@ def mark_pieces(
     ]
     ticked = _inside(
         pieces,
-        [[*(_ticks(one) if labels == "full" else ()), *one.guides] for one in pieces],
+        [[*(_ticks(piece) if labels == "full" else ()), *piece.guides] for piece in pieces],
     )
-    found = find_spots(pieces, ticked, wanted)
+    spots = find_spots(pieces, ticked, wanted)
     return tuple(
-        _marks(own, spots, ticks, mirrored=side == "inside")
-        for own, spots, ticks in zip(wanted, found, ticked, strict=True)
+        _marks(piece_wishes, piece_spots, ticks, mirrored=side == "inside")
+        for piece_wishes, piece_spots, ticks in zip(wanted, spots, ticked, strict=True)
     )
 
 
@@ -88,7 +88,7 @@ def _marks(
 ) -> Marks:
     """Letter the wishes of a piece that found a spot, and list all that is told nowhere."""
     lettered: list[Label] = []
-    told: set[Missing] = set()
+    covered: set[Missing] = set()
     for wish, spot in zip(wanted, spots, strict=True):
         if spot is None:
             continue
@@ -106,11 +106,11 @@ def _marks(
                 strokes=tuple(strokes),
             )
         )
-        told.update(Missing(kind, wish.words[kind], wish.station) for kind in kinds)
+        covered.update(Missing(kind, wish.words[kind], wish.station) for kind in kinds)
     every = [
-        Missing(kind, own, wish.station) for wish in wanted for kind, own in wish.words.items()
+        Missing(kind, words, wish.station) for wish in wanted for kind, words in wish.words.items()
     ]
-    missing = [one for one in dict.fromkeys(every) if one not in told]
+    missing = [item for item in dict.fromkeys(every) if item not in covered]
     return Marks(tuple(lettered), ticks, tuple(missing))
 
 
@@ -135,14 +135,16 @@ def _inside(
     pieces: Sequence[Piece], strokes: Sequence[Sequence[FloatArray]]
 ) -> list[tuple[FloatArray, ...]]:
     """Keep the strokes inside their piece; at a slanting or tapering panel some may not be."""
-    counts = [len(own) for own in strokes]
-    lines = np.array([stroke for own in strokes for stroke in own]).reshape(-1, 2, 2)
+    counts = [len(piece_strokes) for piece_strokes in strokes]
+    lines = np.array([stroke for piece_strokes in strokes for stroke in piece_strokes]).reshape(
+        -1, 2, 2
+    )
     outlines = np.array([shapely.Polygon(piece.outline) for piece in pieces], dtype=object)
     room = shapely.buffer(outlines, -CLEAR_MM / 2, join_style="mitre")
     shapely.prepare(room)
     held = shapely.contains_properly(np.repeat(room, counts), shapely.linestrings(lines))
     kept = np.split(held, np.cumsum(counts)[:-1])
     return [
-        tuple(stroke for stroke, good in zip(own, flags.tolist(), strict=True) if good)
-        for own, flags in zip(strokes, kept, strict=True)
+        tuple(stroke for stroke, good in zip(piece_strokes, flags.tolist(), strict=True) if good)
+        for piece_strokes, flags in zip(strokes, kept, strict=True)
     ]

@@ -63,7 +63,7 @@ class Finding:
     cause: str | None = None
 
 
-def sentence(found: Finding) -> str:
+def sentence(finding: Finding) -> str:
     """Say what was found, where, and what would mend it.
 
     Examples
@@ -73,11 +73,14 @@ def sentence(found: Finding) -> str:
     bend: 30.0 mm on thread A after crossing 17, where the material takes 46.0 mm; in 5 of 120 \
 places. --size 412mm mends it
     """
-    value, limit = f"{found.value:.{_digits(found)}f}", f"{found.limit:.{_digits(found)}f}"
-    unit = "°" if found.unit == "degrees" else f" {found.unit}"
-    where = f"on thread {found.thread} after crossing {found.crossing}"
-    if found.other is not None:
-        where = f"between threads {found.thread} and {found.other} near crossing {found.crossing}"
+    digits = _digits(finding)
+    value, limit = f"{finding.value:.{digits}f}", f"{finding.limit:.{digits}f}"
+    unit = "°" if finding.unit == "degrees" else f" {finding.unit}"
+    where = f"on thread {finding.thread} after crossing {finding.crossing}"
+    if finding.other is not None:
+        where = (
+            f"between threads {finding.thread} and {finding.other} near crossing {finding.crossing}"
+        )
     what = {
         "width": f"{value}{unit} {where}, where {limit}{unit} is the least to handle",
         "bend": f"{value}{unit} {where}, where the material takes {limit}{unit}",
@@ -87,30 +90,30 @@ places. --size 412mm mends it
         "layers": f"{value}{unit} {where}, and the layers are {limit}{unit} thick",
         "hole": f"{value}{unit} from centre to edge {where}, where {limit}{unit} are wanted",
         "clearance": f"{value}{unit} {where}, middle to middle, where {limit}{unit} are wanted",
-    }[found.rule]
-    if found.rule == "clearance" and found.value == 0:
+    }[finding.rule]
+    if finding.rule == "clearance" and finding.value == 0:
         what = f"ribbons run through one another {where}"
-        if found.other == found.thread:
-            what = f"the ribbon of thread {found.thread} runs through itself near crossing "
-            what += str(found.crossing)
-    places = f"in {found.count} of {found.of} places"
-    if found.rule == "clearance":
-        places = f"in {found.count} place{'' if found.count == 1 else 's'}"
-    if found.cause is not None:
-        places += f" ({found.cause})"
-    advice = remedies(found)
-    return f"{found.rule}: {what}; {places}" + (f". {advice} mends it" if advice else "")
+        if finding.other == finding.thread:
+            what = f"the ribbon of thread {finding.thread} runs through itself near crossing "
+            what += str(finding.crossing)
+    places = f"in {finding.count} of {finding.of} places"
+    if finding.rule == "clearance":
+        places = f"in {finding.count} place{'' if finding.count == 1 else 's'}"
+    if finding.cause is not None:
+        places += f" ({finding.cause})"
+    advice = remedies(finding)
+    return f"{finding.rule}: {what}; {places}" + (f". {advice} mends it" if advice else "")
 
 
-def _digits(found: Finding) -> int:
+def _digits(finding: Finding) -> int:
     """Return how many decimals tell what was found from the limit, four at most."""
-    digits = 2 if found.unit == "mm" and found.limit < 5 else 1
-    while digits < 4 and f"{found.value:.{digits}f}" == f"{found.limit:.{digits}f}":
+    digits = 2 if finding.unit == "mm" and finding.limit < 5 else 1
+    while digits < 4 and f"{finding.value:.{digits}f}" == f"{finding.limit:.{digits}f}":
         digits += 1
     return digits
 
 
-def remedies(found: Finding) -> str:
+def remedies(finding: Finding) -> str:
     """Return what would mend a finding, as options of the command line; empty if nothing is known.
 
     Examples
@@ -120,34 +123,34 @@ def remedies(found: Finding) -> str:
     '--size 500mm, or ribbons 20 % narrower (--width)'
     """
     ways = []
-    if found.size_mm is not None:
-        ways.append(f"--size {found.size_mm}mm")
-    if found.width_factor is not None:
-        ways.append(f"ribbons {round(100 * (1 - found.width_factor))} % narrower (--width)")
-    if found.refine is not None:
-        ways.append(f"--refine {found.refine}")
+    if finding.size_mm is not None:
+        ways.append(f"--size {finding.size_mm}mm")
+    if finding.width_factor is not None:
+        ways.append(f"ribbons {round(100 * (1 - finding.width_factor))} % narrower (--width)")
+    if finding.refine is not None:
+        ways.append(f"--refine {finding.refine}")
     return ", or ".join(ways)
 
 
-def finding_record(found: Finding) -> dict[str, Any]:
+def finding_record(finding: Finding) -> dict[str, Any]:
     """Return a finding as JSON takes it."""
     return {
-        "rule": found.rule,
-        "severity": found.severity,
-        "value": round(found.value, 4),
-        "limit": round(found.limit, 4),
-        "unit": found.unit,
-        "thread": found.thread,
-        "station": found.station,
-        "crossing": found.crossing,
-        "other": found.other,
-        "position": list(found.position),
-        "count": found.count,
-        "of": found.of,
-        "size_mm": found.size_mm,
-        "width_factor": found.width_factor,
-        "refine": found.refine,
-        "cause": found.cause,
-        "remedy": remedies(found),
-        "text": sentence(found),
+        "rule": finding.rule,
+        "severity": finding.severity,
+        "value": round(finding.value, 4),
+        "limit": round(finding.limit, 4),
+        "unit": finding.unit,
+        "thread": finding.thread,
+        "station": finding.station,
+        "crossing": finding.crossing,
+        "other": finding.other,
+        "position": list(finding.position),
+        "count": finding.count,
+        "of": finding.of,
+        "size_mm": finding.size_mm,
+        "width_factor": finding.width_factor,
+        "refine": finding.refine,
+        "cause": finding.cause,
+        "remedy": remedies(finding),
+        "text": sentence(finding),
     }
