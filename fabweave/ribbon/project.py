@@ -264,8 +264,8 @@ def _crossing_quads(mesh: PolyMesh, halfedges: Halfedges, crossing: IntArray) ->
         )
         raise InputError(
             agree(len(flat), "{n} [edge has|edges have] no room for a crossing (between vertices ")
-            + f"{pairs}): the faces "
-            "beside them are folded flat on one another or have no area; move their vertices apart"
+            + f"{pairs}): the faces on either side are folded flat onto each other or have no "
+            "area; move their vertices apart"
         )
     normal = area / size[:, None]
     corners = np.stack((tail, right, head, left), axis=1)

@@ -156,10 +156,10 @@ class Supplies:
             problems.append(f"there is no bunch {', '.join(wrong)}")
         if missing:
             unnamed = [there[number] for number in missing]
-            problems.append(f"nothing is said of {few_of(unnamed)}")
+            problems.append(f"no material is given for {few_of(unnamed)}")
         raise InputError(
-            "materials by bunch must name every bunch of the weave once: "
-            f"{' and '.join(problems)}. Its threads part into {count} bunch{'es' * (count != 1)}: "
+            f"materials by bunch must name every bunch of the weave once, but "
+            f"{' and '.join(problems)}. The weave has {count} bunch{'es' * (count != 1)}: "
             f"{few_of(there)}"
         )
 

@@ -95,9 +95,9 @@ def _require_apart(each: Sequence[Supply]) -> None:
         raise InputError(
             f"{agree(len(shared), '{n} [entry|entries]')} of the stock (such as "
             f"{shared[0].name or format_stock(shared[0])}) could be of any of "
-            f"{len(each)} materials, and their number is limited: say for which bunch, as in "
-            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or in the list of what "
-            "material"
+            f"{len(each)} materials, and the number of sheets is limited: name the bunch, as in "
+            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or the material in the list "
+            "of stock"
         )
 
 
@@ -131,19 +131,21 @@ def _names(
             here = ", ".join(bunches[number] for number in sorted(bunches))
             before = ", ".join(spoken[number] for number in sorted(spoken))
             raise InputError(
-                f"the {what} is given for {here}, and other settings for {before}: name the same "
-                "bunches, all of them, or give one value for all"
+                f"the {what} is given for {here}, but other settings are for {before}: name the "
+                "same bunches in each, or give one value for all"
             )
         spoken = spoken or bunches
     of_sheets = {bunch_number(sheet.bunch): sheet.bunch for sheet in sheets if sheet.bunch}
     if of_sheets and spoken and not set(of_sheets) <= set(spoken):
         strange = ", ".join(name for number, name in of_sheets.items() if number not in spoken)
         before = ", ".join(spoken[number] for number in sorted(spoken))
-        raise InputError(f"a sheet is for {strange}, and materials are for {before}")
+        raise InputError(
+            f"a sheet is for {strange}, but materials are for {before}: name the same bunches"
+        )
     if of_sheets and not spoken:
         raise InputError(
             f"a sheet is for {', '.join(of_sheets.values())}, but there is one material for all: "
-            "give materials by bunch, too, such as --material warp=card,weft=card"
+            "give a material for each bunch too, such as --material warp=card,weft=card"
         )
     return [spoken[number] for number in sorted(spoken)]
 
@@ -170,7 +172,7 @@ def sort_of_material(name: str) -> Material:
         return material
     if not _SORT.fullmatch(sort):
         raise InputError(
-            f"{name[:60]!r} names no sort of {material.name}: after the colon, write letters, "
-            "digits, spaces and hyphens, 24 at most, such as card:red"
+            f"{name[:60]!r} is not a valid sort of {material.name}: after the colon, write up to "
+            "24 letters, digits, spaces and hyphens, such as card:red"
         )
     return replace(material, name=f"{material.name}:{sort}", title=f"{material.title}, {sort}")

@@ -134,17 +134,17 @@ def _why_near(
     *,
     auto: bool,
 ) -> str | None:
-    """Say why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
+    """Return why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
     causes = []
     if clashing is not None:
         crossing = weave.threads.crossing
         first, second = crossing[near.passes[near.broken]], crossing[near.others[near.broken]]
         count = int(np.count_nonzero(clashing[first] & clashing[second]))
         if count:
-            causes.append(f"in {count} of them the mesh runs through itself, so mend the mesh")
+            causes.append(f"in {count} of them the mesh intersects itself, so repair the mesh")
     if auto:
         causes.append(
-            f"ribbons may be no narrower there, as {limits.width_mm:g} mm are the least to handle"
+            f"ribbons can be no narrower there: less than {limits.width_mm:g} mm cannot be handled"
         )
     return "; ".join(causes) or None
 
@@ -192,16 +192,18 @@ def require_pliable(check: RibbonCheck, material: str, thinner: str | None = Non
         sizes = []
         if finding.may_be_mm is not None:
             sizes.append(
-                f"--size {finding.may_be_mm}mm (with care; bends within the limit everywhere"
-            )
-            sizes[0] += (
-                f" from {finding.size_mm}mm)" if finding.size_mm is not None else " at no size)"
+                f"--size {finding.may_be_mm}mm, with care (all bends are within the limit "
+                + (
+                    f"only from {finding.size_mm}mm)"
+                    if finding.size_mm is not None
+                    else "at no size)"
+                )
             )
         if thinner is not None:
             sizes.append(thinner)
         sizes.append("another material")
         raise CannotMakeError(
-            f"{material} is too stiff: it bends to a radius of {finding.limit:.0f} mm, and in "
+            f"{material} is too stiff: it bends to a radius of {finding.limit:.0f} mm, but in "
             f"{hard} of {len(bend)} places between crossings a ribbon must bend to less than half "
             f"of that (the tightest is {finding.value:.1f} mm, on thread {finding.thread} after "
             f"crossing {finding.crossing}): use " + ", or ".join(sizes)
