@@ -80,9 +80,9 @@ def compensated(drawing: SheetDrawing, kerf_mm: float) -> SheetDrawing:
         )
     if tight:
         raise CannotMakeError(
-            f"a kerf of {kerf_mm:g} mm cannot be taken off {len(tight)} piece(s) of "
-            f"{drawing.name}: {few_of(tight)}; they have holes, notches or points that are "
-            "narrower; measure the kerf with fabweave coupon, or leave --kerf out"
+            f"a kerf of {kerf_mm:g} mm is too wide for {len(tight)} piece(s) of {drawing.name}: "
+            f"{few_of(tight)}; they have holes, notches or points that are narrower; measure the "
+            "kerf with fabweave coupon, or leave --kerf out"
         )
     return replace(drawing, pieces=tuple(pieces))
 

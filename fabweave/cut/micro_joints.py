@@ -54,7 +54,7 @@ def parse_micro_joints(text: str) -> MicroJoints:
     words = _WORDS.fullmatch(text.strip())
     if words is None or not 1 <= int(words["count"]) <= _MOST:
         raise InputError(
-            f"micro-joints {text!r} are not NUMBER or NUMBER:WIDTH with a number from 1 to "
+            f"micro-joints {text!r} must be NUMBER or NUMBER:WIDTH, with a number from 1 to "
             f"{_MOST}, such as 4 or 4:0.3mm"
         )
     width_text = words["width"]
@@ -62,7 +62,7 @@ def parse_micro_joints(text: str) -> MicroJoints:
         BRIDGE_MM if width_text is None else parse_length(width_text, what="width of micro-joints")
     )
     if not 0.1 <= width <= 5.0:
-        raise InputError(f"micro-joints are {width:g} mm wide, and must be from 0.1 to 5 mm")
+        raise InputError(f"micro-joints are {width:g} mm wide, but must be 0.1 to 5 mm wide")
     return MicroJoints(int(words["count"]), width)
 
 

@@ -121,7 +121,7 @@ def test_lap_and_bend_are_those_of_the_job():
 
 def test_the_instruction_names_what_to_set():
     text = coupon_text(COUPONS[-1])
-    for word in ("--hole 4.1mm", "--thickness 0.4mm", "31.7 mm lap", "118.6 mm diameter"):
+    for word in ("--hole 4.1mm", "--thickness 0.4mm", "the lap is 31.7 mm", "118.6 mm in diameter"):
         assert word in text
 
 
@@ -174,5 +174,5 @@ def test_a_job_gives_its_figures(tmp_path):
     thinner = coupon_for(tmp_path / "job", thickness_mm=0.3)
     assert thinner == coupon._replace(material=replace(coupon.material, thickness_mm=0.3))
     (tmp_path / "job" / "ribbons.json").unlink()
-    with pytest.raises(InputError, match="no finished job"):
+    with pytest.raises(InputError, match="is not a finished job"):
         coupon_for(tmp_path / "job")

@@ -150,7 +150,7 @@ def _glyphs(text: str) -> list[_Glyph]:
         missing = sorted({sign for sign in signs if sign not in _FONT})
         names = ", ".join(f"{sign!r} (U+{ord(sign):04X})" for sign in missing)
         raise InputError(
-            f"{len(missing)} character(s) of the text {text!r} cannot be lettered: {names}; "
+            f"{len(missing)} character(s) of the text {text!r} cannot be engraved: {names}; "
             f"use only {characters().strip()} and spaces"
         ) from None
 

@@ -115,14 +115,14 @@ def code_of(drawing: SheetDrawing) -> Code | None:
 
 
 def code_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
-    """Say which sheets have no room for a code."""
+    """Return a note on sheets that have no room for a code."""
     bare = [drawing.name for drawing in drawings if code_of(drawing) is None]
     if not bare:
         return ()
     named = few_of(bare)
     return (
-        agree(len(bare), "code: {n} sheet[ has|s have] no room for the QR code that tells how ")
-        + f"the job was made ({named}); a wider --margin gives it some",
+        agree(len(bare), "code: {n} sheet[ has|s have] no room for the QR code that says how ")
+        + f"the job was made ({named}); a wider --margin makes room",
     )
 
 

@@ -1,4 +1,4 @@
-"""Print a sheet at full size, to cut by hand or to lay stock under: one page, or tiles of paper."""
+"""Print a sheet at full size, to cut by hand or to lay on stock: one page, or tiles of paper."""
 
 import io
 from collections.abc import Callable
@@ -107,7 +107,7 @@ def _tile(
         mid,
         mid / 2.0 - 3.0,
         f"{drawing.name}: column {at[0] + 1} of {counts[0]}, row {at[1] + 1} of {counts[1]} from "
-        "below. Print at 100 %; measure the bar of 100 mm; lay cross on cross.",
+        "the bottom. Print at 100 %; check the bar of 100 mm; lay cross on cross.",
     )
     canvas.showPage()
 
