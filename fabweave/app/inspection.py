@@ -1,4 +1,4 @@
-"""Tell what a mesh is and what can be woven on it, before anything is decided."""
+"""Inspect a mesh: what it is, and what can be woven on it, before anything is decided."""
 
 from collections import Counter
 from collections.abc import Sequence

@@ -55,7 +55,7 @@ def write_job(
     Raises
     ------
     CannotMakeError
-        If they break any, and that was ruled out.
+        If they break any, and the settings are strict.
     """
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
@@ -189,7 +189,7 @@ def _preflight(job: Job, plan: dict[str, Any], ribbons: dict[str, Any]) -> Prefl
     check = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
     if job.settings.strict and check.flaws:
         lines = "\n".join(f"  {line}" for line in flaw_lines(check.flaws))
-        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
+        raise CannotMakeError(f"with --strict, no job is written that breaks rules:\n{lines}")
     return check
 
 

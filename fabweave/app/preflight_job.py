@@ -21,7 +21,7 @@ from fabweave.stock.supply_plan import plan_supplies
 
 @frozen_value
 class Preflight:
-    """What was found, and against whose rules."""
+    """The rules that pieces break, and whose rules they are."""
 
     supplies: Supplies
     target: Target
@@ -29,7 +29,7 @@ class Preflight:
 
     @property
     def all_clear(self) -> str:
-        """What to say if nothing was found."""
+        """The message if no rule is broken."""
         return f"no rule is broken: {self.target.title}, {self.supplies.titles}"
 
     @property
@@ -66,8 +66,8 @@ def preflight_job(directory: Path, target: str | None = None) -> Preflight:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{directory} is no finished job that can be checked "
-            f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
+            f"{directory} is not a finished job that can be checked "
+            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
 
@@ -77,7 +77,7 @@ def supplies_of(options: Mapping[str, Any]) -> Supplies:
     Raises
     ------
     InputError, KeyError
-        If they are not told as fabweave tells them.
+        If they are not written as fabweave writes them.
     """
     thickness = split_by_bunch(str(options["thickness"]), what="thickness")
     return plan_supplies(

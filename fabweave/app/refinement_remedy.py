@@ -1,4 +1,4 @@
-"""Try whether a finer mesh mends what was found of ribbons."""
+"""Try whether a finer mesh mends the rules that ribbons break."""
 
 from dataclasses import replace
 

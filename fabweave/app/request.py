@@ -1,4 +1,4 @@
-"""Complete what a job is asked: what is left to fabweave is filled in from the materials."""
+"""Complete the settings of a job: what is left to fabweave comes from the materials."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     for name, choices in CHOICES.items():
         value = getattr(settings, name)
         if value not in choices:
-            raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
+            raise InputError(f"{name} is {value!r}, but must be one of {', '.join(choices)}")
     supplies = plan_supplies(
         split_by_bunch(settings.material, what="material"),
         by_bunch(settings.thickness_mm),

@@ -79,8 +79,8 @@ def plan_pieces(
     sides = [max(max(area.size_mm) for area in areas) for areas in clear]
     if not min(sides) > 0.0:
         raise CannotMakeError(
-            "no sheet has a free rectangle for any piece between its margin and its defects; take "
-            "a smaller margin, or another sheet"
+            "between margin and defects, the sheets have no free rectangle for any piece; use a "
+            "smaller margin or another sheet"
         )
     # Where angles are few, or sheets of several materials differ, each piece must be asked for.
     easy = turns.step_deg is None and not supplies.several

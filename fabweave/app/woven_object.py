@@ -243,13 +243,13 @@ def require_stiffness(woven: WovenObject, settings: Settings, supplies: Supplies
 
 
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
-    """Say where ribbons were narrowed, and how wide ribbons of one width could be."""
+    """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
     notes = []
     factor = woven.narrowed.factor if woven.narrowed is not None else np.ones(1)
     if factor.min() < 1:
         notes.append(
-            f"width: at {np.count_nonzero(factor < 1)} of {len(factor)} places ribbons were made "
-            f"narrower, down to {factor.min():.0%}, to keep clear of one another"
+            f"width: ribbons were narrowed at {np.count_nonzero(factor < 1)} of {len(factor)} "
+            f"places, to {factor.min():.0%} at the least, to keep clear of one another"
         )
     mesh, halfedges = woven.mesh, woven.halfedges
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
@@ -263,13 +263,13 @@ def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> l
     widest = widest_clear(lay, woven.weave, limits, room)
     if widest is None:
         notes.append(
-            f"width: ribbons of one width have no room, or do not keep clear of one another, at "
-            f"any width from {np.max(limits.width_mm):g} mm, the least to handle"
+            f"width: ribbons of constant width do not fit: even at {np.max(limits.width_mm):g} mm, "
+            "the least that can be handled, they lack room or come too close to one another"
         )
     else:
-        # Rounded down: what is said has room.
+        # Rounded down, so that the width in the note has room.
         notes.append(
-            f"width: ribbons of one width have room and keep clear of one another up to "
+            f"width: ribbons of constant width fit, and keep clear of one another, up to "
             f"{int(widest * 100) / 100:g} mm"
         )
     return notes
