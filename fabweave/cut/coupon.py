@@ -20,6 +20,8 @@ LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)
 BLOCKS, BLOCK_MM = 10, (10.0, 16.0)
 #: A common fastener, for which a hole is drawn where none is asked for.
 _HOLE_MM = 3.3
+#: Pieces stand at least this far apart, even where the material needs less.
+_LEAST_GAP_MM = 3.0
 _MARGIN_MM, _GRIP_MM, _LONGEST_BEND_MM = 10.0, 20.0, 200.0
 #: Narrower, the notes of the sheet would have no room.
 _LEAST_WIDTH_MM = 180.0
@@ -102,7 +104,7 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
         a sheet as small as they allow.
     """
     parts = [*_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon)]
-    gap = max(coupon.material.gap_mm, 3.0)
+    gap = max(coupon.material.gap_mm, _LEAST_GAP_MM)
     comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
     wide = max(*(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
     placed, x, y, row = [], 0.0, 0.0, 0.0

@@ -13,6 +13,8 @@ from fabweave.cut.drawing import Entity, Layer, PieceDrawing, Polyline, SheetDra
 
 #: How wide a micro-joint is unless said otherwise, millimetres.
 BRIDGE_MM = 0.25
+#: Narrower ones break in the machine, wider ones do not break by hand, millimetres.
+_WIDTHS_MM = (0.1, 5.0)
 #: Nobody wants more of them in one outline.
 _MOST = 50
 #: An outline has a micro-joint for each such length at most, millimetres.
@@ -61,8 +63,11 @@ def parse_micro_joints(text: str) -> MicroJoints:
     width = (
         BRIDGE_MM if width_text is None else parse_length(width_text, what="width of micro-joints")
     )
-    if not 0.1 <= width <= 5.0:
-        raise InputError(f"micro-joints are {width:g} mm wide, but must be 0.1 to 5 mm wide")
+    least, most = _WIDTHS_MM
+    if not least <= width <= most:
+        raise InputError(
+            f"micro-joints are {width:g} mm wide, but must be {least:g} to {most:g} mm wide"
+        )
     return MicroJoints(int(words["count"]), width)
 
 

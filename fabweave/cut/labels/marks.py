@@ -15,6 +15,8 @@ from fabweave.flat.strand_owners import find_owners
 #: Two strokes of the tick of a strand that goes under stand this far apart.
 _DOUBLE_TICK_MM = 0.8
 _SHORTEST_TICK_MM = 0.3
+#: A tick is this share of the ribbon's width long, within these bounds where there is room.
+_TICK_SHARE, _TICK_MM = 0.15, (0.6, 2.0)
 
 
 @frozen_value
@@ -122,7 +124,8 @@ def _ticks(piece: Piece) -> Iterator[FloatArray]:
         if width < 4 * CLEAR_MM:
             continue
         inward = across / width
-        length = min(max(0.15 * width, 0.6), 2.0, width / 2 - 2 * CLEAR_MM)
+        least, most = _TICK_MM
+        length = min(max(_TICK_SHARE * width, least), most, width / 2 - 2 * CLEAR_MM)
         if length < _SHORTEST_TICK_MM:
             continue
         for shift in (0.0,) if over else (-_DOUBLE_TICK_MM / 2, _DOUBLE_TICK_MM / 2):
