@@ -48,11 +48,13 @@ def coupon_for(
     if material is not None:
         sheet = sort_of_material(material, user_materials)
     elif supplies is None:
-        raise InputError("no material: say --material NAME, or name a finished job's folder")
+        raise InputError(
+            "there is no material: use --material NAME, or give the folder of a finished job"
+        )
     elif supplies.several:
         # A coupon is cut from one sheet.
         raise InputError(
-            f"the job has {len(supplies.each)} materials, and a coupon is of one: say which, with "
+            f"the job has {len(supplies.each)} materials, but a coupon tests one: choose it with "
             + " or ".join(
                 f"--material {m.name} --thickness {m.thickness_mm:g}mm" for m in supplies.materials
             )
@@ -105,8 +107,8 @@ def _read_job(directory: Path) -> _JobFigures:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{directory} is no finished job that a coupon can be made for "
-            f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
+            f"{directory} is not a finished job that a coupon can be made for "
+            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
 

@@ -59,7 +59,7 @@ def write_job(
     Raises
     ------
     CannotMakeError
-        If they break any, and that was ruled out.
+        If they break any, and the settings are strict.
     """
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
@@ -84,12 +84,12 @@ def write_job(
     )
     if job.settings.profile == "service":
         _write_service(job, crossing_map, directory / "service")
-    found = _write_tables(job, crossing_map, bill, directory)
+    check = _write_tables(job, crossing_map, bill, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
     (directory / "render.png").write_bytes(job.portrait())
-    return found
+    return check
 
 
 def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
@@ -115,12 +115,16 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
 
 def _write_service(job: Job, crossing_map: CrossingMap, directory: Path) -> None:
     """Write a file for each distinct piece, and the table of quantities."""
-    each = [PieceMaterial(one.name, one.thickness_mm) for one in job.supplies.materials]
-    stuff = [each[index] for index in job.allotment.of_pieces(job.piece_set.pieces)]
+    supply_materials = [
+        PieceMaterial(material.name, material.thickness_mm) for material in job.supplies.materials
+    ]
+    piece_materials = [
+        supply_materials[index] for index in job.allotment.of_pieces(job.piece_set.pieces)
+    ]
     kinds = [piece.kind for piece in crossing_map.pieces]
     write_kind_files(
         directory,
-        kind_files(job.piece_set.pieces, kinds, stuff),
+        kind_files(job.piece_set.pieces, kinds, piece_materials),
         version=job.settings.dxf,
         colours=job.settings.preset,
         units=job.settings.svg_units,
@@ -174,8 +178,8 @@ def _write_tables(
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))
-    found = _preflight(job, crossing_map, ribbons)
-    _write(directory / "preflight.json", json_text(found.record))
+    check = _preflight(job, crossing_map, ribbons)
+    _write(directory / "preflight.json", json_text(check.record))
     _write(directory / "waste.json", json_text(to_json(report)))
     page = waste_page(
         report,
@@ -185,7 +189,7 @@ def _write_tables(
         entries=entries,
     )
     _write(directory / "waste.html", page)
-    return found
+    return check
 
 
 def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:
@@ -193,13 +197,13 @@ def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Pr
     target = target_named(job.settings.target, job.settings.targets)
     supplies = job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
-    found = Preflight(
+    check = Preflight(
         supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
     )
-    if job.settings.strict and found.flaws:
-        lines = "\n".join(f"  {line}" for line in flaw_lines(found.flaws))
-        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
-    return found
+    if job.settings.strict and check.flaws:
+        lines = "\n".join(f"  {line}" for line in flaw_lines(check.flaws))
+        raise CannotMakeError(f"with --strict, no job is written that breaks rules:\n{lines}")
+    return check
 
 
 def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> list[str]:

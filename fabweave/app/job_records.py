@@ -56,7 +56,7 @@ def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
     return Facts(
         title=job.woven.title,
         size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
-        material=job.supplies.told,
+        material=job.supplies.description,
         bill=bill,
         colours=job.colours,
         portrait=job.portrait(),

@@ -23,7 +23,7 @@ from fabweave.stock.supply_plan import parse_materials, plan_supplies
 
 @frozen_value
 class Preflight:
-    """What was found, and against whose rules."""
+    """The rules that pieces break, and whose rules they are."""
 
     supplies: Supplies
     target: Target
@@ -31,7 +31,7 @@ class Preflight:
 
     @property
     def all_clear(self) -> str:
-        """What to say if nothing was found."""
+        """The message if no rule is broken."""
         return f"no rule is broken: {self.target.title}, {self.supplies.titles}"
 
     @property
@@ -76,8 +76,8 @@ def preflight_job(
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{directory} is no finished job that can be checked "
-            f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
+            f"{directory} is not a finished job that can be checked "
+            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
 
@@ -87,7 +87,7 @@ def supplies_of(options: Mapping[str, Any]) -> Supplies:
     Raises
     ------
     InputError, KeyError
-        If they are not told as fabweave tells them.
+        If they are not written as fabweave writes them.
     """
     thickness = split_by_bunch(str(options["thickness"]), what="thickness")
     return plan_supplies(

@@ -74,32 +74,32 @@ def plan_pieces(
     def fits(outline: FloatArray) -> bool:
         # A piece lies along its least rectangle.
         shape = shape_of(outline)[0]
-        return all(any(fits_rectangle(shape, area) for area in own) for own in clear)
+        return all(any(fits_rectangle(shape, area) for area in areas) for areas in clear)
 
-    sides = [max(max(area.size_mm) for area in own) for own in clear]
+    sides = [max(max(area.size_mm) for area in areas) for areas in clear]
     if not min(sides) > 0.0:
         raise CannotMakeError(
-            "no sheet has a free rectangle for any piece between its margin and its defects; take "
-            "a smaller margin, or another sheet"
+            "between margin and defects, the sheets have no free rectangle for any piece; use a "
+            "smaller margin or another sheet"
         )
     # Where angles are few, or sheets of several materials differ, each piece must be asked for.
     easy = turns.step_deg is None and not supplies.several
     bed = Bed(fits, tuple(area.size_mm for area in clear[0]) if easy else (), supplies.gap_mm)
     side = min(sides)
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
-    asked = settings.max_length_mm
+    max_length = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
-    found = list_candidates(ribbons, weave, bed, max(side, asked or 0.0), every)
+    candidates = list_candidates(ribbons, weave, bed, max(side, max_length or 0.0), every)
     choices = compare_lengths(
-        found, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
+        candidates, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
     )
-    if asked is not None:
-        length = limit = asked - 2 * beyond
+    if max_length is not None:
+        length = limit = max_length - 2 * beyond
     else:
         length, limit = knee(choices).length_mm if choices else side, np.inf
     room = room_for_joints(ribbons, weave, rules)
-    runs = choose_runs(found, weave, bed, labels, length, limit, room)
-    return SplitPlan(runs, asked or length, choices)
+    runs = choose_runs(candidates, weave, bed, labels, length, limit, room)
+    return SplitPlan(runs, max_length or length, choices)
 
 
 def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -> BoolArray | None:
@@ -114,4 +114,4 @@ def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -
     room = np.full(weave.threads.n_crossings, np.inf)
     np.minimum.at(room, weave.threads.crossing, half)
     wide = [room >= rule.edge_mm for rule in rules]
-    return next((one for one in wide if one.mean() >= WANTED_SHARE), wide[-1])
+    return next((roomy for roomy in wide if roomy.mean() >= WANTED_SHARE), wide[-1])

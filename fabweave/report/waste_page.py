@@ -72,7 +72,7 @@ def waste_page(
         for name, sheet in zip(sheet_names, report.sheets, strict=True)
     )
     summary = (
-        f"{totals.sums.pieces} pieces of {supplies.told}, on "
+        f"{totals.sums.pieces} pieces of {supplies.description}, on "
         f"{totals.sums.sheets} sheets: {totals.sums.utilisation:.0%} of the material is used, "
         f"{totals.cut_length_mm / 1000:.1f} m are cut and "
         f"{totals.engrave_length_mm / 1000:.1f} m engraved; "
@@ -117,7 +117,7 @@ def _material_section(accounts: Sequence[MaterialAccount], supplies: Supplies) -
     for account, supply in zip(accounts, supplies.each, strict=True):
         sums = account.sums
         cells = [
-            f"{supply.told} ({', '.join(supply.bunches)})",
+            f"{supply.description} ({', '.join(supply.bunches)})",
             sums.sheets,
             sums.pieces,
             f"{sums.area_mm2 / 100:.1f}",

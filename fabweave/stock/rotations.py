@@ -1,4 +1,4 @@
-"""Say at which angles pieces may stand on a sheet: at all, at right angles, or along the grain."""
+"""Angles at which pieces may stand on a sheet: any, right angles, or along the grain."""
 
 import re
 from dataclasses import dataclass, replace
@@ -143,6 +143,6 @@ def parse_rotations(text: str) -> Turns:
         if tolerance <= MOST_TOLERANCE_DEG:
             return Turns(HALF_TURN_DEG, tolerance)
     raise InputError(
-        f"rotations {text!r} are none of free, 90, 180 and grain:5deg (up to "
-        f"grain:{MOST_TOLERANCE_DEG:g}deg)"
+        f"rotations {text!r} must be free, 90, 180, or grain with a tolerance such as grain:5deg "
+        f"(at most grain:{MOST_TOLERANCE_DEG:g}deg)"
     )

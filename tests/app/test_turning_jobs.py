@@ -103,8 +103,12 @@ def test_maker_and_verifier_trace_the_same_turning_walks(mat):
 @pytest.mark.parametrize(
     ("mesh", "code", "words"),
     [
-        ("shape:hypar?m=3&n=1", 1, r"2 faces hang by one edge only \(faces 0, 2\).*--boundary end"),
-        ("shape:hypar?m=1&n=1", 1, "nothing crosses anything"),
+        (
+            "shape:hypar?m=3&n=1",
+            1,
+            r"2 faces hang on by a single edge \(faces 0, 2\).*--boundary end",
+        ),
+        ("shape:hypar?m=1&n=1", 1, "no threads cross"),
     ],
 )
 def test_what_cannot_turn_is_refused_with_what_would_help(mesh, code, words, tmp_path, capsys):

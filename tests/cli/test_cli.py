@@ -185,7 +185,7 @@ def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("bad/nonoriented_edge.obj", ["1 face was inside out", "keeps its numbers"]),
+        ("bad/nonoriented_edge.obj", ["1 face was inside out", "keeps its coordinates"]),
         ("bad/klein-bottle.obj", ["240 pairs of faces", "136 boundary vertices", "genus 0"]),
         ("ngon/platonic_shelf.obj", ["5 bodies", "closed", "states no unit"]),
     ],

@@ -121,7 +121,7 @@ def test_lap_and_bend_are_those_of_the_job():
 
 def test_the_instruction_names_what_to_set():
     text = coupon_text(COUPONS[-1])
-    for word in ("--hole 4.1mm", "--thickness 0.4mm", "31.7 mm lap", "118.6 mm diameter"):
+    for word in ("--hole 4.1mm", "--thickness 0.4mm", "the lap is 31.7 mm", "118.6 mm in diameter"):
         assert word in text
 
 

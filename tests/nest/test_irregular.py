@@ -158,5 +158,5 @@ def test_the_usable_area_of_an_outline_is_what_the_margin_leaves():
     "text", ["", "45", "free:5", "grain:-1", "grain:46", "grain:1.2.3", "grain:5mm", "270", "nan"]
 )
 def test_rotations_that_mean_nothing_are_refused(text):
-    with pytest.raises(ValueError, match="none of free, 90, 180 and grain"):
+    with pytest.raises(ValueError, match="must be free, 90, 180, or grain"):
         parse_rotations(text)

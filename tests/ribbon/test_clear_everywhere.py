@@ -95,8 +95,8 @@ def test_a_mesh_that_runs_through_itself_is_told_as_such(name: str) -> None:
     assert len(faces)
     found = laid(mesh, 400.0)
     (one,) = clearance(found)
-    assert "the mesh runs through itself, so mend the mesh" in one.cause
-    assert any("mend the mesh" in note for note in ribbon_notes(found.check))
+    assert "the mesh intersects itself, so repair the mesh" in one.cause
+    assert any("repair the mesh" in note for note in ribbon_notes(found.check))
     # At so many of the places either ribbon crosses an edge of a face that hits another one.
     told = int(one.cause.split("in ")[1].split(" of")[0])
     halfedges = found.woven.halfedges

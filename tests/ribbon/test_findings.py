@@ -165,8 +165,8 @@ def test_a_shifted_ribbon_is_found_by_name() -> None:
     pairs = np.column_stack((threads[measured.passes], threads[measured.others]))
     assert np.all((pairs == 3).any(axis=1))
     assert woven_object.labels[3] in (found.thread, found.other)
-    assert "through one another" in ribbon_notes(check)[-1] or any(
-        "through one another" in note for note in ribbon_notes(check)
+    assert "through each other" in ribbon_notes(check)[-1] or any(
+        "through each other" in note for note in ribbon_notes(check)
     )
 
 
