@@ -55,7 +55,7 @@ def nest_pieces(
     groups = [
         np.flatnonzero(supply_of_piece == index).tolist() for index in range(len(supplies.each))
     ]
-    turns = parse_rotations(settings.rotations)
+    rotations = parse_rotations(settings.rotations)
     if settings.layout is not None:
         path, gap = Path(settings.layout), min(supply.gap_mm for supply in supplies.each)
         recorded = read_layout(
@@ -65,7 +65,7 @@ def nest_pieces(
             settings.as_nested(supplies.sheets),
             margin_mm=settings.margin_mm,
             gap_mm=gap,
-            turns=turns,
+            rotations=rotations,
         )
         for supply, group in zip(supplies.each, groups, strict=True):
             # The rules of each material, too: its own gap, on its own sheets.
@@ -82,7 +82,7 @@ def nest_pieces(
             effort=settings.effort,
             seed=settings.seed,
             ids=[ids[piece] for piece in group],
-            turns=turns,
+            rotations=rotations,
             executors=executors,
             progress=progress,
         )

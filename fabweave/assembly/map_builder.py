@@ -114,7 +114,7 @@ def build_crossing_map(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
             rotations=RotationRecord(
-                step_deg=layout.turns.step_deg, tolerance_deg=layout.turns.tolerance_deg
+                step_deg=layout.rotations.step_deg, tolerance_deg=layout.rotations.tolerance_deg
             ),
             notes=layout.notes,
         ),

@@ -13,12 +13,16 @@ from fabweave.core.messages import agree, few_of
 from fabweave.flat.crossing_map import PieceRecord, read_crossing_map
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.layout_check import check_layout
-from fabweave.stock.rotations import FREE, Turns
+from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import format_stock
 
-_ROUNDED_MM = 2e-6  # outlines in a crossing map are rounded to a millionth
+#: Outlines in a crossing map are rounded to a millionth of a millimetre.
+_ROUNDED_MM = 2e-6
+#: Sheets whose sides differ by less, together, have one size.
 _SAME_MM = 1e-6
+#: How many faults of a layout a message names.
+_NAMED = 4
 
 
 def read_layout(
@@ -29,7 +33,7 @@ def read_layout(
     *,
     margin_mm: float,
     gap_mm: float,
-    turns: Turns = FREE,
+    rotations: Rotations = FREE,
 ) -> Layout:
     """Return the layout that a crossing map records, checked from scratch.
 
@@ -45,7 +49,7 @@ def read_layout(
         The stock.
     margin_mm, gap_mm : float
         What the layout must keep.
-    turns : Turns
+    rotations : Rotations
         The angles that it must keep.
 
     Returns
@@ -60,18 +64,18 @@ def read_layout(
     """
     crossing_map = read_crossing_map(path)
     records = {piece.id: piece for piece in crossing_map.pieces}
-    known = {name: np.array(piece.outline) for name, piece in records.items()}
-    other = [
+    recorded_outlines = {name: np.array(piece.outline) for name, piece in records.items()}
+    differing = [
         name
         for name, outline in zip(ids, outlines, strict=True)
-        if name not in known
-        or known[name].shape != outline.shape
-        or np.abs(known[name] - outline).max() > _ROUNDED_MM
-    ] + sorted(set(known) - set(ids))
-    if other:
+        if name not in recorded_outlines
+        or recorded_outlines[name].shape != outline.shape
+        or np.abs(recorded_outlines[name] - outline).max() > _ROUNDED_MM
+    ] + sorted(set(recorded_outlines) - set(ids))
+    if differing:
         raise InputError(
-            f"the layout in {path} is of other pieces: {agree(len(other), '{n} differ[s|]')} "
-            f"({few_of(other)}); leave out --layout, or "
+            f"the layout in {path} is of other pieces: {agree(len(differing), '{n} differ[s|]')} "
+            f"({few_of(differing)}); leave out --layout, or "
             "give the settings of that job"
         )
     used = _sheets_of_stock(
@@ -87,7 +91,7 @@ def read_layout(
         gap_mm=gap_mm,
         notes=crossing_map.layout.notes,
         recorded=True,
-        turns=turns,
+        rotations=rotations,
     )
     require_kept(path, layout, outlines, ids, sheets)
     return layout
@@ -108,7 +112,7 @@ def require_kept(
     if faults:
         raise InputError(
             f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
-            + "; ".join(faults[:4])
+            + "; ".join(faults[:_NAMED])
         )
 
 
