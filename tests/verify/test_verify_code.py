@@ -6,19 +6,16 @@ import shutil
 
 import ezdxf
 import pytest
+from jobs import OCTAHEDRON
 
-from fabweave.cli.commands import main
 from fabweave.verify.checks.qr_code import check_code
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("code") / "job"
-    options = ("--size", "90mm", "--effort", "quick", "--sheet", "230x225mm", "--slots")
-    main(["make", "shape:octahedron", *options, "-q", "-o", str(folder)])
-    return folder
+def made(finished):
+    return finished(*OCTAHEDRON)
 
 
 @pytest.fixture
@@ -60,7 +57,7 @@ def change_code(old, new):
         (change_code("90mm", "95mm"), "the code says size 95mm, and job.toml '90mm'"),
         (change_code("90mm", "95mm"), "the code says 'fabweave make shape:octahedron --size 90mm"),
         (change_code("octahedron", "cube"), "not 'shape:octahedron'"),
-        (change_code("--slots", "--strict"), "the code says strict , and job.toml False"),
+        (change_code(" -o", " --strict -o"), "the code says strict , and job.toml False"),
         (change_code("fabweave make", "rm"), "the code makes nothing"),
         (change_code("-o", "# sha256"), "the code's digest is again"),
         (lambda plan: plan["cut"].pop("code"), "the map does not say which"),

@@ -14,11 +14,13 @@ from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.svg import write_svg
 from fabweave.cut.write.template import write_template
+from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify import verify_job
 
 SETTINGS = Settings(
     "shape:octahedron",
-    size_mm=300.0,
+    size_mm=150.0,
+    sheets=(SheetSize(500.0, 300.0),),
     effort="quick",
     slots=True,
     label_side="inside",
