@@ -1,5 +1,5 @@
 """Run the command line with ``python -m fabweave``."""
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 
 main()

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))
+# What the person who runs the tests has in a configuration folder changes none of them.
+os.environ["FABWEAVE_CONFIG_DIR"] = str(Path(__file__).parent / "support" / "no-configuration")
 
 # A time limit for single examples fails on a busy machine, and says nothing about the code.
 # Where every change is judged by one run, that run is the same for the same code, and ends soon;

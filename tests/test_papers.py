@@ -6,7 +6,7 @@ import click
 import pytest
 from papers import ROOT, PaperError, blocks_of, check_page, commands_of, run_page, smaller
 
-from fabweave.cli.commands import cli
+from fabweave.cli.main import cli
 
 #: Those that are there.
 PAGES = [

@@ -1,6 +1,7 @@
 """Make a test coupon, alone or for a finished job."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -13,7 +14,7 @@ from fabweave.cut.coupon import Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes
 from fabweave.cut.write.svg import svg_text
-from fabweave.stock.material import with_thickness
+from fabweave.stock.material import Material, with_thickness
 from fabweave.stock.supplies import Supplies
 from fabweave.stock.supply_plan import sort_of_material
 
@@ -23,6 +24,7 @@ def coupon_for(
     material: str | None = None,
     thickness_mm: float | None = None,
     hole_mm: float | None = None,
+    user_materials: Sequence[Material] = (),
 ) -> Coupon:
     """Plan a coupon: for a finished job, with its material, hole, laps, widths and bends.
 
@@ -32,6 +34,8 @@ def coupon_for(
         A finished job's folder.
     material, thickness_mm, hole_mm
         What is asked for wins over what the job says.
+    user_materials : sequence of Material
+        Beside those of the library, if it is asked for a material.
 
     Raises
     ------
@@ -41,7 +45,7 @@ def coupon_for(
     told = _read_job(directory) if directory is not None else {}
     own: Supplies | None = told.get("supplies")
     if material is not None:
-        sheet = sort_of_material(material)
+        sheet = sort_of_material(material, user_materials)
     elif own is None:
         raise InputError("no material: say --material NAME, or name a finished job's folder")
     elif own.several:

@@ -180,7 +180,8 @@ def _write_tables(
 
 def _preflight(job: Job, plan: dict[str, Any], ribbons: dict[str, Any]) -> Preflight:
     """Check the pieces against the rules of those who cut them."""
-    target, supplies = target_named(job.settings.target), job.supplies
+    target = target_named(job.settings.target, job.settings.targets)
+    supplies = job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
     found = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
     if job.settings.strict and found.flaws:

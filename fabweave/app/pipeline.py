@@ -18,11 +18,12 @@ from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.nest_job import nest_pieces
+from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
-from fabweave.app.remake_command import command_text
+from fabweave.app.remake_command import command_text, usual_settings
 from fabweave.app.request import complete_settings, hole_rules
-from fabweave.app.settings import LAYOUT_FILE, Settings
+from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import WovenObject, lay_object
 from fabweave.assembly.order.planning import Order, plan_order
@@ -267,8 +268,7 @@ def draw_job(
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
     )
-    usual, _ = complete_settings(Settings(settings.mesh, material=settings.material))
-    code = command_text(settings, usual)
+    code = command_text(settings, complete_settings(usual_settings(settings))[0])
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
     kerfed = kerfed_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     woven = planned.woven

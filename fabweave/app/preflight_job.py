@@ -1,7 +1,7 @@
 """Check a finished job's folder against the rules of those who cut it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,12 @@ from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.units import parse_length
 from fabweave.cut.preflight.rules import preflight
-from fabweave.cut.preflight.targets import Target, target_named
+from fabweave.cut.preflight.targets import Target, target_named, targets_of
 from fabweave.cut.preflight.violations import Flaw, preflight_record
+from fabweave.stock.material import materials_of
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import plan_supplies
+from fabweave.stock.supply_plan import parse_materials, plan_supplies
 
 
 @frozen_value
@@ -38,7 +39,9 @@ class Preflight:
         return preflight_record(self.flaws, self.supplies.materials, self.target)
 
 
-def preflight_job(directory: Path, target: str | None = None) -> Preflight:
+def preflight_job(
+    directory: Path, target: str | None = None, user_targets: Sequence[Target] = ()
+) -> Preflight:
     """Check the pieces in a finished job's folder.
 
     Parameters
@@ -46,6 +49,8 @@ def preflight_job(directory: Path, target: str | None = None) -> Preflight:
     directory : Path
     target : str, optional
         Whose rules; else those that the job was made for.
+    user_targets : sequence of Target
+        Beside ours, if it is asked for a target.
 
     Raises
     ------
@@ -55,7 +60,10 @@ def preflight_job(directory: Path, target: str | None = None) -> Preflight:
     options = read_job_options(directory / "job.toml")
     try:
         supplies = supplies_of(options)
-        named = target_named(target or options.get("target", "default"))
+        own = targets_of(options.get("targets", {}), "the targets in job.toml")
+        if target is not None:
+            own = (*own, *user_targets)
+        named = target_named(target or options.get("target", "default"), own)
         plan = json.loads((directory / "crossing_map.json").read_text(encoding="utf-8"))
         ribbons = json.loads((directory / "ribbons.json").read_text(encoding="utf-8"))
         bunches = np.array([thread["bunch"] for thread in plan["threads"]], dtype=np.int64)
@@ -81,8 +89,9 @@ def supplies_of(options: Mapping[str, Any]) -> Supplies:
     """
     thickness = split_by_bunch(str(options["thickness"]), what="thickness")
     return plan_supplies(
-        split_by_bunch(str(options["material"]), what="material"),
+        parse_materials(str(options["material"])),
         tuple((name, parse_length(text)) for name, text in thickness),
         (("", None),),
         (),
+        materials_of(options.get("materials", {}), "the materials in job.toml"),
     )

@@ -5,6 +5,7 @@ import json
 import shlex
 from typing import Any
 
+from fabweave.app.options.table import OPTIONS, option_named
 from fabweave.app.settings import Settings, settings_table
 
 #: A longer command becomes a code of dots too small, millimetres; its settings' digest is coded.
@@ -21,7 +22,7 @@ def command_text(settings: Settings, usual: Settings) -> str:
     settings : Settings
         Complete.
     usual : Settings
-        What they would be if nothing but the mesh and the material had been asked for.
+        Of ``usual_settings``, complete.
 
     Returns
     -------
@@ -33,27 +34,33 @@ def command_text(settings: Settings, usual: Settings) -> str:
     Examples
     --------
     >>> settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, slots=True)
-    >>> command_text(settings, Settings(settings.mesh))
+    >>> command_text(settings, usual_settings(settings))
     "fabweave make 'shape:torus?m=8&n=4' --size 300mm --slots -o again"
     """
     told, expected = settings_table(settings), settings_table(usual)
-    expected["material"] = Settings(settings.mesh).material
+    # The material is usual only where it need not be named; a material of the user's own is not.
+    expected |= {"material": option_named("material").default, "materials": None}
     words, embedded = [*_PROGRAM, settings.mesh], "layout" in told
-    for key, value in told.items():
-        if key == "mesh" or expected.get(key) == value:
+    for option in OPTIONS[1:]:
+        value = told.get(option.name)
+        if value is None or value == expected.get(option.name):
             continue
-        option = "--" + key.replace("_", "-")
-        if value is True:
-            words.append(option)
+        if option.kind.flag:
+            words.append(option.flag)
         else:
             for one in value if isinstance(value, list) else [value]:
-                words += [option, str(one)]
+                words += [option.flag, str(one)]
                 embedded |= isinstance(one, dict)
     text = shlex.join([*words, *_AGAIN])
     if not embedded and text.isprintable() and len(text.encode()) <= MOST_BYTES:
         return text
     again = shlex.join([*_PROGRAM, "--config", "job.toml", *_AGAIN])
     return f"{again} # sha256 {settings_digest(told)[:16]}"
+
+
+def usual_settings(settings: Settings) -> Settings:
+    """Return what settings would be if nothing but the mesh and the material were asked for."""
+    return Settings(settings.mesh, material=settings.material, materials=settings.materials)
 
 
 def settings_digest(table: dict[str, Any]) -> str:

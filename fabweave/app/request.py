@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from fabweave.app.settings import CHOICES, Settings
+from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.cut.kerfed_sheets import check_kerf
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.stock.material import hole_edge_mm, min_hole_mm
-from fabweave.stock.per_bunch import by_bunch, split_by_bunch
+from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import plan_supplies
+from fabweave.stock.supply_plan import parse_materials, plan_supplies
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
@@ -22,17 +22,14 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     Raises
     ------
     InputError
-        If a setting is none of its choices.
+        If settings by bunch name other bunches than the rest, or the kerf wants a larger gap.
     """
-    for name, choices in CHOICES.items():
-        value = getattr(settings, name)
-        if value not in choices:
-            raise InputError(f"{name} is {value!r}, and must be one of {', '.join(choices)}")
     supplies = plan_supplies(
-        split_by_bunch(settings.material, what="material"),
+        parse_materials(settings.material),
         by_bunch(settings.thickness_mm),
         by_bunch(settings.gap_mm),
         settings.sheets,
+        settings.materials,
     )
     check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     return (

@@ -1,125 +1,122 @@
-"""Hold the settings of a job, and keep them in job.toml."""
+"""Hold the settings of a job, make them of options, and keep them in job.toml."""
 
-import tomllib
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
 from fabweave import __version__
+from fabweave.app.options.table import OPTIONS, default, option_named, option_of_field
+from fabweave.app.options.user_files import user_entries
+from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
-from fabweave.cut.labels.texts import LABELS, SIDES
-from fabweave.cut.micro_joints import MicroJoints
-from fabweave.cut.presets import Preset, check_hairline, preset_named, preset_names
-from fabweave.mesh.resize import Up
-from fabweave.picture.thread_colours import STRATEGIES, Strategy
-from fabweave.ribbon.width import WidthRule
-from fabweave.stock.per_bunch import ByBunch, by_bunch, format_by_bunch
-from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.sheet_text import format_stock, stock_table
+from fabweave.core.messages import closest_first
 
-EFFORTS = ("quick", "normal", "best")
-UPS = ("z", "y", "x")
-BOUNDARIES = ("end", "turn")
-DXF_VERSIONS = ("R2010", "R2000", "R12")
-PAPERS = ("a4", "letter")
-PROFILES = ("maker", "service")
-SVG_UNITS = ("mm", "px96")
-CUT_ORDERS = ("short", "cool")
-#: Papers of the sheets at full size: one page as large as the sheet, or tiles.
-TEMPLATES = ("sheet", "a4", "a3", "letter", "none")
-#: TOML holds whole numbers up to this.
-MOST_SEED = 2**63 - 1
-#: The file of a finished job in which its layout is recorded.
-LAYOUT_FILE = "crossing_map.json"
-#: Settings that are one of a few words.
-CHOICES = {
-    "up": UPS,
-    "boundary": BOUNDARIES,
-    "effort": EFFORTS,
-    "colours": STRATEGIES,
-    "profile": PROFILES,
-    "dxf": DXF_VERSIONS,
-    "svg_units": SVG_UNITS,
-    "labels": LABELS,
-    "label_side": SIDES,
-    "paper": PAPERS,
-    "cut_order": CUT_ORDERS,
-    "template": TEMPLATES,
-}
+if TYPE_CHECKING:  # what options are is imported when they are used
+    from collections.abc import Iterator, Mapping
+
+    from fabweave.app.options.option import Option
+    from fabweave.cut.micro_joints import MicroJoints
+    from fabweave.cut.preflight.targets import Target
+    from fabweave.cut.presets import Preset
+    from fabweave.mesh.resize import Up
+    from fabweave.picture.thread_colours import Strategy
+    from fabweave.ribbon.width import WidthRule
+    from fabweave.stock.material import Material
+    from fabweave.stock.per_bunch import ByBunch
+    from fabweave.stock.sheet_size import SheetSize
 
 
 @dataclass(frozen=True)
 class Settings:
     """Everything that decides what a job makes; lengths in millimetres.
 
-    ``up`` is the axis of the mesh that points up: the mesh is turned so that it becomes z.
-    ``remesh`` and ``refine`` are as on the command line, such as ``"quads:3000"`` and
-    ``"catmull-clark:2"``; ``fair`` counts steps of fairing; ``boundary`` says what threads do at
-    the boundary of an open mesh: end or turn back. ``width`` is the ribbons' width and
-    ``crossing`` the relative crossing length of the projection method; ``smooth`` counts the
-    cross-lines between two crossings. ``None`` means that fabweave chooses: the material's
-    thickness, gap and sheet, the greatest length of pieces, and the largest hole that the
-    ribbons have room for (``hole_mm=0``: no holes). ``joint`` is as on the command line, such as
-    ``"rivet:2"``; ``lap_mm=None`` is as long as it needs to be; ``slots`` asks for slots in place
-    of every second hole. ``profile`` says whether those who cut get sheets alone, or a file for
-    each distinct piece besides; ``preset`` holds the colours of the layers, and ``hairline_mm`` the
-    width of lines in the SVG, ``None`` for the preset's. ``target`` names whose rules the pieces
-    are checked against, and ``strict`` refuses a job that breaks one. ``labels`` says how much is
-    engraved, and ``label_side`` on which face. The manual is printed on ``paper``. ``kerf_mm`` and
-    ``micro_joints`` ask for sheets to cut beside the nominal ones; ``cut_order`` is that of little
-    travel or of little heat, and ``template`` the paper of sheets at full size. ``sheets`` are the
-    stock, those of a list with their names; ``rotations`` says at which angles pieces stand on
-    them, such as ``"grain:5deg"``.
-    ``layout`` names the crossing map of a finished job whose layout is taken.
-    ``material``, ``thickness_mm`` and ``gap_mm`` are of all threads or of each bunch: the first as
-    on the command line, such as ``"warp=card,weft=birch-veneer"``, the others as pairs of a name
-    and a length.
+    What each field means, which values it takes and its default stand in the table of options
+    (:mod:`fabweave.app.options.table`, and :func:`fabweave.app.options.page.options_page` for
+    people). None means that fabweave chooses. Settings are checked when they are made: whoever has
+    them has a job that can be meant.
+
+    Raises
+    ------
+    InputError
+        If a field is not what its option takes; the message names each that is wrong, and what it
+        must be.
+
+    Examples
+    --------
+    >>> Settings("shape:cube", boundary="open")
+    Traceback (most recent call last):
+        ...
+    fabweave.core.errors.InputError: boundary: 'open' is not one of end, turn
     """
 
     mesh: str
-    up: Up = "z"
-    size_mm: float | None = None
-    scale: float | None = None
-    remesh: str | None = None
-    refine: str | None = None
-    fair: int = 0
-    pattern: str = "plain"
-    boundary: str = "end"
-    material: str = "card"
-    thickness_mm: float | ByBunch[float] | None = None
-    width: WidthRule = WidthRule(auto=True)  # noqa: RUF009 - a frozen value
-    smooth: int = 3
-    crossing: float = 0.7
-    clearance_mm: float = 0.1
-    max_length_mm: float | None = None
-    hole_mm: float | None = None
-    joint: str = "rivet"
-    lap_mm: float | None = None
-    slots: bool = False
-    sheets: tuple[SheetSize, ...] = ()
-    margin_mm: float = 10.0
-    gap_mm: float | ByBunch[float] | None = None
-    rotations: str = "free"
-    effort: str = "normal"
-    seed: int = 0
-    layout: str | None = None
-    colours: Strategy = "safe"
-    profile: str = "maker"
-    preset: Preset = field(default_factory=preset_named)
-    dxf: str = "R2010"
-    svg_units: str = "mm"
-    hairline_mm: float | None = None
-    target: str = "default"
-    strict: bool = False
-    labels: str = "full"
-    label_side: str = "outside"
-    paper: str = "a4"
-    kerf_mm: float = 0.0
-    micro_joints: MicroJoints | None = None
-    cut_order: str = "short"
-    template: str = "sheet"
+    up: Up = default("up")
+    size_mm: float | None = default("size_mm")
+    scale: float | None = default("scale")
+    remesh: str | None = default("remesh")
+    refine: str | None = default("refine")
+    fair: int = default("fair")
+    pattern: str = default("pattern")
+    boundary: str = default("boundary")
+    material: str = default("material")
+    materials: tuple[Material, ...] = default("materials")
+    thickness_mm: float | ByBunch[float] | None = default("thickness_mm")
+    width: WidthRule = default("width")
+    smooth: int = default("smooth")
+    crossing: float = default("crossing")
+    clearance_mm: float = default("clearance_mm")
+    max_length_mm: float | None = default("max_length_mm")
+    hole_mm: float | None = default("hole_mm")
+    joint: str = default("joint")
+    lap_mm: float | None = default("lap_mm")
+    slots: bool = default("slots")
+    sheets: tuple[SheetSize, ...] = default("sheets")
+    margin_mm: float = default("margin_mm")
+    gap_mm: float | ByBunch[float] | None = default("gap_mm")
+    rotations: str = default("rotations")
+    effort: str = default("effort")
+    seed: int = default("seed")
+    layout: str | None = default("layout")
+    colours: Strategy = default("colours")
+    profile: str = default("profile")
+    preset: Preset = default("preset")
+    dxf: str = default("dxf")
+    svg_units: str = default("svg_units")
+    hairline_mm: float | None = default("hairline_mm")
+    target: str = default("target")
+    targets: tuple[Target, ...] = default("targets")
+    strict: bool = default("strict")
+    labels: str = default("labels")
+    label_side: str = default("label_side")
+    paper: str = default("paper")
+    kerf_mm: float = default("kerf_mm")
+    micro_joints: MicroJoints | None = default("micro_joints")
+    cut_order: str = default("cut_order")
+    template: str = default("template")
+
+    def __post_init__(self) -> None:
+        """Refuse what no job can be made of."""
+        wrong = list(self._hold_fields()) or list(_at_odds(self))
+        if wrong:
+            raise InputError("\n".join(wrong))
+
+    def _hold_fields(self) -> Iterator[str]:
+        """Hold each field as its option does, and say what is wrong with those that are not it."""
+        for field in fields(self):
+            option, value = option_of_field(field.name), getattr(self, field.name)
+            # What is left as it was needs no parser to be imported.
+            if value is None and option.default_value is None and option.name != "mesh":
+                continue
+            if type(value) is type(option.default_value) and value == option.default_value:
+                continue
+            try:
+                object.__setattr__(self, field.name, option.kind.hold(value))
+            except InputError as error:
+                yield f"{field.name}: {error}"
 
     def as_nested(self, sheets: tuple[SheetSize, ...]) -> tuple[SheetSize, ...]:
         """Return sheets as pieces are nested on them.
@@ -131,88 +128,153 @@ class Settings:
             return sheets
         return tuple(sheet.mirrored() for sheet in sheets)
 
-    def __post_init__(self) -> None:
-        """Refuse a seed that no job.toml could hold."""
-        if not 0 <= self.seed <= MOST_SEED:
-            raise InputError(f"the seed is {self.seed}, and must be from 0 to {MOST_SEED}")
-        if self.hairline_mm is not None:
-            check_hairline(self.hairline_mm)
-
     @property
     def line_mm(self) -> float:
         """The width of lines in the SVG."""
         return self.preset.hairline_mm if self.hairline_mm is None else self.hairline_mm
 
 
-def settings_table(settings: Settings) -> dict[str, Any]:
-    """Return the settings under the names and in the form of the command line's options."""
-    return {key: value for key, value in _options(settings).items() if value is not None}
+def _at_odds(settings: Settings) -> Iterator[str]:
+    """Say which fields, each good in itself, do not go together."""
+    # These rooms are needed only here, and not for help.
+    from fabweave.cut.preflight.targets import target_named  # noqa: PLC0415
+    from fabweave.flat.joint.kinds import parse_joint  # noqa: PLC0415
+    from fabweave.stock.supply_plan import parse_materials, sort_of_material  # noqa: PLC0415
+
+    if settings.size_mm is not None and settings.scale is not None:
+        yield "a size and a scale were both given; give one of them"
+    try:
+        for _, name in parse_materials(settings.material):
+            sort_of_material(name, settings.materials)
+    except InputError as error:
+        yield f"material: {error}"
+    try:
+        target_named(settings.target, settings.targets)
+    except InputError as error:
+        yield f"target: {error}"
+    try:
+        parse_joint(settings.joint, lap_mm=settings.lap_mm)
+    except InputError as error:
+        yield f"lap_mm: {error}"
 
 
-def _options(settings: Settings) -> dict[str, Any]:
-    """Return all options; None where nothing was said."""
+def settings_from_options(mesh: str, **options: Any) -> Settings:
+    """Return the settings that options spelled as on the command line come to.
 
-    def length(value: float | ByBunch[float] | None) -> str | None:
-        if value is None:
-            return None
-        return format_by_bunch(by_bunch(value), lambda one: f"{one:.10g}mm")
+    Materials and targets of the user's own are known, from the configuration folder too.
 
+    Parameters
+    ----------
+    mesh : str
+        A file, or a shape such as ``"shape:torus?m=24&n=12"``.
+    **options
+        As on the command line, with underscores for hyphens: texts with units, plain numbers
+        (lengths in millimetres), or what settings hold. None is as if nothing were said.
+
+    Raises
+    ------
+    InputError
+        If there is no such option, or it does not take the value; the message says what it takes.
+
+    Examples
+    --------
+    >>> settings = settings_from_options("shape:cube", size="40cm", kerf=0.15, sheet=["60x40cm:3"])
+    >>> settings.size_mm, settings.kerf_mm, settings.sheets[0].quantity
+    (400.0, 0.15, 3)
+    """
+    return _settings({"mesh": mesh, **options}, kept={}, where="")
+
+
+def settings_from_job(path: Path, **options: Any) -> Settings:
+    """Return the settings of a finished job, but for the options that are given.
+
+    Parameters
+    ----------
+    path : Path
+        Its job.toml. A mesh or a layout that it names may lie beside it.
+    **options
+        As :func:`settings_from_options` takes them, the mesh too.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is no job's, or an option does not take its value.
+    """
+    kept = read_job_options(path)
+    unknown = sorted(set(kept) - {option.name for option in OPTIONS})
+    if unknown:
+        known = ", ".join(sorted(option.name for option in OPTIONS))
+        raise InputError(
+            f"{path} sets {len(unknown)} unknown options: {', '.join(unknown)}; known are {known}"
+        )
+    if isinstance(kept.get("layout"), str):
+        kept["layout"] = str(path.parent / kept["layout"])
+    settings = _settings(options, kept, where=f"{path}, ")
+    beside = path.parent / settings.mesh
+    elsewhere = settings.mesh.startswith("shape:") or Path(settings.mesh).exists()
+    return settings if elsewhere or not beside.exists() else replace(settings, mesh=str(beside))
+
+
+def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:
+    """Make settings of options that are given, and of those that a job.toml keeps."""
+    for name in given:
+        if all(name != option.name for option in OPTIONS):
+            closest = closest_first(name, [option.name for option in OPTIONS])[0]
+            raise InputError(f"there is no option {name!r}; the nearest is {closest!r}")
+    values: dict[str, Any] = {}
+    for option in OPTIONS:
+        if given.get(option.name) is not None:
+            value = _parsed(option, given, "")
+        elif kept.get(option.name) is not None:
+            value = _parsed(option, kept, where)
+        else:
+            continue
+        # Sheets that are plain come after those of a list of stock.
+        plain = values.get(option.field, ()) if option.field == "sheets" else ()
+        values[option.field] = (*value, *plain) if plain else value
+    if "mesh" not in values:
+        raise InputError("no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
+    return Settings(**(values | _user_library(values, given, kept, where)))
+
+
+def _parsed(option: Option, told: Mapping[str, Any], where: str) -> Any:
+    """Return what is told of an option, as settings hold it."""
+    try:
+        return option.kind.parse(told[option.name])
+    except InputError as error:
+        raise InputError(f"{where}{option.name}: {error}") from error
+
+
+def _user_library(
+    values: Mapping[str, Any], given: Mapping[str, Any], kept: Mapping[str, Any], where: str
+) -> dict[str, Any]:
+    """Return those of the user's own materials and targets that the settings name.
+
+    What a finished job names is as its job.toml has it, whatever is in the configuration folder.
+    """
+    from fabweave.cut.preflight.targets import targets_in_use  # noqa: PLC0415 - not for help
+    from fabweave.stock.supply_plan import materials_in_use, parse_materials  # noqa: PLC0415
+
+    known: dict[str, tuple[Any, ...]] = {}
+    for name, naming in (("materials", "material"), ("targets", "target")):
+        option = option_named(name)
+        from_job = naming in kept and given.get(naming) is None
+        known[name] = () if from_job else user_entries(name)
+        for told, source in ((kept, where), (given, "")):
+            if told.get(name) is not None:
+                known[name] += _parsed(option, told, source)
+    material = values.get("material", option_named("material").default)
+    target = values.get("target", option_named("target").default)
     return {
-        "mesh": settings.mesh,
-        "up": settings.up,
-        "size": length(settings.size_mm),
-        "scale": settings.scale,
-        "remesh": settings.remesh,
-        "refine": settings.refine,
-        "fair": settings.fair,
-        "pattern": settings.pattern,
-        "boundary": settings.boundary,
-        "material": settings.material,
-        "thickness": length(settings.thickness_mm),
-        "width": str(settings.width),
-        "smooth": settings.smooth,
-        "crossing": settings.crossing,
-        "clearance": length(settings.clearance_mm),
-        "max_length": length(settings.max_length_mm),
-        "hole": "none" if settings.hole_mm == 0 else length(settings.hole_mm),
-        "joint": settings.joint,
-        "lap": length(settings.lap_mm),
-        "slots": settings.slots,
-        "sheet": [format_stock(sheet) for sheet in settings.sheets if sheet.plain],
-        "stock": stock_table(sheet for sheet in settings.sheets if not sheet.plain),
-        "margin": length(settings.margin_mm),
-        "gap": length(settings.gap_mm),
-        "rotations": settings.rotations,
-        "effort": settings.effort,
-        "seed": settings.seed,
-        # Beside job.toml, and read from there.
-        "layout": None if settings.layout is None else LAYOUT_FILE,
-        "colours": settings.colours,
-        "profile": settings.profile,
-        "preset": _preset(settings.preset),
-        "dxf": settings.dxf,
-        "svg_units": settings.svg_units,
-        "hairline": length(settings.hairline_mm),
-        "target": settings.target,
-        "strict": settings.strict,
-        "labels": settings.labels,
-        "label_side": settings.label_side,
-        "paper": settings.paper,
-        "kerf": length(settings.kerf_mm or None),
-        "micro_joints": None if settings.micro_joints is None else str(settings.micro_joints),
-        "cut_order": settings.cut_order,
-        "template": settings.template,
+        "materials": materials_in_use(parse_materials(material), known["materials"]),
+        "targets": targets_in_use(target, known["targets"]),
     }
 
 
-def _preset(preset: Preset) -> str | dict[str, Any]:
-    """Return a preset's name, or all of it if it is the user's own, so that the job repeats."""
-    known = preset.name in preset_names() and preset_named(preset.name) == preset
-    return preset.name if known else preset.table
-
-
-#: The names of all options that a job.toml may set.
-OPTION_NAMES = frozenset(_options(Settings(mesh="")))
+def settings_table(settings: Settings) -> dict[str, Any]:
+    """Return the settings under the names and in the form of the command line's options."""
+    told = {option.name: option.kind.write(getattr(settings, option.field)) for option in OPTIONS}
+    return {name: value for name, value in told.items() if value is not None}
 
 
 def job_toml(settings: Settings, outcome: dict[str, Any]) -> str:
@@ -234,11 +296,7 @@ def read_job_options(path: Path) -> dict[str, Any]:
     InputError
         If the file cannot be read, is no TOML, or has no table ``[job]``.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"cannot read the settings in {path}: {error}") from error
-    job = content.get("job")
+    job = read_toml(path, "the settings").get("job")
     if not isinstance(job, dict):
         raise InputError(f"{path} has no table [job] with settings; a finished job's job.toml has")
     return job

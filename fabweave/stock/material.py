@@ -3,12 +3,59 @@
 import itertools
 import math
 import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
 from typing import Any
 
+from fabweave.core.entries import (
+    Key,
+    check_document,
+    entry_table,
+    in_range,
+    line_key,
+    list_of,
+    number_key,
+    pair_key,
+    read_entry,
+)
 from fabweave.core.errors import InputError
 from fabweave.core.messages import one_named
+
+
+def _bend_table(told: Any) -> tuple[tuple[float, float], ...] | None:
+    """Return a table of thicknesses and radii, if it is one."""
+    length = in_range(0.001, 1e6)
+    rows = list_of(told, lambda row: list_of(row, length, count=2))
+    rising = rows and all(one[0] < other[0] for one, other in itertools.pairwise(rows))
+    return rows if rising else None
+
+
+#: What an entry of materials.toml has: ours and anybody's own. ``Material`` says what it means.
+KEYS: tuple[Key, ...] = (
+    line_key("title", 200, required=True),
+    number_key("thickness_mm", 0.001, 100, required=True),
+    number_key("density_kg_m3", 1, 30_000, required=True),
+    number_key("kerf_mm", 0, 10, required=True),
+    number_key("gap_mm", 0, 1000, required=True),
+    pair_key("sheet_mm", "[600.0, 400.0]", 1, 20_000, required=True),
+    Key("metal", "true or false", lambda told: told if isinstance(told, bool) else None, True),
+    number_key("min_bend_radius_t", 0.01, 100_000),
+    Key(
+        "bend_table_mm",
+        "a list of [thickness, radius] by rising thickness, such as [[0.9, 51.0], [1.8, 132.0]]",
+        _bend_table,
+    ),
+    pair_key("speed_mm_s", "[12.0, 18.0]", 0.001, 100_000),
+    number_key("price_per_m2", 0, 1_000_000),
+    line_key("currency", 8),
+    Key(
+        "assumed",
+        "a list of keys of this entry",
+        lambda told: list_of(told, lambda one: one if one in [key.name for key in KEYS] else None),
+    ),
+    line_key("notes", 500),
+)
 
 
 @dataclass(frozen=True)
@@ -64,17 +111,59 @@ class Material:
 
     def __post_init__(self) -> None:
         """Refuse values that no material has."""
-        for field, value, zero_ok in (
-            ("thickness", self.thickness_mm, False),
-            ("density", self.density_kg_m3, False),
-            ("kerf", self.kerf_mm, True),
-            ("gap", self.gap_mm, True),
-        ):
-            if not (math.isfinite(value) and (value > 0.0 or (zero_ok and value == 0.0))):
-                least = "zero or more" if zero_ok else "positive"
-                raise InputError(f"{field} of material {self.name!r} is {value}: must be {least}")
-        if self.min_bend_radius_t is None and not self.bend_table_mm:
-            raise InputError(f"material {self.name!r} has no rule for its bend radius")
+        _values(material_table(self), f"material {self.name!r}")
+
+
+def _values(table: Any, where: str) -> dict[str, Any]:
+    """Return the values of an entry.
+
+    Raises
+    ------
+    InputError
+        If it is no material; the message says where and what is expected.
+    """
+    values = read_entry(table, where, KEYS)
+    if "min_bend_radius_t" not in values and "bend_table_mm" not in values:
+        raise InputError(
+            f"{where}: there is no rule for its bend radius; write min_bend_radius_t, in "
+            "thicknesses, or bend_table_mm"
+        )
+    if "price_per_m2" in values and "currency" not in values:
+        raise InputError(f"{where}: currency is missing; write that of price_per_m2, such as EUR")
+    return values
+
+
+def materials_of(document: Mapping[str, Any], where: str) -> tuple[Material, ...]:
+    """Return the materials that a document describes, an entry each.
+
+    Parameters
+    ----------
+    document : mapping
+        As ``materials.toml`` is read, or what job.toml keeps of it.
+    where : str
+        Where it comes from, for errors.
+
+    Raises
+    ------
+    InputError
+        If an entry is no material; the message says which, and what is expected.
+    """
+    check_document(document, where)
+    return tuple(
+        Material(name, **_values(entry, f"{where}, [{name}]")) for name, entry in document.items()
+    )
+
+
+def material_table(material: Material) -> dict[str, Any]:
+    """Return the entry that :func:`materials_of` reads as a material.
+
+    Examples
+    --------
+    >>> card = material_named("card")
+    >>> materials_of({"card": material_table(card)}, "here") == (card,)
+    True
+    """
+    return entry_table(material, KEYS)
 
 
 def material_library() -> tuple[Material, ...]:
@@ -86,25 +175,18 @@ def material_library() -> tuple[Material, ...]:
     ['aluminium-5052', 'stainless-304']
     """
     text = resources.files("fabweave.stock").joinpath("materials.toml").read_text("utf-8")
-    return tuple(_material(name, entry) for name, entry in tomllib.loads(text).items())
+    return materials_of(tomllib.loads(text), "fabweave's materials.toml")
 
 
-def _material(name: str, entry: dict[str, Any]) -> Material:
-    values = dict(entry)
-    for key in ("sheet_mm", "speed_mm_s", "assumed"):
-        if key in values:
-            values[key] = tuple(values[key])
-    values["bend_table_mm"] = tuple((t, r) for t, r in values.get("bend_table_mm", ()))
-    return Material(name=name, **values)
-
-
-def material_named(name: str) -> Material:
+def material_named(name: str, user_materials: Iterable[Material] = ()) -> Material:
     """Return the material of the library with this name.
 
     Parameters
     ----------
     name : str
-        A name of the library; upper and lower case are the same.
+        Upper and lower case are the same.
+    user_materials : iterable of Material
+        They come to the library, and stand in for those of the same name.
 
     Returns
     -------
@@ -121,7 +203,8 @@ def material_named(name: str) -> Material:
     >>> material_named("stainless-304").thickness_mm
     0.5
     """
-    return one_named("material", name, {one.name: one for one in material_library()})
+    known = {material.name: material for material in (*material_library(), *user_materials)}
+    return one_named("material", name, known)
 
 
 def with_thickness(material: Material, thickness_mm: float) -> Material:

@@ -8,8 +8,8 @@ from typing import TypeVar
 
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
-from fabweave.stock.material import Material, material_named, with_thickness
-from fabweave.stock.per_bunch import ByBunch, bunch_number
+from fabweave.stock.material import Material, material_library, material_named, with_thickness
+from fabweave.stock.per_bunch import ByBunch, bunch_number, split_by_bunch
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import format_stock, stock_for
 from fabweave.stock.supplies import Supplies, Supply
@@ -23,6 +23,7 @@ def plan_supplies(
     thickness_mm: ByBunch[float | None],
     gap_mm: ByBunch[float | None],
     sheets: Sequence[SheetSize],
+    user_materials: Sequence[Material] = (),
 ) -> Supplies:
     """Put together what each bunch is cut from.
 
@@ -37,6 +38,8 @@ def plan_supplies(
         The stock. A sheet that names a bunch is for that one only, one that tells its material for
         threads of that; any other is for all, and may not be counted if there are several supplies.
         Where there is none, the material's default.
+    user_materials : sequence of Material
+        Beside those of the library.
 
     Returns
     -------
@@ -61,7 +64,7 @@ def plan_supplies(
     added = []
     for name in named or {"": 0}:
         number = named.get(name)
-        material = sort_of_material(_value(materials, number))
+        material = sort_of_material(_value(materials, number), user_materials)
         thick, gap = _value(thickness_mm, number), _value(gap_mm, number)
         if thick is not None:
             material = with_thickness(material, thick)
@@ -154,16 +157,58 @@ def _value(values: ByBunch[_Value], number: int | None) -> _Value:
     raise ValueError(f"nothing is said of bunch {number}")
 
 
-def sort_of_material(name: str) -> Material:
+def parse_materials(text: str) -> ByBunch[str]:
+    """Return the names of materials that a text names: one for all bunches, or one for each.
+
+    Examples
+    --------
+    >>> parse_materials("warp=card,weft=birch-veneer")
+    (('warp', 'card'), ('weft', 'birch-veneer'))
+    """
+    return split_by_bunch(text, what="material")
+
+
+def materials_in_use(
+    materials: ByBunch[str], user_materials: Sequence[Material]
+) -> tuple[Material, ...]:
+    """Return those of the user's own materials that are named, in order of the alphabet.
+
+    Of two of one name the later counts; one that is just as ours is left out.
+
+    Examples
+    --------
+    >>> felt = replace(material_named("card"), name="felt")
+    >>> materials_in_use((("warp", "felt:red"), ("weft", "card")), [felt]) == (felt,)
+    True
+    """
+    named = {_split_sort(name)[0] for _, name in materials}
+    found = {material.name: material for material in user_materials if material.name in named}
+    library = material_library()
+    return tuple(found[name] for name in sorted(found) if found[name] not in library)
+
+
+def _split_sort(name: str) -> tuple[str, str, str]:
+    """Return the name of a material, the colon, and the sort after it, if there is one."""
+    plain, colon, sort = (word.strip() for word in name.lower().partition(":"))
+    return plain, colon, sort
+
+
+def sort_of_material(name: str, user_materials: Sequence[Material] = ()) -> Material:
     """Return a material of the library, of a certain sort if one is named after a colon.
+
+    Parameters
+    ----------
+    name : str
+    user_materials : sequence of Material
+        Beside those of the library.
 
     Examples
     --------
     >>> sort_of_material("card:red").title
     'Card, 300 g/m², red'
     """
-    plain, colon, sort = (word.strip() for word in name.lower().partition(":"))
-    material = material_named(plain)
+    plain, colon, sort = _split_sort(name)
+    material = material_named(plain, user_materials)
     if not colon:
         return material
     if not _SORT.fullmatch(sort):

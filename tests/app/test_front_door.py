@@ -11,7 +11,7 @@ import trimesh
 from PIL import Image
 
 import fabweave as fw
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 
 
 def folder_digest(folder: Path) -> dict[str, bytes]:

@@ -178,7 +178,7 @@ def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
                          max_length_mm=300.0),
                 Settings("shape:octahedron", size_mm=200.0, pattern="triaxial",
                          width=WidthRule(0.5, 0.0, 30.0)),
-                Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=0.5),
+                Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=1),
             )
         ),
     ],

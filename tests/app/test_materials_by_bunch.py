@@ -15,7 +15,7 @@ from fabweave.app.pipeline import run_job
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, job_toml
 from fabweave.app.woven_object import weave_object
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.flat.congruence import piece_kinds
 from fabweave.mesh.halfedge import build_halfedges

@@ -12,8 +12,9 @@ import shapely
 from PIL import Image
 
 from fabweave.app.job_records import job_facts, job_plan
+from fabweave.app.options.table import option_named
 from fabweave.app.pipeline import make_job
-from fabweave.app.settings import PAPERS, Settings
+from fabweave.app.settings import Settings
 from fabweave.assembly.manual import book as manual_book
 from fabweave.assembly.manual.piece_titles import place_across
 from fabweave.assembly.manual.pixels import GREY_STEP
@@ -68,7 +69,7 @@ def section(name, **changed):
 
 
 def test_papers_are_those_of_the_settings():
-    assert tuple(manual_book.PAPERS) == PAPERS
+    assert tuple(manual_book.PAPERS) == option_named("paper").kind.choices
 
 
 @pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
@@ -79,7 +80,7 @@ def test_every_page_has_the_size_of_the_paper(paper, size):
         assert np.allclose(np.array([box.width, box.height], dtype=float) / 72 * 25.4, size, atol=1)
 
 
-@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("paper", manual_book.PAPERS)
 def test_nothing_stands_outside_the_margins(paper):
     reader = pypdf.PdfReader(io.BytesIO(manual_of(paper)))
     wide, high = manual_book.PAPERS[paper]

@@ -50,7 +50,7 @@ def models(folder: Path) -> dict[str, Settings]:
     twill = runpy.run_path(str(Path(__file__).with_name("bench_twill.py")))
     block = folder / "block.obj"
     write_mesh(block, twill["refined"](twill["block"](twill["TWO_HOLES"]), 2))
-    base = Settings("", sheets=(SHEET,), gap_mm=GAP, margin_mm=MARGIN)
+    base = Settings("shape:torus", sheets=(SHEET,), gap_mm=GAP, margin_mm=MARGIN)
     found = {
         "torus": replace(base, mesh="shape:torus?m=24&n=12", size_mm=400.0),
         "cube": replace(base, mesh="shape:cube", refine="catmull-clark:3", size_mm=400.0),

@@ -236,7 +236,7 @@ def test_lists_and_help(capsys):
 WAITING = """\
 import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
-import fabweave.cli.commands, fabweave.app.pipeline as pipeline
+import fabweave.cli.main, fabweave.app.pipeline as pipeline
 stage, times = sys.argv[1], int(sys.argv[2])
 real = pipeline.run_job
 def waiting(settings, directory, progress, **rest):
@@ -249,7 +249,7 @@ def waiting(settings, directory, progress, **rest):
             time.sleep(600)
     return real(settings, directory, aloud, **rest)
 pipeline.run_job = waiting
-fabweave.cli.commands.main(sys.argv[3:])
+fabweave.cli.main.main(sys.argv[3:])
 """
 
 

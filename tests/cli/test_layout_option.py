@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 
 MESH = ("shape:octahedron", "--size", "300mm", "--effort", "quick", "-q")
 

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 
 TORUS = "shape:torus?m=8&n=6"
 

@@ -7,15 +7,15 @@ import pytest
 import trimesh
 
 from fabweave.app.settings import Settings, job_toml
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--seed", "-5"), "the seed is -5, and must be from 0 to"),
-        (("--seed", str(2**63)), "must be from 0 to"),
+        (("--seed", "-5"), "'--seed': -5 is not a whole number from 0 to"),
+        (("--seed", str(2**63)), "is not a whole number from 0 to"),
         (("--size", "1e300mm"), "say how large it is to be"),
         (("--size", "1e-300mm"), "say how large it is to be"),
         (("--scale", "1e9"), "the mesh would be 1e+11 mm large"),
@@ -28,8 +28,8 @@ def test_what_nobody_means_is_refused(command, options, words, tmp_path, capsys)
         main([command, "shape:torus", *options, *folder])
     assert stop.value.code == 2
     error = " ".join(capsys.readouterr().err.split())
-    assert error.startswith("fabweave: ")
     assert words in error
+    assert "Traceback" not in error
     assert list(tmp_path.iterdir()) == []
 
 
@@ -50,7 +50,7 @@ def test_stock_and_angles_that_mean_nothing_are_wrong_usage(options, words, caps
 def test_the_largest_seed_comes_back_from_toml() -> None:
     settings = Settings("shape:cube", seed=2**63 - 1)
     assert tomllib.loads(job_toml(settings, {}))["job"]["seed"] == 2**63 - 1
-    with pytest.raises(InputError, match="must be from 0"):
+    with pytest.raises(InputError, match=r"seed: .* is not a whole number from 0 to"):
         Settings("shape:cube", seed=2**63)
 
 

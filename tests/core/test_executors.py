@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from fabweave.app import pipeline
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel import cluster
 from fabweave.core.parallel.cluster import cluster_at, versions

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.core.output_files import check_file, write_files
 

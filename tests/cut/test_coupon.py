@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from fabweave.app.coupon_job import coupon_for, write_coupon
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.cut.coupon import BLOCKS, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.drawing import Circle, Layer, Polyline

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named, targets

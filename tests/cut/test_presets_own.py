@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.app.settings import Settings, job_toml, settings_table
-from fabweave.cli.commands import cli, main
+from fabweave.cli.main import cli, main
 from fabweave.cli.options import job_settings
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer

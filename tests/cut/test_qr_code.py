@@ -17,7 +17,7 @@ from strangers import rsvg_png
 from fabweave.app.remake_command import command_text, settings_digest
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, settings_table
-from fabweave.cli.commands import cli
+from fabweave.cli.main import cli
 from fabweave.cli.options import job_settings
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, PieceDrawing, Polyline, SheetDrawing

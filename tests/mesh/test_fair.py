@@ -15,7 +15,7 @@ from weaving_meshes import meshes
 
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import ON_SURFACE, fair_mesh

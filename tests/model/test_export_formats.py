@@ -234,7 +234,7 @@ def test_solid_ribbons_are_closed_and_as_heavy_as_their_sheets(shape, boundary):
 @pytest.mark.parametrize("shape", SOLID)
 def test_solid_ribbons_of_the_material_keep_clear_of_one_another(shape):
     _, solids, _ = solid_and_sheet(
-        shape, thickness=complete_settings(Settings(""))[1].only.thickness_mm
+        shape, thickness=complete_settings(Settings("shape:cube"))[1].only.thickness_mm
     )
     assert len(clashing_facets(solids)) == 0
 

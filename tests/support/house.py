@@ -33,6 +33,8 @@ class Import:
     line: int
     #: Whether the one is imported as soon as the other is, and not when something is called.
     at_once: bool
+    #: Whether it is there for type checkers only, and never runs.
+    for_types: bool = False
 
     def __str__(self) -> str:
         """Tell where it stands."""
@@ -58,12 +60,20 @@ def imports_of(modules: Mapping[str, str]) -> list[Import]:
 def _module_imports(name: str, modules: Mapping[str, str]) -> Iterator[Import]:
     tree = ast.parse(modules[name])
     at_once = set(_run_on_import(tree))
+    for_types = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
+        for inner in ast.walk(node)
+    }
     for node in ast.walk(tree):
         for target in _mentioned(node, name):
             whole = _module_named(target, modules)
             if whole not in (None, name):
                 imports = isinstance(node, ast.Import | ast.ImportFrom)
-                yield Import(name, whole, node.lineno, imports and node in at_once)
+                yield Import(
+                    name, whole, node.lineno, imports and node in at_once, node in for_types
+                )
 
 
 def _run_on_import(tree: ast.AST) -> Iterator[ast.AST]:
@@ -129,8 +139,13 @@ def _may(found: Import) -> bool:
 
 
 def circles(modules: Mapping[str, str]) -> list[str]:
-    """Return a circle of imports between modules, and one between rooms, if there are any."""
-    found = [one for one in imports_of(modules) if room_of(one.source) != DOOR]
+    """Return a circle of imports between modules, and one between rooms, if there are any.
+
+    What is imported for types only makes no circle: values may name what they came from.
+    """
+    found = [
+        one for one in imports_of(modules) if room_of(one.source) != DOOR and not one.for_types
+    ]
     rooms = [(room_of(one.source), room_of(one.target)) for one in found]
     return [
         f"circle: {' → '.join(circle)}"

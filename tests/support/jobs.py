@@ -10,7 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 from fabweave.app import pipeline
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.picture import portrait
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.

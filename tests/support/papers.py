@@ -24,7 +24,7 @@ from pathlib import Path
 import click
 import trimesh
 
-from fabweave.cli.commands import cli, main
+from fabweave.cli.main import cli, main
 from fabweave.core.errors import FabweaveError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape

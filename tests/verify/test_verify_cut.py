@@ -95,15 +95,15 @@ def moved(entity, layer):
 )  # fmt: skip
 def test_a_sheet_to_cut_that_is_not_as_stated_is_found(job, spoil):
     made, folder = job
-    cuts = [one for piece in made.ready[0].pieces for one in piece.entities if one.layer is INNER]
+    cuts = [one for piece in made.kerfed[0].pieces for one in piece.entities if one.layer is INNER]
     assert {type(one) for one in cuts} == {Circle, Polyline}
-    rewrite(folder, spoil(made.drawings[0], made.ready[0]))
+    rewrite(folder, spoil(made.drawings[0], made.kerfed[0]))
     assert failed(folder) == {"cut"}
 
 
 def test_formats_that_differ_are_found(job):
     made, folder = job
-    changed = with_entities(made.ready[0], lambda one: moved(one, Layer.CUT_OUTER))
+    changed = with_entities(made.kerfed[0], lambda one: moved(one, Layer.CUT_OUTER))
     write_svg(folder / "cut" / f"{NAME}.svg", changed)
     assert failed(folder) == {"cut"}
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 import shapely
 
-from fabweave.cli.commands import main
+from fabweave.cli.main import main
 from fabweave.verify import verify_job
 from fabweave.verify.checks.offcuts import check_offcuts
 from fabweave.verify.checks.sheets import check_areas, check_sheets

@@ -27,9 +27,16 @@ class Layout:
     """Where each piece lies on which sheet.
 
     Made by :meth:`fabweave.Pieces.nest`; :meth:`write` goes on from here.
+
+    Parameters
+    ----------
+    stations : Stations
+    pieces : Pieces
+        The pieces that lie on the sheets.
     """
 
     stations: Stations
+    pieces: "Pieces"
 
     @property
     def planned(self) -> PlannedJob:
@@ -40,13 +47,6 @@ class Layout:
     def nested(self) -> NestedLayout:
         """The station that stands behind this, as the pipeline hands it on."""
         return there(self.stations.layout)
-
-    @property
-    def pieces(self) -> "Pieces":
-        """The pieces that lie on the sheets."""
-        from fabweave.app.front_door.pieces import Pieces  # noqa: PLC0415 - pieces make layouts
-
-        return Pieces(self.stations)
 
     @property
     def sheets(self) -> tuple[SheetSize, ...]:
@@ -127,7 +127,8 @@ class Layout:
         >>> layout.write(pathlib.Path(tempfile.mkdtemp()) / "ball").proof.ok
         True
         """
-        return write_stations(with_files(self.stations, options), Path(folder))
+        stations = with_files(self.stations, options)
+        return WrittenJob(Path(folder), write_stations(stations, Path(folder)), self)
 
     def picture(self, sheet: int = 1) -> str:
         """Return a sheet, counted from 1, as SVG."""

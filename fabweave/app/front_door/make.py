@@ -5,7 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from fabweave.app.front_door.inspected import Inspection
-from fabweave.app.front_door.mesh import request_of
+from fabweave.app.front_door.layout import Layout
+from fabweave.app.front_door.mesh import Mesh, request_of
+from fabweave.app.front_door.pieces import Pieces
+from fabweave.app.front_door.ribbons import Ribbons
+from fabweave.app.front_door.stations import Stations
+from fabweave.app.front_door.weave import Weave
 from fabweave.app.front_door.written import WrittenJob
 from fabweave.app.inspection import inspect_mesh
 from fabweave.app.job_folder import folder_is_readable
@@ -64,7 +69,11 @@ def make(
         mesh=request.given,
         workers=min(workers, os.cpu_count() or 1),
     )
-    return WrittenJob(Path(folder), finished, request)
+    job = finished.job
+    stations = Stations(request, job.woven.source, weave=job.woven, planned=job, layout=job.layout)
+    ribbons = Ribbons(stations, Weave(stations, Mesh(stations)))
+    layout = Layout(stations, Pieces(stations, ribbons))
+    return WrittenJob(Path(folder), finished, layout)
 
 
 def inspect(mesh: Any, *, progress: Progress = no_progress, **options: Any) -> Inspection:

@@ -199,7 +199,7 @@ def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
     """
     from fabweave.app.options.table import OPTIONS  # noqa: PLC0415
 
-    known = {option.key for option in OPTIONS}
+    known = {option.name.replace("-", "_") for option in OPTIONS}
     options = {key: value for key, value in parameters.items() if key in known}
     if size is not None:
         options["size"] = size

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -16,6 +16,9 @@ from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.piece import Piece
 
+if TYPE_CHECKING:
+    from fabweave.app.front_door.ribbons import Ribbons
+
 
 @frozen_value
 class Pieces:
@@ -26,6 +29,7 @@ class Pieces:
     """
 
     stations: Stations
+    ribbons: "Ribbons"
 
     @property
     def planned(self) -> PlannedJob:
@@ -105,7 +109,8 @@ class Pieces:
         >>> pieces.nest(sheet="400x300mm", effort="quick")
         Layout(octahedron: 8 pieces on 2 sheets, 37 % used)
         """
-        return Layout(with_layout(self.stations, options))
+        stations = with_layout(self.stations, options)
+        return Layout(stations, Pieces(stations, self.ribbons))
 
     def _figures(self) -> dict[str, Any]:
         return {

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import trimesh
     from PIL import Image
 
+    from fabweave.app.front_door.weave import Weave
+
 
 @frozen_value
 class Ribbons:
@@ -29,6 +31,7 @@ class Ribbons:
     """
 
     stations: Stations
+    weave: "Weave"
 
     @cached_property
     def woven(self) -> WovenObject:
@@ -135,7 +138,8 @@ class Ribbons:
         >>> ribbons.pieces(max_length="200mm")
         Pieces(octahedron: 8 pieces, 8 joints, 2 kinds, in card 0.4 mm)
         """
-        return Pieces(with_pieces(self.stations, options))
+        stations = with_pieces(self.stations, options)
+        return Pieces(stations, Ribbons(stations, self.weave))
 
     def picture(self) -> "Image.Image":
         """Return a picture of the woven object, each thread in its colour."""

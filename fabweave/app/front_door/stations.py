@@ -6,10 +6,9 @@ from typing import Any, TypeVar
 
 from fabweave.app.job import PlannedJob
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
-from fabweave.app.options.keywords import settings_from_options
 from fabweave.app.pipeline import nest_job, plan_job
 from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings
+from fabweave.app.settings import Settings, settings_from_options
 from fabweave.app.woven_mesh import WovenMesh, weave_mesh
 from fabweave.app.woven_object import WovenObject, keep_clear, lay_object
 from fabweave.core.arrays import frozen_value
@@ -207,5 +206,5 @@ def completed(known: Stations) -> tuple[Settings, Supplies]:
 
 def clear_ribbons(known: Stations) -> WovenObject:
     """Return the woven object with ribbons that keep clear of one another."""
-    settings, supplies = completed(known)
-    return keep_clear(there(known.ribbons), settings, supplies)
+    known = with_ribbons(known, {})
+    return keep_clear(there(known.ribbons), *completed(known))

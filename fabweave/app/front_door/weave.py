@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fabweave.app.front_door.mesh import stations_of
+from fabweave.app.front_door.mesh import Mesh, stations_of
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.ribbons import Ribbons
 from fabweave.app.front_door.stations import Stations, there, with_ribbons, woven
@@ -41,6 +41,7 @@ class Weave:
     """
 
     stations: Stations
+    mesh: Mesh
 
     @property
     def woven(self) -> WovenMesh:
@@ -124,7 +125,8 @@ class Weave:
         >>> fw.weave(fw.shape("octahedron", size="200mm")).ribbons(width="9mm")
         Ribbons(octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.5 to 9.0 mm wide, 1.77 m in all)
         """
-        return Ribbons(with_ribbons(self.stations, options))
+        stations = with_ribbons(self.stations, options)
+        return Ribbons(stations, Weave(stations, Mesh(stations)))
 
     def picture(self) -> "Image.Image":
         """Return a picture of the woven object, with ribbons as they come in card."""
@@ -185,4 +187,5 @@ def weave(mesh: Any, **options: Any) -> Weave:
     >>> twill.threads[0].over[:8].tolist()
     [False, True, True, False, False, True, True, False]
     """
-    return Weave(woven(stations_of(mesh, options), options))
+    stations = woven(stations_of(mesh, options), options)
+    return Weave(stations, Mesh(stations))

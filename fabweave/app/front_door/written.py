@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fabweave.app.front_door.notebook import face
-from fabweave.app.front_door.stations import Request, Stations, there
+from fabweave.app.front_door.stations import Stations, there
 from fabweave.app.job import Job
 from fabweave.app.job_folder import check_destination, finished_folder
 from fabweave.app.pipeline import FinishedJob, draw_job, start_side_work, write_and_prove
@@ -30,7 +30,7 @@ class WrittenJob:
 
     folder: Path
     finished: FinishedJob
-    request: Request
+    layout: "Layout"
 
     @property
     def job(self) -> Job:
@@ -38,33 +38,14 @@ class WrittenJob:
         return self.finished.job
 
     @property
-    def stations(self) -> Stations:
-        """The stations of the job, from its mesh to its layout."""
-        job = self.job
-        return Stations(
-            self.request, job.woven.source, weave=job.woven, planned=job, layout=job.layout
-        )
+    def pieces(self) -> "Pieces":
+        """The flat pieces."""
+        return self.layout.pieces
 
     @property
     def weave(self) -> "Weave":
         """The weave."""
-        from fabweave.app.front_door.weave import Weave  # noqa: PLC0415 - weaves lead to jobs
-
-        return Weave(self.stations)
-
-    @property
-    def pieces(self) -> "Pieces":
-        """The flat pieces."""
-        from fabweave.app.front_door.pieces import Pieces  # noqa: PLC0415 - pieces lead to jobs
-
-        return Pieces(self.stations)
-
-    @property
-    def layout(self) -> "Layout":
-        """Where each piece lies on which sheet."""
-        from fabweave.app.front_door.layout import Layout  # noqa: PLC0415 - layouts lead to jobs
-
-        return Layout(self.stations)
+        return self.pieces.ribbons.weave
 
     @property
     def proof(self) -> VerifyReport:
@@ -109,12 +90,11 @@ class WrittenJob:
         return face(self.job.woven.title, figures, self.picture())
 
 
-def write_stations(stations: Stations, folder: Path) -> WrittenJob:
+def write_stations(stations: Stations, folder: Path) -> FinishedJob:
     """Write and prove the job that stations lead to."""
     check_destination(folder)
     planned, layout = there(stations.planned), there(stations.layout)
     side = start_side_work(planned)
     job = draw_job(planned, layout, side, given_mesh=stations.request.given)
     with finished_folder(folder) as fresh:
-        finished = write_and_prove(job, fresh)
-    return WrittenJob(folder, finished, stations.request)
+        return write_and_prove(job, fresh)

@@ -1,1 +1,1 @@
-"""Hold every option in one table."""
+"""The table of options, and what is made of it."""

@@ -1,10 +1,43 @@
-"""TEMPORARY."""
+"""The table of options: all that the command line, job.toml, the reference and checks know.
 
-from typing import NamedTuple
+An option that is added is on the command line, in its help, in job.toml, in the command of the QR
+code and on the reference page. Whoever adds one gives ``Settings`` its field, and uses it.
+"""
+
+from dataclasses import field
+from typing import Any
+
+from fabweave.app.options.cutting_options import CUTTING_OPTIONS
+from fabweave.app.options.object_options import OBJECT_OPTIONS
+from fabweave.app.options.option import Option
+
+#: All options, in the order in which job.toml has them.
+OPTIONS: tuple[Option, ...] = (*OBJECT_OPTIONS, *CUTTING_OPTIONS)
 
 
-class _O(NamedTuple):
-    key: str
+def option_named(name: str) -> Option:
+    """Return the option with a name.
+
+    Examples
+    --------
+    >>> option_named("label_side").flag, option_named("kerf").field
+    ('--label-side', 'kerf_mm')
+    """
+    return next(option for option in OPTIONS if option.name == name)
 
 
-OPTIONS = [_O(k) for k in ("size", "scale", "up", "remesh", "refine", "fair")]
+def option_of_field(name: str) -> Option:
+    """Return the option that a field of ``Settings`` holds; the first one, of several.
+
+    Examples
+    --------
+    >>> option_of_field("sheets").name
+    'sheet'
+    """
+    return next(option for option in OPTIONS if option.field == name)
+
+
+def default(name: str) -> Any:
+    """Return the default of a field of ``Settings``, as a dataclass wants it."""
+    option = option_of_field(name)
+    return field(default_factory=lambda: option.default_value)

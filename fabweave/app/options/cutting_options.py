@@ -1,0 +1,283 @@
+"""Name the options that decide what is cut, and the files: pieces, sheets, search and drawings."""
+
+from collections.abc import Iterable
+
+from fabweave.app.options.file_kinds import layout, library, preset, sheets, stock_list
+from fabweave.app.options.kinds import (
+    MOST_WHOLE,
+    choice,
+    flag,
+    hairline,
+    length,
+    length_by_bunch,
+    load,
+    text,
+    value_of,
+    whole,
+)
+from fabweave.app.options.option import CUTTER, MANUAL, SEARCH, SHEETS, WEAVE, Option
+
+
+def _target_names() -> Iterable[str]:
+    return (target.name for target in load("fabweave.cut.preflight.targets.targets")())
+
+
+#: In the order in which job.toml has them.
+CUTTING_OPTIONS = (
+    Option(
+        "max_length",
+        SHEETS,
+        length(automatic="auto", metavar="LENGTH|auto"),
+        "No piece is longer along its middle; or auto: what several lengths come to in sheet and "
+        "joints is predicted, and the one at the knee of that curve taken.",
+        otherwise="auto",
+    ),
+    Option(
+        "hole",
+        SHEETS,
+        length(zero="none", metavar="LENGTH|none"),
+        "Diameter of the fastener holes.",
+        otherwise="the largest common size that nine crossings of ten have room for",
+        making=True,
+    ),
+    Option(
+        "joint",
+        SHEETS,
+        text("KIND", "a text such as 'rivet:2'", "fabweave.flat.joint.kinds.parse_joint"),
+        "How pieces of one thread are joined: rivet (a lap with a fastener under the strand "
+        "above), rivet:2 to rivet:4 (so many), glue (a lap with marks to lay it by), dovetail (a "
+        "tongue in a socket, flush), slot (a tab through a slot), or none (end to end, taped).",
+        default="rivet",
+    ),
+    Option(
+        "lap",
+        SHEETS,
+        length(automatic="auto", metavar="LENGTH|auto"),
+        "How far joined pieces lap; no farther than to the crossings beside.",
+        otherwise="auto, the crossing's own panel",
+    ),
+    Option(
+        "slots",
+        SHEETS,
+        flag(),
+        "Slots in place of holes in the strand that lies under, where it has no joint: they take "
+        "up small errors.",
+        default=False,
+        making=True,
+    ),
+    Option(
+        "sheet",
+        SHEETS,
+        sheets(),
+        "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them; repeat it for several sizes. "
+        "For one bunch only: weft=600x400mm.",
+        default=(),
+        otherwise="the material's",
+        holder="sheets",
+    ),
+    Option(
+        "stock",
+        SHEETS,
+        stock_list(),
+        "A list of the stock (stock.toml): sheets with quantity, price, grain, material and "
+        "defects, and offcuts with their outlines. Offcuts are used first, the smallest first; "
+        "then the sheets that cost least for their area; sheets without a price, and those of "
+        "--sheet, come last. The last sheet is exchanged for the cheapest that takes its pieces.",
+        holder="sheets",
+    ),
+    Option(
+        "margin",
+        SHEETS,
+        length(zero="0mm"),
+        "Border of each sheet that stays empty.",
+        default="10mm",
+    ),
+    Option(
+        "gap",
+        SHEETS,
+        length_by_bunch(zero="0mm"),
+        "Least distance between pieces, or by bunch: warp=2mm,weft=4mm.",
+        otherwise="the material's",
+        making=True,
+    ),
+    Option(
+        "rotations",
+        SHEETS,
+        text("RULE", "a text such as 'grain:5deg'", "fabweave.stock.rotations.parse_rotations"),
+        "At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from the "
+        "grain on); or grain:5deg (their length along the grain, up to 5 degrees off). Grain runs "
+        "along a sheet's width unless the list of stock says otherwise.",
+        default="free",
+    ),
+    Option(
+        "effort",
+        SEARCH,
+        choice(("quick", "normal", "best")),
+        "How long to search: for layouts that save material, and for the best twill where none is "
+        "exact.",
+        default="normal",
+    ),
+    Option(
+        "seed",
+        SEARCH,
+        whole(0, MOST_WHOLE),
+        "Of all random choices: same seed, same settings, same files.",
+        default=0,
+    ),
+    Option(
+        "layout",
+        SEARCH,
+        layout(),
+        "Take the layout that the crossing_map.json of a finished job records, not a new one; the "
+        "pieces must be the same.",
+        making=True,
+    ),
+    Option(
+        "colours",
+        WEAVE,
+        choice("fabweave.picture.thread_colours.STRATEGIES"),
+        "Colours of the threads in model.glb and in inspect's picture: safe for the colour-blind, "
+        "the whole circle of hues, or a small range of them.",
+        default="safe",
+    ),
+    Option(
+        "profile",
+        CUTTER,
+        choice(("maker", "service")),
+        "Who cuts: a maker, from the nested sheets; or a service, which wants a file for each "
+        "distinct piece with nothing in it but cuts, and a table of quantities: they come besides "
+        "the sheets, in the folder service.",
+        default="maker",
+        making=True,
+    ),
+    Option(
+        "preset",
+        CUTTER,
+        preset(),
+        "Colours of the layers, as a program knows them: {choices}; or a file of your own (the "
+        "README shows one), which job.toml then holds.",
+        default="lightburn",
+        making=True,
+    ),
+    Option(
+        "dxf",
+        CUTTER,
+        choice(("R2010", "R2000", "R12")),
+        "Version of the DXF files; R12 for very old machines (it cannot carry units).",
+        default="R2010",
+        making=True,
+    ),
+    Option(
+        "svg_units",
+        CUTTER,
+        choice(("mm", "px96")),
+        "What a coordinate of the SVG counts: millimetres; or pixels of 1/96 inch, for programs "
+        "that open the others at a wrong size.",
+        default="mm",
+        making=True,
+    ),
+    Option(
+        "hairline",
+        CUTTER,
+        hairline(),
+        "Width of the lines in the SVG, e.g. 0.1mm or 0.001in, or as a preset has it: drivers cut "
+        "thin lines and take thicker ones for pictures.",
+        otherwise="the preset's, 0.025mm",
+        making=True,
+    ),
+    Option(
+        "target",
+        CUTTER,
+        text("NAME", "one of {choices}, or of your own", words=_target_names),
+        "Whose rules for holes, webs, gaps and sizes the pieces are checked against: {choices}; "
+        "fabweave targets tells them. The default are rules of practice.",
+        default="default",
+        making=True,
+    ),
+    Option(
+        "targets",
+        CUTTER,
+        library("target", "fabweave.cut.preflight.targets"),
+        "Rules of those who cut for you, which --target may name, with the same entries as ours "
+        "(see examples/targets.toml); repeat it for several files.",
+        default=(),
+        otherwise="targets.toml in the configuration folder, if it is there",
+        making=True,
+    ),
+    Option(
+        "strict",
+        CUTTER,
+        flag(),
+        "Refuse a job that breaks a rule of the material or the target.",
+        default=False,
+        making=True,
+    ),
+    Option(
+        "labels",
+        CUTTER,
+        choice("fabweave.cut.labels.texts.LABELS"),
+        "What is engraved: full (id, arrow, joints, who crosses over or under), numbers (the "
+        "pieces' ids alone), or none.",
+        default="full",
+        making=True,
+    ),
+    Option(
+        "label_side",
+        CUTTER,
+        choice("fabweave.cut.labels.texts.SIDES"),
+        "Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
+        default="outside",
+        making=True,
+    ),
+    Option(
+        "paper",
+        MANUAL,
+        choice(("a4", "letter")),
+        "Paper of the assembly manual.",
+        default="a4",
+        making=True,
+    ),
+    Option(
+        "kerf",
+        CUTTER,
+        length(zero=""),
+        "Width of the line that the beam burns: the sheets to cut, with outlines moved outward and "
+        "holes inward by half of it, go to the folder cut; those in sheets stay nominal. Leave it "
+        "out for services, which take it off themselves.",
+        default=0.0,
+        otherwise="none taken off",
+        making=True,
+    ),
+    Option(
+        "micro_joints",
+        CUTTER,
+        value_of(
+            "N[:WIDTH]",
+            "4:0.3mm",
+            "fabweave.cut.micro_joints.parse_micro_joints",
+            "fabweave.cut.micro_joints.MicroJoints",
+        ),
+        "Leave so many bridges in each outline, 0.25 mm wide unless said, so that pieces stay in "
+        "the sheet until they are broken out; in the sheets of the folder cut.",
+        otherwise="none",
+        making=True,
+    ),
+    Option(
+        "cut_order",
+        CUTTER,
+        choice(("short", "cool")),
+        "Order of the pieces on a sheet: with short ways from one to the next, or cool, where no "
+        "piece follows its neighbour, for what warps or melts.",
+        default="short",
+        making=True,
+    ),
+    Option(
+        "template",
+        CUTTER,
+        choice(("sheet", "a4", "a3", "letter", "none")),
+        "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or tiled on "
+        "paper to be pasted together.",
+        default="sheet",
+        making=True,
+    ),
+)

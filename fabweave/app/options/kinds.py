@@ -1,0 +1,295 @@
+"""Say what an option takes: how its value is read from text, checked, and written in job.toml.
+
+What stands in other rooms is named by text here, and imported when a value needs it: the table of
+options is read before any command knows what it is asked for.
+"""
+
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from numbers import Integral, Real
+from typing import Any, TypeAlias
+
+from fabweave.core.entries import Accept
+from fabweave.core.errors import InputError
+from fabweave.core.units import parse_length
+from fabweave.stock.per_bunch import by_bunch, format_by_bunch, split_by_bunch
+
+#: Returns the words that an option takes.
+Words: TypeAlias = Callable[[], Iterable[str]]
+#: TOML holds whole numbers up to this.
+MOST_WHOLE = 2**63 - 1
+
+
+def load(place: str) -> Any:
+    """Return what stands at a place, such as ``fabweave.stock.rotations.parse_rotations``."""
+    module, _, name = place.rpartition(".")
+    return getattr(import_module(module), name)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What an option takes.
+
+    Parameters
+    ----------
+    metavar : str
+        Stands for the value in help.
+    expected : str
+        What a value must be, for errors; ``{choices}`` stands for the words that it takes.
+    accept : callable
+        Returns a value as settings hold it, or None if it is not what is expected.
+    read : callable
+        Returns the value that a text means, or that a table of job.toml describes.
+    write : callable
+        Returns a value as job.toml has it; None if it is left out.
+    unit : str
+        In which plain numbers count.
+    automatic : str
+        The word that leaves the choice to fabweave.
+    words : callable
+        Returns the words that it takes, if it takes certain words.
+    flag, repeatable : bool
+        Whether it has no value but is said or not, and whether it may be said several times.
+    """
+
+    metavar: str
+    expected: str
+    accept: Accept
+    read: Callable[[Any], Any]
+    write: Callable[[Any], Any] = lambda value: value
+    unit: str = ""
+    automatic: str = ""
+    words: Words = tuple
+    flag: bool = False
+    repeatable: bool = False
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words that it takes, if it takes certain words."""
+        return tuple(self.words())
+
+    @property
+    def told(self) -> str:
+        """What a value must be."""
+        return self.expected.replace("{choices}", ", ".join(self.choices))
+
+    def parse(self, value: Any) -> Any:
+        """Return what was typed, what job.toml has, or a plain value, as settings hold it.
+
+        Raises
+        ------
+        InputError
+            If the option does not take it; the message says what it takes.
+        """
+        if self.automatic and value == self.automatic:
+            return None
+        if self.repeatable and isinstance(value, list | tuple):
+            return self.hold(tuple(part for one in value for part in self.parse(one)))
+        if isinstance(value, os.PathLike):
+            value = os.fspath(value)
+        return self.hold(self.read(value) if isinstance(value, str | Mapping) else value)
+
+    def hold(self, value: Any) -> Any:
+        """Return a value as settings hold it.
+
+        Raises
+        ------
+        InputError
+            If it is not what is expected.
+        """
+        found = self.accept(value)
+        if found is None:
+            shown = repr(value)
+            shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
+            raise InputError(f"{shown} is not {self.told}")
+        return found
+
+
+def as_it_is(value: Any) -> Any:
+    """Return a value."""
+    return value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _as_text(value: Any) -> Any:
+    """Return a plain number as a person would type it."""
+    return f"{value:.10g}" if _is_number(value) else value
+
+
+def flag() -> Kind:
+    """Return the kind of what is said, or not."""
+
+    def accept(value: Any) -> bool | None:
+        return value if isinstance(value, bool) else None
+
+    return Kind("", "True or False", accept, as_it_is, flag=True)
+
+
+def choice(words: tuple[str, ...] | str) -> Kind:
+    """Return the kind of one of a few words, or of those that stand at a place."""
+
+    def known() -> tuple[str, ...]:
+        return tuple(load(words)) if isinstance(words, str) else words
+
+    def accept(value: Any) -> str | None:
+        return value if isinstance(value, str) and value in known() else None
+
+    return Kind("", "one of {choices}", accept, as_it_is, words=known)
+
+
+def whole(least: int, most: int) -> Kind:
+    """Return the kind of whole numbers in a range."""
+
+    def accept(value: Any) -> int | None:
+        fits = isinstance(value, Integral) and not isinstance(value, bool)
+        return int(value) if fits and least <= int(value) <= most else None
+
+    def read(text: str) -> Any:
+        digits = text.strip().removeprefix("-")
+        return int(text) if digits.isascii() and digits.isdigit() and len(digits) < 30 else text
+
+    return Kind("N", f"a whole number from {least} to {most}", accept, read)
+
+
+def number(below: float = math.inf) -> Kind:
+    """Return the kind of numbers greater than 0, and less than a bound."""
+
+    def accept(value: Any) -> float | None:
+        return float(value) if _is_number(value) and 0.0 < value < below else None
+
+    def read(text: str) -> Any:
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    end = "" if math.isinf(below) else f" and less than {below:g}"
+    return Kind("NUMBER", f"a number greater than 0{end}", accept, read)
+
+
+def length(*, zero: str | None = None, automatic: str = "", metavar: str = "LENGTH") -> Kind:
+    """Return the kind of lengths in millimetres.
+
+    Parameters
+    ----------
+    zero : str or None
+        How job.toml has a length of 0; None if 0 is no length here, empty if it is left out.
+    automatic : str
+        The word that leaves the choice to fabweave.
+    metavar : str
+    """
+
+    def accept(value: Any) -> float | None:
+        # What is not a number is neither more nor less than anything.
+        fits = _is_number(value) and 0.0 <= value < math.inf and (value > 0.0 or zero is not None)
+        return float(value) if fits else None
+
+    def read(text: Any) -> Any:
+        if zero and text == zero:
+            return 0.0
+        return parse_length(text, zero_ok=zero is not None) if isinstance(text, str) else text
+
+    def write(value: float | None) -> str | None:
+        if value is None or (value == 0.0 and zero == ""):
+            return None
+        return zero if value == 0.0 and zero is not None else f"{value:.10g}mm"
+
+    least = "greater than 0" if zero is None else "of 0 or more"
+    expected = f"a length {least}, such as 12 (millimetres) or '0.5in'"
+    return Kind(metavar, expected, accept, read, write, unit="mm", automatic=automatic)
+
+
+def length_by_bunch(*, zero: str | None = None) -> Kind:
+    """Return the kind of a length, or of pairs of a bunch's name and its length."""
+    one = length(zero=zero)
+
+    def accept(value: Any) -> Any:
+        if not isinstance(value, tuple):
+            return one.accept(value)
+        if not value or not all(isinstance(pair, tuple) and len(pair) == 2 for pair in value):
+            return None
+        # Names are checked as those that are typed.
+        split_by_bunch(",".join(f"{name}={length}" for name, length in value), what="length")
+        lengths = [one.accept(each) for _, each in value]
+        names = [str(name) for name, _ in value]
+        return None if None in lengths else tuple(zip(names, lengths, strict=True))
+
+    def read(text: Any) -> Any:
+        if not isinstance(text, str) or "=" not in text:
+            return one.read(text)
+        pairs = split_by_bunch(text, what="length")
+        return tuple((name, one.read(each)) for name, each in pairs)
+
+    def write(value: Any) -> str | None:
+        return None if value is None else format_by_bunch(by_bunch(value), one.write)
+
+    expected = f"{one.expected}, or one for each bunch, such as 'warp=2mm,weft=3mm'"
+    return Kind(one.metavar, expected, accept, read, write, unit="mm")
+
+
+def hairline() -> Kind:
+    """Return the kind of a line's width, or of the name of a preset whose lines are as wide."""
+    width = length(metavar="LENGTH|NAME")
+
+    def names() -> tuple[str, ...]:
+        return tuple(load("fabweave.cut.presets.preset_names")())
+
+    def accept(value: Any) -> float | None:
+        if _is_number(value):
+            load("fabweave.cut.presets.check_hairline")(float(value))
+        return width.accept(value)
+
+    def read(text: Any) -> Any:
+        if text in names():
+            return load("fabweave.cut.presets.preset_named")(text).hairline_mm
+        return width.read(text)
+
+    return Kind(width.metavar, width.expected, accept, read, width.write, unit="mm")
+
+
+def text(metavar: str, expected: str, parser: str = "", words: Words = tuple) -> Kind:
+    """Return the kind of texts that a parser takes; they are kept as they are."""
+
+    def accept(value: Any) -> str | None:
+        plain = _as_text(value)
+        if not isinstance(plain, str):
+            return None
+        if parser:
+            load(parser)(plain)
+        return plain
+
+    return Kind(metavar, expected, accept, as_it_is, words=words)
+
+
+def value_of(metavar: str, example: str, parser: str, type_: str) -> Kind:
+    """Return the kind of values that a parser reads from text, and that are that text again."""
+
+    def accept(value: Any) -> Any:
+        plain = _as_text(value)
+        if isinstance(plain, str):
+            return load(parser)(plain)
+        if not isinstance(value, load(type_)):
+            return None
+        load(parser)(str(value))
+        return value
+
+    def write(value: Any) -> str | None:
+        return None if value is None else str(value)
+
+    expected = f"{type_.rpartition('.')[2]}, or a text such as {example!r}"
+    return Kind(metavar, expected, accept, as_it_is, write)
+
+
+def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -> Kind:
+    """Return the kind of the names of files."""
+
+    def accept(value: Any) -> str | None:
+        return value if isinstance(value, str) and value.strip() and "\0" not in value else None
+
+    return Kind(metavar, expected, accept, as_it_is, write)

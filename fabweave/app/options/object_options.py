@@ -1,0 +1,156 @@
+"""Name the options that decide the woven object: its mesh, its weave and its ribbons."""
+
+from fabweave.app.options.file_kinds import library
+from fabweave.app.options.kinds import (
+    choice,
+    length,
+    length_by_bunch,
+    number,
+    place,
+    text,
+    value_of,
+    whole,
+)
+from fabweave.app.options.option import MESH, RIBBONS, WEAVE, Option
+
+#: In the order in which job.toml has them.
+OBJECT_OPTIONS = (
+    Option(
+        "mesh",
+        MESH,
+        place("MESH", "a file, or a shape such as shape:torus?m=24&n=12"),
+        "What is woven: an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape.",
+    ),
+    Option(
+        "up",
+        MESH,
+        choice(("z", "y", "x")),
+        "Which axis of the mesh points up; the mesh is turned so that it becomes z. Many models "
+        "have y up, and lie on their back in pictures unless that is said.",
+        default="z",
+    ),
+    Option(
+        "size",
+        MESH,
+        length(),
+        "Scale the mesh so that its largest dimension is this, e.g. 400mm or 16in. Without it the "
+        "mesh's numbers are millimetres.",
+    ),
+    Option(
+        "scale",
+        MESH,
+        number(),
+        "Multiply the mesh by this instead of using --size.",
+    ),
+    Option(
+        "remesh",
+        MESH,
+        text("quads[:N]", "a text such as 'quads:3000'", "fabweave.mesh.remesh.quads.parse_remesh"),
+        "Make a mesh of quads first, about N of them; without N as many as the triangles pair up "
+        "to, or else half as many as triangles, at most 3000. Twill wants quads.",
+    ),
+    Option(
+        "refine",
+        MESH,
+        text(
+            "SCHEME:STEPS",
+            "a text such as 'catmull-clark:2'",
+            "fabweave.mesh.subdivide.refine.parse_refinements",
+        ),
+        "Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. Schemes that "
+        "round the shape: catmull-clark, doo-sabin, simplest, sqrt3, loop; that keep it: mid-edge, "
+        "quads.",
+    ),
+    Option(
+        "fair",
+        MESH,
+        whole(0, 1000),
+        "Move the vertices along the surface in so many steps, such as 50, so that threads run "
+        "straighter and narrow ribbons find room. Sharp edges stay; a coarse mesh loses some "
+        "shape, so refine it first.",
+        default=0,
+    ),
+    Option(
+        "pattern",
+        WEAVE,
+        text(
+            "PATTERN",
+            "a text such as 'twill' or '3/1'",
+            "fabweave.weave.weave_pattern.parse_pattern",
+        ),
+        "How strands go over and under: plain (on every mesh); twill (2/2, exact where one exists, "
+        "else as near as can be found); triaxial (exact on every mesh, which is first subdivided); "
+        "or, where warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, shift) or a "
+        "satin such as satin:5/2 (repeat, shift).",
+        default="plain",
+    ),
+    Option(
+        "boundary",
+        WEAVE,
+        choice(("end", "turn")),
+        "What threads do at the boundary of an open mesh: end there, or turn back as in a plaited "
+        "mat, which then has no loose ends.",
+        default="end",
+    ),
+    Option(
+        "material",
+        RIBBONS,
+        text("NAME", "the name of a material", "fabweave.stock.supply_plan.parse_materials"),
+        "What it is cut from; fabweave materials lists all. For each bunch its own: "
+        "warp=card,weft=birch-veneer, or by number (0=card,1=card,2=birch-veneer) where there are "
+        "more than two. What is equal is nested together; card:red and card:blue are not.",
+        default="card",
+    ),
+    Option(
+        "materials",
+        RIBBONS,
+        library("material", "fabweave.stock.material"),
+        "Materials of your own that --material may name, with the same entries as ours (see "
+        "examples/materials.toml); repeat it for several files. An entry called as one of ours "
+        "stands in for it.",
+        default=(),
+        otherwise="materials.toml in the configuration folder, if it is there",
+    ),
+    Option(
+        "thickness",
+        RIBBONS,
+        length_by_bunch(),
+        "Measured thickness, such as 0.5mm, or by bunch: warp=0.5mm,weft=0.8mm.",
+        otherwise="the material's",
+    ),
+    Option(
+        "width",
+        RIBBONS,
+        value_of(
+            "WIDTH", "12mm", "fabweave.ribbon.width.parse_width", "fabweave.ribbon.width.WidthRule"
+        ),
+        "Width of the ribbons: a share of the room they have, such as 0.65 (smaller leaves larger "
+        "gaps, larger leaves more room for holes); one width, such as 12mm; or bounds, such as "
+        "6mm..14mm or 0.5,6mm..14mm. auto, alone (then it is 0.65) or before any of them as in "
+        "auto,12mm, makes ribbons narrower where they would come too near to one another.",
+        default="auto",
+    ),
+    Option(
+        "smooth",
+        RIBBONS,
+        whole(0, 50),
+        "Cross-lines between two crossings: more make rounder ribbons and outlines, 0 leaves two "
+        "flat triangles there.",
+        default=3,
+    ),
+    Option(
+        "crossing",
+        RIBBONS,
+        number(below=1.0),
+        "Length of the flat panel at each crossing relative to the room it has; at least the "
+        "width.",
+        default=0.7,
+    ),
+    Option(
+        "clearance",
+        RIBBONS,
+        length(zero="0mm"),
+        "Air between two layers at a crossing.",
+        default="0.1mm",
+    ),
+)

@@ -1,0 +1,87 @@
+"""Hold what is known of one option, and the sections in which options stand."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from fabweave.app.options.kinds import Kind
+
+MESH = "Mesh"
+WEAVE = "Weave"
+RIBBONS = "Ribbons"
+SHEETS = "Pieces and sheets"
+SEARCH = "Search"
+CUTTER = "Files for the cutter"
+MANUAL = "Manual"
+#: The sections of help and of the reference, in the order in which a person decides them.
+SECTIONS = (MESH, WEAVE, RIBBONS, SHEETS, SEARCH, CUTTER, MANUAL)
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of the main job.
+
+    Parameters
+    ----------
+    name : str
+        In job.toml and in Python; the command line has hyphens for its underscores.
+    section : str
+        One of ``SECTIONS``.
+    kind : Kind
+        What it takes.
+    help : str
+        What it is, and why to change it. ``{choices}`` stands for the words that it takes.
+    default : object
+        As it would be typed; None if fabweave chooses.
+    otherwise : str
+        What that is, for people, where it is not the text of the default.
+    holder : str
+        The field of ``Settings``, where it is not called as the option, with ``_mm`` for lengths.
+    making : bool
+        Whether it is for making alone: it changes neither the weave nor the ribbons.
+    """
+
+    name: str
+    section: str
+    kind: Kind
+    help: str
+    default: Any = None
+    otherwise: str = ""
+    holder: str = ""
+    making: bool = False
+
+    @property
+    def flag(self) -> str:
+        """Its name on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def shown(self) -> str:
+        """Its name as the reference shows it: nothing for the mesh, which is no option."""
+        return "" if self.name == "mesh" else self.flag
+
+    @property
+    def field(self) -> str:
+        """The field of ``Settings`` that holds it."""
+        return self.holder or self.name + ("_mm" if self.kind.unit else "")
+
+    @property
+    def metavar(self) -> str:
+        """What stands for its value in help."""
+        return self.kind.metavar or f"[{'|'.join(self.kind.choices)}]"
+
+    @property
+    def text(self) -> str:
+        """What it is, with the words that it takes."""
+        return self.help.replace("{choices}", ", ".join(self.kind.choices))
+
+    @property
+    def usual(self) -> str:
+        """Its default, for people; empty if there is none."""
+        unsaid = self.default is None or self.default is False
+        return self.otherwise or ("" if unsaid else str(self.default))
+
+    @cached_property
+    def default_value(self) -> Any:
+        """Its default, as settings hold it."""
+        return None if self.default is None else self.kind.parse(self.default)

@@ -1,0 +1,51 @@
+"""The command that draws a test coupon."""
+
+from pathlib import Path
+
+import click
+
+from fabweave.cli.options import table_option
+from fabweave.cli.values import Length
+from fabweave.core.parallel.interrupt import held_back
+
+
+@click.command()
+@click.argument("directory", required=False, type=click.Path(path_type=Path))
+@click.option("--material", metavar="NAME", help="What it is cut from. [default: the job's]")
+@table_option("materials")
+@click.option("--thickness", type=Length(), help="Measured thickness. [default: the job's]")
+@click.option("--hole", type=Length(), help="Hole for the fastener. [default: the job's, or 3.3mm]")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    required=True,
+    help="Folder for coupon.dxf, .svg, .png and .txt; older ones there are replaced.",
+)
+def coupon(
+    directory: Path | None,
+    material: str | None,
+    materials: tuple[str, ...],
+    thickness: float | None,
+    hole: float | None,
+    output: Path,
+) -> None:
+    """Draw a test coupon to cut first: holes, kerf, a lap, lettering and a bend.
+
+    With the folder of a finished job, its material, hole, laps, ribbons and tightest bend.
+    coupon.txt says what to measure, and which option to set by it.
+    """
+    with held_back():
+        from fabweave.app.coupon_job import coupon_for, write_coupon
+        from fabweave.app.options.user_files import user_entries
+
+    own = () if material is None else user_entries("materials", materials)
+    planned = coupon_for(directory, material, thickness, hole, own)
+    write_coupon(planned, output)
+    click.echo(
+        f"coupon: {planned.material.title}, {planned.material.thickness_mm:g} mm; hole "
+        f"{planned.hole_mm:g} mm, lap {planned.lap_mm:.1f} mm, ribbon {planned.width_mm:.1f} mm, "
+        f"bend radius {planned.bend_mm:.1f} mm"
+    )
+    click.echo(f"Cut {output / 'coupon.dxf'} or .svg, and read {output / 'coupon.txt'}")

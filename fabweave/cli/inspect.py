@@ -1,0 +1,92 @@
+"""The command that tells what a mesh is, and what can be woven on it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.progress import progress_bar
+from fabweave.core.output_files import check_file, write_files
+from fabweave.core.parallel.interrupt import held_back
+
+
+@click.command(cls=SectionedCommand)
+@job_options()
+@click.option(
+    "--png",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write a picture: the mesh with its irregular vertices, and the woven object.",
+)
+@click.option(
+    "--pd",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the link that the threads form as a planar diagram code (PD), for knot theory; "
+    "closed meshes of genus 0 only.",
+)
+@click.option(
+    "--gauss",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the signed Gauss code of the threads, a line each, for knot theory; meshes of any "
+    "genus.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+def inspect(
+    png: Path | None,
+    pd: Path | None,
+    gauss: Path | None,
+    as_json: bool,
+    mesh: str | None,
+    **options: Any,
+) -> None:
+    """Tell what MESH is, whether it can be woven in twill, and what would make it so.
+
+    Options that change the mesh, its weave or its ribbons are those of fabweave make, so that each
+    can be tried here first.
+
+    \b
+    Examples:
+      fabweave inspect spot.obj --size 400mm --png spot.png
+      fabweave inspect scan.stl --size 50cm --remesh quads:800
+      fabweave inspect shape:tetrahedron --pd rings.txt
+    """
+    with held_back():
+        from rich.console import Console
+        from rich.table import Table
+        from rich.text import Text
+
+        from fabweave.app.inspection import inspect_mesh
+        from fabweave.app.inspection_files import (
+            inspection_gauss,
+            inspection_link,
+            inspection_picture,
+        )
+        from fabweave.app.inspection_text import inspection_text
+        from fabweave.picture.object_picture import png_bytes
+
+    settings = job_settings(mesh, options)
+    for path, suffix in ((png, ".png"), (pd, ""), (gauss, "")):
+        if path is not None:
+            check_file(path, suffix)
+    with progress_bar(as_json) as progress:
+        found = inspect_mesh(settings, progress)
+        files: dict[Path, bytes] = {}
+        if pd is not None:
+            files[pd] = inspection_link(found).encode()
+        if gauss is not None:
+            files[gauss] = inspection_gauss(found).encode()
+        if png is not None:
+            progress("picture", 0, 1)
+            files[png] = png_bytes(inspection_picture(found, settings.colours))
+        write_files(files)
+    if as_json:
+        click.echo(json.dumps(found.facts, indent=1))
+        return
+    table = Table(box=None, show_header=False, padding=(0, 1))
+    for topic, text in inspection_text(found.facts):
+        table.add_row(f"[bold]{topic}[/]", Text(text))
+    Console(highlight=False).print(table)

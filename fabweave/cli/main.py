@@ -1,0 +1,49 @@
+"""The command line: its commands, and what becomes of errors."""
+
+import sys
+
+import click
+
+from fabweave import __version__
+from fabweave.cli.coupon import coupon
+from fabweave.cli.inspect import inspect
+from fabweave.cli.make import make
+from fabweave.cli.materials import materials
+from fabweave.cli.model import model
+from fabweave.cli.preflight import preflight
+from fabweave.cli.shapes import shapes
+from fabweave.cli.targets import targets
+from fabweave.cli.verify import verify
+from fabweave.core.errors import CannotMakeError, FabweaveError
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="fabweave")
+def cli() -> None:
+    """Turn a polygon mesh into a woven object that a person can cut and assemble.
+
+    Try:  fabweave make "shape:torus?m=24&n=12" --size 300mm -o out
+    """
+
+
+for _command in (coupon, inspect, make, materials, model, preflight, shapes, targets, verify):
+    cli.add_command(_command)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; exit with 0, 1 (cannot be made) or 2 (wrong usage or input)."""
+    try:
+        cli.main(arguments, standalone_mode=False)
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        click.echo("stopped; nothing was written", err=True)
+        sys.exit(130)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except FabweaveError as error:
+        click.echo(f"fabweave: {error}", err=True)
+        sys.exit(1 if isinstance(error, CannotMakeError) else 2)
+    except OSError as error:  # what no module foresaw: a full disk, a folder that may not be made
+        where = f" {error.filename}" if error.filename else ""
+        click.echo(f"fabweave: cannot read or write{where}: {error.strerror}", err=True)
+        sys.exit(2)

@@ -1,0 +1,117 @@
+"""The command that makes a job."""
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.progress import progress_bar
+from fabweave.core.messages import agree
+from fabweave.core.parallel.interrupt import held_back
+
+if TYPE_CHECKING:
+    from fabweave.app.pipeline import FinishedJob
+
+
+@click.command(cls=SectionedCommand)
+@job_options(making=True)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    required=True,
+    help="Folder for the finished job. An older job there is replaced, when the new "
+    "one is complete; a folder with anything else in it is left alone.",
+)
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Nest very many pieces on the Dask cluster whose scheduler has this address, such as "
+    "tcp://192.168.1.20:8786; needs the extra cluster. The files are the same. [default: the "
+    "processors of this computer]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def make(
+    output: Path,
+    cluster: str | None,
+    as_json: bool,
+    quiet: bool,
+    mesh: str | None,
+    **options: Any,
+) -> None:
+    """Weave MESH, a file or a shape:NAME, and write everything that is needed to cut it.
+
+    MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
+    "shape:torus?m=24&n=12" (fabweave shapes lists them). What can be woven on it,
+    fabweave inspect MESH tells first.
+
+    \b
+    Examples:
+      fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill -o torus
+      fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o spot
+      fabweave make scan.stl --size 50cm --remesh quads:800 --pattern twill -o scan
+      fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
+    """
+    # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
+    with held_back():
+        from fabweave.app.pipeline import run_job
+        from fabweave.core.parallel.cluster import cluster_at
+
+    settings = job_settings(mesh, options)
+    executors = None if cluster is None else cluster_at(cluster)
+    with progress_bar(quiet or as_json) as progress:
+        made = run_job(settings, output, progress, workers=os.cpu_count() or 1, executors=executors)
+    if as_json:
+        click.echo(json.dumps(_totals(made, output), indent=1))
+    elif not quiet:
+        _tell(made, output)
+
+
+def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
+    """Return what was made, as JSON takes it."""
+    job = made.job
+    return {
+        "directory": str(output),
+        "threads": job.weave.threads.n_threads,
+        "crossings": job.weave.threads.n_crossings,
+        "pieces": len(job.piece_set.pieces),
+        "joints": len(job.piece_set.joints),
+        "sheets": [drawing.name for drawing in job.drawings],
+        "proved": True,
+        "notes": list(job.notes),
+    }
+
+
+def _tell(made: "FinishedJob", output: Path) -> None:
+    """Print what was made, what was found, and where it is."""
+    from rich.console import Console
+
+    from fabweave.cut.preflight.violations import flaw_lines
+
+    job, proof, found = made
+    console = Console(highlight=False, soft_wrap=True)
+    for note in job.notes:
+        console.print(f"  {note}", markup=False)
+    console.print(
+        f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')}, "
+        f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
+        f"{agree(len(job.drawings), '{n} sheet[|s]')}; "
+        f"proved by {len(proof.checks)} checks of the written files",
+        markup=False,
+    )
+    # Widths and bends are among the notes already.
+    told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
+    for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
+        console.print(f"preflight: {line}", markup=False)
+    if job.offcuts:
+        console.print(
+            f"{agree(len(job.offcuts), '{n} offcut[ is|s are]')} worth keeping: --stock "
+            f"{output / 'offcuts' / 'stock.toml'} takes them first in a later job",
+            markup=False,
+        )
+    console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)

@@ -1,0 +1,171 @@
+"""Read tables of TOML that people write: every entry by one list of keys, with errors that help."""
+
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from fabweave.core.errors import InputError
+from fabweave.core.messages import closest_first
+
+#: Returns a value as it is held, or None if it is not what is expected.
+Accept: TypeAlias = Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class Key:
+    """What may stand at one key of an entry.
+
+    Parameters
+    ----------
+    name, expected : str
+        The key, and what stands there, for people.
+    accept : callable
+        Returns the value as it is held, or None if it is not what is expected.
+    required : bool
+    """
+
+    name: str
+    expected: str
+    accept: Accept
+    required: bool = False
+
+
+def number_key(name: str, least: float, most: float, *, required: bool = False) -> Key:
+    """Return a key that takes a number in a range."""
+    return Key(name, f"a number from {least:g} to {most:g}", in_range(least, most), required)
+
+
+def pair_key(name: str, example: str, least: float, most: float, *, required: bool = False) -> Key:
+    """Return a key that takes a list of two numbers in a range."""
+    each = in_range(least, most)
+    expected = f"a list of two numbers from {least:g} to {most:g}, such as {example}"
+    return Key(name, expected, lambda value: list_of(value, each, count=2), required)
+
+
+def line_key(name: str, longest: int, *, required: bool = False) -> Key:
+    """Return a key that takes a line of text."""
+
+    def accept(value: Any) -> str | None:
+        fits = isinstance(value, str) and value.strip() and value.isprintable()
+        return value if fits and len(value) <= longest else None
+
+    return Key(name, f"a line of text of {longest} characters at most", accept, required)
+
+
+def in_range(least: float, most: float) -> Accept:
+    """Return what accepts numbers in a range.
+
+    Examples
+    --------
+    >>> accept = in_range(0.0, 9.0)
+    >>> accept(3), accept(-1.0), accept(float("nan")), accept("3"), accept(True)
+    (3.0, None, None, None, None)
+    """
+
+    def accept(value: Any) -> float | None:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return None
+        return float(value) if least <= value <= most else None
+
+    return accept
+
+
+def list_of(value: Any, accept: Accept, count: int | None = None) -> tuple[Any, ...] | None:
+    """Return a list as a tuple of what is accepted of it; None if anything is not."""
+    if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
+        return None
+    found = tuple(map(accept, value))
+    return None if None in found else found
+
+
+def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
+    """Return the values of an entry, as they are held.
+
+    Parameters
+    ----------
+    table : mapping
+        As it was read.
+    where : str
+        The file and the entry, for errors.
+    keys : sequence of Key
+        All that may stand in it.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown, missing, or has another value than expected; the message says where,
+        which, and what is expected.
+
+    Examples
+    --------
+    >>> read_entry({"hole": "wide"}, "mine.toml, [me]", [number_key("hole", 0, 9)])
+    Traceback (most recent call last):
+        ...
+    fabweave.core.errors.InputError: mine.toml, [me]: hole is 'wide', and must be a number from 0 \
+to 9
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: this is no table; write keys such as {keys[0].name} in it")
+    known = [key.name for key in keys]
+    for name in table:
+        if name not in known:
+            raise InputError(
+                f"{where}: there is no key {name!r}; known are "
+                f"{', '.join(closest_first(str(name), known))}"
+            )
+    found = {}
+    for key in keys:
+        if key.name not in table:
+            if key.required:
+                raise InputError(f"{where}: {key.name} is missing; write {key.expected}")
+            continue
+        found[key.name] = key.accept(table[key.name])
+        if found[key.name] is None:
+            told = f"{table[key.name]!r:.60}"
+            raise InputError(f"{where}: {key.name} is {told}, and must be {key.expected}")
+    return found
+
+
+def entry_table(value: object, keys: Iterable[Key]) -> dict[str, Any]:
+    """Return the table that :func:`read_entry` reads as a value; what is empty is left out."""
+
+    def plain(part: Any) -> Any:
+        return [plain(one) for one in part] if isinstance(part, tuple) else part
+
+    stated = {key.name: getattr(value, key.name) for key in keys}
+    return {name: plain(part) for name, part in stated.items() if part not in (None, "", ())}
+
+
+def check_document(document: Any, where: str) -> None:
+    """Raise InputError unless it is made of entries whose names can be typed, and name files.
+
+    Examples
+    --------
+    >>> check_document({"grey-felt-1.5": {}}, "mine.toml")
+    """
+    if not isinstance(document, Mapping):
+        raise InputError(f"{where}: there are no entries such as [grey-felt]")
+    for name in document:
+        letters = name.replace("-", "").replace(".", "")
+        fits = letters.isascii() and letters.isalnum() and letters == letters.lower()
+        if not (fits and name[0].isalnum() and len(name) <= 40):
+            raise InputError(
+                f"{where}: an entry is called {name[:60]!r}; use small letters, digits, hyphens "
+                "and dots, 40 at most, such as [grey-felt] or ['grey-felt-1.5']"
+            )
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """Return what a file of TOML holds.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read; the message says what was to be read, from where, and why not.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"cannot read {what} in {path}: {error}") from error
