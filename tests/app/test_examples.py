@@ -80,6 +80,7 @@ def test_no_example_is_left_out():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested - {"no_example_is_left_out"}
 
 
+@pytest.mark.slow
 def test_make_pictures(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_pictures.py", str(tmp_path / "woven.png")])
     runpy.run_path(str(EXAMPLES / "make_pictures.py"))

@@ -153,6 +153,7 @@ def test_stations_are_those_of_the_plan():
             assert re.search(row, table), (piece["id"], number)
 
 
+@pytest.mark.slow
 def test_inside_lettering_is_told():
     assert "It is the inside of the object" in section("How to read", label_side="inside")
     assert "It is the outside of the object" in section("How to read")
