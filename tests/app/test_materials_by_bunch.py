@@ -34,7 +34,7 @@ from fabweave.weave.threads import trace_threads
 
 WARP, WEFT = 0.4, 0.7
 SETTINGS = Settings(
-    "shape:torus?m=6&n=4",
+    "shape:torus?m=4&n=4",
     size_mm=260.0,
     effort="quick",
     material="warp=card,weft=birch-veneer",
@@ -407,6 +407,7 @@ def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
     assert piece_kinds([piece, piece, piece], [0, 1, 0]).tolist() == [1, 2, 1]
 
 
+@pytest.mark.slow
 def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
     settings = replace(
         SETTINGS, material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"

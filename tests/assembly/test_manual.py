@@ -163,6 +163,7 @@ def test_the_time_is_that_of_every_act():
     assert minutes == pytest.approx([0.3 + 0.2 + 0.3 + 0.5 + 0.8, 1.0 + 0.8 + 1.0 + 2.0 + 2.0])
 
 
+@pytest.mark.slow
 def test_inside_lettering_is_told():
     assert "It is the inside of the object" in section("How to read", label_side="inside")
     assert "It is the outside of the object" in section("How to read")

@@ -54,7 +54,8 @@ def test_the_largest_seed_comes_back_from_toml() -> None:
         Settings("shape:cube", seed=2**63)
 
 
-@pytest.mark.parametrize("up", ["y", "x"])  # z is in every other test
+# z is in every other test
+@pytest.mark.parametrize("up", ["y", pytest.param("x", marks=pytest.mark.slow)])
 def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path, capsys) -> None:
     # Of a box, the axis that is said to point up can be told by its length.
     corners = [[x, y, z] for x in (0, 10) for y in (0, 20) for z in (0, 40)]

@@ -161,8 +161,10 @@ def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
 def test_a_job_gives_its_figures(tmp_path):
     from fabweave.app.pipeline import run_job  # noqa: PLC0415 - only here
     from fabweave.app.settings import Settings  # noqa: PLC0415 - only here
+    from fabweave.stock.sheet_size import SheetSize  # noqa: PLC0415 - only here
 
-    settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")
+    sheets = (SheetSize(400.0, 300.0),)
+    settings = Settings("shape:octahedron", size_mm=160.0, effort="quick", sheets=sheets)
     job = run_job(settings, tmp_path / "job").job
     coupon = coupon_for(tmp_path / "job")
     rule = job.piece_set.rule

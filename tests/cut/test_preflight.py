@@ -10,8 +10,8 @@ import pytest
 from crossing_maps import piece_record, sheet_record, small_map
 from hypothesis import example, given
 from hypothesis import strategies as st
+from jobs import run
 
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named, targets
@@ -178,22 +178,11 @@ def test_targets() -> None:
 # Whole jobs.
 
 
-def run(*arguments: object) -> int:
-    try:
-        main([str(argument) for argument in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
+def job(finished):
     """Return the folder of a job whose sheet is larger than one target takes."""
-    folder = tmp_path_factory.mktemp("preflight") / "job"
-    made = run("make", "shape:octahedron", "--size", "300mm", "--effort", "quick", "--sheet",
-               "1500x600mm", "--target", "snijlab", "-q", "-o", folder)  # fmt: skip
-    assert made == 0
-    return folder
+    return finished("shape:octahedron", "--size", "300mm", "--effort", "quick", "--sheet",
+                    "1500x600mm", "--target", "snijlab")  # fmt: skip
 
 
 def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> None:

@@ -93,7 +93,7 @@ def test_few_pieces_are_one_batch(piece_sets):
 
 
 @pytest.mark.usefixtures("hasty")
-@pytest.mark.parametrize("effort", ["quick", "normal"])
+@pytest.mark.parametrize("effort", ["quick", pytest.param("normal", marks=pytest.mark.slow)])
 def test_layout_is_the_same_here_and_in_processes_and_hardly_worse_than_one_batch(
     effort, piece_sets, monkeypatch
 ):
@@ -110,6 +110,7 @@ def test_layout_is_the_same_here_and_in_processes_and_hardly_worse_than_one_batc
     assert len(here.sheets) <= math.ceil(1.15 * len(together.sheets))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small")
 def test_scarce_sheets_are_never_used_twice(piece_sets):
     pieces = strips(piece_sets, 80)

@@ -59,7 +59,7 @@ def strips(piece_sets, count, seed):
     return [0.25 * piece for piece in piece_sets["measured_set"](count, seed=seed)]
 
 
-@pytest.mark.parametrize("effort", ["quick", "normal"])
+@pytest.mark.parametrize("effort", ["quick", pytest.param("normal", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", sorted(SHEETS))
 def test_pieces_keep_the_margin_inside_and_the_gap_from_defects(piece_sets, kind, effort):
     pieces, sheet = strips(piece_sets, 30, 1), SHEETS[kind]
@@ -69,7 +69,7 @@ def test_pieces_keep_the_margin_inside_and_the_gap_from_defects(piece_sets, kind
 
 
 @pytest.mark.parametrize("text", ["90", "180", "grain:8deg"])
-@pytest.mark.parametrize("effort", ["quick", "normal"])
+@pytest.mark.parametrize("effort", ["quick", pytest.param("normal", marks=pytest.mark.slow)])
 def test_every_effort_keeps_the_angles(piece_sets, text, effort):
     pieces, rotations = strips(piece_sets, 24, 2), parse_rotations(text)
     # Turned as a caller may have them: angles are those of the pieces as given.

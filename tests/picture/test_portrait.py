@@ -64,6 +64,7 @@ def test_the_second_view_is_from_behind_and_higher():
     assert opposite_view(View(170.0, 30.0)) == View(-35.0, 52.0)
 
 
+@pytest.mark.slow
 def test_the_file_is_a_png_of_both_views_and_always_the_same():
     ribbons, colours = woven("tetrahedron")
     data = portrait_png(ribbons, colours)

@@ -6,18 +6,15 @@ import shutil
 import numpy as np
 import pytest
 
-from fabweave.cli.main import main
 from fabweave.flat.split.length_curve import Choice
 from fabweave.report.splitting import SplittingRecord, splitting_section
 from fabweave.verify import verify_job
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("splitting") / "job"
-    options = ("--size", "200mm", "--effort", "quick", "-q", "-o", str(folder))
-    main(["make", "shape:cube", "--refine", "catmull-clark:1", *options])
-    return folder
+def job(finished):
+    options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick")
+    return finished("shape:cube", "--refine", "catmull-clark:1", *options)
 
 
 def test_the_lengths_that_were_compared_rise_and_one_of_them_was_taken(job) -> None:

@@ -50,6 +50,7 @@ def test_clear_at_400_mm(name: str) -> None:
     assert not clearance(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LARGER)
 def test_clear_at_the_size_proposed(name: str) -> None:
     mesh = str(shared_mesh(name))
@@ -88,7 +89,7 @@ def test_the_sizes_proposed_hold_when_they_are_made(shape, material, size_mm) ->
     assert {found.rule for found in after.findings} == set(before.still)
 
 
-@pytest.mark.parametrize("name", CLASHING)
+@pytest.mark.parametrize("name", [CLASHING[0], pytest.param(CLASHING[1], marks=pytest.mark.slow)])
 def test_a_mesh_that_runs_through_itself_is_told_as_such(name: str) -> None:
     mesh = str(shared_mesh(name))
     faces = self_intersections(read_mesh(mesh).mesh)

@@ -6,19 +6,16 @@ import shutil
 
 import ezdxf
 import pytest
+from jobs import OCTAHEDRON
 
-from fabweave.cli.main import main
 from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("code") / "job"
-    options = ("--size", "90mm", "--effort", "quick", "--sheet", "230x225mm", "--slots")
-    main(["make", "shape:octahedron", *options, "-q", "-o", str(folder)])
-    return folder
+def made(finished):
+    return finished(*OCTAHEDRON)
 
 
 @pytest.fixture
@@ -63,7 +60,7 @@ def change_code(old, new):
             "what the code says is 'fabweave make shape:octahedron --size 90mm",
         ),
         (change_code("octahedron", "cube"), "should be ['shape:octahedron'], as in job.toml"),
-        (change_code("--slots", "--strict"), "it says strict, and job.toml False"),
+        (change_code(" -o", " --strict -o"), "it says strict , and job.toml False"),
         (change_code("fabweave make", "rm"), "its command is ['rm', "),
         (change_code("-o", "# sha256"), "its digest is 'again"),
         (lambda plan: plan["cut"].pop("code"), "what it says is not stated"),

@@ -1,13 +1,13 @@
 """Spoil what job.toml and the layout's notes tell: the check objects, and no other."""
 
 import copy
+import json
 import shutil
 from dataclasses import replace
 
 import pytest
+from jobs import OCTAHEDRON
 
-from fabweave.app.pipeline import run_job
-from fabweave.app.settings import Settings
 from fabweave.verify import verify_job
 from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.read.job_files import load_job
@@ -15,13 +15,12 @@ from fabweave.verify.statement import Tally
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("made") / "job"
-    settings = Settings("shape:octahedron", size_mm=300.0, effort="quick")
-    proof = run_job(settings, folder).proof
-    (check,) = [check for check in proof.checks if check.name == "outcome"]
-    assert check.ok
-    assert check.count >= 9
+def folder(finished):
+    folder = finished(*OCTAHEDRON)
+    proof = json.loads((folder / "verify.json").read_text(encoding="utf-8"))
+    (check,) = [check for check in proof["checks"] if check["name"] == "outcome"]
+    assert check["ok"] is True
+    assert check["count"] >= 9
     return folder
 
 

@@ -9,19 +9,16 @@ import shutil
 import ezdxf
 import pytest
 
-from fabweave.cli.main import main
 from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(finished):
     """Return a job whose pieces are of several kinds, with holes and slots, for a service."""
-    folder = tmp_path_factory.mktemp("service") / "job"
-    options = ("--size", "200mm", "--effort", "quick", "--slots", "--profile", "service")
-    main(["make", "shape:tube?m=6&n=6", *options, "-q", "-o", str(folder)])
-    return folder
+    options = ("--size", "150mm", "--sheet", "500x350mm", "--effort", "quick", "--slots")
+    return finished("shape:tube?m=4&n=4", *options, "--profile", "service")
 
 
 @pytest.fixture

@@ -94,12 +94,16 @@ def test_the_same_bytes_come_from_job_toml_alone(jobs, tmp_path):
     assert [n for n in names if (first / n).read_bytes() != (again / n).read_bytes()] == []
 
 
-def spoilt(jobs, tmp_path, change):
+@pytest.fixture(scope="module")
+def first(jobs):
+    """Return the first job as it was read."""
+    return load_job(jobs[0], Tally("files"))
+
+
+def spoilt(job, folder, tmp_path, change):
     """Return what the checks find when a change is made to a job as it was read."""
-    folder = jobs[0]
     plan = json.loads((folder / "crossing_map.json").read_text())
     waste = json.loads((folder / "waste.json").read_text())
-    job = load_job(folder, Tally("files"))
     settings = deepcopy(job.settings)
     stock = deepcopy(job.offcuts.stock)
     change(SimpleNamespace(plan=plan, waste=waste, settings=settings, stock=stock["offcut"]))
@@ -225,9 +229,9 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("number", range(len(CHANGES)))
-def test_whatever_is_spoilt_is_found(jobs, tmp_path, number):
+def test_whatever_is_spoilt_is_found(jobs, first, tmp_path, number):
     change, words = CHANGES[number]
-    found = spoilt(jobs, tmp_path, change)
+    found = spoilt(first, jobs[0], tmp_path, change)
     if words is None:
         assert found == ""
     else:
