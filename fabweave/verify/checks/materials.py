@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from fabweave.verify.checks.own_materials import check_own_materials
 from fabweave.verify.checks.pieces import areas_of
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.supplies import Supply, by_bunch
@@ -45,6 +46,7 @@ def check_materials(job: Job, tally: Tally) -> None:
     if job.waste is not None:
         _check_waste(job, plan, job.waste, tally)
     _check_limits(job, tally)
+    check_own_materials(job, tally)
 
 
 def _agree(own: Supply, material: object, thickness: object) -> bool:

@@ -30,8 +30,34 @@ def check_preflight(job: Job, tally: Tally) -> None:
         told.get("target") == stated,
         f"preflight.json is for target {told.get('target')!r}, and job.toml for {stated!r}",
     )
+    own = job.options.get("targets", {}).get(stated)
     for number, flaw in enumerate(told["flaws"]):
-        _check_flaw(plan, flaw, f"preflight.json, flaw {number}", tally)
+        where = f"preflight.json, flaw {number}"
+        _check_flaw(plan, flaw, where, tally)
+        if own is not None:
+            _check_limit(job, own, flaw, where, tally)
+
+
+def _check_limit(
+    job: Job, target: dict[str, Any], flaw: dict[str, Any], where: str, tally: Tally
+) -> None:
+    """Check a limit against the entry that job.toml has of a target of the user's own."""
+    rule, limit = flaw.get("rule"), _float(flaw.get("limit_mm"))
+    piece = job.map.piece.get(flaw.get("piece", "")) if job.map is not None else None
+    thick = job.supplies[piece.thread].thickness_mm if piece is not None else None
+
+    def least(what: str) -> float:
+        return max(target[f"{what}_t"] * _float(thick), target[f"{what}_mm"])
+
+    if rule in ("piece", "sheet"):
+        fits = any(abs(limit - side) < PLACE_MM for side in target[f"{rule}_mm"])
+    elif rule == "hole-edge":  # the material may ask for more
+        fits = limit > least("edge") - PLACE_MM
+    elif rule in ("hole", "web"):
+        fits = abs(limit - least(str(rule))) < PLACE_MM
+    else:
+        fits = rule != "gap" or abs(limit - target["gap_mm"]) < PLACE_MM
+    tally.expect(fits, f"{where}: {limit} mm is not what job.toml's entry of the target asks for")
 
 
 def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], where: str, tally: Tally) -> None:
