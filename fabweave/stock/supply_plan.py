@@ -9,7 +9,7 @@ from typing import TypeVar
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.stock.material import Material, material_library, material_named, with_thickness
-from fabweave.stock.per_bunch import ByBunch, bunch_number, split_by_bunch
+from fabweave.stock.per_bunch import ByBunch, bunch_number, format_by_bunch, split_by_bunch
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import format_stock, stock_for
 from fabweave.stock.supplies import Supplies, Supply
@@ -170,6 +170,17 @@ def parse_materials(text: str) -> ByBunch[str]:
     (('warp', 'card'), ('weft', 'birch-veneer'))
     """
     return split_by_bunch(text, what="material")
+
+
+def tidy_materials(text: str) -> str:
+    """Return the usual form of a text that names materials.
+
+    Examples
+    --------
+    >>> tidy_materials("warp=Card: red, weft=birch-veneer")
+    'warp=card:red,weft=birch-veneer'
+    """
+    return format_by_bunch(parse_materials(text), lambda name: "".join(_split_sort(name)))
 
 
 def materials_in_use(

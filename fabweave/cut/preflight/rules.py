@@ -1,5 +1,6 @@
 """Check a job's pieces against the rules of those who cut them."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -21,8 +22,8 @@ Shapes: TypeAlias = npt.NDArray[Any]
 _SLACK_MM = 1e-4
 # What is asked of ribbons in space that is asked of pieces, too.
 _RIBBON_RULES: dict[str, Rule] = {"width": "width", "bend": "bend"}
-# Halvings by which the width of a neck is found: a thousandth of the limit.
-_HALVINGS = 10
+# Halvings by which the width of a neck is found: a thousandth of the limit, or this if it is less.
+_HALVINGS, _WIDTH_MM = 10, 0.01
 
 
 class _Cuts(NamedTuple):
@@ -179,7 +180,8 @@ def _necks(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray, FloatA
     """
     piece = np.flatnonzero(_in_one(cuts.polygons, least / 2) == 0)
     low, high = np.zeros(len(piece)), least[piece] / 2
-    for _ in range(_HALVINGS):
+    widest = float(least.max(initial=_WIDTH_MM))
+    for _ in range(max(_HALVINGS, math.ceil(math.log2(widest / _WIDTH_MM)))):
         middle = (low + high) / 2
         whole = _in_one(cuts.polygons[piece], middle) == 1
         low, high = np.where(whole, middle, low), np.where(whole, high, middle)
@@ -198,8 +200,11 @@ def _in_one(polygons: Shapes, by_mm: FloatArray | float) -> npt.NDArray[np.bool_
 
 def _eaten(polygons: Shapes, by_mm: FloatArray | float) -> Shapes:
     """Return polygons without what lies near their edges; grown, if the distance is negative."""
-    # Rounded: with mitred corners GEOS now and then loses one of the parts.
-    return np.asarray(shapely.buffer(polygons, -np.asarray(by_mm), quad_segs=4))
+    # Rounded: with mitred corners GEOS now and then loses one of the parts. Sides of the arcs are
+    # off them by no more than the widths are.
+    most = float(np.abs(by_mm).max(initial=0.0))
+    sides = max(4, math.ceil(np.pi / 4 * math.sqrt(most / 2 / _WIDTH_MM)))
+    return np.asarray(shapely.buffer(polygons, -np.asarray(by_mm), quad_segs=sides))
 
 
 def _neck_place(gone: Any, eaten: Any) -> tuple[float, float]:

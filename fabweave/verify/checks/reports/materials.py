@@ -4,6 +4,7 @@ import re
 from math import nan
 from typing import Any, TypeAlias
 
+from fabweave.verify.checks.reports.own_materials import check_own_materials
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.areas import sum_areas
 from fabweave.verify.measure.supplies import Supply, by_bunch
@@ -43,6 +44,7 @@ def check_materials(job: Job, tally: Tally) -> None:
     if job.waste is not None:
         _check_waste(job, plan, job.waste, tally.at("waste.json"))
     _check_limits(job, tally)
+    check_own_materials(job, tally)
 
 
 def _agree(own: Supply, material: object, thickness: object) -> bool:

@@ -25,8 +25,31 @@ def check_preflight(job: Job, tally: Tally) -> None:
     place = tally.at("preflight.json")
     target = job.options.get("target", "default")
     place.against("job.toml").equal("target", preflight.get("target"), target)
+    entry = job.options.get("targets", {}).get(target)
     for number, flaw in enumerate(preflight["flaws"]):
         _check_flaw(plan, flaw, place.at(f"flaw {number}"))
+        if entry is not None:
+            _check_limit(job, entry, flaw, place.at(f"flaw {number}"))
+
+
+def _check_limit(job: Job, target: dict[str, Any], flaw: dict[str, Any], place: Place) -> None:
+    """Check a limit against the entry that job.toml has of a target of the user's own."""
+    rule, limit = flaw.get("rule"), stated_number(flaw, "limit_mm")
+    piece = required(job.map).piece.get(flaw.get("piece", ""))
+    thick = job.supplies[piece.thread].thickness_mm if piece is not None else None
+
+    def least(what: str) -> float:
+        return max(target[f"{what}_t"] * as_number(thick), target[f"{what}_mm"])
+
+    if rule in ("piece", "sheet"):
+        fits = any(abs(limit - side) < PLACE_MM for side in target[f"{rule}_mm"])
+    elif rule == "hole-edge":  # the material may ask for more
+        fits = limit > least("edge") - PLACE_MM
+    elif rule in ("hole", "web"):
+        fits = abs(limit - least(str(rule))) < PLACE_MM
+    else:
+        fits = rule != "gap" or abs(limit - target["gap_mm"]) < PLACE_MM
+    place.expect(fits, f"{limit} mm is not what job.toml's entry of the target asks for")
 
 
 def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], place: Place) -> None:
