@@ -3,8 +3,13 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+# One process a processor; a file's tests stay together, as they share what they set up.
+PYTEST := $(BIN)/pytest -n logical --maxprocesses 8 --dist loadfile
 
-.PHONY: demo test lint unit bench clean
+.PHONY: help demo test test-all lint quick all digests rooms bench clean
+
+help:  ## what there is to make
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to look
 	$(BIN)/fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill \
@@ -21,15 +26,26 @@ demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to loo
 	@echo
 	@echo "Next: $(BIN)/fabweave inspect YOUR_MESH tells what can be woven on a mesh of your own"
 
-test: lint unit  ## install, lint, type-check and test
+test: lint quick  ## install, lint, type-check, and run the tests that are quick: some minutes
 
-lint: $(INSTALLED)
+test-all: lint all  ## the same with all tests: what a change has to pass in the end
+
+lint: $(INSTALLED)  ## check style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-unit: $(INSTALLED)
-	$(BIN)/pytest -n 2 --dist loadfile --durations=25 --durations-min=5
+quick: $(INSTALLED)
+	$(PYTEST) -m "not slow" --hypothesis-profile=glance
+
+all: $(INSTALLED)
+	$(PYTEST) --durations=25 --durations-min=5
+
+digests: $(INSTALLED)  ## make small jobs of every kind and print a digest of each file, to compare
+	$(BIN)/python tests/tools/job_digests.py
+
+rooms: $(INSTALLED)  ## print which room imports from which
+	$(BIN)/python tests/tools/import_table.py
 
 bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
 	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
@@ -40,5 +56,5 @@ $(INSTALLED): pyproject.toml
 	$(BIN)/python -m pip install --quiet -e ".[dev]"
 	touch $@
 
-clean:
+clean:  ## remove what was installed and built
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -19,6 +19,8 @@ judged = "CI" in os.environ
 settings.register_profile(
     "fabweave", deadline=None, derandomize=judged, max_examples=50 if judged else 100
 )
+# For `make test`: a glance at each property.
+settings.register_profile("glance", deadline=None, derandomize=judged, max_examples=15)
 settings.load_profile("fabweave")
 
 

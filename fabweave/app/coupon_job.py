@@ -1,10 +1,9 @@
 """Make a test coupon, alone or for a finished job."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import NamedTuple
 
 from fabweave.app.preflight_job import supplies_of
 from fabweave.app.settings import read_job_options
@@ -14,6 +13,8 @@ from fabweave.cut.coupon import Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes
 from fabweave.cut.write.svg import svg_text
+from fabweave.flat.crossing_map import read_crossing_map
+from fabweave.report.ribbon_report import read_ribbon_report
 from fabweave.stock.material import Material, with_thickness
 from fabweave.stock.supplies import Supplies
 from fabweave.stock.supply_plan import sort_of_material
@@ -42,60 +43,72 @@ def coupon_for(
     InputError
         If there is neither a material nor a job, or a job's file cannot be read.
     """
-    told = _read_job(directory) if directory is not None else {}
-    own: Supplies | None = told.get("supplies")
+    figures = _JobFigures() if directory is None else _read_job(directory)
+    supplies = figures.supplies
     if material is not None:
         sheet = sort_of_material(material, user_materials)
-    elif own is None:
-        raise InputError("no material: say --material NAME, or name a finished job's folder")
-    elif own.several:
+    elif supplies is None:
+        raise InputError(
+            "there is no material: use --material NAME, or give the folder of a finished job"
+        )
+    elif supplies.several:
         # A coupon is cut from one sheet.
         raise InputError(
-            f"the job has {len(own.each)} materials, and a coupon is of one: say which, with "
+            f"the job has {len(supplies.each)} materials, but a coupon tests one: choose it with "
             + " or ".join(
-                f"--material {m.name} --thickness {m.thickness_mm:g}mm" for m in own.materials
+                f"--material {m.name} --thickness {m.thickness_mm:g}mm" for m in supplies.materials
             )
         )
     else:
-        sheet = own.only
+        sheet = supplies.only
     sheet = sheet if thickness_mm is None else with_thickness(sheet, thickness_mm)
     return plan_coupon(
         sheet,
-        hole_mm=hole_mm if hole_mm is not None else told.get("hole_mm"),
-        lap_mm=told.get("lap_mm"),
-        width_mm=told.get("width_mm"),
-        bend_mm=told.get("bend_mm"),
+        hole_mm=hole_mm if hole_mm is not None else figures.hole_mm,
+        lap_mm=figures.lap_mm,
+        width_mm=figures.width_mm,
+        bend_mm=figures.bend_mm,
     )
 
 
-def _read_job(directory: Path) -> dict[str, Any]:
-    """Return what a finished job says; None where it has nothing of the kind."""
+class _JobFigures(NamedTuple):
+    """What a finished job says, in millimetres; None where it has nothing of the kind."""
+
+    supplies: Supplies | None = None
+    hole_mm: float | None = None
+    lap_mm: float | None = None
+    width_mm: float | None = None
+    bend_mm: float | None = None
+
+
+def _read_job(directory: Path) -> _JobFigures:
+    """Return what a finished job says."""
     options = read_job_options(directory / "job.toml")
     try:
-        plan = json.loads((directory / "crossing_map.json").read_text(encoding="utf-8"))
-        ribbons = json.loads((directory / "ribbons.json").read_text(encoding="utf-8"))
+        crossing_map = read_crossing_map(directory / "crossing_map.json")
+        threads = read_ribbon_report(directory / "ribbons.json").threads
         holes = [
-            station["hole_mm"]
-            for piece in plan["pieces"]
-            for station in piece["stations"]
-            if station["hole_mm"] is not None
+            station.hole_mm
+            for piece in crossing_map.pieces
+            for station in piece.stations
+            if station.hole_mm is not None
         ]
-        laps = [joint["lap_mm"] for joint in plan["joints"] if joint["lap_mm"] > 0.0]
-        widths = [thread["narrowest_mm"] for thread in ribbons["threads"]]
-        bends = [one["bend_mm"] for one in ribbons["threads"] if one["bend_mm"] is not None]
-        return {
-            "supplies": supplies_of(options),
-            "hole_mm": max(holes, default=None),
-            "lap_mm": median(laps) if laps else None,
-            "width_mm": median(widths) if widths else None,
-            "bend_mm": min(bends, default=None),
-        }
-    except (OSError, LookupError, TypeError, ValueError) as error:
+        laps = [joint.lap_mm for joint in crossing_map.joints if joint.lap_mm > 0.0]
+        widths = [thread.narrowest_mm for thread in threads if thread.narrowest_mm is not None]
+        bends = [thread.bend_mm for thread in threads if thread.bend_mm is not None]
+        return _JobFigures(
+            supplies_of(options),
+            max(holes, default=None),
+            median(laps) if laps else None,
+            median(widths) if widths else None,
+            min(bends, default=None),
+        )
+    except (LookupError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{directory} is no finished job that a coupon can be made for "
-            f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
+            f"{directory} is not a finished job that a coupon can be made for "
+            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
 

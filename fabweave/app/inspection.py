@@ -1,4 +1,4 @@
-"""Tell what a mesh is and what can be woven on it, before anything is decided."""
+"""Inspect a mesh: what it is, and what can be woven on it, before anything is decided."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -20,6 +20,7 @@ from fabweave.app.woven_object import (
 )
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.records import to_json
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -70,7 +71,7 @@ class Inspection:
 
 
 def inspect_mesh(
-    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+    settings: Settings, progress: Progress = no_progress, given_mesh: PolyMesh | None = None
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
@@ -80,7 +81,7 @@ def inspect_mesh(
         The mesh, its size, and how it would be woven.
     progress : callable
         Told what is being done.
-    given : PolyMesh, optional
+    given_mesh : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
 
     Returns
@@ -93,7 +94,7 @@ def inspect_mesh(
         If the mesh cannot be woven at all.
     """
     settings, supplies = complete_settings(settings)
-    woven = weave_object(settings, supplies, progress, given)
+    woven = weave_object(settings, supplies, progress, given_mesh)
     woven, pieces = _planned(woven, settings, supplies, progress)
     progress("checks", 0, 1)
     check = try_refinement(check_joined(woven, settings, supplies), woven, settings, supplies)
@@ -109,7 +110,7 @@ def inspect_mesh(
         "ribbons": _spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
         "checks": {
-            **ribbon_report(check, woven.ribbons, woven.labels),
+            **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [*width_notes(woven, settings, supplies), *ribbon_notes(check)],
         },
         "notes": [*woven.source.notes, *woven.result.notes],
@@ -207,7 +208,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
     """Return the options that would give the mesh an exact twill, and how large it is then."""
     if build_halfedges(mesh).n_edges > _MOST_REFINED:
         return []
-    found = []
+    options = []
     for number, text in enumerate(("", *_REFINEMENTS)):
         progress("refinements", number, len(_REFINEMENTS) + 1)
         if text:
@@ -223,10 +224,10 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
             continue  # a scheme that cannot hold this mesh is no advice
         threads = trace_threads(halfedges, turn=settings.boundary == "turn")
         if decide_twill(twill_conditions(halfedges, threads)).twillable:
-            found.append(
+            options.append(
                 {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
             )
-    return found
+    return options
 
 
 def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
@@ -276,7 +277,7 @@ def _planned(
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),
-        "choices": [choice.record() for choice in plan.choices],
+        "choices": [to_json(choice.record()) for choice in plan.choices],
     }
 
 

@@ -13,9 +13,9 @@ from fabweave.weave.knot.link import pd_text, planar_diagram
 from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
 
 
-def inspection_picture(found: Inspection, colours: Strategy) -> Image.Image:
+def inspection_picture(inspection: Inspection, colours: Strategy) -> Image.Image:
     """Return the mesh with its irregular vertices marked, beside the woven object."""
-    woven = found.woven
+    woven = inspection.woven
     mesh, threads = woven.mesh, woven.weave.threads
     marks, broken = irregular_marks(mesh), woven.weave.broken.total
     tiles = [
@@ -36,7 +36,7 @@ def inspection_picture(found: Inspection, colours: Strategy) -> Image.Image:
     return contact_sheet(tiles, captions, columns=2)
 
 
-def inspection_link(found: Inspection) -> str:
+def inspection_link(inspection: Inspection) -> str:
     """Return the link of the weave as a planar diagram code.
 
     Raises
@@ -44,17 +44,17 @@ def inspection_link(found: Inspection) -> str:
     CannotMakeError
         If the mesh is open or has handles.
     """
-    return pd_text(planar_diagram(found.woven.halfedges, _twisted(found))) + "\n"
+    return pd_text(planar_diagram(inspection.woven.halfedges, _twisted(inspection))) + "\n"
 
 
-def inspection_gauss(found: Inspection) -> str:
+def inspection_gauss(inspection: Inspection) -> str:
     """Return the signed Gauss code of the weave, a line a thread, for a mesh of any genus."""
-    return gauss_text(_twisted(found))
+    return gauss_text(_twisted(inspection))
 
 
-def _twisted(found: Inspection) -> TwistedThreads:
+def _twisted(inspection: Inspection) -> TwistedThreads:
     """Return the threads as a link program sees them: every crossing a half-twist of its edge."""
-    halfedges, weave = found.woven.halfedges, found.woven.weave
+    halfedges, weave = inspection.woven.halfedges, inspection.woven.weave
     threads = weave.threads
     half_twists = np.zeros(halfedges.n_edges, dtype=np.int64)
     edge = halfedges.edge[threads.crossing_halfedge]

@@ -75,12 +75,12 @@ def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple
     if "voting_breaks" in twill:
         rows.append(("", _broken(twill)))
     after = [
-        f"--{one['option']} ({agree(one['crossings'], '{n} crossing[|s]')})"
-        for one in twill["exact_after"]
+        f"--{remedy['option']} ({agree(remedy['crossings'], '{n} crossing[|s]')})"
+        for remedy in twill["exact_after"]
     ]
     rows.append(("", f"exact {_either('with --pattern triaxial', after)}"))
     # A mesh that pairs up is among those above if that helps.
-    paired = any(one["option"].startswith("remesh") for one in twill["exact_after"])
+    paired = any(remedy["option"].startswith("remesh") for remedy in twill["exact_after"])
     if 2 * int(mesh["face_sizes"].get("3", 0)) > mesh["faces"] and not paired:
         rows.append(("", "triangles become quads, fit for a biaxial twill, with --remesh quads"))
     return rows
@@ -90,10 +90,10 @@ def _broken(twill: Mapping[str, Any]) -> str:
     """Say how good a twill can be where none is exact."""
     voted, least = twill["voting_breaks"], twill["at_least_broken"]
     text = f"of {agree(twill['conditions'], '{n} condition[|s]')} the paper's voting breaks {voted}"
-    found = twill.get("broken")
-    if found is not None:
-        best = "the least there is" if found == least else f"and every weave {least} or more"
-        return f"{text}; this weave breaks {found}, {best}"
+    broken = twill.get("broken")
+    if broken is not None:
+        best = "the least there is" if broken == least else f"and every weave {least} or more"
+        return f"{text}; this weave breaks {broken}, {best}"
     if voted == least:
         return f"{text}, which is proved to be the least (--pattern twill)"
     return f"{text}, and every weave {least} or more; --pattern twill searches between the two"
@@ -126,9 +126,9 @@ def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say what other greatest lengths would come to; lengths that change nothing are left out."""
     rows: list[tuple[str, str]] = []
     for choice in pieces.get("choices", []):
-        told = f"{choice['joints']} joints, {choice['sheet_mm2'] / 1e6:.2f} m² of sheet"
-        if not rows or not rows[-1][1].endswith(f" {told}"):
-            rows.append(("", f"--max-length {choice['max_length_mm']:.0f}mm: about {told}"))
+        figures = f"{choice['joints']} joints, {choice['sheet_mm2'] / 1e6:.2f} m² of sheet"
+        if not rows or not rows[-1][1].endswith(f" {figures}"):
+            rows.append(("", f"--max-length {choice['max_length_mm']:.0f}mm: about {figures}"))
     return rows
 
 

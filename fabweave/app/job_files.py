@@ -1,19 +1,20 @@
 """Write the files of a job into a folder."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from fabweave.app.job import Job
-from fabweave.app.job_records import job_facts, job_plan, job_viewer
+from fabweave.app.job_records import job_facts, job_map, job_viewer
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.settings import Settings, job_toml
-from fabweave.assembly.crossing_map import crossing_table
+from fabweave.assembly.csv_tables import crossing_table, station_table
 from fabweave.assembly.manual.writing import write_manual
-from fabweave.assembly.stations import station_table
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.workers import Start, at_once
+from fabweave.core.records import to_json
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import CUT_FOLDER
 from fabweave.cut.notes.stock_notes import draw_offcut
@@ -25,17 +26,20 @@ from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.preview import write_png
 from fabweave.cut.write.svg import write_svg
 from fabweave.cut.write.template import write_template
+from fabweave.flat.bill_of_materials import BillOfMaterials
+from fabweave.flat.crossing_map import CrossingMap
 from fabweave.mesh.io.files import write_mesh
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
+    KeptOffcut,
     offcut_records,
     stock_entries,
     stock_text,
 )
-from fabweave.report.ribbon_report import ribbon_report
+from fabweave.report.ribbon_report import RibbonReport, ribbon_report
 from fabweave.report.splitting import splitting_record
 from fabweave.report.waste import piece_table, waste_report
 from fabweave.report.waste_page import waste_page
@@ -55,7 +59,7 @@ def write_job(
     Raises
     ------
     CannotMakeError
-        If they break any, and that was ruled out.
+        If they break any, and the settings are strict.
     """
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
@@ -66,12 +70,12 @@ def write_job(
     written += [
         start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
-    plan, bill = job_plan(job), bill_of_materials(job.piece_set)
+    crossing_map, bill = job_map(job), bill_of_materials(job.piece_set)
     written.append(
         start(
             write_manual,
             directory / "assembly.pdf",
-            plan,
+            crossing_map,
             job_facts(job, bill),
             job.drawings,
             (job.woven.ribbons, job.weave, job.piece_set.pieces),
@@ -79,13 +83,13 @@ def write_job(
         )
     )
     if job.settings.profile == "service":
-        _write_service(job, plan, directory / "service")
-    found = _write_tables(job, plan, bill, directory)
+        _write_service(job, crossing_map, directory / "service")
+    check = _write_tables(job, crossing_map, bill, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
     (directory / "render.png").write_bytes(job.portrait())
-    return found
+    return check
 
 
 def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
@@ -109,14 +113,18 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
     )
 
 
-def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
+def _write_service(job: Job, crossing_map: CrossingMap, directory: Path) -> None:
     """Write a file for each distinct piece, and the table of quantities."""
-    each = [PieceMaterial(one.name, one.thickness_mm) for one in job.supplies.materials]
-    stuff = [each[index] for index in job.allotment.of_pieces(job.piece_set.pieces)]
-    kinds = [piece["kind"] for piece in plan["pieces"]]
+    supply_materials = [
+        PieceMaterial(material.name, material.thickness_mm) for material in job.supplies.materials
+    ]
+    piece_materials = [
+        supply_materials[index] for index in job.allotment.of_pieces(job.piece_set.pieces)
+    ]
+    kinds = [piece.kind for piece in crossing_map.pieces]
     write_kind_files(
         directory,
-        kind_files(job.piece_set.pieces, kinds, stuff),
+        kind_files(job.piece_set.pieces, kinds, piece_materials),
         version=job.settings.dxf,
         colours=job.settings.preset,
         units=job.settings.svg_units,
@@ -125,24 +133,30 @@ def _write_service(job: Job, plan: dict[str, Any], directory: Path) -> None:
 
 
 def _write_tables(
-    job: Job, plan: dict[str, Any], bill: dict[str, Any], directory: Path
+    job: Job, crossing_map: CrossingMap, bill: BillOfMaterials, directory: Path
 ) -> Preflight:
     """Write every file but the sheets, the manual and the picture; see ``write_job``."""
     woven = job.woven
     names = [drawing.name for drawing in job.drawings]
-    report = waste_report(job.piece_set.pieces, job.layout, job.drawings, job.allotment, job.notes)
-    report["offcuts"] = offcut_records(job.offcuts, job.layout, job.allotment)
-    entries = _write_offcuts(job, report["offcuts"], directory / OFFCUT_FOLDER)
-    report |= bill
-    report["kerf_mm"] = job.settings.kerf_mm
-    report["splitting"] = splitting_record(job.split_plan, job.piece_set.pieces, woven.labels)
+    report = waste_report(
+        job.piece_set.pieces,
+        job.layout,
+        job.drawings,
+        job.allotment,
+        notes=job.notes,
+        offcuts=offcut_records(job.offcuts, job.layout, job.allotment),
+        bill=bill,
+        kerf_mm=job.settings.kerf_mm,
+        splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
+    )
+    entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     outcome = {
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),
         "joints": len(job.piece_set.joints),
         "sheets": len(names),
-        "utilisation": report["totals"]["utilisation"],
+        "utilisation": report.totals.sums.utilisation,
         "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
         "notes": list(job.notes),
     }
@@ -154,19 +168,19 @@ def _write_tables(
     (directory / "model.glb").write_bytes(
         woven_glb(woven.ribbons, woven.labels, job.colours, findings)
     )
-    _write(directory / "crossing_map.json", json_text(plan))
-    _write(directory / "crossing_map.csv", crossing_table(plan))
-    _write(directory / "stations.csv", station_table(plan))
-    _write(directory / "assembly.html", job_viewer(job, plan))
+    _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
+    _write(directory / "crossing_map.csv", crossing_table(crossing_map))
+    _write(directory / "stations.csv", station_table(crossing_map))
+    _write(directory / "assembly.html", job_viewer(job, crossing_map))
     _write(
         directory / "pieces.csv",
         piece_table(job.piece_set.pieces, job.layout, woven.labels, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
-    _write(directory / "ribbons.json", json_text(ribbons))
-    found = _preflight(job, plan, ribbons)
-    _write(directory / "preflight.json", json_text(found.record))
-    _write(directory / "waste.json", json_text(report))
+    _write(directory / "ribbons.json", json_text(to_json(ribbons)))
+    check = _preflight(job, crossing_map, ribbons)
+    _write(directory / "preflight.json", json_text(check.record))
+    _write(directory / "waste.json", json_text(to_json(report)))
     page = waste_page(
         report,
         title=woven.title,
@@ -175,22 +189,24 @@ def _write_tables(
         entries=entries,
     )
     _write(directory / "waste.html", page)
-    return found
+    return check
 
 
-def _preflight(job: Job, plan: dict[str, Any], ribbons: dict[str, Any]) -> Preflight:
+def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:
     """Check the pieces against the rules of those who cut them."""
     target = target_named(job.settings.target, job.settings.targets)
     supplies = job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
-    found = Preflight(supplies, target, preflight(plan, ribbons, materials, target))
-    if job.settings.strict and found.flaws:
-        lines = "\n".join(f"  {line}" for line in flaw_lines(found.flaws))
-        raise CannotMakeError(f"rules are broken, and --strict was asked for:\n{lines}")
-    return found
+    check = Preflight(
+        supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
+    )
+    if job.settings.strict and check.flaws:
+        lines = "\n".join(f"  {line}" for line in flaw_lines(check.flaws))
+        raise CannotMakeError(f"with --strict, no job is written that breaks rules:\n{lines}")
+    return check
 
 
-def _write_offcuts(job: Job, records: list[dict[str, Any]], directory: Path) -> list[str]:
+def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> list[str]:
     """Draw what is worth keeping, if anything is, and list it as stock; return its entries."""
     entries = stock_entries(
         job.offcuts,

@@ -19,17 +19,17 @@ def check_destination(directory: Path) -> None:
     if not directory.exists():
         above = next(folder for folder in directory.absolute().parents if folder.exists())
         if not above.is_dir():
-            raise InputError(f"{above} is a file, so there can be no folder in it; name another")
+            raise InputError(f"{above} is a file, not a folder; choose another folder with -o")
         if not os.access(above, os.W_OK):
-            raise InputError(f"nothing may be written in {above}; name another folder with -o")
+            raise InputError(f"you may not write to {above}; choose another folder with -o")
         return
     if not directory.is_dir():
-        raise InputError(f"{directory} is a file; name a folder with -o")
+        raise InputError(f"{directory} is a file; choose a folder with -o")
     # All of it: where a generator is left half-way, Ctrl-C may come to nothing.
     if list(directory.iterdir()) and not (directory / "job.toml").is_file():
         raise InputError(
-            f"{directory} holds files that are no fabweave job (it has no job.toml), and they "
-            "would be lost; name another folder with -o, or empty it"
+            f"{directory} holds files but no fabweave job (there is no job.toml), and the files "
+            "would be lost; choose another folder with -o, or empty this one"
         )
 
 
@@ -71,4 +71,4 @@ def _put_in_place(fresh: Path, directory: Path, old: Path) -> None:
 def folder_is_readable(directory: Path) -> None:
     """Raise InputError unless the folder is there and can be listed."""
     if not directory.is_dir() or not os.access(directory, os.R_OK):
-        raise InputError(f"{directory} is no folder that can be read; name a finished job's folder")
+        raise InputError(f"{directory} is not a readable folder; give the folder of a finished job")

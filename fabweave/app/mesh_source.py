@@ -58,7 +58,7 @@ class LoadedMesh:
 
 
 def load_mesh(
-    settings: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+    settings: Settings, progress: Progress = no_progress, given_mesh: PolyMesh | None = None
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
@@ -70,7 +70,7 @@ def load_mesh(
     ----------
     settings : Settings
     progress : callable
-    given : PolyMesh, optional
+    given_mesh : PolyMesh, optional
         A mesh from memory. It is taken as one read from the file that the settings name would be,
         from a format that states no unit.
 
@@ -86,8 +86,8 @@ def load_mesh(
     unit: str | None = None
     unit_mm = 1.0
     title = Path(settings.mesh).stem
-    if given is not None:
-        mesh = given
+    if given_mesh is not None:
+        mesh = given_mesh
     elif is_shape(settings.mesh):
         mesh, title, unit = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX), "mm"
     else:
@@ -108,9 +108,9 @@ def load_mesh(
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
     _require_size(largest_dimension(mesh))
     stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
-    if given is None and is_shape(settings.mesh):
+    if given_mesh is None and is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
-    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its numbers as millimetres"
+    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
     mesh, n_old_vertices, changes = _changed(mesh, settings, progress)
     notes += changes
     halfedges = build_halfedges(mesh)
@@ -124,8 +124,8 @@ def _require_few(n_edges: int) -> None:
     """Raise CannotMakeError for more edges than can be woven."""
     if n_edges > MOST_EDGES:
         raise CannotMakeError(
-            f"the mesh to be woven has {n_edges} edges, each a crossing, and {MOST_EDGES} are the "
-            "most; take a coarser mesh or fewer steps of refinement"
+            f"the mesh to be woven has {n_edges} edges, each a crossing, but at most {MOST_EDGES} "
+            "can be woven; use a coarser mesh or fewer steps of refinement"
         )
 
 
@@ -133,15 +133,15 @@ def _require_size(size_mm: float) -> None:
     """Raise InputError for an object that nobody can mean."""
     if not _LEAST_MM <= size_mm <= _MOST_MM:
         raise InputError(
-            f"the mesh would be {size_mm:.3g} mm large, and woven objects are from {_LEAST_MM:g} "
-            f"to {_MOST_MM:g} mm: say how large it is to be, such as --size 400mm"
+            f"the mesh would be {size_mm:.3g} mm in size, but woven objects measure {_LEAST_MM:g} "
+            f"to {_MOST_MM:g} mm: set the size, such as --size 400mm"
         )
 
 
 def _changed(
     mesh: PolyMesh, settings: Settings, progress: Progress
 ) -> tuple[PolyMesh, int, list[str]]:
-    """Remesh, refine, fair and subdivide as the settings ask; say what became of the mesh."""
+    """Remesh, refine, fair and subdivide as the settings ask; describe what was done."""
     notes: list[str] = []
     done = []
     if settings.remesh:
@@ -176,7 +176,7 @@ def _changed(
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
-    """Say what a mesh is, what is odd about it, and whether it runs through itself.
+    """Describe a mesh: its counts, what is odd about it, and where it intersects itself.
 
     Parameters
     ----------
@@ -193,11 +193,9 @@ def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
     if len(pairs):
         some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
         notes.append(
-            agree(
-                len(pairs), "{n} [pair|pairs] of faces [runs|run] through one another or touch[es|]"
-            )
+            agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
             + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
-            "let the surface keep clear of itself in the modelling program"
+            "move these parts of the surface apart in a modelling program"
         )
     return notes
 

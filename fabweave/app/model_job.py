@@ -53,7 +53,7 @@ def check_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
-            f"{path.name} does not say what to write: end its name with one of "
+            f"the name {path.name} does not tell the format: end it with one of "
             f"{', '.join(SUFFIXES)}"
         )
     check_file(path, suffix)
@@ -115,8 +115,8 @@ def write_model(
     if yarn is not None:
         bodies, facts["radius_mm"] = _spun(woven, colours, yarn, progress)
     elif suffix in _PRINTED:
-        each = dict.fromkeys(f"{one.thickness_mm:g}" for one in supplies.materials)
-        facts["kind"] = f"solid ribbons, {' and '.join(each)} mm thick"
+        thicknesses = dict.fromkeys(f"{material.thickness_mm:g}" for material in supplies.materials)
+        facts["kind"] = f"solid ribbons, {' and '.join(thicknesses)} mm thick"
         thickness = supplies.thickness_mm(woven.bunches)
         bodies = ribbon_bodies(woven.ribbons, woven.labels, colours, thickness_mm=thickness)
         facts["notes"] += _clashes(bodies)
@@ -134,16 +134,16 @@ def write_model(
 
 
 def _clashes(bodies: tuple[Body, ...]) -> list[str]:
-    """Say where solid ribbons run into one another or themselves; a printer would weld them."""
+    """Return a note where solid ribbons touch one another or themselves; a printer welds them."""
     pairs = clashing_facets(bodies)
     if len(pairs) == 0:
         return []
     names = [bodies[index].label for index in np.unique(pairs).tolist()]
     shown = ", ".join(names[:6]) + (" …" if len(names) > 6 else "")
     return [
-        f"solid ribbons touch in {len(pairs)} pairs of facets (threads {shown}): a printer welds "
-        "them there; make the object larger, take a smaller --thickness or --width, or print "
-        "--yarn, which never touch"
+        f"solid ribbons touch in {len(pairs)} pairs of facets (threads {shown}): a printer would "
+        "weld them there; make the object larger, use a smaller --thickness or --width, or print "
+        "--yarn, which never touches"
     ]
 
 

@@ -51,26 +51,28 @@ def nest_pieces(
         If a piece fits no sheet of its material, or the sheets of one run out.
     """
     outlines, ids = [piece.outline for piece in pieces], [piece.id for piece in pieces]
-    own = supplies.of(bunches)[[piece.thread for piece in pieces]]
-    groups = [np.flatnonzero(own == index).tolist() for index in range(len(supplies.each))]
-    turns = parse_rotations(settings.rotations)
+    supply_of_piece = supplies.of(bunches)[[piece.thread for piece in pieces]]
+    groups = [
+        np.flatnonzero(supply_of_piece == index).tolist() for index in range(len(supplies.each))
+    ]
+    rotations = parse_rotations(settings.rotations)
     if settings.layout is not None:
         path, gap = Path(settings.layout), min(supply.gap_mm for supply in supplies.each)
-        given = read_layout(
+        recorded = read_layout(
             path,
             outlines,
             ids,
             settings.as_nested(supplies.sheets),
             margin_mm=settings.margin_mm,
             gap_mm=gap,
-            turns=turns,
+            rotations=rotations,
         )
         for supply, group in zip(supplies.each, groups, strict=True):
             # The rules of each material, too: its own gap, on its own sheets.
-            part = replace(part_of(given, group), gap_mm=supply.gap_mm)
+            part = replace(part_of(recorded, group), gap_mm=supply.gap_mm)
             few = [outlines[piece] for piece in group], [ids[piece] for piece in group]
             require_kept(path, part, *few, settings.as_nested(supply.sheets))
-        return given
+        return recorded
     parts = [
         nest(
             [outlines[piece] for piece in group],
@@ -80,7 +82,7 @@ def nest_pieces(
             effort=settings.effort,
             seed=settings.seed,
             ids=[ids[piece] for piece in group],
-            turns=turns,
+            rotations=rotations,
             executors=executors,
             progress=progress,
         )
@@ -123,7 +125,7 @@ def joined(parts: Sequence[Layout], groups: Sequence[Sequence[int]]) -> Layout:
     >>> parts = [Layout((SheetSize(9.0, 9.0),), (Placement(0, 0, 0.0, 1.0, 1.0),), 1.0, gap)
     ...     for gap in (2.0, 3.0)]
     >>> both = joined(parts, [[1], [0]])
-    >>> [(one.piece, one.sheet) for one in both.placements], both.gap_mm
+    >>> [(place.piece, place.sheet) for place in both.placements], both.gap_mm
     ([(0, 1), (1, 0)], 2.0)
     """
     first = offsets_of(np.array([len(part.sheets) for part in parts])).tolist()

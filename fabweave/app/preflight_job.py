@@ -1,6 +1,5 @@
 """Check a finished job's folder against the rules of those who cut it."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,8 @@ from fabweave.core.units import parse_length
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import Target, target_named, targets_of
 from fabweave.cut.preflight.violations import Flaw, preflight_record
+from fabweave.flat.crossing_map import read_crossing_map
+from fabweave.report.ribbon_report import read_ribbon_report
 from fabweave.stock.material import materials_of
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.supplies import Supplies
@@ -22,7 +23,7 @@ from fabweave.stock.supply_plan import parse_materials, plan_supplies
 
 @frozen_value
 class Preflight:
-    """What was found, and against whose rules."""
+    """The rules that pieces break, and whose rules they are."""
 
     supplies: Supplies
     target: Target
@@ -30,7 +31,7 @@ class Preflight:
 
     @property
     def all_clear(self) -> str:
-        """What to say if nothing was found."""
+        """The message if no rule is broken."""
         return f"no rule is broken: {self.target.title}, {self.supplies.titles}"
 
     @property
@@ -60,22 +61,23 @@ def preflight_job(
     options = read_job_options(directory / "job.toml")
     try:
         supplies = supplies_of(options)
-        own = targets_of(options.get("targets", {}), "the targets in job.toml")
+        targets = targets_of(options.get("targets", {}), "the targets in job.toml")
         if target is not None:
-            own = (*own, *user_targets)
-        named = target_named(target or options.get("target", "default"), own)
-        plan = json.loads((directory / "crossing_map.json").read_text(encoding="utf-8"))
-        ribbons = json.loads((directory / "ribbons.json").read_text(encoding="utf-8"))
-        bunches = np.array([thread["bunch"] for thread in plan["threads"]], dtype=np.int64)
+            targets = (*targets, *user_targets)
+        named = target_named(target or options.get("target", "default"), targets)
+        crossing_map = read_crossing_map(directory / "crossing_map.json")
+        ribbons = read_ribbon_report(directory / "ribbons.json")
+        bunches = np.array([thread.bunch for thread in crossing_map.threads], dtype=np.int64)
         supplies.require(bunches)
         materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
-        return Preflight(supplies, named, preflight(plan, ribbons, materials, named))
-    except (OSError, LookupError, TypeError, ValueError) as error:
+        flaws = preflight(crossing_map, ribbons.findings, materials, named)
+        return Preflight(supplies, named, flaws)
+    except (LookupError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{directory} is no finished job that can be checked "
-            f"({type(error).__name__}: {error}); fabweave verify tells what is wrong with it"
+            f"{directory} is not a finished job that can be checked "
+            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
 
@@ -85,7 +87,7 @@ def supplies_of(options: Mapping[str, Any]) -> Supplies:
     Raises
     ------
     InputError, KeyError
-        If they are not told as fabweave tells them.
+        If they are not written as fabweave writes them.
     """
     thickness = split_by_bunch(str(options["thickness"]), what="thickness")
     return plan_supplies(

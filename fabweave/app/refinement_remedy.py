@@ -1,4 +1,4 @@
-"""Try whether a finer mesh mends what was found of ribbons."""
+"""Try whether a finer mesh mends the rules that ribbons break."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def try_refinement(
     RibbonCheck
         With ``untried`` saying why, if refinement might be a remedy and was not tried.
     """
-    broken = {found.rule for found in check.findings}
+    broken = {finding.rule for finding in check.findings}
     if not broken & _COARSE:
         return check
     if settings.pattern != "plain":
@@ -49,7 +49,7 @@ def try_refinement(
         return replace(check, untried=f"there are more than {most} crossings")
     findings = check.findings
     for steps, refinement in enumerate(REFINEMENTS, start=1):
-        waiting = {found.rule for found in findings if found.refine is None}
+        waiting = {finding.rule for finding in findings if finding.refine is None}
         if not waiting & _COARSE or crossings * 4**steps > MOST_CROSSINGS:
             break
         before = f"{settings.refine}," if settings.refine else ""
@@ -57,10 +57,10 @@ def try_refinement(
         still = _broken(finer, supplies)
         if still is not None and still <= broken:
             findings = tuple(
-                found
-                if found.refine is not None or found.rule in still
-                else replace(found, refine=finer.refine)
-                for found in findings
+                finding
+                if finding.refine is not None or finding.rule in still
+                else replace(finding, refine=finer.refine)
+                for finding in findings
             )
     return replace(check, findings=findings)
 
@@ -69,15 +69,15 @@ def _broken(settings: Settings, supplies: Supplies) -> set[str] | None:
     """Return the rules that are broken by what is made with some settings; None if nothing is."""
     try:
         woven = weave_object(settings, supplies)
-        laid = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
+        woven = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
     except (CannotMakeError, InputError):
         return None
     check = check_ribbons(
-        laid.ribbons,
-        laid.weave,
-        laid.labels,
-        thread_limits(supplies, laid.bunches, settings.clearance_mm),
-        size_mm=laid.size_mm,
-        clearance=laid.narrowed.clearance if laid.narrowed is not None else None,
+        woven.ribbons,
+        woven.weave,
+        woven.labels,
+        thread_limits(supplies, woven.bunches, settings.clearance_mm),
+        size_mm=woven.size_mm,
+        clearance=woven.narrowed.clearance if woven.narrowed is not None else None,
     )
-    return None if check.refused else {found.rule for found in check.findings}
+    return None if check.refused else {finding.rule for finding in check.findings}

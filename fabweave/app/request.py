@@ -1,4 +1,4 @@
-"""Complete what a job is asked: what is left to fabweave is filled in from the materials."""
+"""Complete the settings of a job: what is left to fabweave comes from the materials."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,9 +35,9 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     return (
         replace(
             settings,
-            thickness_mm=supplies.by_bunch(lambda one: one.material.thickness_mm),
+            thickness_mm=supplies.by_bunch(lambda supply: supply.material.thickness_mm),
             sheets=supplies.sheets,
-            gap_mm=supplies.by_bunch(lambda one: one.gap_mm),
+            gap_mm=supplies.by_bunch(lambda supply: supply.gap_mm),
         ),
         supplies,
     )

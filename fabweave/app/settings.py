@@ -108,10 +108,9 @@ class Settings:
         """Hold each field as its option does, and say what is wrong with those that are not it."""
         for field in fields(self):
             option, value = option_of_field(field.name), getattr(self, field.name)
-            # What is left as it was needs no parser to be imported.
-            if value is None and option.default_value is None and option.name != "mesh":
-                continue
-            if type(value) is type(option.default_value) and value == option.default_value:
+            usual = option.default_value
+            # What is left as it was needs no parser to be imported; a mesh must be named.
+            if type(value) is type(usual) and value == usual and field.name != "mesh":
                 continue
             try:
                 object.__setattr__(self, field.name, option.kind.hold(value))

@@ -13,7 +13,7 @@ from fabweave.flat.split.candidate_costs import Bed, list_candidates
 from fabweave.flat.split.length_curve import LENGTHS, compare_lengths, knee
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
-from fabweave.nest.area import Area, area_of, clear_rectangle
+from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
@@ -58,13 +58,13 @@ def plan_pieces(
     # Long laps go on beyond the panels with which the pieces end that are measured here.
     beyond = lap_beyond(ribbons, settings.lap_mm)
     margin = settings.margin_mm + beyond
-    turns = parse_rotations(settings.rotations)
+    rotations = parse_rotations(settings.rotations)
     # Pieces are planned for rectangles; nesting may find more room beside a defect.
     clear = [
         [
-            Area(clear_rectangle(area, supply.gap_mm), None, area.turns)
+            Container(clear_rectangle(area, supply.gap_mm), None, area.rotations)
             for area in (
-                area_of(sheet, margin, supply.gap_mm, turns)
+                container_of(sheet, margin, supply.gap_mm, rotations)
                 for sheet in settings.as_nested(supply.sheets)
             )
         ]
@@ -74,32 +74,32 @@ def plan_pieces(
     def fits(outline: FloatArray) -> bool:
         # A piece lies along its least rectangle.
         shape = shape_of(outline)[0]
-        return all(any(fits_rectangle(shape, area) for area in own) for own in clear)
+        return all(any(fits_rectangle(shape, area) for area in areas) for areas in clear)
 
-    sides = [max(max(area.size_mm) for area in own) for own in clear]
+    sides = [max(max(area.size_mm) for area in areas) for areas in clear]
     if not min(sides) > 0.0:
         raise CannotMakeError(
-            "no sheet has a free rectangle for any piece between its margin and its defects; take "
-            "a smaller margin, or another sheet"
+            "between margin and defects, the sheets have no free rectangle for any piece; use a "
+            "smaller margin or another sheet"
         )
     # Where angles are few, or sheets of several materials differ, each piece must be asked for.
-    easy = turns.step_deg is None and not supplies.several
+    easy = rotations.step_deg is None and not supplies.several
     bed = Bed(fits, tuple(area.size_mm for area in clear[0]) if easy else (), supplies.gap_mm)
     side = min(sides)
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
-    asked = settings.max_length_mm
+    max_length = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
-    found = list_candidates(ribbons, weave, bed, max(side, asked or 0.0), every)
+    candidates = list_candidates(ribbons, weave, bed, max(side, max_length or 0.0), every)
     choices = compare_lengths(
-        found, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
+        candidates, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
     )
-    if asked is not None:
-        length = limit = asked - 2 * beyond
+    if max_length is not None:
+        length = limit = max_length - 2 * beyond
     else:
         length, limit = knee(choices).length_mm if choices else side, np.inf
     room = room_for_joints(ribbons, weave, rules)
-    runs = choose_runs(found, weave, bed, labels, length, limit, room)
-    return SplitPlan(runs, asked or length, choices)
+    runs = choose_runs(candidates, weave, bed, labels, length, limit, room)
+    return SplitPlan(runs, max_length or length, choices)
 
 
 def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -> BoolArray | None:
@@ -114,4 +114,4 @@ def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -
     room = np.full(weave.threads.n_crossings, np.inf)
     np.minimum.at(room, weave.threads.crossing, half)
     wide = [room >= rule.edge_mm for rule in rules]
-    return next((one for one in wide if one.mean() >= WANTED_SHARE), wide[-1])
+    return next((roomy for roomy in wide if roomy.mean() >= WANTED_SHARE), wide[-1])

@@ -106,7 +106,7 @@ def weave_mesh(
     )
     if threads.n_crossings == 0:
         raise CannotMakeError(
-            "nothing crosses anything on this mesh: no edge lies between two faces; "
-            "weaving needs faces that share edges"
+            "no threads cross on this mesh, because no edge lies between two faces; weaving needs "
+            "faces that share edges"
         )
     return WovenMesh(source, result, labels, bunches)

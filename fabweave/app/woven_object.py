@@ -58,7 +58,7 @@ def weave_object(
     settings: Settings,
     supplies: Supplies,
     progress: Progress = no_progress,
-    given: PolyMesh | None = None,
+    given_mesh: PolyMesh | None = None,
 ) -> WovenObject:
     """Load the mesh of a job, weave it, and lay its ribbons as wide as asked.
 
@@ -69,7 +69,7 @@ def weave_object(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    mesh = load_mesh(settings, progress, given)
+    mesh = load_mesh(settings, progress, given_mesh)
     return lay_object(weave_mesh(mesh, settings, supplies, progress), settings, supplies, progress)
 
 
@@ -189,13 +189,13 @@ def check_object(
         return lay_ribbons(source, woven.weave, changed, thickness, laps, factor, part)
 
     def settle(size_mm: float, planned: bool) -> tuple[Ribbons, Nearness | None]:
-        made = remake(size_mm) if remake is not None and planned else None
-        if made is None:
-            made = keep_clear(resized(woven, size_mm), settings, supplies)
-        if made.narrowed is None:
-            return made.ribbons, measure_clearance(made.ribbons, made.weave, limits)[1]
-        known = made.narrowed.clearance
-        return made.ribbons, known[1] if known is not None else None
+        remade = remake(size_mm) if remake is not None and planned else None
+        if remade is None:
+            remade = keep_clear(resized(woven, size_mm), settings, supplies)
+        if remade.narrowed is None:
+            return remade.ribbons, measure_clearance(remade.ribbons, remade.weave, limits)[1]
+        known = remade.narrowed.clearance
+        return remade.ribbons, known[1] if known is not None else None
 
     return check_ribbons(
         woven.ribbons,
@@ -236,20 +236,20 @@ def require_stiffness(woven: WovenObject, settings: Settings, supplies: Supplies
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     if is_too_stiff(measure_along(woven.ribbons, limits)["bend"]):
         check = check_object(woven, settings, supplies)
-        for found in check.refused:
-            own = int(supplies.of(woven.bunches)[woven.labels.index(found.thread)])
-            thinner = thinner_supply(supplies, own, found.value)
-            require_pliable(check, supplies.materials[own].title, thinner)
+        for finding in check.refused:
+            index = int(supplies.of(woven.bunches)[woven.labels.index(finding.thread)])
+            thinner = thinner_supply(supplies, index, finding.value)
+            require_pliable(check, supplies.materials[index].title, thinner)
 
 
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
-    """Say where ribbons were narrowed, and how wide ribbons of one width could be."""
+    """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
     notes = []
     factor = woven.narrowed.factor if woven.narrowed is not None else np.ones(1)
     if factor.min() < 1:
         notes.append(
-            f"width: at {np.count_nonzero(factor < 1)} of {len(factor)} places ribbons were made "
-            f"narrower, down to {factor.min():.0%}, to keep clear of one another"
+            f"width: ribbons were narrowed at {np.count_nonzero(factor < 1)} of {len(factor)} "
+            f"places, to {factor.min():.0%} at the least, to keep clear of one another"
         )
     mesh, halfedges = woven.mesh, woven.halfedges
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
@@ -263,13 +263,13 @@ def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> l
     widest = widest_clear(lay, woven.weave, limits, room)
     if widest is None:
         notes.append(
-            f"width: ribbons of one width have no room, or do not keep clear of one another, at "
-            f"any width from {np.max(limits.width_mm):g} mm, the least to handle"
+            f"width: ribbons of constant width do not fit: even at {np.max(limits.width_mm):g} mm, "
+            "the least that can be handled, they lack room or come too close to one another"
         )
     else:
-        # Rounded down: what is said has room.
+        # Rounded down, so that the width in the note has room.
         notes.append(
-            f"width: ribbons of one width have room and keep clear of one another up to "
+            f"width: ribbons of constant width fit, and keep clear of one another, up to "
             f"{int(widest * 100) / 100:g} mm"
         )
     return notes

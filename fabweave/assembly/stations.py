@@ -1,10 +1,9 @@
 """List each piece station by station: what a maker reads while placing it."""
 
-import csv
-import io
 import math
-from dataclasses import astuple, dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+
+from fabweave.flat.crossing_map import CrossingMap
 
 
 @dataclass(frozen=True)
@@ -46,61 +45,42 @@ class StationRow:
     step: int
 
 
-def piece_stations(plan: dict[str, Any]) -> dict[str, list[StationRow]]:
+def piece_stations(crossing_map: CrossingMap) -> dict[str, list[StationRow]]:
     """Return the stations of every piece, in the order of the crossing map.
-
-    Parameters
-    ----------
-    plan : dict
-        The crossing map.
 
     Returns
     -------
     dict
         A list of rows for each piece id: the printable table of that piece.
     """
-    crossings = {crossing["id"]: crossing for crossing in plan["crossings"]}
-    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
-    made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
+    crossings = {crossing.id: crossing for crossing in crossing_map.crossings}
+    joints = {joint.id: joint for joint in crossing_map.joints}
+    step_of = {key: step.number for step in crossing_map.steps for key in step.crossings}
     tables = {}
-    for piece in plan["pieces"]:
+    for piece in crossing_map.pieces:
         rows: list[StationRow] = []
         along, last = 0.0, None
-        for number, station in enumerate(piece["stations"]):
-            here = station["x"], station["y"]
+        for number, station in enumerate(piece.stations):
+            here = station.x_mm, station.y_mm
             along += math.dist(last or here, here)
             last = here
-            other = crossings[station["crossing"]]["under" if station["over"] else "over"]
-            mate = None
-            if station["joint"] is not None:
-                # A joint names the piece that ends there before the piece that begins.
-                ends, begins = joints[station["joint"]]
-                at_end = number == len(piece["stations"]) - 1
-                mate = begins if at_end and station["joint"] == piece["joints"][1] else ends
+            crossing = crossings[station.crossing]
+            partner = crossing.under if station.over else crossing.over
+            joint = None if station.joint is None else joints[station.joint]
             rows.append(
                 StationRow(
-                    piece["id"],
+                    piece.id,
                     number,
-                    station["crossing"],
+                    station.crossing,
                     round(along, 1),
-                    "over" if station["over"] else "under",
-                    station["partner"],
-                    other["station"],
-                    station["joint"],
-                    mate,
-                    station["hole_mm"],
-                    made[station["crossing"]],
+                    "over" if station.over else "under",
+                    station.partner,
+                    partner.station,
+                    station.joint,
+                    None if joint is None else joint.mate(piece.id),
+                    station.hole_mm,
+                    step_of[station.crossing],
                 )
             )
-        tables[piece["id"]] = rows
+        tables[piece.id] = rows
     return tables
-
-
-def station_table(plan: dict[str, Any]) -> str:
-    """Return the stations of all pieces as CSV, one row each."""
-    text = io.StringIO(newline="")
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(field.name for field in fields(StationRow))
-    for rows in piece_stations(plan).values():
-        table.writerows(["" if value is None else value for value in astuple(row)] for row in rows)
-    return text.getvalue()

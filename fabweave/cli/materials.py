@@ -16,31 +16,27 @@ def materials(materials: tuple[str, ...]) -> None:
     """
     with held_back():
         from rich.console import Console
-        from rich.table import Table
+        from rich.table import Column, Table
+        from rich.text import Text
 
         from fabweave.app.options.user_files import OURS, all_entries, user_file
         from fabweave.stock.material import material_library
 
-    found = all_entries("materials", material_library(), materials)
-    own = any(source != OURS for _, source in found)
-    heads = (
-        "name",
-        "material",
-        "thickness, mm",
-        "gap, mm",
-        "sheet, mm",
-        *(["from"] if own else []),
-    )
-    table = Table(*heads, box=None)
-    for material, source in found:
+    name = Column("name", no_wrap=True)
+    table = Table(name, "material", "thickness, mm", "gap, mm", "sheet, mm", box=None)
+    own: dict[str, list[str]] = {}
+    for material, source in all_entries("materials", material_library(), materials):
         wide, high = material.sheet_mm
+        if source != OURS:
+            own.setdefault(source, []).append(material.name)
         table.add_row(
-            material.name,
-            material.title,
+            material.name if source == OURS else f"{material.name} *",
+            Text(material.title),
             f"{material.thickness_mm:g}",
             f"{material.gap_mm:g}",
             f"{wide:g} × {high:g}",
-            *([source] if own else []),
         )
     Console(highlight=False).print(table)
+    for source, names in own.items():
+        click.echo(f"* from {source}: {', '.join(names)}")
     click.echo(f"Your own: --materials FILE, or {user_file('materials')}")

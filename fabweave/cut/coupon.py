@@ -20,6 +20,8 @@ LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)
 BLOCKS, BLOCK_MM = 10, (10.0, 16.0)
 #: A common fastener, for which a hole is drawn where none is asked for.
 _HOLE_MM = 3.3
+#: Pieces stand at least this far apart, even where the material needs less.
+_LEAST_GAP_MM = 3.0
 _MARGIN_MM, _GRIP_MM, _LONGEST_BEND_MM = 10.0, 20.0, 200.0
 #: Narrower, the notes of the sheet would have no room.
 _LEAST_WIDTH_MM = 180.0
@@ -102,7 +104,7 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
         a sheet as small as they allow.
     """
     parts = [*_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon)]
-    gap = max(coupon.material.gap_mm, 3.0)
+    gap = max(coupon.material.gap_mm, _LEAST_GAP_MM)
     comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
     wide = max(*(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
     placed, x, y, row = [], 0.0, 0.0, 0.0
@@ -125,8 +127,8 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
             width,
             height,
             [
-                _known(title),
-                f"KERF = (100 - ALL {BLOCKS} BLOCKS SIDE BY SIDE) / {BLOCKS}, SEE COUPON.TXT",
+                _letterable(title),
+                f"KERF = (100 - WIDTH OF ALL {BLOCKS} BLOCKS) / {BLOCKS}, SEE COUPON.TXT",
             ],
         ),
     )
@@ -138,23 +140,25 @@ def coupon_text(coupon: Coupon) -> str:
     first, last = hole + LADDER_MM[0], hole + LADDER_MM[-1]
     return f"""Test coupon: {material.title}, {material.thickness_mm:g} mm
 
-Cut it with the settings that you mean to use, from the sheet that you mean to cut.
+Cut it with the settings that you will use for the job, from a sheet of the same stock.
 
-HOLES    Holes of {first:.2f} to {last:.2f} mm as drawn. Take the smallest that your fastener goes
-         through without force, and make the job with it: --hole {hole:g}mm (or what you found).
-KERF     Push the {BLOCKS} blocks together in one row and measure it: M mm. The beam takes away
-         (100 - M) / {BLOCKS} mm. The library says {material.kerf_mm:g} mm. fabweave's sheets are
-         nominal; set the kerf in the program of your laser, have your shop do it, or make the
-         job with --kerf.
-         Measure the thickness of a pile of blocks, divide by how many they are, and set it:
+HOLES    Holes of {first:.2f} to {last:.2f} mm, as drawn. Find the smallest that your fastener fits
+         without force, and make the job with it: --hole {hole:g}mm (or the size you found).
+KERF     Push the {BLOCKS} blocks together in one row and measure its length, M mm. The beam burns
+         away (100 - M) / {BLOCKS} mm. The library assumes {material.kerf_mm:g} mm for this
+         material. fabweave's sheets are nominal: set the kerf in your laser's software, ask your
+         shop to do so, or make the job with --kerf.
+         Measure the thickness of a stack of blocks, divide it by their number, and set it:
          --thickness {material.thickness_mm:g}mm (or what you measured).
-LAP      Lay LAP-A on LAP-B, hole on hole, with your fastener: {coupon.lap_mm:.1f} mm lap, and
-         {coupon.width_mm:.1f} mm wide. Pull. A longer lap is --lap, wider ribbons --width.
-TEXT     Letters of {", ".join(f"{height:g}" for height in _heights())} mm. If the lowest cannot be
-         read, a larger --size leaves room for higher ones, or --labels numbers engraves ids alone.
-BEND     Bend the strip between its ticks round something of {2 * coupon.bend_mm:.1f} mm diameter,
-         along and across the grain. It must not crack. The rule for the material is a radius of
-         {min_bend_radius_mm(material):.1f} mm. If it cracks, take a thinner sheet or a larger
+LAP      Join LAP-A and LAP-B, hole on hole, with your fastener: the lap is {coupon.lap_mm:.1f} mm
+         long and {coupon.width_mm:.1f} mm wide. Pull. For a longer lap use --lap, for wider
+         ribbons --width.
+TEXT     Letters {", ".join(f"{height:g}" for height in _heights())} mm high. If you cannot read the
+         smallest, use a larger --size, which leaves room for larger letters, or --labels numbers,
+         which engraves only the ids.
+BEND     Bend the strip between its ticks around something {2 * coupon.bend_mm:.1f} mm in diameter,
+         along and across the grain. It must not crack. The rule for this material is a radius
+         of {min_bend_radius_mm(material):.1f} mm. If it cracks, use a thinner sheet or a larger
          --size.
 """
 
@@ -270,7 +274,7 @@ def _drawn(part: _Part, corner: FloatArray) -> PieceDrawing:
     return PieceDrawing(part.name, tuple(entities))
 
 
-def _known(text: str) -> str:
+def _letterable(text: str) -> str:
     """Return a text without characters that cannot be lettered."""
     known = set(characters())
     return "".join(sign for sign in text if sign in known)

@@ -82,17 +82,17 @@ def check_drawing(drawing: SheetDrawing) -> None:
 
 
 class _Owners(NamedTuple):
-    """Whose some things are: the names of the pieces, the notes last, and an index a thing."""
+    """The owner of each entity, line or point: names of the pieces, the notes last, and indices."""
 
     names: tuple[str, ...]
     which: IntArray
 
     def of(self, chosen: BoolArray | IntArray) -> "_Owners":
-        """Return the owners of some of the things."""
+        """Return the owners of some of them."""
         return _Owners(self.names, self.which[chosen])
 
     def listed(self) -> list[str]:
-        """Return the name of the owner of each thing."""
+        """Return the name of each owner."""
         return [self.names[index] for index in self.which.tolist()]
 
 
@@ -134,7 +134,7 @@ def _check_layers(drawing: SheetDrawing, ranks: IntArray, owners: _Owners) -> No
     _refuse("piece(s) have entities on NOTES", named(noted), "put them into the notes of the sheet")
     back = (np.diff(ranks) < 0) & (np.diff(owners.which) == 0) & ours[1:]
     _refuse(
-        "piece(s) are not in the order of the cut",
+        "piece(s) are not in cutting order",
         named(owners.which[1:][back]),
         "put engraving first, then holes, then the outline",
     )
@@ -148,7 +148,7 @@ def _check_layers(drawing: SheetDrawing, ranks: IntArray, owners: _Owners) -> No
         for entity in piece.entities
         if isinstance(entity, Polyline) and entity.width_mm is not None
     ]
-    _refuse("line(s) of pieces are wide", wide, "only notes may be: cut and engrave hairlines")
+    _refuse("line(s) of pieces have a width", wide, "only notes may have one: cut hairlines")
 
 
 def _check_polylines(
@@ -164,7 +164,7 @@ def _check_polylines(
     _refuse(
         "polyline(s) have too few points",
         owners.of(counts < np.where(closed & ~bent, 3, 2)).listed(),
-        "an open one needs at least two (x, y) points and a closed one of straight sides three",
+        "open ones need at least two (x, y) points, closed ones with straight sides three",
     )
     cut = [rank for rank, layer in enumerate(Layer) if layer in shut]
     _refuse(
@@ -191,9 +191,9 @@ def _check_polylines(
     )
     bulges = _bulges(lines, counts, at)[starts]
     _refuse(
-        "arc(s) sweep half a turn or more, or no number",
+        "arc(s) sweep half a turn or more, or are not finite",
         at.of(starts[~(np.abs(bulges) < 1.0)]).listed(),
-        "divide them: readers of SVG may take the other half of the circle",
+        "divide them: SVG readers may draw the other half of the circle",
     )
     packed = _packed(points)
     low = np.minimum(packed[starts], packed[ends])
@@ -208,9 +208,9 @@ def _check_polylines(
     through = starts[np.isin(ranks, cut)[line_of[starts]] & (bulges == 0.0)]
     on_others = overlapping(points[through], points[following[through]])
     _refuse(
-        "segment(s) that are cut lie on others",
+        "cut segment(s) lie on others",
         at.of(through[on_others]).listed(),
-        "join them to one: the laser would burn what they share twice",
+        "merge them: the laser would burn the shared part twice",
     )
 
 
@@ -220,9 +220,9 @@ def _bulges(lines: Sequence[Polyline], counts: IntArray, at: _Owners) -> FloatAr
     strange = np.zeros(len(bulges), dtype=np.bool_)
     for line, end, count in zip(lines, np.cumsum(counts).tolist(), counts.tolist(), strict=True):
         if line.bulges is not None:
-            own = slice(end - count, end)
-            strange[own] = line.bulges.shape != (count,)
-            bulges[own] = 0.0 if strange[own].any() else line.bulges
+            run = slice(end - count, end)
+            strange[run] = line.bulges.shape != (count,)
+            bulges[run] = 0.0 if strange[run].any() else line.bulges
     _refuse(
         "point(s) belong to lines with more or fewer bulges than points",
         at.of(strange).listed(),
@@ -245,7 +245,9 @@ def _check_circles(circles: Sequence[Circle], owners: _Owners) -> None:
 def _check_coordinates(values: FloatArray, at: _Owners) -> None:
     unreal: BoolArray = np.any(~np.isfinite(values), axis=1)
     _refuse(
-        "point(s) are not finite", at.of(unreal).listed(), "compute them again: they are no numbers"
+        "point(s) are not finite",
+        at.of(unreal).listed(),
+        "compute them again: they are not numbers",
     )
     far: BoolArray = np.any(np.abs(values) > MAX_COORDINATE_MM, axis=1)
     _refuse("point(s) are over 100 m away", at.of(far).listed(), "coordinates must be millimetres")
@@ -258,7 +260,7 @@ def _packed(points: FloatArray) -> IntArray:
 
 
 def _repeats(*keys: IntArray) -> IntArray:
-    """Return the indices of things that an earlier one equals in all its keys."""
+    """Return the indices of entries that repeat an earlier entry in all keys."""
     order = np.lexsort(keys)
     same = np.all([np.diff(key[order]) == 0 for key in keys], axis=0)
     return np.sort(order[1:][same])

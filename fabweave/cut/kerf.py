@@ -75,12 +75,14 @@ def compensated(drawing: SheetDrawing, kerf_mm: float) -> SheetDrawing:
         moved = [_moved_entity(entity, kerf_mm / 2.0) for entity in piece.entities]
         if any(entity is None for entity in moved):
             tight.append(piece.piece_id)
-        pieces.append(PieceDrawing(piece.piece_id, tuple(one for one in moved if one is not None)))
+        pieces.append(
+            PieceDrawing(piece.piece_id, tuple(entity for entity in moved if entity is not None))
+        )
     if tight:
         raise CannotMakeError(
-            f"a kerf of {kerf_mm:g} mm cannot be taken off {len(tight)} piece(s) of "
-            f"{drawing.name}: {few_of(tight)}; they have holes, notches or points that are "
-            "narrower; measure the kerf with fabweave coupon, or leave --kerf out"
+            f"a kerf of {kerf_mm:g} mm is too wide for {len(tight)} piece(s) of {drawing.name}: "
+            f"{few_of(tight)}; they have holes, notches or points that are narrower; measure the "
+            "kerf with fabweave coupon, or leave --kerf out"
         )
     return replace(drawing, pieces=tuple(pieces))
 
@@ -214,12 +216,12 @@ def _blunted(sides: _Sides, corners: FloatArray, right: float) -> tuple[_Sides, 
 
     ``right`` is 1 if sides are moved to their right, -1 if to their left.
     """
-    _, own = sides.distance(corners)
+    _, after = sides.distance(corners)
     _, before = sides.rolled().distance(corners)
-    out = right * (own + before) / 2.0
+    out = right * (after + before) / 2.0
     size = np.hypot(*out.T)
     x, y = before.T
-    turn = right * (x * own[:, 1] - y * own[:, 0])
+    turn = right * (x * after[:, 1] - y * after[:, 0])
     # Halves of unit vectors at an angle: the mitre's length is one over the length of their sum.
     at = np.flatnonzero((size * _MITRE < 1.0) & (turn > 0.0) & (size > 0.0))
     square = right * out[at] / size[at, None]
@@ -239,16 +241,18 @@ def _meeting(sides: _Sides, near: FloatArray) -> FloatArray:
     for _ in range(_STEPS):
         (f, u), (g, v) = before.distance(at), sides.distance(at)
         # The least step to both, damped: sides that run on into each other leave it open how far.
-        cosine, own = np.sum(u * v, axis=1), 1.0 + _DAMPING
-        determinant = own**2 - cosine**2
-        at -= ((own * f - cosine * g) / determinant)[:, None] * u
-        at -= ((own * g - cosine * f) / determinant)[:, None] * v
+        cosine, damped = np.sum(u * v, axis=1), 1.0 + _DAMPING
+        determinant = damped**2 - cosine**2
+        at -= ((damped * f - cosine * g) / determinant)[:, None] * u
+        at -= ((damped * g - cosine * f) / determinant)[:, None] * v
     return at
 
 
 def _is_offset(path: Path, moved: Path, outward_mm: float) -> bool:
     """Return whether a path is where it should be, judged by another way to offset."""
-    nominal, drawn = (shapely.Polygon(one.flattened(TOLERANCE_MM / 10.0)) for one in (path, moved))
+    nominal, drawn = (
+        shapely.Polygon(curve.flattened(TOLERANCE_MM / 10.0)) for curve in (path, moved)
+    )
     if not (drawn.is_valid and drawn.area > 0.0):
         return False
     # The beam keeps its distance everywhere, and goes no farther than corners need.

@@ -43,10 +43,10 @@ def kerfed_sheets(
         words.append(f"micro{micro_joints.count}x{micro_joints.width_mm:g}mm")
     result = []
     for drawing in drawings:
-        ready = compensated(drawing, kerf_mm)
+        kerfed = compensated(drawing, kerf_mm)
         if micro_joints is not None:
-            ready = bridged(ready, micro_joints, kerf_mm=kerf_mm)
-        result.append(replace(ready, name="_".join([drawing.name, *words])))
+            kerfed = bridged(kerfed, micro_joints, kerf_mm=kerf_mm)
+        result.append(replace(kerfed, name="_".join([drawing.name, *words])))
     return tuple(result)
 
 
@@ -54,13 +54,13 @@ def check_kerf(kerf_mm: float, gap_mm: float) -> None:
     """Raise InputError if cuts of pieces side by side would run into one another."""
     if kerf_mm and gap_mm < 2.0 * kerf_mm:
         raise InputError(
-            f"pieces are {gap_mm:g} mm apart, and a kerf of {kerf_mm:g} mm wants twice as much "
+            f"pieces are {gap_mm:g} mm apart, but a kerf of {kerf_mm:g} mm needs twice its width "
             f"between them: use --gap {2.0 * kerf_mm:g}mm or more"
         )
 
 
 def kerf_notes(
-    ready: Sequence[SheetDrawing],
+    drawings: Sequence[SheetDrawing],
     kerf_mm: float,
     micro_joints: MicroJoints | None,
     *,
@@ -70,30 +70,30 @@ def kerf_notes(
 
     ``service`` says that there are files for a service, too.
     """
-    done = [f"a kerf of {kerf_mm:g} mm taken off"] if kerf_mm else []
+    done = [f"compensation for a kerf of {kerf_mm:g} mm"] if kerf_mm else []
     if micro_joints is not None:
         done.append(f"micro-joints of {micro_joints.width_mm:g} mm in the outlines")
     if not done:
         return ()
     notes = [
-        f"{CUT_FOLDER}/ holds the sheets to cut, with {' and '.join(done)}; those in sheets/ are "
-        "nominal"
+        f"{CUT_FOLDER}/ holds the sheets to cut, with {' and '.join(done)}; the sheets in sheets/ "
+        "are nominal"
     ]
     if service and kerf_mm:
         notes.append(
-            "warning: services take the kerf off themselves, so the files in service/ are nominal; "
-            f"do not send them those in {CUT_FOLDER}/"
+            "warning: cutting services compensate for the kerf themselves, so the files in "
+            f"service/ are nominal; do not send a service the files in {CUT_FOLDER}/"
         )
     whole = [
         piece.piece_id
-        for drawing in ready
+        for drawing in drawings
         for piece in drawing.pieces
         if micro_joints is not None
-        and all(getattr(one, "closed", True) for one in piece.entities[-1:])
+        and all(getattr(entity, "closed", True) for entity in piece.entities[-1:])
     ]
     if whole:
         notes.append(
-            f"{agree(len(whole), '{n} piece[|s]')} without micro-joints, for want of a side that "
-            f"is long and straight enough: {few_of(whole)}"
+            f"{agree(len(whole), '{n} piece[ has|s have]')} no micro-joints, because no side is "
+            f"long and straight enough: {few_of(whole)}"
         )
     return tuple(notes)

@@ -39,16 +39,16 @@ def overlapping(starts: FloatArray, ends: FloatArray) -> IntArray:
     boxes = shapely.box(
         *(np.minimum(starts, ends) - _APART_MM).T, *(np.maximum(starts, ends) + _APART_MM).T
     )
-    one, other = shapely.STRtree(boxes).query(boxes)
-    one, other = one[one < other], other[one < other]
+    first, second = shapely.STRtree(boxes).query(boxes)
+    first, second = first[first < second], second[first < second]
     way = ends - starts
     length = np.hypot(*way.T)
-    swap = length[one] < length[other]
-    long, short = np.where(swap, other, one), np.where(swap, one, other)
+    swap = length[first] < length[second]
+    long, short = np.where(swap, second, first), np.where(swap, first, second)
     along = way[long] / np.maximum(length[long], _APART_MM)[:, None]
     reach = np.stack([starts[short], ends[short]], axis=1) - starts[long][:, None]
     aside = np.abs(reach[:, :, 1] * along[:, None, 0] - reach[:, :, 0] * along[:, None, 1])
     place = np.einsum("pkd,pd->pk", reach, along)
     common = np.minimum(place.max(axis=1), length[long]) - np.maximum(place.min(axis=1), 0.0)
-    found = (aside.max(axis=1) <= _APART_MM) & (common > _ALONG_MM)
-    return np.unique(other[found])
+    overlap = (aside.max(axis=1) <= _APART_MM) & (common > _ALONG_MM)
+    return np.unique(second[overlap])

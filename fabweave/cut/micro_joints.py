@@ -13,6 +13,8 @@ from fabweave.cut.drawing import Entity, Layer, PieceDrawing, Polyline, SheetDra
 
 #: How wide a micro-joint is unless said otherwise, millimetres.
 BRIDGE_MM = 0.25
+#: Narrower ones break in the machine, wider ones do not break by hand, millimetres.
+_WIDTHS_MM = (0.1, 5.0)
 #: Nobody wants more of them in one outline.
 _MOST = 50
 #: An outline has a micro-joint for each such length at most, millimetres.
@@ -54,13 +56,18 @@ def parse_micro_joints(text: str) -> MicroJoints:
     words = _WORDS.fullmatch(text.strip())
     if words is None or not 1 <= int(words["count"]) <= _MOST:
         raise InputError(
-            f"micro-joints {text!r} are not NUMBER or NUMBER:WIDTH with a number from 1 to "
+            f"micro-joints {text!r} must be NUMBER or NUMBER:WIDTH, with a number from 1 to "
             f"{_MOST}, such as 4 or 4:0.3mm"
         )
-    given = words["width"]
-    width = BRIDGE_MM if given is None else parse_length(given, what="width of micro-joints")
-    if not 0.1 <= width <= 5.0:
-        raise InputError(f"micro-joints are {width:g} mm wide, and must be from 0.1 to 5 mm")
+    width_text = words["width"]
+    width = (
+        BRIDGE_MM if width_text is None else parse_length(width_text, what="width of micro-joints")
+    )
+    least, most = _WIDTHS_MM
+    if not least <= width <= most:
+        raise InputError(
+            f"micro-joints are {width:g} mm wide, but must be {least:g} to {most:g} mm wide"
+        )
     return MicroJoints(int(words["count"]), width)
 
 
@@ -165,10 +172,12 @@ def _run(
     low = np.clip((begin - along[sides]) / length, 0.0, 1.0)
     high = np.clip((stop - along[sides]) / length, 0.0, 1.0)
     corners, sweep = np.roll(points, -1, axis=0), 4.0 * np.arctan(bulges)
-    own = sides % len(points)
-    entry = points_on_sides(points[own], corners[own], sweep[own], low)
-    exit_ = points_on_sides(points[own[-1:]], corners[own[-1:]], sweep[own[-1:]], high[-1:])
-    cut = np.tan(sweep[own] * (high - low) / 4.0)
+    wrapped = sides % len(points)
+    entry = points_on_sides(points[wrapped], corners[wrapped], sweep[wrapped], low)
+    exit_ = points_on_sides(
+        points[wrapped[-1:]], corners[wrapped[-1:]], sweep[wrapped[-1:]], high[-1:]
+    )
+    cut = np.tan(sweep[wrapped] * (high - low) / 4.0)
     return Polyline(
         Layer.CUT_OUTER,
         np.concatenate((entry, exit_)),

@@ -85,9 +85,9 @@ class Preset:
                 mixed = other is not layer and not (layer in _CUT and other in _CUT)
                 if mixed and (both[0].colour == both[1].colour or both[0].aci == both[1].aci):
                     raise InputError(
-                        f"the preset {self.name!r} gives {layer.value} and {other.value} one "
+                        f"the preset {self.name!r} gives {layer.value} and {other.value} the same "
                         f"colour ({both[0].colour}, index {both[0].aci}; {both[1].colour}, index "
-                        f"{both[1].aci}), and a machine could not tell them apart; choose others"
+                        f"{both[1].aci}), so no machine could tell them apart; choose others"
                     )
         object.__setattr__(self, "colours", MappingProxyType(ordered))
 
@@ -113,7 +113,7 @@ def check_hairline(width_mm: float) -> None:
     """Raise InputError unless lines may be so wide."""
     if not (math.isfinite(width_mm) and 0.0 < width_mm <= WIDEST_MM):
         raise InputError(
-            f"a line of {width_mm:g} mm is none that a machine cuts: use up to {WIDEST_MM:g} mm, "
+            f"lines cannot be {width_mm:g} mm wide: machines cut lines of up to {WIDEST_MM:g} mm, "
             "such as 0.025mm"
         )
 
@@ -209,20 +209,22 @@ def read_preset(table: Mapping[str, Any], where: str) -> Preset:
     """
     unknown = [key for key in table if key not in _KEYS]
     if unknown:
-        raise InputError(f"{where}: unknown {unknown[0]!r}; a preset has {', '.join(_KEYS)}")
+        raise InputError(f"{where}: unknown key {unknown[0]!r}; a preset has {', '.join(_KEYS)}")
     layers = table.get("layers")
     if not isinstance(layers, Mapping):
         raise InputError(f"{where}: there is no table [layers] with a colour for each layer")
     known = {layer.value: layer for layer in Layer}
     strange = [name for name in layers if name not in known]
     if strange:
-        raise InputError(f"{where}: no layer is called {strange[0]!r}, but {', '.join(known)}")
+        raise InputError(
+            f"{where}: no layer is called {strange[0]!r}; there are {', '.join(known)}"
+        )
     name, description = table.get("name"), table.get("description", "")
     width = table.get("hairline_mm", HAIRLINE_MM)
     if not (isinstance(name, str) and re.fullmatch(r"[ -~]{1,60}", name)):
         raise InputError(f"{where}: its name is {name!r}; use 1 to 60 characters of ASCII")
     if not (isinstance(description, str) and (not description or description.isprintable())):
-        raise InputError(f"{where}: its description is no line of text; write one, or none")
+        raise InputError(f"{where}: its description must be one line of text, or left out")
     if not isinstance(width, int | float) or isinstance(width, bool):
         raise InputError(f"{where}: hairline_mm is {width!r}; write a number, such as 0.025")
     try:
@@ -237,7 +239,7 @@ def _colour(entry: object) -> LayerColour:
     stated = {"colour": entry} if isinstance(entry, str) else entry
     if not isinstance(stated, Mapping) or not {"colour"} <= set(stated) <= {"colour", "aci"}:
         raise InputError(
-            f"{str(entry)[:60]!r} is no colour; "
+            f"{str(entry)[:60]!r} is not a colour; "
             "write '#RRGGBB', or { colour = '#RRGGBB', aci = 1 }"
         )
     colour, aci = stated["colour"], stated.get("aci")
@@ -246,7 +248,7 @@ def _colour(entry: object) -> LayerColour:
     if aci is None:
         return LayerColour(colour.upper(), _nearest_aci(LayerColour(colour.upper(), 1).rgb))
     if not isinstance(aci, int) or isinstance(aci, bool):
-        raise InputError(f"the colour index {str(aci)[:60]!r} is no number from 1 to 255")
+        raise InputError(f"the colour index {str(aci)[:60]!r} is not a number from 1 to 255")
     return LayerColour(colour.upper(), aci)
 
 
@@ -256,7 +258,7 @@ def _nearest_aci(rgb: tuple[int, int, int]) -> int:
 
     if rgb == (0, 0, 0):
         return 7
-    apart = partial(map, lambda one, two: (one - two) ** 2, rgb)
+    apart = partial(map, lambda first, second: (first - second) ** 2, rgb)
     return min(range(1, 256), key=lambda index: (sum(apart(aci2rgb(index))), index))
 
 

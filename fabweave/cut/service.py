@@ -38,7 +38,7 @@ _DECIMALS = 4
 class PieceMaterial:
     """What a piece is cut from."""
 
-    material: str
+    name: str
     thickness_mm: float
 
     @property
@@ -47,18 +47,18 @@ class PieceMaterial:
 
         Examples
         --------
-        >>> Stuff("card", 0.4).folder
+        >>> PieceMaterial("card", 0.4).folder
         'card_0.4mm'
         """
         # No colon, which names of folders may not have everywhere.
-        return f"{self.material.replace(':', '-')}_{self.thickness_mm:g}mm"
+        return f"{self.name.replace(':', '-')}_{self.thickness_mm:g}mm"
 
 
 @frozen_value
 class KindFile:
     """A distinct piece: how its files are called, what they hold, and which pieces it makes."""
 
-    stuff: PieceMaterial
+    material: PieceMaterial
     kind: int
     ids: tuple[str, ...]
     piece: Piece
@@ -66,35 +66,35 @@ class KindFile:
 
 
 def kind_files(
-    pieces: Sequence[Piece], kinds: Sequence[int], stuff: Sequence[PieceMaterial]
+    pieces: Sequence[Piece], kinds: Sequence[int], materials: Sequence[PieceMaterial]
 ) -> tuple[KindFile, ...]:
-    """Draw one piece of each kind and stuff, with its lower left corner in the origin.
+    """Draw one piece of each kind and material, with its lower left corner in the origin.
 
     Parameters
     ----------
     pieces : sequence of Piece
     kinds : sequence of int
         The kind of each piece: pieces of one kind are congruent, face up.
-    stuff : sequence of Stuff
+    materials : sequence of PieceMaterial
         What each piece is cut from.
 
     Returns
     -------
     tuple of KindFile
-        By stuff and kind. Pieces lie face up, along their length, nominal, and bear nothing.
+        By material and kind. Pieces lie face up, along their length, nominal, and bear nothing.
     """
-    found: dict[tuple[str, int], list[int]] = {}
-    for index, (kind, one) in enumerate(zip(kinds, stuff, strict=True)):
-        found.setdefault((one.folder, kind), []).append(index)
+    members_by_kind: dict[tuple[str, int], list[int]] = {}
+    for index, (kind, material) in enumerate(zip(kinds, materials, strict=True)):
+        members_by_kind.setdefault((material.folder, kind), []).append(index)
     digits = max(3, len(str(max(kinds, default=0))))
-    most = max(2, len(str(max(map(len, found.values()), default=0))))
+    most = max(2, len(str(max(map(len, members_by_kind.values()), default=0))))
     files = []
-    for (_, kind), members in sorted(found.items()):
+    for (_, kind), members in sorted(members_by_kind.items()):
         name = f"kind_{kind:0{digits}d}_qty_{len(members):0{most}d}"
         piece = pieces[members[0]]
         files.append(
             KindFile(
-                stuff=stuff[members[0]],
+                material=materials[members[0]],
                 kind=kind,
                 ids=tuple(pieces[index].id for index in members),
                 piece=piece,
@@ -124,22 +124,22 @@ def quantity_table(files: Sequence[KindFile], *, suffix: str = ".dxf") -> str:
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(_COLUMNS)
-    for one in files:
-        piece = one.piece
+    for file in files:
+        piece = file.piece
         area = piece.path.area - float(np.sum(np.pi * piece.holes[:, 3] ** 2 / 4))
         length = piece.path.length + float(np.sum(np.pi * piece.holes[:, 3]))
         area -= sum(abs(slot.path.area) for slot in piece.slots)
         length += sum(slot.path.length for slot in piece.slots)
         rows.writerow(
             (
-                f"{one.stuff.folder}/{one.drawing.name}{suffix}",
-                len(one.ids),
-                one.kind,
-                " ".join(one.ids),
-                one.stuff.material,
-                f"{one.stuff.thickness_mm:g}",
-                f"{one.drawing.width_mm:.3f}",
-                f"{one.drawing.height_mm:.3f}",
+                f"{file.material.folder}/{file.drawing.name}{suffix}",
+                len(file.ids),
+                file.kind,
+                " ".join(file.ids),
+                file.material.name,
+                f"{file.material.thickness_mm:g}",
+                f"{file.drawing.width_mm:.3f}",
+                f"{file.drawing.height_mm:.3f}",
                 f"{area:.3f}",
                 f"{length:.3f}",
                 len(piece.holes) + len(piece.slots),
@@ -157,15 +157,15 @@ def write_kind_files(
     units: str,
     stroke_width_mm: float,
 ) -> None:
-    """Write a DXF and an SVG for each kind into a folder for each stuff, and the table."""
-    for folder in sorted({one.stuff.folder for one in files}):
+    """Write a DXF and an SVG for each kind into a folder for each material, and the table."""
+    for folder in sorted({file.material.folder for file in files}):
         (directory / folder).mkdir(parents=True)
-    for one in files:
-        stem = directory / one.stuff.folder / one.drawing.name
-        write_dxf(stem.with_name(f"{stem.name}.dxf"), one.drawing, version=version, plain=True)
+    for file in files:
+        stem = directory / file.material.folder / file.drawing.name
+        write_dxf(stem.with_name(f"{stem.name}.dxf"), file.drawing, version=version, plain=True)
         write_svg(
             stem.with_name(f"{stem.name}.svg"),
-            one.drawing,
+            file.drawing,
             colours=colours,
             units=units,
             stroke_width_mm=stroke_width_mm,

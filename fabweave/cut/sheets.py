@@ -15,7 +15,7 @@ from fabweave.cut.travel import short_route, spread_heat
 from fabweave.flat.piece import Piece
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
-from fabweave.stock.rotations import HALF_TURN_DEG, Turns
+from fabweave.stock.rotations import HALF_TURN_DEG, Rotations
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -73,7 +73,7 @@ def draw_sheets(
     ]
     count, left = len(layout.sheets), {offcut.sheet: offcut for offcut in offcuts}
     legend = _legend(marks, mirrored=mirrored)
-    told = [f" {_lettered(caption)}" if caption else "" for caption in captions] or [""] * count
+    suffixes = [f" {_lettered(caption)}" if caption else "" for caption in captions] or [""] * count
     return tuple(
         SheetDrawing(
             name=sheet_name(number),
@@ -82,9 +82,9 @@ def draw_sheets(
             pieces=tuple(drawn),
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
-                [f"{_lettered(title)} SHEET {number}/{count}{told[number - 1]}", *legend],
+                [f"{_lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}", *legend],
                 layout.margin_mm,
-                layout.turns,
+                layout.rotations,
                 left.get(number - 1),
             ),
         )
@@ -96,12 +96,12 @@ def _notes(
     sheet: SheetSize,
     texts: Sequence[str],
     margin_mm: float,
-    turns: Turns,
+    rotations: Rotations,
     offcut: Offcut | None,
 ) -> tuple[Entity, ...]:
     """Return the notes of a sheet as it lies on the bed."""
     grain = sheet.grain_deg
-    if grain is None and turns.step_deg == HALF_TURN_DEG:
+    if grain is None and rotations.step_deg == HALF_TURN_DEG:
         grain = 0.0
     notes = sheet_notes(
         sheet.width_mm,
@@ -123,7 +123,7 @@ def _lettered(title: str) -> str:
 
 def _legend(marks: Sequence[Marks], *, mirrored: bool) -> list[str]:
     """Return notes that say what the engraving means."""
-    kinds = {kind for one in marks for label in one.labels for kind in label.kinds}
+    kinds = {kind for piece_marks in marks for label in piece_marks.labels for kind in label.kinds}
     legend = []
     if kinds:
         legend.append(f"THE ENGRAVED FACE IS THE {'IN' if mirrored else 'OUT'}SIDE")

@@ -90,9 +90,9 @@ def _shorten(
     ends: FloatArray, order: IntArray, backwards: BoolArray, start: int, stop: int
 ) -> bool:
     """Turn runs round that are shorter so, in place; say whether there were any."""
-    own = slice(start, stop)
-    sides = backwards[own].astype(np.int64)
-    enter, leave = ends[order[own], sides], ends[order[own], 1 - sides]
+    window = slice(start, stop)
+    sides = backwards[window].astype(np.int64)
+    enter, leave = ends[order[window], sides], ends[order[window], 1 - sides]
     before = np.zeros(2) if start == 0 else ends[order[start - 1], 1 - int(backwards[start - 1])]
     come = np.concatenate((before[None], leave[:-1]))  # from where each is entered
     last = stop == len(order)
@@ -120,6 +120,6 @@ def _shorten(
     return bool(len(i))
 
 
-def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
+def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the distance of every two points."""
-    return np.hypot(one[:, None, 0] - other[None, :, 0], one[:, None, 1] - other[None, :, 1])
+    return np.hypot(first[:, None, 0] - second[None, :, 0], first[:, None, 1] - second[None, :, 1])

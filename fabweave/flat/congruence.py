@@ -104,7 +104,7 @@ def _agrees(piece: Piece, other: Piece, *, backwards: bool) -> bool:
     if _apart(moved(piece.outline), other.outline) > SAME_MM:
         return False
     ours, theirs = ([slot.path.flattened(SAME_MM / 2) for slot in p.slots] for p in (piece, other))
-    return all(min(_apart(moved(one), slot) for slot in theirs) <= SAME_MM for one in ours)
+    return all(min(_apart(moved(slot), twin) for twin in theirs) <= SAME_MM for slot in ours)
 
 
 def _marks(piece: Piece) -> npt.NDArray[np.complex128]:

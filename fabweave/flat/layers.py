@@ -8,20 +8,21 @@ from fabweave.flat.pieces import PieceSet
 _DECIMALS = 6
 
 
-def count_layers(made: PieceSet) -> IntArray:
+def count_layers(piece_set: PieceSet) -> IntArray:
     """Return how many layers lie on one another at each crossing, (X,): three at a lap."""
     return np.bincount(
-        np.concatenate([piece.crossings for piece in made.pieces]), minlength=len(made.room_mm)
+        np.concatenate([piece.crossings for piece in piece_set.pieces]),
+        minlength=len(piece_set.room_mm),
     )
 
 
-def grips_mm(made: PieceSet) -> FloatArray:
+def grips_mm(piece_set: PieceSet) -> FloatArray:
     """Return how thick the layers at each crossing are together, (X,): the grip of a fastener.
 
     Each layer counts with the thickness of its own thread's material.
     """
-    stations = [len(piece.crossings) for piece in made.pieces]
-    thread = np.repeat([piece.thread for piece in made.pieces], stations)
-    crossing = np.concatenate([piece.crossings for piece in made.pieces])
-    grip = np.bincount(crossing, made.plan.thickness_mm[thread], len(made.room_mm))
+    stations = [len(piece.crossings) for piece in piece_set.pieces]
+    thread = np.repeat([piece.thread for piece in piece_set.pieces], stations)
+    crossing = np.concatenate([piece.crossings for piece in piece_set.pieces])
+    grip = np.bincount(crossing, piece_set.plan.thickness_mm[thread], len(piece_set.room_mm))
     return np.asarray(np.round(grip, _DECIMALS))

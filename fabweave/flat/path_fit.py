@@ -91,8 +91,8 @@ def fit_paths(rings: Sequence[FloatArray], tolerance_mm: float) -> list[Path]:
     bulges = np.tan(arcs.half[taken] / 2.0) + 0.0
     cuts = np.searchsorted(arcs.start[taken], chains.offsets[1:-1])
     return [
-        Path(own, bent)
-        for own, bent in zip(np.split(points, cuts), np.split(bulges, cuts), strict=True)
+        Path(corners, bent)
+        for corners, bent in zip(np.split(points, cuts), np.split(bulges, cuts), strict=True)
     ]
 
 
@@ -127,19 +127,19 @@ def _fitting_arcs(chains: _Chains, tolerance: float) -> _Arcs:
     """Return every side, and every arc and longer straight side that fits."""
     n = len(chains.points)
     sides = np.flatnonzero(chains.end > np.arange(n))
-    found = [_Arcs(sides, sides + 1, np.zeros(len(sides)), np.zeros(len(sides)))]
+    batches = [_Arcs(sides, sides + 1, np.zeros(len(sides)), np.zeros(len(sides)))]
     alive = sides[chains.end[sides] - sides >= 2]
     failures = np.zeros(n, dtype=np.int64)
     span = 2
     while len(alive):
         reach = np.minimum(alive + span, chains.end[alive])
         arcs = _fit(chains.points, alive, reach, tolerance)
-        found.append(arcs)
+        batches.append(arcs)
         failures[alive] += 1
         failures[arcs.start] = 0
         alive = alive[(reach < chains.end[alive]) & (failures[alive] < _PATIENCE)]
         span = span + 1 if span < _EVERY_SPAN else int(span * _GROWTH)
-    return _Arcs(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    return _Arcs(*(np.concatenate(column) for column in zip(*batches, strict=True)))
 
 
 def _fit(points: FloatArray, start: IntArray, end: IntArray, tolerance: float) -> _Arcs:
@@ -267,14 +267,14 @@ def _fewest(chains: _Chains, arcs: _Arcs) -> IntArray:
     came = np.full(n, -1)
     bounds = np.searchsorted(depth[order], np.arange(1, depth.max(initial=0) + 2))
     for begin_at, end_at in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        own = order[begin_at:end_at]
-        total = cost[arcs.start[own]] + price[own]
-        first = np.flatnonzero(np.diff(arcs.end[own], prepend=-1))
+        level = order[begin_at:end_at]
+        total = cost[arcs.start[level]] + price[level]
+        first = np.flatnonzero(np.diff(arcs.end[level], prepend=-1))
         least = np.minimum.reduceat(total, first)
-        goal = arcs.end[own[first]]
-        groups = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(own))))
+        goal = arcs.end[level[first]]
+        groups = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(level))))
         hits = np.flatnonzero(total <= least[groups])
-        came[goal[groups[hits[::-1]]]] = own[hits[::-1]]
+        came[goal[groups[hits[::-1]]]] = level[hits[::-1]]
         inside = ~begins[goal]
         cost[goal[inside]] = least[inside]
     taken = np.zeros(len(arcs.start), dtype=bool)

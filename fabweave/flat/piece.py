@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.core.arc_path import Path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.flat.joint.kinds import JointKind
 
 
 @frozen_value
@@ -88,16 +89,15 @@ class Joint:
     """Where two pieces of one thread meet at a crossing.
 
     ``pieces`` holds the number of the piece that ends here and of the piece that begins here;
-    for a ring cut from one piece both are the same. ``kind`` is one of
-    :data:`fabweave.flat.joint.kinds.KINDS`. ``holes`` is an (n, 2, 2) array: for each fastener the
-    point on the first and on the second piece; ``hole_mm`` is their diameter, NaN if there are
-    none. ``lap_mm`` is how far the pieces lap along their middle line.
+    for a ring cut from one piece both are the same. ``holes`` is an (n, 2, 2) array: for each
+    fastener the point on the first and on the second piece; ``hole_mm`` is their diameter, NaN if
+    there are none. ``lap_mm`` is how far the pieces lap along their middle line.
     """
 
     id: int
     crossing: int
     pieces: tuple[int, int]
-    kind: str
+    kind: JointKind
     holes: FloatArray
     hole_mm: float
     lap_mm: float

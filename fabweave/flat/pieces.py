@@ -7,9 +7,9 @@ import numpy as np
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
-from fabweave.flat.joint.ends import CutStrips, cut_strips, glue_guides
+from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
 from fabweave.flat.joint.holes import HoleRule
-from fabweave.flat.joint.kinds import JointRule
+from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import Frame, resting_frame
 from fabweave.flat.piece import Joint, Piece, Slot
@@ -79,8 +79,12 @@ def build_pieces(
     before, after = _joint_numbers(runs, weave)
     cut = cut_strips(ribbons, weave, runs, plan, before, after)
     drilled = drill(ribbons, weave, plan, cut, rules, slots=slots)
-    glued = plan.are(["glue"]) | (plan.are(["rivet"]) & ~drilled.held)
-    guides = glue_guides(cut, plan, before, after, glued)
+    kinds = [
+        GLUE if kind.most_fasteners and not held else kind
+        for kind, held in zip(plan.kind, drilled.held.tolist(), strict=True)
+    ]
+    marked = np.array([kind.marked for kind in kinds], dtype=np.bool_)
+    guides = guide_lines(cut, plan, before, after, marked)
     numbers = _number_in_thread(runs)
     pieces = tuple(
         _piece(
@@ -95,10 +99,7 @@ def build_pieces(
         )
         for index in range(len(numbers))
     )
-    kinds = np.where(glued, "glue", np.array(plan.kind, dtype=object))
-    return PieceSet(
-        pieces, _join(pieces, plan, kinds.tolist()), drilled.rule, drilled.room_mm, plan
-    )
+    return PieceSet(pieces, _join(pieces, plan, kinds), drilled.rule, drilled.room_mm, plan)
 
 
 def _piece(
@@ -113,49 +114,49 @@ def _piece(
 ) -> Piece:
     """Lay one piece to rest and gather what belongs to it."""
     stations, path, outline = cut.stations, cut.paths[index], cut.outlines[index]
-    own = slice(stations.offsets[index], stations.offsets[index + 1])
+    rows = slice(stations.offsets[index], stations.offsets[index + 1])
     frame = resting_frame(outline, *cut.ends[index])
     return Piece(
         id=name,
         thread=thread,
         path=Path(frame.apply(path.points), path.bulges),
         outline=frame.apply(outline),
-        crossings=stations.crossing[own],
-        points=frame.apply(stations.point[own]),
-        directions=frame.apply(stations.way[own]) - frame.shift,
-        rails=frame.apply(stations.rails[own].reshape(-1, 2)).reshape(-1, 2, 2),
-        over=weave.over[stations.passes[own]],
-        hole_mm=drilled.hole_mm[own],
+        crossings=stations.crossing[rows],
+        points=frame.apply(stations.point[rows]),
+        directions=frame.apply(stations.way[rows]) - frame.shift,
+        rails=frame.apply(stations.rails[rows].reshape(-1, 2)).reshape(-1, 2, 2),
+        over=weave.over[stations.passes[rows]],
+        hole_mm=drilled.hole_mm[rows],
         start_joint=joints[0],
         end_joint=joints[1],
-        more_holes=_more_holes(drilled, own, frame),
-        slots=_slots(index, cut, drilled, own, frame),
+        more_holes=_more_holes(drilled, rows, frame),
+        slots=_slots(index, cut, drilled, rows, frame),
         guides=tuple(frame.apply(guide) for guide in guides),
     )
 
 
-def _more_holes(drilled: Drilled, own: slice, frame: Frame) -> FloatArray:
+def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
     """Return the holes of a piece that are not in the middle of a crossing, (H, 4)."""
-    low, high = np.searchsorted(drilled.more_station, (own.start, own.stop))
+    low, high = np.searchsorted(drilled.more_station, (rows.start, rows.stop))
     points = drilled.more_point[low:high]
     if points.size == 0 or drilled.rule is None:
         return np.zeros((0, 4))
-    station = np.repeat(drilled.more_station[low:high] - own.start, points.shape[1])
+    station = np.repeat(drilled.more_station[low:high] - rows.start, points.shape[1])
     placed = frame.apply(points.reshape(-1, 2))
     return np.column_stack((station, placed, np.full(len(placed), drilled.rule.hole_mm)))
 
 
 def _slots(
-    index: int, cut: CutStrips, drilled: Drilled, own: slice, frame: Frame
+    index: int, cut: CutStrips, drilled: Drilled, rows: slice, frame: Frame
 ) -> tuple[Slot, ...]:
     """Return the slots of a piece."""
     stations, slots = cut.stations, []
     tab = cut.slots[index]
     if tab is not None:
         slots.append(Slot(0, straight_path(frame.apply(tab))))
-    for at in (own.start + np.flatnonzero(drilled.slotted[own])).tolist():
+    for at in (rows.start + np.flatnonzero(drilled.slotted[rows])).tolist():
         path = slot_path(float(drilled.hole_mm[at]), stations.point[at], stations.way[at])
-        slots.append(Slot(int(at - own.start), Path(frame.apply(path.points), path.bulges)))
+        slots.append(Slot(int(at - rows.start), Path(frame.apply(path.points), path.bulges)))
     return tuple(slots)
 
 
@@ -183,7 +184,9 @@ def _number_in_thread(runs: Runs) -> IntArray:
     return np.arange(len(fresh)) - np.repeat(starts, np.diff(np.append(starts, len(fresh)))) + 1
 
 
-def _join(pieces: Sequence[Piece], plan: JointPlan, kinds: Sequence[str]) -> tuple[Joint, ...]:
+def _join(
+    pieces: Sequence[Piece], plan: JointPlan, kinds: Sequence[JointKind]
+) -> tuple[Joint, ...]:
     """Pair the pieces at their joints and their holes on one another."""
     begins = {piece.start_joint: index for index, piece in enumerate(pieces) if piece.start_joint}
     joints = []

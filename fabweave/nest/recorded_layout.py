@@ -1,25 +1,28 @@
 """Take the layout of a finished job, so that the job can be made again whatever found it."""
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
+from fabweave.flat.crossing_map import PieceRecord, read_crossing_map
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.layout_check import check_layout
-from fabweave.stock.rotations import FREE, Turns
+from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import format_stock
 
-_ROUNDED_MM = 2e-6  # outlines in a crossing map are rounded to a millionth
+#: Outlines in a crossing map are rounded to a millionth of a millimetre.
+_ROUNDED_MM = 2e-6
+#: Sheets whose sides differ by less, together, have one size.
 _SAME_MM = 1e-6
+#: How many faults of a layout a message names.
+_NAMED = 4
 
 
 def read_layout(
@@ -30,7 +33,7 @@ def read_layout(
     *,
     margin_mm: float,
     gap_mm: float,
-    turns: Turns = FREE,
+    rotations: Rotations = FREE,
 ) -> Layout:
     """Return the layout that a crossing map records, checked from scratch.
 
@@ -46,7 +49,7 @@ def read_layout(
         The stock.
     margin_mm, gap_mm : float
         What the layout must keep.
-    turns : Turns
+    rotations : Rotations
         The angles that it must keep.
 
     Returns
@@ -59,47 +62,37 @@ def read_layout(
     InputError
         If the file is no crossing map, holds other pieces or sheets, or breaks a rule.
     """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        records = {str(record["id"]): record for record in found["pieces"]}
-        used = _taken(found["sheets"], sheets)
-        layout = Layout(
-            sheets=tuple(
-                replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
-                for number in used
-            ),
-            placements=tuple(
-                _placement(number, records[name])
-                for number, name in enumerate(ids)
-                if name in records
-            ),
-            margin_mm=margin_mm,
-            gap_mm=gap_mm,
-            notes=tuple(str(note) for note in found["layout"].get("notes", ())),
-            recorded=True,
-            turns=turns,
-        )
-        known = {name: np.array(record["outline"], dtype=float) for name, record in records.items()}
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the layout in {path}: {error}") from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(
-            f"{path} is no crossing map with a layout ({type(error).__name__}: {error}); name the "
-            "crossing_map.json of a finished job"
-        ) from error
-    other = [
+    crossing_map = read_crossing_map(path)
+    records = {piece.id: piece for piece in crossing_map.pieces}
+    recorded_outlines = {name: np.array(piece.outline) for name, piece in records.items()}
+    differing = [
         name
         for name, outline in zip(ids, outlines, strict=True)
-        if name not in known
-        or known[name].shape != outline.shape
-        or np.abs(known[name] - outline).max() > _ROUNDED_MM
-    ] + sorted(set(known) - set(ids))
-    if other:
+        if name not in recorded_outlines
+        or recorded_outlines[name].shape != outline.shape
+        or np.abs(recorded_outlines[name] - outline).max() > _ROUNDED_MM
+    ] + sorted(set(recorded_outlines) - set(ids))
+    if differing:
         raise InputError(
-            f"the layout in {path} is of other pieces: {agree(len(other), '{n} differ[s|]')} "
-            f"({few_of(other)}); leave out --layout, or "
+            f"the layout in {path} is of other pieces: {agree(len(differing), '{n} differ[s|]')} "
+            f"({few_of(differing)}); leave out --layout, or "
             "give the settings of that job"
         )
+    used = _sheets_of_stock(
+        [(sheet.width_mm, sheet.height_mm, sheet.stock) for sheet in crossing_map.sheets], sheets
+    )
+    layout = Layout(
+        sheets=tuple(
+            replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
+            for number in used
+        ),
+        placements=tuple(_placement(number, records[name]) for number, name in enumerate(ids)),
+        margin_mm=margin_mm,
+        gap_mm=gap_mm,
+        notes=crossing_map.layout.notes,
+        recorded=True,
+        rotations=rotations,
+    )
     require_kept(path, layout, outlines, ids, sheets)
     return layout
 
@@ -112,50 +105,43 @@ def require_kept(
     sheets: Sequence[SheetSize],
 ) -> None:
     """Raise InputError if a layout that was read breaks a rule, or takes what is not in stock."""
-    used = _taken(
-        [
-            {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm, "stock": sheet.name}
-            for sheet in layout.sheets
-        ],
-        sheets,
+    used = _sheets_of_stock(
+        [(sheet.width_mm, sheet.height_mm, sheet.name) for sheet in layout.sheets], sheets
     )
     faults = _stock_faults(used) + check_layout(layout, outlines, ids=ids)
     if faults:
         raise InputError(
             f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
-            + "; ".join(faults[:4])
+            + "; ".join(faults[:_NAMED])
         )
 
 
-def _placement(number: int, record: Any) -> Placement:
+def _placement(number: int, piece: PieceRecord) -> Placement:
     """Return the placement that a piece's record tells."""
-    stands = record["placement"]
-    return Placement(
-        number,
-        int(record["sheet"]) - 1,
-        float(stands["rotation_deg"]),
-        float(stands["x_mm"]),
-        float(stands["y_mm"]),
-    )
+    motion = piece.placement
+    return Placement(number, piece.sheet - 1, motion.rotation_deg, motion.x_mm, motion.y_mm)
 
 
-def _taken(records: Any, stock: Sequence[SheetSize]) -> list[int | SheetSize]:
-    """Return which sheets of the stock records tell of; the size of one that is not there."""
+def _sheets_of_stock(
+    used: Sequence[tuple[float, float, str]], stock: Sequence[SheetSize]
+) -> list[int | SheetSize]:
+    """Return which sheets of the stock are used, given width, height and name of each.
+
+    For one that is not (or no more) in stock, its size.
+    """
     taken: Counter[int] = Counter()
-    used: list[int | SheetSize] = []
-    for record in records:
-        width, height = float(record["width_mm"]), float(record["height_mm"])
-        name = str(record.get("stock", ""))
-        for number, one in enumerate(stock):
-            near = abs(one.width_mm - width) + abs(one.height_mm - height) < _SAME_MM
-            left = one.quantity is None or taken[number] < one.quantity
-            if near and left and one.name == name:
+    result: list[int | SheetSize] = []
+    for width, height, name in used:
+        for number, sheet in enumerate(stock):
+            near = abs(sheet.width_mm - width) + abs(sheet.height_mm - height) < _SAME_MM
+            left = sheet.quantity is None or taken[number] < sheet.quantity
+            if near and left and sheet.name == name:
                 taken[number] += 1
-                used.append(number)
+                result.append(number)
                 break
         else:
-            used.append(SheetSize(width, height, 1, name=name))
-    return used
+            result.append(SheetSize(width, height, 1, name=name))
+    return result
 
 
 def _stock_faults(used: Sequence[int | SheetSize]) -> list[str]:

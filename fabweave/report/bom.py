@@ -2,11 +2,11 @@
 
 import html
 from collections import Counter
-from typing import Any
 
 import numpy as np
 
 from fabweave.core.messages import agree
+from fabweave.flat.bill_of_materials import BillOfMaterials, FastenerRow, GlueRow, TapeRow
 from fabweave.flat.layers import count_layers, grips_mm
 from fabweave.flat.pieces import PieceSet
 
@@ -15,7 +15,7 @@ SPARE_SHARE = 0.08
 LEAST_SPARES = 2
 
 
-def bill_of_materials(made: PieceSet) -> dict[str, Any]:
+def bill_of_materials(piece_set: PieceSet) -> BillOfMaterials:
     """Count fasteners, glue and tape.
 
     A fastener's grip is the thickness of all layers that it goes through, each with that of its
@@ -25,17 +25,11 @@ def bill_of_materials(made: PieceSet) -> dict[str, Any]:
 
     Parameters
     ----------
-    made : PieceSet
-
-    Returns
-    -------
-    dict
-        ``fasteners`` (one row for each diameter, number of layers and grip, with ``needed``,
-        ``spare`` and ``buy``), ``glue`` and ``tape``, as ``waste.json`` holds them.
+    piece_set : PieceSet
     """
     needed: Counter[tuple[float, int, float]] = Counter()
-    layers, grip = count_layers(made), grips_mm(made)
-    for piece in made.pieces:
+    layers, grip = count_layers(piece_set), grips_mm(piece_set)
+    for piece in piece_set.pieces:
         # Each fastener is counted once, by the strand above; slots are holes in a strand below.
         for station, _, _, diameter in piece.holes.tolist():
             if piece.over[int(station)]:
@@ -45,69 +39,67 @@ def bill_of_materials(made: PieceSet) -> dict[str, Any]:
     for (diameter, count, grip_mm), number in sorted(needed.items()):
         spare = max(LEAST_SPARES, int(np.ceil(SPARE_SHARE * number)))
         rows.append(
-            {
-                "diameter_mm": diameter,
-                "layers": count,
-                "grip_mm": grip_mm,
-                "needed": number,
-                "spare": spare,
-                "buy": number + spare,
-            }
+            FastenerRow(
+                diameter_mm=diameter,
+                layers=count,
+                grip_mm=grip_mm,
+                needed=number,
+                spare=spare,
+                buy=number + spare,
+            )
         )
-    glued = [joint for joint in made.joints if joint.kind == "glue"]
-    taped = [joint for joint in made.joints if joint.kind == "none"]
-    tape = sum(_breadth(made, joint.pieces[0]) for joint in taped)
-    return {
-        "fasteners": rows,
-        "glue": {
-            "joints": len(glued),
-            "area_mm2": round(float(sum(made.plan.lap_mm2[joint.id - 1] for joint in glued)), 3),
-        },
-        "tape": {"joints": len(taped), "length_mm": round(float(tape), 3)},
-    }
+    glued = [joint for joint in piece_set.joints if joint.kind.bought == "glue"]
+    taped = [joint for joint in piece_set.joints if joint.kind.bought == "tape"]
+    lap_mm2 = sum(piece_set.plan.lap_mm2[joint.id - 1] for joint in glued)
+    tape_mm = sum(_breadth(piece_set, joint.pieces[0]) for joint in taped)
+    return BillOfMaterials(
+        fasteners=tuple(rows),
+        glue=GlueRow(joints=len(glued), area_mm2=round(float(lap_mm2), 3)),
+        tape=TapeRow(joints=len(taped), length_mm=round(float(tape_mm), 3)),
+    )
 
 
-def _breadth(made: PieceSet, index: int) -> float:
+def _breadth(piece_set: PieceSet, index: int) -> float:
     """Return how wide a piece is at its last station, square to its thread."""
-    piece = made.pieces[index]
+    piece = piece_set.pieces[index]
     across, along = piece.rails[-1, 1] - piece.rails[-1, 0], piece.directions[-1]
     return float(abs(along[0] * across[1] - along[1] * across[0]))
 
 
-def bom_notes(bill: dict[str, Any]) -> list[str]:
+def bom_notes(bill: BillOfMaterials) -> list[str]:
     """Return the shopping list in words."""
     notes = [
-        f"buy: {row['buy']} fasteners for holes of {row['diameter_mm']:g} mm, grip "
-        f"{row['grip_mm']:g} mm ({row['layers']} layers): {row['needed']} and {row['spare']} spare"
-        for row in bill["fasteners"]
+        f"buy: {row.buy} fasteners for holes of {row.diameter_mm:g} mm, grip "
+        f"{row.grip_mm:g} mm ({row.layers} layers): {row.needed} and {row.spare} spare"
+        for row in bill.fasteners
     ]
-    glue, tape = bill["glue"], bill["tape"]
-    if glue["joints"]:
-        laps = agree(glue["joints"], "{n} [lap|laps]")
-        notes.append(f"buy: glue for {laps}, {glue['area_mm2'] / 100:.0f} cm² in all")
-    if tape["joints"]:
-        seams = agree(tape["joints"], "{n} [seam|seams]")
-        notes.append(f"buy: {tape['length_mm'] / 1000:.2f} m of tape for {seams}")
+    glue, tape = bill.glue, bill.tape
+    if glue.joints:
+        laps = agree(glue.joints, "{n} [lap|laps]")
+        notes.append(f"buy: glue for {laps}, {glue.area_mm2 / 100:.0f} cm² in all")
+    if tape.joints:
+        seams = agree(tape.joints, "{n} [seam|seams]")
+        notes.append(f"buy: {tape.length_mm / 1000:.2f} m of tape for {seams}")
     return notes
 
 
-def bom_section(bill: dict[str, Any]) -> str:
+def bom_section(bill: BillOfMaterials) -> str:
     """Return the shopping list as a section of a web page; nothing if there is nothing to buy."""
-    rows = [
+    rows: list[tuple[object, ...]] = [
         (
-            f"Fasteners, {row['layers']} layers",
-            f"hole {row['diameter_mm']:g} mm, grip {row['grip_mm']:g} mm",
-            row["needed"],
-            row["spare"],
-            row["buy"],
+            f"Fasteners, {row.layers} layers",
+            f"hole {row.diameter_mm:g} mm, grip {row.grip_mm:g} mm",
+            row.needed,
+            row.spare,
+            row.buy,
         )
-        for row in bill["fasteners"]
+        for row in bill.fasteners
     ]
-    glue, tape = bill["glue"], bill["tape"]
-    if glue["joints"]:
-        rows.append(("Glue", f"{glue['area_mm2'] / 100:.1f} cm² of laps", glue["joints"], "", ""))
-    if tape["joints"]:
-        rows.append(("Tape", f"{tape['length_mm'] / 1000:.2f} m", tape["joints"], "", ""))
+    glue, tape = bill.glue, bill.tape
+    if glue.joints:
+        rows.append(("Glue", f"{glue.area_mm2 / 100:.1f} cm² of laps", glue.joints, "", ""))
+    if tape.joints:
+        rows.append(("Tape", f"{tape.length_mm / 1000:.2f} m", tape.joints, "", ""))
     if not rows:
         return ""
     body = "\n".join(

@@ -5,56 +5,40 @@ from collections import Counter
 import numpy as np
 
 from fabweave.core.messages import agree
+from fabweave.flat.joint.kinds import KINDS
 from fabweave.flat.pieces import PieceSet
 from fabweave.ribbon.measures import size_for
 
-_KINDS = {
-    "glue": "glued [lap|laps]: ticks show where the other piece ends, crosses lie on crosses",
-    "dovetail": "[dovetail|dovetails], flush, a tongue in a socket",
-    "slot": "[tab|tabs] through a slot, up to the shoulders",
-    "none": "[seam|seams] end to end, to be taped on the inside",
-}
 
-
-def joint_notes(made: PieceSet, size_mm: float) -> list[str]:
+def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
     """Return what a maker should know of the joints: their kinds, and what would mend the rest.
 
     Parameters
     ----------
-    made : PieceSet
+    piece_set : PieceSet
     size_mm : float
         Largest dimension of the object.
     """
-    if not made.joints:
+    if not piece_set.joints:
         return []
-    kinds = Counter((joint.kind, len(joint.holes)) for joint in made.joints)
+    kinds = Counter((joint.kind.name, len(joint.holes)) for joint in piece_set.joints)
     parts = []
-    for (kind, holes), count in sorted(kinds.items(), key=lambda item: (-item[1], item[0])):
-        if kind == "rivet":
-            parts.append(
-                agree(count, "{n} [lap|laps] with ") + agree(holes, "{n} [fastener|fasteners each]")
-            )
-        else:
-            parts.append(agree(count, "{n} " + _KINDS[kind]))
+    for (name, holes), count in sorted(kinds.items(), key=lambda item: (-item[1], item[0])):
+        each = agree(holes, " with {n} [fastener|fasteners each]") if holes else ""
+        parts.append(agree(count, "{n} " + KINDS[name].note) + each)
     note = "joints: " + "; ".join(parts)
-    rule = made.plan.rule
-    lost = [j.id for j in made.joints if j.kind != rule.kind or len(j.holes) not in _wanted(made)]
+    plan, rule = piece_set.plan, piece_set.plan.rule
+    lost = [j.id for j in piece_set.joints if j.kind != rule.kind or len(j.holes) != rule.holes]
     if not lost:
         return [note]
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
-    what = f"rivet:{rule.fasteners}" if rule.kind == "rivet" else rule.kind
-    note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanting for {what} ({some})"
-    if np.any(made.plan.needed_mm > 0):
-        worst = int(np.argmin(made.plan.room_mm / made.plan.needed_mm))
-        least, needed = (float(v[worst]) for v in (made.plan.room_mm, made.plan.needed_mm))
+    note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanting for {rule} ({some})"
+    if np.any(plan.needed_mm > 0):
+        worst = int(np.argmin(plan.room_mm / plan.needed_mm))
+        least, needed = float(plan.room_mm[worst]), float(plan.needed_mm[worst])
         note += (
             f": the narrowest has {least:.1f} mm from its middle to an edge, "
             f"{needed:.1f} mm are wanted; "
             f"with --size {size_for(least, needed, size_mm)}mm all would do"
         )
     return [note]
-
-
-def _wanted(made: PieceSet) -> tuple[int, ...]:
-    """Return how many holes a joint may have that is made as asked."""
-    return (made.plan.rule.fasteners if made.plan.rule.kind == "rivet" else 0,)

@@ -19,7 +19,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
 #: What labels tell, in the order of ``KINDS``.
-_TOLD = (
+_KIND_NAMES = (
     "piece ids",
     "arrows",
     "joint numbers",
@@ -33,7 +33,7 @@ def all_notes(
     mesh: PolyMesh,
     weave: Weave,
     ribbons: Ribbons,
-    made: PieceSet,
+    piece_set: PieceSet,
     marks: Sequence[Marks],
     rules: Sequence[HoleRule],
 ) -> list[str]:
@@ -42,9 +42,9 @@ def all_notes(
     notes = _weave_notes(weave)
     width = ribbon_widths(ribbons)
     notes.append(_width_note(width))
-    notes += _hole_notes(made, rules, size)
-    notes += joint_notes(made, size)
-    notes += bom_notes(bill_of_materials(made))
+    notes += _hole_notes(piece_set, rules, size)
+    notes += joint_notes(piece_set, size)
+    notes += bom_notes(bill_of_materials(piece_set))
     notes += _label_notes(marks)
     return notes
 
@@ -84,16 +84,16 @@ def _width_note(width: FloatArray) -> str:
     )
 
 
-def _hole_notes(made: PieceSet, rules: Sequence[HoleRule], size: float) -> list[str]:
+def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> list[str]:
     """Say which hole was chosen, where there is none, and at what size there would be."""
     if not rules:
         return ["holes: none, as asked"]
-    room = made.room_mm[np.isfinite(made.room_mm)]
+    room = piece_set.room_mm[np.isfinite(piece_set.room_mm)]
     if not len(room):
         return ["holes: none, since every crossing carries a joint without fasteners"]
     tenth = float(np.quantile(room, 1 - WANTED_SHARE, method="lower"))
     least = float(room.min())
-    if made.rule is None:
+    if piece_set.rule is None:
         rule = rules[-1]
         return [
             f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which wants "
@@ -101,7 +101,7 @@ def _hole_notes(made: PieceSet, rules: Sequence[HoleRule], size: float) -> list[
             f"With --size {size_for(tenth, rule.edge_mm, size)}mm nine of ten crossings would "
             f"have room, with {size_for(least, rule.edge_mm, size)}mm all"
         ]
-    rule = made.rule
+    rule = piece_set.rule
     narrow = int(np.count_nonzero(room < rule.edge_mm))
     all_of_them = agree(len(room), "{n} [crossing|crossings]")
     note = f"holes: {rule.hole_mm:g} mm, {len(room) - narrow} of {all_of_them}"
@@ -120,26 +120,30 @@ def _hole_notes(made: PieceSet, rules: Sequence[HoleRule], size: float) -> list[
 
 def _label_notes(marks: Sequence[Marks]) -> list[str]:
     """Count the letters that are small or found no room."""
-    names = dict(zip(KINDS, _TOLD, strict=True))
-    dropped = Counter(missing.kind for one in marks for missing in one.dropped)
-    placed = Counter(kind for one in marks for label in one.labels for kind in label.kinds)
+    names = dict(zip(KINDS, _KIND_NAMES, strict=True))
+    dropped = Counter(missing.kind for piece_marks in marks for missing in piece_marks.dropped)
+    placed = Counter(
+        kind for piece_marks in marks for label in piece_marks.labels for kind in label.kinds
+    )
     small = Counter(
         kind
-        for one in marks
-        for label in one.labels
+        for piece_marks in marks
+        for label in piece_marks.labels
         for kind in label.kinds
         if label.height_mm < WANTED_HEIGHT_MM
     )
     notes = []
     for kind, name in names.items():
         total = dropped[kind] + placed[kind]
-        said = []
+        troubles = []
         if small[kind]:
-            said.append(agree(small[kind], f"{{n}} [is|are] lower than {WANTED_HEIGHT_MM:g} mm"))
+            troubles.append(
+                agree(small[kind], f"{{n}} [is|are] lower than {WANTED_HEIGHT_MM:g} mm")
+            )
         if dropped[kind]:
-            said.append(f"{dropped[kind]} found no room")
-        if said:
-            notes.append(f"{name}: of {total} {', and '.join(said)}")
+            troubles.append(f"{dropped[kind]} found no room")
+        if troubles:
+            notes.append(f"{name}: of {total} {', and '.join(troubles)}")
     if not notes:
         return []
     return [f"letters: {'; '.join(notes)}. crossing_map.json lists them"]

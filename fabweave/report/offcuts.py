@@ -6,6 +6,8 @@ from typing import Any
 
 import tomli_w
 
+from fabweave.core.arrays import FloatArray
+from fabweave.core.records import record
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM, Offcut
@@ -14,28 +16,56 @@ from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM, Offcut
 OFFCUT_FOLDER, OFFCUT_STOCK = "offcuts", "stock.toml"
 
 
+@record
+class KeptOffcut:
+    """What is left of a sheet and worth keeping.
+
+    ``file`` is its drawing in the job's folder, ``worth`` its share of the price of its sheet, None
+    where that has none. ``rectangle`` has the least and the greatest corner of the largest one in
+    it; ``holes`` are no good.
+    """
+
+    file: str
+    material: str
+    thickness_mm: float
+    worth: float | None
+    sheet: int
+    area_mm2: float
+    rectangle: tuple[tuple[float, float], tuple[float, float]]
+    outline: tuple[tuple[float, float], ...]
+    holes: tuple[tuple[tuple[float, float], ...], ...]
+
+
 def offcut_records(
     offcuts: Sequence[Offcut], layout: Layout, allotment: Allotment
-) -> list[dict[str, Any]]:
-    """Return where offcuts are drawn, of what they are, their figures, and what they are worth.
+) -> list[KeptOffcut]:
+    """Return what is kept of sheets.
 
-    Each is worth the share of the price of its sheet that its area is of the sheet's; None where
-    the sheet has no price.
+    Each is worth the share of the price of its sheet that its area is of the sheet's.
     """
     records = []
     for offcut in offcuts:
         sheet, material = layout.sheets[offcut.sheet], allotment.of_sheet(offcut.sheet).material
         share = offcut.area_mm2 / sheet.area_mm2
         records.append(
-            {
-                "file": f"{OFFCUT_FOLDER}/{offcut.name}.dxf",
-                "material": material.name,
-                "thickness_mm": material.thickness_mm,
-                "worth": None if sheet.price is None else round(sheet.price * share, 6),
-                **offcut.record(),
-            }
+            KeptOffcut(
+                file=f"{OFFCUT_FOLDER}/{offcut.name}.dxf",
+                material=material.name,
+                thickness_mm=material.thickness_mm,
+                worth=None if sheet.price is None else round(sheet.price * share, 6),
+                sheet=offcut.sheet + 1,
+                area_mm2=round(offcut.area_mm2, 6),
+                rectangle=_points(offcut.rectangle),
+                outline=_points(offcut.outline),
+                holes=tuple(map(_points, offcut.holes)),
+            )
         )
     return records
+
+
+def _points(values: FloatArray) -> Any:
+    """Return the rows of an array, (N, 2), as tuples of rounded floats."""
+    return tuple(map(tuple, values.round(6).tolist()))
 
 
 def stock_entries(
@@ -69,35 +99,35 @@ def stock_entries(
     return entries
 
 
-def stock_text(records: Sequence[dict[str, Any]], entries: Sequence[str]) -> str:
+def stock_text(records: Sequence[KeptOffcut], entries: Sequence[str]) -> str:
     """Return the list of stock that holds all offcuts of a job."""
     parts = [
         "# What a job left. fabweave make MESH --stock THIS_FILE --sheet 600x400mm -o DIR takes\n"
         "# it first, and sheets of that size for what does not fit. Take out what is used up.\n"
     ]
     parts += [
-        f"# sheet {record['sheet']}, {record['thickness_mm']:g} mm; {_room(record)}\n{entry}"
-        for record, entry in zip(records, entries, strict=True)
+        f"# sheet {offcut.sheet}, {offcut.thickness_mm:g} mm; {_room(offcut)}\n{entry}"
+        for offcut, entry in zip(records, entries, strict=True)
     ]
     return "\n".join(parts)
 
 
 def offcut_section(
-    records: Sequence[dict[str, Any]], entries: Sequence[str], sheet_names: Sequence[str]
+    records: Sequence[KeptOffcut], entries: Sequence[str], sheet_names: Sequence[str]
 ) -> str:
     """Return what is worth keeping as a section of a web page; nothing if there is nothing."""
     if not records:
         return ""
     rows = []
-    for record in records:
-        low, high = record["rectangle"]
+    for offcut in records:
+        low, high = offcut.rectangle
         cells = (
-            f'<a href="{record["file"]}">{record["file"]}</a>',
-            sheet_names[record["sheet"] - 1],
-            f"{html.escape(record['material'])} {record['thickness_mm']:g}",
+            f'<a href="{offcut.file}">{offcut.file}</a>',
+            sheet_names[offcut.sheet - 1],
+            f"{html.escape(offcut.material)} {offcut.thickness_mm:g}",
             f"{high[0] - low[0]:.0f} × {high[1] - low[1]:.0f}",
-            f"{record['area_mm2'] / 100:.0f}",
-            "unknown" if record["worth"] is None else f"{record['worth']:.2f}",
+            f"{offcut.area_mm2 / 100:.0f}",
+            "unknown" if offcut.worth is None else f"{offcut.worth:.2f}",
         )
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     body = "\n".join(rows)
@@ -116,11 +146,11 @@ def offcut_section(
     )
 
 
-def _room(record: dict[str, Any]) -> str:
+def _room(offcut: KeptOffcut) -> str:
     """Say in a line how large an offcut is, and what it is worth."""
-    low, high = record["rectangle"]
-    told = (
-        f"{record['area_mm2'] / 100:.0f} cm², a rectangle of {high[0] - low[0]:.0f} × "
+    low, high = offcut.rectangle
+    size = (
+        f"{offcut.area_mm2 / 100:.0f} cm², a rectangle of {high[0] - low[0]:.0f} × "
         f"{high[1] - low[1]:.0f} mm fits"
     )
-    return told if record["worth"] is None else f"{told}; worth {record['worth']:.2f}"
+    return size if offcut.worth is None else f"{size}; worth {offcut.worth:.2f}"

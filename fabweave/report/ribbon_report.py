@@ -1,35 +1,41 @@
 """Report the ribbons: the figures of every thread, and what was found."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
+from fabweave.core.records import from_json, optional, read_json, record
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.pieces import PieceSet
-from fabweave.flat.unfold.waves import wave_turns
+from fabweave.flat.unfold.development import wave_turns
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
-from fabweave.ribbon.rules.finding import Finding, finding_record, sentence
+from fabweave.ribbon.rules.finding import Finding, FindingRecord, finding_record, sentence
 from fabweave.ribbon.rules.remedy import SIZED
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 
-SCHEMA = "fabweave.ribbons/1"
-
 
 def hole_findings(
-    made: PieceSet, rules: Sequence[HoleRule], weave: Weave, ribbons: Ribbons, labels: Sequence[str]
+    piece_set: PieceSet,
+    rules: Sequence[HoleRule],
+    weave: Weave,
+    ribbons: Ribbons,
+    labels: Sequence[str],
 ) -> list[Finding]:
     """Find the crossings that have no room for a hole with its distance to every edge.
 
     Parameters
     ----------
-    made : PieceSet
+    piece_set : PieceSet
         With the hole that was chosen.
     rules : sequence of HoleRule
         The holes that there were to choose from; none if no holes are wanted.
@@ -43,20 +49,20 @@ def hole_findings(
     """
     if not rules:
         return []
-    rule = made.rule if made.rule is not None else rules[-1]
-    narrow = np.flatnonzero(made.room_mm < rule.edge_mm)
+    rule = piece_set.rule if piece_set.rule is not None else rules[-1]
+    narrow = np.flatnonzero(piece_set.room_mm < rule.edge_mm)
     if not len(narrow):
         return []
-    crossing = int(narrow[np.argmin(made.room_mm[narrow])])
+    crossing = int(narrow[np.argmin(piece_set.room_mm[narrow])])
     threads = weave.threads
     upper, lower = np.flatnonzero(threads.crossing == crossing)
-    thread, other = (int(threads.thread_of_pass[one]) for one in (upper, lower))
+    thread, other = threads.thread_of_pass[[upper, lower]].tolist()
     x, y, z = (round(float(value), 3) for value in ribbons.centre[crossing])
     return [
         Finding(
             rule="hole",
             severity="warn",
-            value=float(made.room_mm[crossing]),
+            value=float(piece_set.room_mm[crossing]),
             limit=rule.edge_mm,
             unit="mm",
             thread=labels[thread],
@@ -70,22 +76,83 @@ def hole_findings(
     ]
 
 
+@record
+class LimitRecord:
+    """What one material takes, and the clearance between ribbons; what is not said is left out."""
+
+    thickness_mm: float | None = optional(default=None)
+    bend_mm: float | None = optional(default=None)
+    width_mm: float | None = optional(default=None)
+    twist_deg: float | None = optional(default=None)
+    clearance_mm: float | None = optional(default=None)
+
+
+@record
+class ThreadRibbon:
+    """The figures of a thread's ribbon; None where there is no figure.
+
+    Parameters
+    ----------
+    thread : str
+        Its label.
+    crossings : int
+    length_mm : float
+        Along the middle.
+    narrowest_mm, widest_mm : float
+        Least and greatest width across.
+    bend_mm : float
+        Radius of the softest ribbon that keeps the crossings where they are.
+    modelled_bend_mm : float
+        Radius of the tightest bend as modelled, where crossing panels are flat.
+    fold_deg : float
+        Greatest angle between neighbouring facets.
+    crease_deg : float
+        Greatest turn at one cross-line.
+    twist_deg : float
+        Greatest twist over a length that equals the width, spread from crossing to crossing.
+    wave_deg : float
+        How much the unfolded middle line turns, on average from crossing to crossing.
+    limits : LimitRecord or None
+        What its material takes, where materials differ.
+    """
+
+    thread: str
+    crossings: int
+    length_mm: float | None
+    narrowest_mm: float | None
+    widest_mm: float | None
+    bend_mm: float | None
+    modelled_bend_mm: float | None
+    fold_deg: float | None
+    crease_deg: float | None
+    twist_deg: float | None
+    wave_deg: float | None
+    limits: LimitRecord | None = optional(default=None)
+
+
+@record
+class RibbonReport:
+    """The figures of the ribbons as they are made, and what was found: ``ribbons.json``.
+
+    ``limits`` are those of all threads, but for the clearance only if threads have the same;
+    ``smallest_size_mm`` is the size of the object from which on all rules hold.
+    """
+
+    schema: Literal["fabweave.ribbons/1"] = "fabweave.ribbons/1"
+    units: Literal["mm"] = "mm"
+    limits: LimitRecord
+    smallest_size_mm: int | None
+    findings: tuple[FindingRecord, ...]
+    threads: tuple[ThreadRibbon, ...]
+
+
 def ribbon_report(
     check: RibbonCheck,
     ribbons: Ribbons,
     labels: Sequence[str],
     holes: Sequence[Finding] = (),
-) -> dict[str, Any]:
+) -> RibbonReport:
     """Return the figures of the ribbons as they are made, and the findings.
-
-    Of each thread: its length along the middle; the least and greatest width across; the radius
-    of the softest ribbon that keeps the crossings where they are (``bend_mm``), and of the
-    tightest bend as modelled, where crossing panels are flat (``modelled_bend_mm``); the greatest
-    angle between neighbouring facets (``fold_deg``); the greatest turn at one cross-line
-    (``crease_deg``); the greatest twist over a length that equals the width, spread from crossing
-    to crossing (``twist_deg``); and how much the unfolded middle line turns, on average from
-    crossing to crossing (``wave_deg``). None where there is no figure.
-    What materials take stands under ``limits``: of all threads, or of each if they differ.
 
     Parameters
     ----------
@@ -96,42 +163,45 @@ def ribbon_report(
         Names of the threads.
     holes : sequence of Finding
         What :func:`hole_findings` found.
-
-    Returns
-    -------
-    dict
-        As JSON takes it.
     """
     limits = check.limits
-    records = _thread_records(ribbons, labels)
     several = isinstance(limits.thickness_mm, np.ndarray)
-    if several:
-        number = {label: thread for thread, label in enumerate(labels)}
-        for record in records:
-            record["limits"] = _limit_record(limits.of(np.array([number[record["thread"]]])))
-    return {
-        "schema": SCHEMA,
-        "units": "mm",
-        "limits": ({} if several else _limit_record(limits))
-        | {"clearance_mm": limits.clearance_mm},
-        "smallest_size_mm": check.smallest_mm,
-        "findings": [finding_record(found) for found in (*check.findings, *holes)],
-        "threads": records,
-    }
+    clearance_mm = limits.clearance_mm
+    return RibbonReport(
+        limits=replace(
+            LimitRecord() if several else _limit_record(limits), clearance_mm=clearance_mm
+        ),
+        smallest_size_mm=check.smallest_mm,
+        findings=tuple(finding_record(finding) for finding in (*check.findings, *holes)),
+        threads=_thread_records(ribbons, labels, limits if several else None),
+    )
 
 
-def _limit_record(limits: Limits) -> dict[str, float]:
+def read_ribbon_report(path: Path) -> RibbonReport:
+    """Read the ``ribbons.json`` of a finished job.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or is no such report; the message says why.
+    """
+    return read_json(path, partial(from_json, RibbonReport), "report on ribbons")
+
+
+def _limit_record(limits: Limits) -> LimitRecord:
     """Return what one material takes."""
-    return {
-        "thickness_mm": float(np.max(limits.thickness_mm)),
-        "bend_mm": round(float(np.max(limits.bend_mm)), 4),
-        "width_mm": float(np.max(limits.width_mm)),
-        "twist_deg": round(float(np.max(limits.twist_deg)), 4),
-    }
+    return LimitRecord(
+        thickness_mm=float(np.max(limits.thickness_mm)),
+        bend_mm=round(float(np.max(limits.bend_mm)), 4),
+        width_mm=float(np.max(limits.width_mm)),
+        twist_deg=round(float(np.max(limits.twist_deg)), 4),
+    )
 
 
-def _thread_records(ribbons: Ribbons, labels: Sequence[str]) -> list[dict[str, Any]]:
-    """Return one record for each thread that crosses anything."""
+def _thread_records(
+    ribbons: Ribbons, labels: Sequence[str], limits: Limits | None
+) -> tuple[ThreadRibbon, ...]:
+    """Return one record for each thread that crosses anything, with its limits if there are any."""
     bends = measure_bends(ribbons)
     spans = measure_spans(ribbons, bends)
     counts = np.diff(ribbons.pass_offsets)
@@ -150,14 +220,15 @@ def _thread_records(ribbons: Ribbons, labels: Sequence[str]) -> list[dict[str, A
         "twist_deg": _extreme(spans.twist_deg, of_pass, len(counts), least=False),
         "wave_deg": turns / np.maximum(counts, 1),
     }
-    return [
-        {
-            "thread": labels[thread],
-            "crossings": int(counts[thread]),
+    return tuple(
+        ThreadRibbon(
+            thread=labels[thread],
+            crossings=int(counts[thread]),
+            limits=None if limits is None else _limit_record(limits.of(np.array([thread]))),
             **{name: _rounded(values[thread]) for name, values in columns.items()},
-        }
+        )
         for thread in np.flatnonzero(counts).tolist()
-    ]
+    )
 
 
 def _extreme(values: FloatArray, owner: IntArray, n_threads: int, *, least: bool) -> FloatArray:
@@ -179,11 +250,11 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
     ----------
     check : RibbonCheck
     """
-    found = {one.rule: sentence(one) for one in check.findings}
-    notes = [found.pop("bend", _bend_note(check)), *_turning_note(check)]
-    if "twist" not in found:
+    sentences = {finding.rule: sentence(finding) for finding in check.findings}
+    notes = [sentences.pop("bend", _bend_note(check)), *_turning_note(check)]
+    if "twist" not in sentences:
         notes += _twist_note(check)
-    notes += [*found.values(), *_size_note(check)]
+    notes += [*sentences.values(), *_size_note(check)]
     if check.untried is not None:
         notes.append(f"checks: whether --refine would mend them was not tried: {check.untried}")
     return notes
@@ -191,7 +262,7 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
 
 def _size_note(check: RibbonCheck) -> list[str]:
     """Say at which size the rules hold; no note where there is nothing that a size would change."""
-    sized = [one for one in check.findings if one.rule in SIZED]
+    sized = [finding for finding in check.findings if finding.rule in SIZED]
     what, size = "widths, bends, creases and clearances", check.smallest_mm
     if size is None:
         if not sized:

@@ -2,12 +2,13 @@
 
 import html
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import shapely
 
+from fabweave.core.records import record
 from fabweave.flat.piece import Piece
+from fabweave.flat.split.length_curve import ChoiceRecord
 from fabweave.flat.split.split_plan import SplitPlan
 
 _CHART = (560, 190)  # width and height in pixels
@@ -15,56 +16,81 @@ _EDGE = 90
 _LOW = 34
 
 
+@record
+class ThreadSplitting:
+    """How a thread is cut; ``fill`` is what its pieces fill of their smallest rectangles."""
+
+    thread: str
+    pieces: int
+    longest_mm: float
+    fill: float
+
+
+@record
+class SplittingRecord:
+    """Where threads were cut: the greatest length of a piece, and each thread's pieces.
+
+    ``choices`` are predictions for several greatest lengths, made before anything was nested.
+    """
+
+    max_length_mm: float
+    choices: tuple[ChoiceRecord, ...]
+    threads: tuple[ThreadSplitting, ...]
+
+
 def splitting_record(
     plan: SplitPlan, pieces: Sequence[Piece], labels: Sequence[str]
-) -> dict[str, Any]:
+) -> SplittingRecord:
     """Return what ``waste.json`` holds under ``splitting``.
 
-    ``choices`` are predictions for several greatest lengths, made before anything was nested; of
-    each thread, ``fill`` is what its pieces fill of their smallest rectangles.
+    Parameters
+    ----------
+    plan : SplitPlan
+    pieces : sequence of Piece
+    labels : sequence of str
+        The name of each thread.
     """
     polygons = [shapely.Polygon(piece.outline) for piece in pieces]
     area, box = shapely.area(polygons), shapely.area(shapely.oriented_envelope(polygons))
     thread = np.array([piece.thread for piece in pieces], dtype=np.int64)
     count = np.bincount(thread, minlength=len(labels))
-    own, around = (np.bincount(thread, part, len(labels)) for part in (area, box))
+    filled, around = (np.bincount(thread, part, len(labels)) for part in (area, box))
     longest = np.zeros(len(labels))
     extent = np.array([float(np.ptp(piece.outline[:, 0])) for piece in pieces])
     np.maximum.at(longest, thread, extent)
-    return {
-        "max_length_mm": round(plan.length_mm, 1),
-        "choices": [choice.record() for choice in plan.choices],
-        "threads": [
-            {
-                "thread": labels[number],
-                "pieces": int(count[number]),
-                "longest_mm": round(float(longest[number]), 1),
-                "fill": round(float(own[number] / around[number]), 4),
-            }
+    return SplittingRecord(
+        max_length_mm=round(plan.length_mm, 1),
+        choices=tuple(choice.record() for choice in plan.choices),
+        threads=tuple(
+            ThreadSplitting(
+                thread=labels[number],
+                pieces=int(count[number]),
+                longest_mm=round(float(longest[number]), 1),
+                fill=round(float(filled[number] / around[number]), 4),
+            )
             for number in np.flatnonzero(count).tolist()
-        ],
-    }
+        ),
+    )
 
 
-def splitting_section(record: dict[str, Any]) -> str:
+def splitting_section(record: SplittingRecord) -> str:
     """Return the record as a part of a web page: a curve and two tables."""
-    choices = record["choices"]
     rows = "".join(
-        f"<tr><td>{choice['max_length_mm']:.0f} mm</td><td>{choice['pieces']}</td>"
-        f"<td>{choice['joints']}</td><td>{choice['utilisation']:.0%}</td></tr>"
-        for choice in choices
+        f"<tr><td>{choice.max_length_mm:.0f} mm</td><td>{choice.pieces}</td>"
+        f"<td>{choice.joints}</td><td>{choice.utilisation:.0%}</td></tr>"
+        for choice in record.choices
     )
     threads = "".join(
-        f"<tr><td>{html.escape(one['thread'])}</td><td>{one['pieces']}</td>"
-        f"<td>{one['longest_mm']:.0f} mm</td><td>{one['fill']:.0%}</td></tr>"
-        for one in record["threads"]
+        f"<tr><td>{html.escape(thread.thread)}</td><td>{thread.pieces}</td>"
+        f"<td>{thread.longest_mm:.0f} mm</td><td>{thread.fill:.0%}</td></tr>"
+        for thread in record.threads
     )
     return (
         "<h2>Pieces</h2>"
-        f"<p>Cut to at most {record['max_length_mm']:.0f} mm (--max-length). What other lengths "
+        f"<p>Cut to at most {record.max_length_mm:.0f} mm (--max-length). What other lengths "
         "would come to, as predicted before nesting: shorter pieces waste less and want more "
         "joints.</p>"
-        f"{_chart(choices)}"
+        f"{_chart(record.choices)}"
         "<table><tr><th>--max-length</th><th>pieces</th><th>joints</th><th>predicted use</th></tr>"
         f"{rows}</table>"
         "<details><summary>Thread by thread</summary><table><tr><th>thread</th><th>pieces</th>"
@@ -72,16 +98,16 @@ def splitting_section(record: dict[str, Any]) -> str:
     )
 
 
-def _chart(choices: Sequence[dict[str, Any]]) -> str:
+def _chart(choices: Sequence[ChoiceRecord]) -> str:
     """Draw predicted use (filled dots) and joints (rings) over the greatest length."""
     if len(choices) < 2:
         return ""
     wide, high = _CHART
-    length = np.array([choice["max_length_mm"] for choice in choices], dtype=np.float64)
+    length = np.array([choice.max_length_mm for choice in choices], dtype=np.float64)
     x = _EDGE + (wide - 2 * _EDGE) * (length - length[0]) / max(float(np.ptp(length)), 1e-9)
     parts = []
     for key, fill, name in (("utilisation", "#0072b2", "use"), ("joints", "none", "joints")):
-        value = np.array([choice[key] for choice in choices], dtype=np.float64)
+        value = np.array([getattr(choice, key) for choice in choices], dtype=np.float64)
         y = high - _LOW - (high - 2 * _LOW) * value / max(float(value.max()), 1e-9)
         line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
         dash = "" if fill != "none" else ' stroke-dasharray="5 4"'
@@ -91,12 +117,12 @@ def _chart(choices: Sequence[dict[str, Any]]) -> str:
             for a, b in zip(x, y, strict=True)
         ]
         for end, side, anchor in ((0, -9, "end"), (-1, 9, "start")):
-            told = f"{value[end]:.0%}" if key == "utilisation" else f"{value[end]:.0f}"
+            figure = f"{value[end]:.0%}" if key == "utilisation" else f"{value[end]:.0f}"
             # Both begin near the top: the names there stand one above the other.
             lift = 4 if end or key == "utilisation" else -10
             parts.append(
                 f'<text x="{x[end] + side:.1f}" y="{y[end] + lift:.1f}" font-size="12" '
-                f'text-anchor="{anchor}">{name} {told}</text>'
+                f'text-anchor="{anchor}">{name} {figure}</text>'
             )
     axis = high - _LOW
     parts.append(f'<line x1="{_EDGE}" y1="{axis}" x2="{wide - _EDGE}" y2="{axis}" stroke="#999"/>')

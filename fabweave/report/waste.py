@@ -3,21 +3,33 @@
 import csv
 import io
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import fields, replace
+from typing import Literal, TypeVar
 
 import numpy as np
 
 from fabweave.core.arc_path import stretch
+from fabweave.core.records import inline, record
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.piece import Piece
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
-from fabweave.report.estimate import estimate_record
+from fabweave.report.accounts import (
+    MaterialAccount,
+    SheetAccount,
+    SheetSums,
+    Totals,
+    sum_sheets,
+)
+from fabweave.report.estimate import Estimate, estimate_sheets
+from fabweave.report.offcuts import KeptOffcut
+from fabweave.report.splitting import SplittingRecord
 from fabweave.stock.material import sheet_mass_kg
 
-SCHEMA = "fabweave.waste/1"
 _DECIMALS = 6
+_Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 
 
 def outline_area_mm2(piece: Piece) -> float:
@@ -68,113 +80,145 @@ def piece_table(
     return text.getvalue()
 
 
+@record
+class MaterialName:
+    """The one material of a job."""
+
+    name: str
+    thickness_mm: float
+
+
+@record
+class WasteReport:
+    """What becomes of the material, what it costs, and what is kept and bought: ``waste.json``.
+
+    ``material`` is None where there are several.
+    """
+
+    schema: Literal["fabweave.waste/1"] = "fabweave.waste/1"
+    units: Literal["mm"] = "mm"
+    material: MaterialName | None
+    materials: tuple[MaterialAccount, ...]
+    sheets: tuple[SheetAccount, ...]
+    totals: Totals
+    estimate: Estimate | None
+    notes: tuple[str, ...]
+    offcuts: tuple[KeptOffcut, ...]
+    bill: BillOfMaterials = inline()
+    kerf_mm: float
+    splitting: SplittingRecord
+
+
 def waste_report(
     pieces: Sequence[Piece],
     layout: Layout,
     drawings: Sequence[SheetDrawing],
     allotment: Allotment,
+    *,
     notes: Sequence[str],
-) -> dict[str, Any]:
-    """Account for every sheet and for all together.
-
-    On each sheet the areas of pieces (without holes), holes and waste add up to the sheet.
-    Utilisation is the nominal area of the pieces' outlines over the area of the sheet. The totals
-    of each material stand under ``materials``.
-
-    Returns
-    -------
-    dict
-        What ``waste.json`` holds.
-    """
-    rows = []
-    for number, (sheet, drawing) in enumerate(zip(layout.sheets, drawings, strict=True)):
-        cut = entities_on(drawing, Layer.CUT_INNER, Layer.CUT_OUTER)
-        here = [pieces[p.piece] for p in layout.placements if p.sheet == number]
-        outlines = sum(outline_area_mm2(piece) for piece in here)
-        holes = sum(hole_area_mm2(piece) for piece in here)
-        area = sheet.area_mm2
-        rows.append(
-            {
-                "sheet": number + 1,
-                "width_mm": sheet.width_mm,
-                "height_mm": sheet.height_mm,
-                "area_mm2": area,
-                "piece_area_mm2": outlines - holes,
-                "hole_area_mm2": holes,
-                "waste_mm2": area - outlines,
-                "utilisation": outlines / area,
-                "pieces": len(here),
-                "cut_length_mm": length_mm(cut),
-                "pierces": len(cut),
-                "stock": sheet.name,
-                "price": 0.0 if sheet.offcut and sheet.price is None else sheet.price,
-                "material": allotment.of_sheet(number).material.name,
-                "thickness_mm": allotment.of_sheet(number).material.thickness_mm,
-            }
-        )
-    totals = sum_rows(rows)
-    materials = material_records(rows, allotment)
-    totals["cut_length_mm"] = sum(row["cut_length_mm"] for row in rows)
-    totals["pierces"] = sum(row["pierces"] for row in rows)
-    totals["engrave_length_mm"] = sum(
-        length_mm(entities_on(drawing, Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK))
-        for drawing in drawings
-    )
-    totals["holes"] = sum(len(entities_on(drawing, Layer.CUT_INNER)) for drawing in drawings)
-    totals["mass_g"] = sum(record["mass_g"] for record in materials)
-    only = materials[0] if len(materials) == 1 else None
-    return {
-        "schema": SCHEMA,
-        "units": "mm",
-        # What several materials have in common is nothing.
-        "material": only and {"name": only["material"], "thickness_mm": only["thickness_mm"]},
-        "materials": [_rounded(record) for record in materials],
-        "sheets": [_rounded(row) for row in rows],
-        "totals": _rounded(totals),
-        "estimate": estimate_record(rows, allotment.sheet_materials),
-        "notes": list(notes),
-    }
-
-
-def sum_rows(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return how many sheets there are, and what their areas and pieces sum up to."""
-    totals: dict[str, Any] = {"sheets": len(rows)}
-    for key in ("area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces"):
-        totals[key] = sum(row[key] for row in rows)
-    prices = [row["price"] for row in rows]
-    # A sum without a price would be none.
-    totals["price"] = None if None in prices else sum(prices)
-    used = totals["piece_area_mm2"] + totals["hole_area_mm2"]
-    totals["utilisation"] = used / totals["area_mm2"] if rows else 0.0
-    return totals
-
-
-def material_records(rows: Sequence[dict[str, Any]], allotment: Allotment) -> list[dict[str, Any]]:
-    """Return what each material comes to: its sheets, areas, price and mass.
+    offcuts: Sequence[KeptOffcut],
+    bill: BillOfMaterials,
+    kerf_mm: float,
+    splitting: SplittingRecord,
+) -> WasteReport:
+    """Account for every sheet, for each material, and for all together.
 
     Parameters
     ----------
-    rows : sequence of dict
-        The records of all sheets.
+    pieces : sequence of Piece
+    layout : Layout
+    drawings : sequence of SheetDrawing
+        The sheets of the layout, as they are drawn.
     allotment : Allotment
+    notes, offcuts, bill, kerf_mm, splitting
+        What the report says besides.
     """
-    records = []
+    sheets = [
+        _sheet_account(number, pieces, layout, drawing, allotment)
+        for number, drawing in enumerate(drawings)
+    ]
+    materials = _material_accounts(sheets, allotment)
+    totals = Totals(
+        sums=sum_sheets(sheets),
+        cut_length_mm=sum(sheet.cut_length_mm for sheet in sheets),
+        pierces=sum(sheet.pierces for sheet in sheets),
+        engrave_length_mm=sum(
+            length_mm(entities_on(drawing, Layer.ENGRAVE_LABEL, Layer.ENGRAVE_MARK))
+            for drawing in drawings
+        ),
+        holes=sum(len(entities_on(drawing, Layer.CUT_INNER)) for drawing in drawings),
+        mass_g=sum(account.mass_g for account in materials),
+    )
+    only = materials[0] if len(materials) == 1 else None
+    return WasteReport(
+        material=None
+        if only is None
+        else MaterialName(name=only.material, thickness_mm=only.thickness_mm),
+        materials=tuple(map(_rounded, materials)),
+        sheets=tuple(map(_rounded, sheets)),
+        totals=_rounded(totals),
+        estimate=estimate_sheets(sheets, allotment.sheet_materials),
+        notes=tuple(notes),
+        offcuts=tuple(offcuts),
+        bill=bill,
+        kerf_mm=kerf_mm,
+        splitting=splitting,
+    )
+
+
+def _sheet_account(
+    number: int,
+    pieces: Sequence[Piece],
+    layout: Layout,
+    drawing: SheetDrawing,
+    allotment: Allotment,
+) -> SheetAccount:
+    """Account for a sheet, counted from 0."""
+    sheet, material = layout.sheets[number], allotment.of_sheet(number).material
+    cut = entities_on(drawing, Layer.CUT_INNER, Layer.CUT_OUTER)
+    placed = [pieces[p.piece] for p in layout.placements if p.sheet == number]
+    outlines = sum(outline_area_mm2(piece) for piece in placed)
+    holes = sum(hole_area_mm2(piece) for piece in placed)
+    area = sheet.area_mm2
+    return SheetAccount(
+        number=number + 1,
+        width_mm=sheet.width_mm,
+        height_mm=sheet.height_mm,
+        area_mm2=area,
+        piece_area_mm2=outlines - holes,
+        hole_area_mm2=holes,
+        waste_mm2=area - outlines,
+        utilisation=outlines / area,
+        pieces=len(placed),
+        cut_length_mm=length_mm(cut),
+        pierces=len(cut),
+        stock=sheet.name,
+        price=0.0 if sheet.offcut and sheet.price is None else sheet.price,
+        material=material.name,
+        thickness_mm=material.thickness_mm,
+    )
+
+
+def _material_accounts(
+    sheets: Sequence[SheetAccount], allotment: Allotment
+) -> list[MaterialAccount]:
+    """Return what each material comes to."""
+    accounts = []
     for index, supply in enumerate(allotment.supplies.each):
         material = supply.material
-        own = sum_rows(
-            [rows[sheet] for sheet in np.flatnonzero(allotment.sheets == index).tolist()]
+        numbers = np.flatnonzero(allotment.sheets == index).tolist()
+        sums = sum_sheets([sheets[number] for number in numbers])
+        accounts.append(
+            MaterialAccount(
+                material=material.name,
+                thickness_mm=material.thickness_mm,
+                density_kg_m3=material.density_kg_m3,
+                bunches=supply.bunches,
+                sums=sums,
+                mass_g=1000 * sheet_mass_kg(material, sums.piece_area_mm2),
+            )
         )
-        records.append(
-            {
-                "material": material.name,
-                "thickness_mm": material.thickness_mm,
-                "density_kg_m3": material.density_kg_m3,
-                "bunches": list(supply.bunches),
-                **own,
-                "mass_g": 1000 * sheet_mass_kg(material, own["piece_area_mm2"]),
-            }
-        )
-    return records
+    return accounts
 
 
 def entities_on(drawing: SheetDrawing, *layers: Layer) -> list[Entity]:
@@ -186,26 +230,30 @@ def entities_on(drawing: SheetDrawing, *layers: Layer) -> list[Entity]:
 
 def length_mm(entities: Sequence[Entity]) -> float:
     """Return how far the tool travels along entities, from one to the next not counted."""
-    circles = 2 * np.pi * sum(one.radius for one in entities if isinstance(one, Circle))
-    lines = [one for one in entities if isinstance(one, Polyline)]
+    circles = 2 * np.pi * sum(entity.radius for entity in entities if isinstance(entity, Circle))
+    lines = [entity for entity in entities if isinstance(entity, Polyline)]
     if not lines:
         return float(circles)
     runs = [
-        np.concatenate((one.points, one.points[:1])) if one.closed else one.points for one in lines
+        np.concatenate((line.points, line.points[:1])) if line.closed else line.points
+        for line in lines
     ]
     steps = np.hypot(*np.diff(np.concatenate(runs), axis=0).T)
     ends = np.cumsum([len(run) for run in runs])
     # The step from each run to the next is no travel along an entity.
     steps[ends[:-1] - 1] = 0.0
-    for one, run, end in zip(lines, runs, ends.tolist(), strict=True):
-        if one.bulges is not None:
-            steps[end - len(run) : end - 1] *= stretch(one.bulges[: len(run) - 1])
+    for line, run, end in zip(lines, runs, ends.tolist(), strict=True):
+        if line.bulges is not None:
+            steps[end - len(run) : end - 1] *= stretch(line.bulges[: len(run) - 1])
     return float(circles + steps.sum())
 
 
-def _rounded(row: dict[str, Any]) -> dict[str, Any]:
-    """Return the row with its floats rounded."""
-    return {
-        key: round(value, _DECIMALS) if isinstance(value, float) else value
-        for key, value in row.items()
-    }
+def _rounded(account: _Account) -> _Account:
+    """Return an account with its floats rounded, those of its sums, too."""
+    values = {name.name: getattr(account, name.name) for name in fields(account)}
+    for name, value in values.items():
+        if isinstance(value, float):
+            values[name] = round(value, _DECIMALS)
+        elif isinstance(value, SheetSums):
+            values[name] = _rounded(value)
+    return replace(account, **values)

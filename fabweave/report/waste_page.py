@@ -2,13 +2,14 @@
 
 import html
 from collections.abc import Sequence
-from typing import Any
 
 from fabweave.nest.allotment import Allotment
+from fabweave.report.accounts import MaterialAccount, SheetAccount, SheetSums
 from fabweave.report.bom import bom_section
 from fabweave.report.estimate import estimate_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
+from fabweave.report.waste import WasteReport
 from fabweave.stock.supplies import Supplies
 
 _PAGE = """<!doctype html>
@@ -46,7 +47,7 @@ li {{ margin: .3rem 0 }}
 
 
 def waste_page(
-    report: dict[str, Any],
+    report: WasteReport,
     *,
     title: str,
     allotment: Allotment,
@@ -57,8 +58,7 @@ def waste_page(
 
     Parameters
     ----------
-    report : dict
-        What ``waste.json`` holds.
+    report : WasteReport
     title : str
         Name of the job.
     allotment : Allotment
@@ -66,31 +66,34 @@ def waste_page(
     entries : sequence of str
         Those of the offcuts in a list of stock.
     """
-    totals, supplies = report["totals"], allotment.supplies
+    totals, supplies = report.totals, allotment.supplies
     rows = "\n".join(
-        _page_row(name, _size(row, told=supplies.several), row)
-        for name, row in zip(sheet_names, report["sheets"], strict=True)
+        _page_row(name, _size(sheet, with_material=supplies.several), sheet)
+        for name, sheet in zip(sheet_names, report.sheets, strict=True)
     )
     summary = (
-        f"{totals['pieces']} pieces of {supplies.told}, on "
-        f"{totals['sheets']} sheets: {totals['utilisation']:.0%} of the material is used, "
-        f"{totals['cut_length_mm'] / 1000:.1f} m are cut and "
-        f"{totals['engrave_length_mm'] / 1000:.1f} m engraved; "
-        f"the finished object weighs {totals['mass_g']:.0f} g."
+        f"{totals.sums.pieces} pieces of {supplies.description}, on "
+        f"{totals.sums.sheets} sheets: {totals.sums.utilisation:.0%} of the material is used, "
+        f"{totals.cut_length_mm / 1000:.1f} m are cut and "
+        f"{totals.engrave_length_mm / 1000:.1f} m engraved; "
+        f"the finished object weighs {totals.mass_g:.0f} g."
     )
-    if totals["price"]:
-        summary += f" The sheets cost {totals['price']:.2f}."
-    notes = "".join(f"<li>{html.escape(note)}</li>" for note in report["notes"])
+    if totals.sums.price:
+        summary += f" The sheets cost {totals.sums.price:.2f}."
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in report.notes)
+    estimate = estimate_section(
+        report.estimate, report.sheets, totals, sheet_names, allotment.sheet_materials
+    )
     return _PAGE.format(
         title=html.escape(title),
         summary=html.escape(summary),
         rows=rows,
-        total=_page_row("all", "", totals),
-        estimate=estimate_section(report, sheet_names, allotment.sheet_materials),
-        offcuts=offcut_section(report["offcuts"], entries, sheet_names),
-        materials=_material_section(report, supplies) if supplies.several else "",
-        bill=bom_section(report),
-        splitting=splitting_section(report["splitting"]) if "splitting" in report else "",
+        total=_page_row("all", "", totals.sums),
+        estimate=estimate,
+        offcuts=offcut_section(report.offcuts, entries, sheet_names),
+        materials=_material_section(report.materials, supplies) if supplies.several else "",
+        bill=bom_section(report.bill),
+        splitting=splitting_section(report.splitting),
         notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
         pictures="\n".join(
             f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'
@@ -100,30 +103,31 @@ def waste_page(
     )
 
 
-def _size(row: dict[str, Any], *, told: bool) -> str:
+def _size(sheet: SheetAccount, *, with_material: bool) -> str:
     """Return the size of a sheet, what it is called in the stock, and maybe its material."""
-    size = f"{row['width_mm']:g} × {row['height_mm']:g}"
-    if row["stock"]:
-        size += f"<br><small>{html.escape(row['stock'])}</small>"
-    return f"{size}, {row['material']} {row['thickness_mm']:g}" if told else size
+    size = f"{sheet.width_mm:g} × {sheet.height_mm:g}"
+    if sheet.stock:
+        size += f"<br><small>{html.escape(sheet.stock)}</small>"
+    return f"{size}, {sheet.material} {sheet.thickness_mm:g}" if with_material else size
 
 
-def _material_section(report: dict[str, Any], supplies: Supplies) -> str:
+def _material_section(accounts: Sequence[MaterialAccount], supplies: Supplies) -> str:
     """Return what each material comes to, as a section of a web page."""
-    rows, priced = [], any(record["price"] for record in report["materials"])
-    for record, supply in zip(report["materials"], supplies.each, strict=True):
+    rows, priced = [], any(account.sums.price for account in accounts)
+    for account, supply in zip(accounts, supplies.each, strict=True):
+        sums = account.sums
         cells = [
-            f"{supply.told} ({', '.join(supply.bunches)})",
-            record["sheets"],
-            record["pieces"],
-            f"{record['area_mm2'] / 100:.1f}",
-            f"{record['piece_area_mm2'] / 100:.1f}",
-            f"{record['waste_mm2'] / 100:.1f}",
-            f"{record['utilisation']:.1%}",
-            f"{record['mass_g']:.1f}",
+            f"{supply.description} ({', '.join(supply.bunches)})",
+            sums.sheets,
+            sums.pieces,
+            f"{sums.area_mm2 / 100:.1f}",
+            f"{sums.piece_area_mm2 / 100:.1f}",
+            f"{sums.waste_mm2 / 100:.1f}",
+            f"{sums.utilisation:.1%}",
+            f"{account.mass_g:.1f}",
         ]
         if priced:
-            cells.append("unknown" if record["price"] is None else f"{record['price']:.2f}")
+            cells.append("unknown" if sums.price is None else f"{sums.price:.2f}")
         row = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells)
         rows.append(f"<tr>{row}</tr>")
     body = "\n".join(rows)
@@ -134,16 +138,16 @@ def _material_section(report: dict[str, Any], supplies: Supplies) -> str:
     )
 
 
-def _page_row(name: str, size: str, row: dict[str, Any]) -> str:
+def _page_row(name: str, size: str, account: SheetAccount | SheetSums) -> str:
     """Return one row of the page's table."""
-    share = 100 * row["utilisation"]
+    share = 100 * account.utilisation
     cells = (
         html.escape(name),
         size,
-        row["pieces"],
-        f"{row['piece_area_mm2'] / 100:.1f}",
-        f"{row['hole_area_mm2'] / 100:.1f}",
-        f"{row['waste_mm2'] / 100:.1f}",
+        account.pieces,
+        f"{account.piece_area_mm2 / 100:.1f}",
+        f"{account.hole_area_mm2 / 100:.1f}",
+        f"{account.waste_mm2 / 100:.1f}",
         f"{share:.1f} %",
         f'<div class="bar"><span style="width:{share:.1f}%"></span></div>',
     )

@@ -90,9 +90,10 @@ def _require_area(
         tails, heads = halfedges.tail[edge[flat[:4]]], halfedges.head[edge[flat[:4]]]
         pairs = ", ".join(f"{a}-{b}" for a, b in zip(tails, heads, strict=True))
         raise InputError(
-            f"{len(flat)} turns have no room (at boundary edges between vertices {pairs}): the "
-            "centre of the face lies on the edge; move its vertices apart, or let threads end at "
-            "the boundary"
+            agree(len(flat), "{n} turn[ has|s have] no room at the boundary (")
+            + agree(len(flat), "edge[|s] between vertices ")
+            + f"{pairs}): the centre of the face lies on the edge; move its vertices apart, or use "
+            "--boundary end"
         )
 
 
@@ -111,8 +112,8 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
         faces = np.sort(halfedges.face[halfedges.twin[threads.halfedge[loops]]])
         names = ", ".join(map(str, faces[:6].tolist())) + (", …" if len(faces) > 6 else "")
         raise CannotMakeError(
-            f"{agree(len(faces), '{n} [face hangs|faces hang]')} by one edge only "
-            f"({agree(len(faces), '[face|faces]')} {names}); a ribbon that turns right "
-            "round such a face lies on itself and cannot be cut flat: remove or refine these "
-            "faces, or use --boundary end"
+            f"{agree(len(faces), '{n} [face hangs|faces hang]')} on by a single edge "
+            f"({agree(len(faces), '[face|faces]')} {names}); a ribbon that turns around such a "
+            "face overlaps itself and cannot be cut flat: remove or refine these faces, or use "
+            "--boundary end"
         )

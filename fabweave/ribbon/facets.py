@@ -90,9 +90,9 @@ def facet_pairs(
     counts = sizes[pairs[:, 0]] * sizes[pairs[:, 1]]
     bounds = np.searchsorted(np.cumsum(counts), np.arange(0, max(counts.sum(), 1), _BLOCK))
     for start, end in zip(bounds, [*bounds[1:], len(pairs)], strict=True):
-        own = np.arange(start, end)
-        which = np.repeat(own, counts[own])
-        within = np.arange(len(which)) - np.repeat(offsets_of(counts[own])[:-1], counts[own])
+        block = np.arange(start, end)
+        which = np.repeat(block, counts[block])
+        within = np.arange(len(which)) - np.repeat(offsets_of(counts[block])[:-1], counts[block])
         rows, columns = np.divmod(within, sizes[pairs[which, 1]])
         first = stretches.triangle[stretches.offsets[pairs[which, 0]] + rows]
         second = stretches.triangle[stretches.offsets[pairs[which, 1]] + columns]

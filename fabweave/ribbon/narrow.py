@@ -78,7 +78,7 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
 
     Returns
     -------
-    Narrowed
+    Narrowing
 
     Examples
     --------
@@ -93,11 +93,12 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
     >>> def lay(factor, part):
     ...     if part is None:
     ...         return project_ribbons(mesh, halfedges, weave, height_mm=0.005, narrowing=factor)
-    ...     own = factor[part.passes]
-    ...     return project_ribbons(mesh, halfedges, part.weave, height_mm=0.005, narrowing=own)
+    ...     factor = factor[part.passes]
+    ...     return project_ribbons(
+    ...         mesh, halfedges, part.weave, height_mm=0.005, narrowing=factor)
     >>> limits = Limits(thickness_mm=0.01, bend_mm=0.1, width_mm=0.01, twist_deg=30.0)
-    >>> found = narrow_ribbons(lay, weave, limits)
-    >>> sorted(set(found.factor.round(2).tolist())), len(found.stuck)
+    >>> narrowing = narrow_ribbons(lay, weave, limits)
+    >>> sorted(set(narrowing.factor.round(2).tolist())), len(narrowing.stuck)
     ([0.9], 0)
     """
     factor = np.ones(len(weave.threads.crossing))
@@ -158,13 +159,13 @@ def _least_factors(ribbons: Ribbons, limits: Limits, bends: Bends) -> FloatArray
     What lies between two panels depends on both, so either has what leaves all of it wide enough.
     """
     width = bends.width_mm
-    given = ~np.isnan(width)
-    own = pass_of_rungs(ribbons)[given]
+    measured = ~np.isnan(width)
+    passes = pass_of_rungs(ribbons)[measured]
     thread = np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets))
-    following = following_rung(ribbons.pass_offsets, ribbons.closed)[own]
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)[passes]
     least = np.full(len(ribbons.entry), np.inf)
-    np.minimum.at(least, own, width[given])
-    np.minimum.at(least, following[following >= 0], width[given][following >= 0])
+    np.minimum.at(least, passes, width[measured])
+    np.minimum.at(least, following[following >= 0], width[measured][following >= 0])
     return _HANDLED * by_thread(limits.width_mm, thread) / np.maximum(least, 1e-9)
 
 

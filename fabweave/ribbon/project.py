@@ -196,11 +196,11 @@ def convex_quads(quads: FloatArray) -> FloatArray:
     size = _square(area)
     between = quads[:, 1] - quads[:, 0]
     shift = np.zeros((len(quads), 3))
-    for sign, one, other in ((1.0, edge, across), (-1.0, across, edge)):
+    for sign, diagonal, other in ((1.0, edge, across), (-1.0, across, edge)):
         # Where along this diagonal's line the other one's line crosses it: 0 to 1 is inside.
         share = np.einsum("ij,ij->i", np.cross(sign * between, other), sign * area) / size
         beyond = share - np.clip(share, _INSIDE, 1 - _INSIDE)
-        shift += sign * beyond[:, None] * one
+        shift += sign * beyond[:, None] * diagonal
     most = _FARTHEST * np.sqrt(np.maximum(_square(edge), _square(across)))
     shift *= np.minimum(1.0, most / np.maximum(np.sqrt(_square(shift)), 1e-300))[:, None]
     moved = quads.copy()
@@ -213,12 +213,14 @@ def _number_rungs(threads: Threads) -> tuple[IntArray, IntArray]:
     """Return where each thread's rungs start, (T + 1,), and where each pass enters, (P,)."""
     count = len(threads.crossing)
     turns = np.bincount(threads.turn_pass, minlength=count)
-    own = offsets_of(2 + RUNGS_A_TURN * turns)
+    pass_starts = offsets_of(2 + RUNGS_A_TURN * turns)
     # An open thread has one rung more at either end.
     ends = np.where(threads.closed | (threads.lengths == 0), 0, 2)
-    offsets = offsets_of(own[threads.offsets[1:]] - own[threads.offsets[:-1]] + ends)
-    shift = offsets[:-1] + ends // 2 - own[threads.offsets[:-1]]
-    return offsets, own[:-1] + shift[threads.thread_of_pass]
+    offsets = offsets_of(
+        pass_starts[threads.offsets[1:]] - pass_starts[threads.offsets[:-1]] + ends
+    )
+    shift = offsets[:-1] + ends // 2 - pass_starts[threads.offsets[:-1]]
+    return offsets, pass_starts[:-1] + shift[threads.thread_of_pass]
 
 
 def local_entry(ribbons: Ribbons, thread: IntArray, position: IntArray) -> IntArray:
@@ -262,8 +264,8 @@ def _crossing_quads(mesh: PolyMesh, halfedges: Halfedges, crossing: IntArray) ->
         )
         raise InputError(
             agree(len(flat), "{n} [edge has|edges have] no room for a crossing (between vertices ")
-            + f"{pairs}): the faces "
-            "beside them are folded flat on one another or have no area; move their vertices apart"
+            + f"{pairs}): the faces on either side are folded flat onto each other or have no "
+            "area; move their vertices apart"
         )
     normal = area / size[:, None]
     corners = np.stack((tail, right, head, left), axis=1)

@@ -89,10 +89,10 @@ def steps_apart(stretches: Stretches, pairs: IntArray) -> IntArray:
 
     A stretch is 0 from itself, and 1 from the next.
     """
-    one, other = pairs.T
-    apart = np.abs(stretches.order[one] - stretches.order[other])
-    apart = np.minimum(apart, stretches.around[stretches.thread[one]] - apart)
-    return np.where(stretches.thread[one] == stretches.thread[other], apart, -1)
+    first, second = pairs.T
+    apart = np.abs(stretches.order[first] - stretches.order[second])
+    apart = np.minimum(apart, stretches.around[stretches.thread[first]] - apart)
+    return np.where(stretches.thread[first] == stretches.thread[second], apart, -1)
 
 
 def neighbours(stretches: Stretches) -> IntArray:

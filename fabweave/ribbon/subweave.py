@@ -35,17 +35,17 @@ class Part:
     thread: IntArray
     n_passes: int
 
-    def own(self, passes: IntArray) -> IntArray:
+    def pass_numbers(self, passes: IntArray) -> IntArray:
         """Return the numbers in the part of passes of the whole; all must be in it."""
         number = np.full(self.n_passes, -1, dtype=np.int64)
         number[self.passes] = np.arange(len(self.passes))
         return number[passes]
 
-    def own_stretches(self, stretches: IntArray) -> IntArray:
+    def stretch_numbers(self, stretches: IntArray) -> IntArray:
         """Return the numbers in the part of stretches of the whole; their ends must be in it."""
         count = len(self.passes)
         kind, which = np.divmod(np.minimum(stretches, 2 * self.n_passes), self.n_passes)
-        result = kind * count + self.own(np.where(kind < 2, which, 0))
+        result = kind * count + self.pass_numbers(np.where(kind < 2, which, 0))
         # What comes before an open thread's first panel is numbered by threads.
         before = kind == 2
         owner = stretches[before] - 2 * self.n_passes
@@ -110,15 +110,15 @@ def take_part(weave: Weave, passes: IntArray, *, beyond: tuple[int, int] = (0, 0
     # What is taken of a ring before the first start in it belongs to the last one.
     wraps = taken & (np.searchsorted(first, threads.offsets[thread]) > run)
     run = np.where(wraps, run[threads.offsets[1:][thread] - 1], run)
-    own = np.flatnonzero(taken)
-    own = own[np.lexsort((wraps[own], run[own]))]
+    taken_passes = np.flatnonzero(taken)
+    taken_passes = taken_passes[np.lexsort((wraps[taken_passes], run[taken_passes]))]
 
-    crossings, crossing = np.unique(threads.crossing[own], return_inverse=True)
+    crossings, crossing = np.unique(threads.crossing[taken_passes], return_inverse=True)
     closed = rings[thread[first]]
-    offsets = offsets_of(np.bincount(run[own], minlength=len(first)))
+    offsets = offsets_of(np.bincount(run[taken_passes], minlength=len(first)))
     goes_on = following_rung(offsets, closed) >= 0
     number = np.full(count, -1, dtype=np.int64)
-    number[own[goes_on]] = np.flatnonzero(goes_on)
+    number[taken_passes[goes_on]] = np.flatnonzero(goes_on)
     turns = np.flatnonzero(number[threads.turn_pass] >= 0)
     turns = turns[np.argsort(number[threads.turn_pass[turns]], kind="stable")]
     return Part(
@@ -126,8 +126,8 @@ def take_part(weave: Weave, passes: IntArray, *, beyond: tuple[int, int] = (0, 0
             Threads(
                 offsets=offsets,
                 crossing=crossing.ravel(),
-                halfedge=threads.halfedge[own],
-                forward=threads.forward[own],
+                halfedge=threads.halfedge[taken_passes],
+                forward=threads.forward[taken_passes],
                 closed=closed,
                 crossing_halfedge=threads.crossing_halfedge[crossings],
                 turn_pass=number[threads.turn_pass[turns]],
@@ -135,10 +135,10 @@ def take_part(weave: Weave, passes: IntArray, *, beyond: tuple[int, int] = (0, 0
             ),
             weave.pattern,
             weave.twist[crossings],
-            weave.over[own],
+            weave.over[taken_passes],
             weave.broken,
         ),
-        own,
+        taken_passes,
         crossings,
         thread[first],
         count,

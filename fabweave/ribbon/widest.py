@@ -64,9 +64,9 @@ def widest_clear(
     def near(width_mm: float, among: IntArray | None = None) -> IntArray:
         return measure_clearance(lay(width_mm), weave, limits, among)[1].pairs
 
-    high, found = room_mm, near(room_mm)
-    among = found
-    while len(found):
+    high, too_near = room_mm, near(room_mm)
+    among = too_near
+    while len(too_near):
         # The pairs that are too near decide on a width; then all are measured there.
         low = least
         if len(near(low, among)):
@@ -74,6 +74,6 @@ def widest_clear(
         while high > low * (1 + _CLOSE):
             middle = float(np.sqrt(low * high))
             low, high = (low, middle) if len(near(middle, among)) else (middle, high)
-        high, found = low, near(low)
-        among = np.concatenate((among, found))
+        high, too_near = low, near(low)
+        among = np.concatenate((among, too_near))
     return high

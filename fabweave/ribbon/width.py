@@ -43,12 +43,13 @@ class WidthRule:
         """Refuse widths that make no sense."""
         if not 0.0 < self.relative < 1.0:
             raise InputError(
-                f"the relative width is {self.relative:g}, and must be between 0 and 1; "
+                f"the relative width is {self.relative:g}, but must be between 0 and 1; "
                 "a width in millimetres needs its unit, such as 12mm"
             )
         if not 0.0 <= self.least_mm <= self.most_mm or self.most_mm <= 0.0:
             raise InputError(
-                f"ribbons cannot be at least {self.least_mm:g} and at most {self.most_mm:g} mm wide"
+                f"ribbons cannot be at least {self.least_mm:g} mm and at most "
+                f"{self.most_mm:g} mm wide"
             )
 
     @property
@@ -149,6 +150,6 @@ def _exact(value_mm: float) -> str:
 
 def _usage(text: str) -> str:
     return (
-        f"{text[:40]!r} is no width; write auto, a share of the room such as 0.65, a length such "
-        "as 12mm, bounds such as 6mm..14mm or 0.65,6mm..14mm, or auto before any of them"
+        f"{text[:40]!r} is not a width; write auto, a share of the room such as 0.65, a length "
+        "such as 12mm, bounds such as 6mm..14mm or 0.65,6mm..14mm, or auto before any of them"
     )

@@ -54,14 +54,14 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
             for ring in _rings(entity, _CHORD_MM / scale)
         ]
     except OSError as error:
-        told = error.strerror or error
-        raise InputError(f"cannot read the outline in {path}: {told}") from error
+        reason = error.strerror or error
+        raise InputError(f"cannot read the outline in {path}: {reason}") from error
     except InputError:
         raise
     # Of a file that is no DXF, or half of one, ezdxf makes any error.
     except (DXFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         raise InputError(
-            f"{path} is no DXF file that can be read ({type(error).__name__}); export it anew, as "
+            f"{path} cannot be read as a DXF file ({type(error).__name__}); export it again, as "
             "R2010 or R2000"
         ) from error
     finally:
@@ -71,16 +71,16 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     order = sorted(range(len(rings)), key=lambda at: -polygons[at].area)
     if not order or not polygons[order[0]].area > 0.0:
         raise InputError(
-            f"{path} draws no closed line: join the lines of the outline to one closed polyline"
+            f"{path} has no closed line: join the lines of the outline into one closed polyline"
         )
     if not polygons[order[0]].is_valid:
-        raise InputError(f"the outline in {path} crosses itself; draw it as one simple line")
+        raise InputError(f"the outline in {path} crosses itself; draw it without crossings")
     inside = polygons[order[0]]
     beside = [at for at in order[1:] if not inside.covers(polygons[at])]
     if beside:
         raise InputError(
-            f"{path} draws {agree(len(beside), '{n} closed line[|s]')} beside the outline; keep "
-            "one outline in a file, and what lies in it"
+            f"{path} has {agree(len(beside), '{n} closed line[|s]')} outside the outline; keep "
+            "one outline in a file, with nothing outside it"
         )
     return rings[order[0]], [rings[at] for at in order[1:] if polygons[at].area > 0.0]
 
@@ -91,7 +91,7 @@ def _scale(document: Drawing, path: Path) -> float:
     unit = int(document.header.get("$INSUNITS", 0))
     if unit not in known:
         raise InputError(
-            f"{path} has unit {unit} ($INSUNITS), which no sheet is measured in; use millimetres"
+            f"{path} is in unit {unit} ($INSUNITS), which is not supported; use millimetres"
         )
     return known[unit]
 

@@ -42,7 +42,8 @@ def bunch_number(name: str) -> int:
         return NAMED.index(name)
     if not (name.isascii() and name.isdigit() and len(name) <= 9):
         raise InputError(
-            f"{name[:40]!r} is no bunch: write {' or '.join(NAMED)}, or a bunch's number from 0"
+            f"{name[:40]!r} is not a bunch: write {' or '.join(NAMED)}, or the number of a bunch, "
+            "counted from 0"
         )
     return int(name)
 
@@ -87,14 +88,14 @@ def split_by_bunch(text: str, *, what: str) -> ByBunch[str]:
         name, equals, value = (word.strip() for word in part.partition("="))
         if not (equals and name and value):
             raise InputError(
-                f"{what} {text[:80]!r} is not NAME=VALUE for each bunch, such as "
+                f"{what} {text[:80]!r} must be NAME=VALUE for each bunch, such as "
                 "warp=0.5mm,weft=0.8mm"
             )
         pairs.append((name.lower(), value))
     numbers = [bunch_number(name) for name, _ in pairs]
     twice = sorted({number for number in numbers if numbers.count(number) > 1})
     if twice:
-        raise InputError(f"{what} {text[:80]!r} names bunch {twice[0]} twice: once is enough")
+        raise InputError(f"{what} {text[:80]!r} names bunch {twice[0]} twice; name it once")
     return tuple(pairs)
 
 

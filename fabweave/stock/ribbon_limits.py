@@ -48,11 +48,11 @@ class Limits:
             self.clearance_mm,
         )
 
-    def between(self, one: IntArray, other: IntArray) -> float | FloatArray:
+    def between(self, first: IntArray, second: IntArray) -> float | FloatArray:
         """Return half the thickness of either of two threads, together, pair by pair."""
         if not isinstance(self.thickness_mm, np.ndarray):
             return self.thickness_mm
-        return np.asarray(self.thickness_mm[one] + self.thickness_mm[other]) / 2
+        return np.asarray(self.thickness_mm[first] + self.thickness_mm[second]) / 2
 
 
 def by_thread(value: float | FloatArray, threads: IntArray) -> float | FloatArray:
@@ -160,7 +160,7 @@ def thinner_supply(supplies: Supplies, which: int, radius_mm: float) -> str | No
     thin = thickness_for_bend(supplies.materials[which], radius_mm)
     if thin is None:
         return None
-    told = supplies.by_bunch(
-        lambda one: thin if one is supplies.each[which] else one.material.thickness_mm
+    thickness_mm = supplies.by_bunch(
+        lambda supply: thin if supply is supplies.each[which] else supply.material.thickness_mm
     )
-    return "--thickness " + format_by_bunch(by_bunch(told), lambda one: f"{one:g}mm")
+    return "--thickness " + format_by_bunch(by_bunch(thickness_mm), "{:g}mm".format)

@@ -72,15 +72,15 @@ def parse_stock(text: str) -> SheetSize:
     )
     if max(sides) > MAX_SIDE_MM:
         raise InputError(
-            f"sheet {text!r} is {format_length(max(sides))} long: more than "
-            f"{format_length(MAX_SIDE_MM)} is a slip of the unit; write 600x400mm or 60x40cm"
+            f"sheet {text!r} is {format_length(max(sides))} long, but no sheet is longer than "
+            f"{format_length(MAX_SIDE_MM)}; check the unit, as in 600x400mm or 60x40cm"
         )
     quantity: int | None = None
     if stock["quantity"] is not None:
         if not re.fullmatch(r"\d+", stock["quantity"]) or int(stock["quantity"]) < 1:
             raise InputError(
                 f"quantity {stock['quantity']!r} of sheet {text!r} must be a whole number "
-                "of at least 1; leave it out if there are enough"
+                "of at least 1; leave it out if there is no limit"
             )
         quantity = int(stock["quantity"])
     return SheetSize(sides[0], sides[1], quantity)
@@ -142,14 +142,14 @@ def stock_for(sheets: Sequence[SheetSize], material: str) -> tuple[SheetSize, ..
     >>> len(stock_for([card, any_sheet], "card")), len(stock_for([card, any_sheet], "shim"))
     (2, 1)
     """
-    found = tuple(sheet for sheet in sheets if sheet.material in (None, material))
-    if sheets and not found:
+    matches = tuple(sheet for sheet in sheets if sheet.material in (None, material))
+    if sheets and not matches:
         others = sorted({sheet.material for sheet in sheets if sheet.material is not None})
         raise InputError(
-            f"the stock has no sheet of {material}, but of {', '.join(others)}; take --material "
-            f"{others[0]}, or add sheets of {material} or without a material"
+            f"the stock has no sheets of {material}, only of {', '.join(others)}; use --material "
+            f"{others[0]}, or add sheets of {material} or sheets without a material"
         )
-    return found
+    return matches
 
 
 def usable_size(sheet: SheetSize, margin_mm: float) -> tuple[float, float]:
@@ -166,12 +166,12 @@ def usable_size(sheet: SheetSize, margin_mm: float) -> tuple[float, float]:
     (580.0, 380.0)
     """
     if not margin_mm >= 0.0:
-        raise InputError(f"margin {margin_mm} mm must be zero or more")
+        raise InputError(f"the margin is {margin_mm} mm; it must be zero or more")
     width, height = sheet.width_mm - 2.0 * margin_mm, sheet.height_mm - 2.0 * margin_mm
     if not (width > 0.0 and height > 0.0):
         raise InputError(
             f"a margin of {format_length(margin_mm)} leaves nothing of a sheet of "
-            f"{format_stock(SheetSize(sheet.width_mm, sheet.height_mm))}: take a smaller margin"
+            f"{format_stock(SheetSize(sheet.width_mm, sheet.height_mm))}: use a smaller margin"
         )
     return width, height
 

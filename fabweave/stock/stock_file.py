@@ -27,7 +27,7 @@ _HEAD = re.compile(r"\s*\[\[\s*(offcut|sheet)\s*\]\]")
 _DECIMALS = 4  # of a millimetre, as in drawings
 _CORNERS = 24  # of a polygon around a round defect
 _MOST_CORNERS = 20_000
-_FORMS = "{x=.., y=.., diameter=..}, {x=.., y=.., width=.., height=..} and {polygon=[[x, y], ..]}"
+_FORMS = "{x=.., y=.., diameter=..}, {x=.., y=.., width=.., height=..} or {polygon=[[x, y], ..]}"
 
 
 def read_stock(path: Path) -> tuple[SheetSize, ...]:
@@ -80,34 +80,34 @@ def stock_of(
         [(kind, document.get(kind, [])) for kind in _KINDS] if isinstance(document, dict) else []
     )
     if not tables or not all(
-        isinstance(entries, list) and all(isinstance(one, dict) for one in entries)
+        isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)
         for _, entries in tables
     ):
-        raise InputError(f"{where} is no list of stock: write entries [[sheet]] and [[offcut]]")
+        raise InputError(f"{where} is not a list of stock: write entries [[sheet]] and [[offcut]]")
     strange = [str(key) for key in document if key not in _KINDS]
     if strange:
         raise InputError(
-            f"{where} has {agree(len(strange), '[a key|keys]')} of no meaning: "
-            f"{', '.join(strange[:4])}; write entries [[sheet]] and [[offcut]]"
+            f"{where} has {agree(len(strange), '[an unknown key|unknown keys]')}: "
+            f"{', '.join(strange[:4])}; write entries [[sheet]] and [[offcut]] only"
         )
-    found: list[SheetSize] = []
+    sheets: list[SheetSize] = []
     for kind, entries in tables:
         heads = (lines or {}).get(kind, [])
         for number, entry in enumerate(entries, start=1):
             # Tables may be written in line, too; then their lines are not known.
             line = f", line {heads[number - 1]}" if len(heads) == len(entries) else ""
-            found.append(
+            sheets.append(
                 _Entry(entry, f"{where}{line}, [[{kind}]] {number}", folder).sheet(kind, number)
             )
-    if not found:
+    if not sheets:
         raise InputError(f"{where} lists no stock: write an entry [[sheet]] or [[offcut]]")
-    twice = [name for name, count in Counter(one.name for one in found).items() if count > 1]
+    twice = [name for name, count in Counter(sheet.name for sheet in sheets).items() if count > 1]
     if twice:
         raise InputError(
-            f"{where}: {agree(len(twice), '[a name stands|names stand]')} for more than one entry: "
-            f"{', '.join(twice[:4])}; give each its own name"
+            f"{where}: {agree(len(twice), '[a name is|names are]')} used by more than one entry: "
+            f"{', '.join(twice[:4])}; give each entry its own name"
         )
-    return tuple(found)
+    return tuple(sheets)
 
 
 class _Entry:
@@ -125,7 +125,7 @@ class _Entry:
         for key in self.table:
             if key not in _KEYS:
                 known = ", ".join(closest_first(str(key), _KEYS))
-                raise self.refuse(f"there is no {key!r}; known are {known}")
+                raise self.refuse(f"unknown key {key!r}; the keys are {known}")
         outline, holes = self.outline()
         rings = [*holes, *self.defects()]
         if outline is None:
@@ -149,8 +149,8 @@ class _Entry:
         )
         inside = shapely.Polygon(sheet.ring)
         if not (shapely.is_valid(inside) and inside.area > 0.0):
-            told = shapely.is_valid_reason(inside)
-            raise self.refuse(f"its outline crosses itself or has no area ({told})")
+            reason = shapely.is_valid_reason(inside)
+            raise self.refuse(f"its outline crosses itself or has no area ({reason})")
         for at, ring in enumerate(sheet.defects, start=1):
             if not inside.intersects(shapely.Polygon(ring)):
                 raise self.refuse(
@@ -162,21 +162,23 @@ class _Entry:
         """Return a text that may be missing."""
         value = self.table.get(key)
         if value is not None and not (isinstance(value, str) and value.strip()):
-            raise self.refuse(f'{key} is {value!r:.40}; write a text, such as {key} = "ply"')
+            raise self.refuse(f'{key} is {value!r:.40}; write text, such as {key} = "ply"')
         return value
 
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""
         value = self.table.get("size")
         if not isinstance(value, str):
-            told = "there is no size" if value is None else f"size is {value!r:.40}"
-            raise self.refuse(told + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
+            problem = "there is no size" if value is None else f"size is {value!r:.40}"
+            raise self.refuse(problem + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
         try:
             size = parse_stock(value)
         except InputError as error:
             raise self.refuse(str(error)) from error
         if size.quantity is not None:
-            raise self.refuse(f"size {value!r} counts sheets; write quantity = {size.quantity}")
+            raise self.refuse(
+                f"size {value!r} includes a number of sheets; write quantity = {size.quantity}"
+            )
         # What job.toml keeps is rounded so.
         return SheetSize(round(size.width_mm, 3), round(size.height_mm, 3))
 
@@ -184,8 +186,8 @@ class _Entry:
         """Refuse what is longer than any sheet."""
         if side_mm > MAX_SIDE_MM:
             raise self.refuse(
-                f"its outline is {format_length(side_mm)} long: more than "
-                f"{format_length(MAX_SIDE_MM)} is a slip of the unit; outlines are in millimetres"
+                f"its outline is {format_length(side_mm)} long, but no sheet is longer than "
+                f"{format_length(MAX_SIDE_MM)}; check the unit: outlines are in millimetres"
             )
 
     def outline(self) -> tuple[Any, list[Any]]:
@@ -194,10 +196,10 @@ class _Entry:
         if value is None:
             return None, []
         if "size" in self.table:
-            raise self.refuse("it has a size and an outline; leave one of them out")
+            raise self.refuse("it has both a size and an outline; leave one of them out")
         if isinstance(value, str):
             if self.folder is None:
-                raise self.refuse(f"outline {value!r} is a file; write its points here")
+                raise self.refuse(f"outline {value!r} names a file; write its points instead")
             # DXF takes long to load, and most jobs read none.
             from fabweave.stock.outline_file import read_outline  # noqa: PLC0415 -- see above
 
@@ -215,11 +217,11 @@ class _Entry:
             points = np.zeros(0)
         if points.ndim != 2 or points.shape[1:] != (2,) or not 3 <= len(points) <= _MOST_CORNERS:
             raise self.refuse(
-                f"{what} is no list of 3 to {_MOST_CORNERS} points; write [[0, 0], [100, 0], [0, "
-                "80]], in millimetres"
+                f"{what} must be a list of 3 to {_MOST_CORNERS} points, such as [[0, 0], [100, 0], "
+                "[0, 80]], in millimetres"
             )
         if not np.isfinite(points).all() or np.abs(points).max() > 1e3 * MAX_SIDE_MM:
-            raise self.refuse(f"{what} has a coordinate that is no length; write millimetres")
+            raise self.refuse(f"{what} has an impossible coordinate; write millimetres")
         return points
 
     def quantity(self, fallback: int | None) -> int | None:
@@ -229,8 +231,8 @@ class _Entry:
             return None
         if not isinstance(value, int) or isinstance(value, bool) or value < 1:
             raise self.refuse(
-                f"quantity is {value!r:.40}, and must be a whole number of at least 1; leave it "
-                "out if there are enough"
+                f"quantity is {value!r:.40}, but must be a whole number of at least 1; leave it "
+                "out if there is no limit"
             )
         return value
 
@@ -243,7 +245,7 @@ class _Entry:
                 number = math.inf
             if math.isfinite(number):
                 return number
-        raise self.refuse(f"{key} is {value!r:.40}, which is no number")
+        raise self.refuse(f"{key} is {value!r:.40}, which is not a number")
 
     def price(self) -> float | None:
         """Return the price of one sheet."""
@@ -264,17 +266,17 @@ class _Entry:
                 value = float(value.strip().removesuffix("deg").removesuffix("°"))
             except ValueError:
                 raise self.refuse(
-                    f"grain is {value!r:.40}; write degrees from the sheet's width on, such as "
-                    "grain = 90"
+                    f"grain is {value!r:.40}; write its angle to the sheet's width in degrees, "
+                    "such as grain = 90"
                 ) from None
         return round(self.number("grain", value) % 180.0, 6) % 180.0
 
     def defects(self) -> list[Any]:
         """Return the defects as polygons around them."""
         value = self.table.get("defects", [])
-        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
-            raise self.refuse(f"defects is no list of tables; their forms are {_FORMS}")
-        return [self.defect(number, one) for number, one in enumerate(value, start=1)]
+        if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
+            raise self.refuse(f"defects must be a list of tables: {_FORMS}")
+        return [self.defect(number, table) for number, table in enumerate(value, start=1)]
 
     def defect(self, number: int, table: dict[str, Any]) -> Any:
         """Return one defect as a polygon around it."""
@@ -282,10 +284,12 @@ class _Entry:
         if keys == ["polygon"]:
             ring = self.points(table["polygon"], what)
             if not shapely.is_valid(shapely.Polygon(ring)):
-                raise self.refuse(f"the polygon of {what} crosses itself; draw it as a simple one")
+                raise self.refuse(
+                    f"the polygon of {what} crosses itself; draw it without crossings"
+                )
             return ring
         if keys not in (["diameter", "x", "y"], ["height", "width", "x", "y"]):
-            raise self.refuse(f"{what} has {', '.join(keys) or 'nothing'}; forms are {_FORMS}")
+            raise self.refuse(f"{what} has {', '.join(keys) or 'nothing'}; write {_FORMS}")
         values = {key: self.length(f"{key} of {what}", table[key]) for key in keys}
         if min(values[key] for key in keys if key not in "xy") <= 0.0:
             raise self.refuse(f"{what} has no size; give it one, or leave it out")
@@ -307,7 +311,7 @@ class _Entry:
                 raise self.refuse(str(error)) from error
         length = self.number(what, value)
         if abs(length) > MAX_SIDE_MM:
-            raise self.refuse(f"{what} is {length:g} mm, which is beyond any sheet")
+            raise self.refuse(f"{what} is {length:g} mm, which is more than any sheet measures")
         return length
 
 

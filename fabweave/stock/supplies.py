@@ -38,7 +38,7 @@ class Supply:
         return tuple(bunch_number(name) for name in self.bunches)
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """Its material in words, with the thickness."""
         return f"{self.material.title}, {self.material.thickness_mm:g} mm"
 
@@ -84,12 +84,12 @@ class Supplies:
         return " and ".join(material.title for material in self.materials)
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """All materials in words."""
         if not self.several:
-            return self.each[0].told
+            return self.each[0].description
         return "; ".join(
-            f"{supply.told} ({', '.join(_in_words(name) for name in supply.bunches)})"
+            f"{supply.description} ({', '.join(_in_words(name) for name in supply.bunches)})"
             for supply in self.each
         )
 
@@ -106,10 +106,10 @@ class Supplies:
 
     def _by_number(self) -> list[tuple[int, str, Supply]]:
         """Return number, name and supply of each bunch."""
-        found = [
+        numbered = [
             (bunch_number(name), name, supply) for supply in self.each for name in supply.bunches
         ]
-        return sorted(found, key=lambda one: one[0])
+        return sorted(numbered, key=lambda entry: entry[0])
 
     def of(self, bunches: IntArray) -> IntArray:
         """Return which supply each thread is cut from, (T,).
@@ -121,10 +121,12 @@ class Supplies:
         """
         if not self.several:
             return np.zeros(len(bunches), dtype=np.int64)
-        found = np.empty(max(max(supply.numbers) for supply in self.each) + 1, dtype=np.int64)
+        supply_of_bunch = np.empty(
+            max(max(supply.numbers) for supply in self.each) + 1, dtype=np.int64
+        )
         for index, supply in enumerate(self.each):
-            found[list(supply.numbers)] = index
-        return found[bunches]
+            supply_of_bunch[list(supply.numbers)] = index
+        return supply_of_bunch[bunches]
 
     def thickness_mm(self, bunches: IntArray) -> FloatArray:
         """Return the thickness of each thread's material, (T,)."""
@@ -142,10 +144,10 @@ class Supplies:
             return
         count = int(bunches.max(initial=-1)) + 1
         names = [name for supply in self.each for name in supply.bunches]
-        asked = {bunch_number(name) for name in names}
+        numbers = {bunch_number(name) for name in names}
         two = count == len(NAMED)
         wrong = [n for n in names if bunch_number(n) >= count or (n in NAMED and not two)]
-        missing = sorted(set(range(count)) - asked)
+        missing = sorted(set(range(count)) - numbers)
         if not wrong and not missing:
             return
         there = list(NAMED) if two else [str(number) for number in range(count)]
@@ -154,10 +156,10 @@ class Supplies:
             problems.append(f"there is no bunch {', '.join(wrong)}")
         if missing:
             unnamed = [there[number] for number in missing]
-            problems.append(f"nothing is said of {few_of(unnamed)}")
+            problems.append(f"no material is given for {few_of(unnamed)}")
         raise InputError(
-            "materials by bunch must name every bunch of the weave once: "
-            f"{' and '.join(problems)}. Its threads part into {count} bunch{'es' * (count != 1)}: "
+            f"materials by bunch must name every bunch of the weave once, but "
+            f"{' and '.join(problems)}. The weave has {count} bunch{'es' * (count != 1)}: "
             f"{few_of(there)}"
         )
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.stock.material import Material, material_library, material_named, with_thickness
-from fabweave.stock.per_bunch import ByBunch, bunch_number, split_by_bunch
+from fabweave.stock.per_bunch import ByBunch, bunch_number, format_by_bunch, split_by_bunch
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import format_stock, stock_for
 from fabweave.stock.supplies import Supplies, Supply
@@ -56,11 +56,13 @@ def plan_supplies(
     ...     (("warp", "card"), ("weft", "birch-veneer")), (("", None),), (("", None),), ())
     >>> [(supply.bunches, supply.material.name) for supply in both.each]
     [(('warp',), 'card'), (('weft',), 'birch-veneer')]
-    >>> plan_supplies((("warp", "card"), ("weft", "card")), (("", 0.4),), (("", None),), ()).told
+    >>> alike = plan_supplies(
+    ...     (("warp", "card"), ("weft", "card")), (("", 0.4),), (("", None),), ())
+    >>> alike.description
     'Card, 300 g/m², 0.4 mm'
     """
     named = {name: bunch_number(name) for name in _names(materials, thickness_mm, gap_mm, sheets)}
-    found: dict[tuple[Material, tuple[SheetSize, ...], float], list[str]] = {}
+    groups: dict[tuple[Material, tuple[SheetSize, ...], float], list[str]] = {}
     added = []
     for name in named or {"": 0}:
         number = named.get(name)
@@ -68,15 +70,15 @@ def plan_supplies(
         thick, gap = _value(thickness_mm, number), _value(gap_mm, number)
         if thick is not None:
             material = with_thickness(material, thick)
-        own = _sheets_of(material, number, sheets)
-        if not own:
-            own = (SheetSize(*material.sheet_mm),)
-            added.append(replace(own[0], bunch=name))
+        stock = _sheets_of(material, number, sheets)
+        if not stock:
+            stock = (SheetSize(*material.sheet_mm),)
+            added.append(replace(stock[0], bunch=name))
         gap = material.gap_mm if gap is None else gap
-        found.setdefault((material, own, gap), []).append(name)
+        groups.setdefault((material, stock, gap), []).append(name)
     each = tuple(
-        Supply(tuple(filter(None, own)), material, own_sheets, gap)
-        for (material, own_sheets, gap), own in found.items()
+        Supply(tuple(filter(None, names)), material, stock, gap)
+        for (material, stock, gap), names in groups.items()
     )
     if len(each) == 1:
         return Supplies(each, each[0].sheets)
@@ -96,9 +98,9 @@ def _require_apart(each: Sequence[Supply]) -> None:
         raise InputError(
             f"{agree(len(shared), '{n} [entry|entries]')} of the stock (such as "
             f"{shared[0].name or format_stock(shared[0])}) could be of any of "
-            f"{len(each)} materials, and their number is limited: say for which bunch, as in "
-            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or in the list of what "
-            "material"
+            f"{len(each)} materials, and the number of sheets is limited: name the bunch, as in "
+            f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or the material in the list "
+            "of stock"
         )
 
 
@@ -106,14 +108,14 @@ def _sheets_of(
     material: Material, number: int | None, sheets: Sequence[SheetSize]
 ) -> tuple[SheetSize, ...]:
     """Return the sheets that are for a bunch and of its material."""
-    there = [
+    offered = [
         replace(sheet, bunch="")
         for sheet in sheets
         if not sheet.bunch or bunch_number(sheet.bunch) == number
     ]
     known = (None, material.name, material.name.partition(":")[0])
-    own = tuple(sheet for sheet in there if sheet.material in known)
-    return own or stock_for(there, material.name)
+    fitting = tuple(sheet for sheet in offered if sheet.material in known)
+    return fitting or stock_for(offered, material.name)
 
 
 def _names(
@@ -127,24 +129,26 @@ def _names(
     for what, values in (
         ("material", materials), ("thickness", thickness_mm), ("gap", gap_mm),
     ):  # fmt: skip
-        own = {bunch_number(name): name for name, _ in values if name}
-        if own and spoken and set(own) != set(spoken):
-            told = ", ".join(own[number] for number in sorted(own))
+        bunches = {bunch_number(name): name for name, _ in values if name}
+        if bunches and spoken and set(bunches) != set(spoken):
+            here = ", ".join(bunches[number] for number in sorted(bunches))
             before = ", ".join(spoken[number] for number in sorted(spoken))
             raise InputError(
-                f"the {what} is given for {told}, and other settings for {before}: name the same "
-                "bunches, all of them, or give one value for all"
+                f"the {what} is given for {here}, but other settings are for {before}: name the "
+                "same bunches in each, or give one value for all"
             )
-        spoken = spoken or own
+        spoken = spoken or bunches
     of_sheets = {bunch_number(sheet.bunch): sheet.bunch for sheet in sheets if sheet.bunch}
     if of_sheets and spoken and not set(of_sheets) <= set(spoken):
         strange = ", ".join(name for number, name in of_sheets.items() if number not in spoken)
         before = ", ".join(spoken[number] for number in sorted(spoken))
-        raise InputError(f"a sheet is for {strange}, and materials are for {before}")
+        raise InputError(
+            f"a sheet is for {strange}, but materials are for {before}: name the same bunches"
+        )
     if of_sheets and not spoken:
         raise InputError(
             f"a sheet is for {', '.join(of_sheets.values())}, but there is one material for all: "
-            "give materials by bunch, too, such as --material warp=card,weft=card"
+            "give a material for each bunch too, such as --material warp=card,weft=card"
         )
     return [spoken[number] for number in sorted(spoken)]
 
@@ -166,6 +170,17 @@ def parse_materials(text: str) -> ByBunch[str]:
     (('warp', 'card'), ('weft', 'birch-veneer'))
     """
     return split_by_bunch(text, what="material")
+
+
+def tidy_materials(text: str) -> str:
+    """Return the usual form of a text that names materials.
+
+    Examples
+    --------
+    >>> tidy_materials("warp=Card: red, weft=birch-veneer")
+    'warp=card:red,weft=birch-veneer'
+    """
+    return format_by_bunch(parse_materials(text), lambda name: "".join(_split_sort(name)))
 
 
 def materials_in_use(
@@ -213,7 +228,7 @@ def sort_of_material(name: str, user_materials: Sequence[Material] = ()) -> Mate
         return material
     if not _SORT.fullmatch(sort):
         raise InputError(
-            f"{name[:60]!r} names no sort of {material.name}: after the colon, write letters, "
-            "digits, spaces and hyphens, 24 at most, such as card:red"
+            f"{name[:60]!r} is not a valid sort of {material.name}: after the colon, write up to "
+            "24 letters, digits, spaces and hyphens, such as card:red"
         )
     return replace(material, name=f"{material.name}:{sort}", title=f"{material.title}, {sort}")

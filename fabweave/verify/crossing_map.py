@@ -143,6 +143,11 @@ class Piece:
     kind: int = 0
 
     @property
+    def points(self) -> Floats:
+        """Where its stations are, (N, 2)."""
+        return np.array([(one.x, one.y) for one in self.stations]).reshape(-1, 2)
+
+    @property
     def slots(self) -> list[Floats]:
         """The cut-outs that are no circles."""
         return [one.ring for one in self.cutouts or () if one.ring is not None]
@@ -269,6 +274,7 @@ class CrossingMap:
     crossing: dict[int, Crossing] = field(default_factory=dict)
     piece: dict[str, Piece] = field(default_factory=dict)
     joint: dict[int, Joint] = field(default_factory=dict)
+    sheet: dict[int, Sheet] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Fill the lookups."""
@@ -276,6 +282,18 @@ class CrossingMap:
         self.crossing.update((crossing.id, crossing) for crossing in self.crossings)
         self.piece.update((piece.id, piece) for piece in self.pieces)
         self.joint.update((joint.id, joint) for joint in self.joints)
+        self.sheet.update((sheet.number, sheet) for sheet in self.sheets)
+
+    def on_sheet(self, number: int) -> list[Piece]:
+        """Return the pieces of a sheet."""
+        return self._by_sheet.get(number, [])
+
+    @cached_property
+    def _by_sheet(self) -> dict[int, list[Piece]]:
+        found: dict[int, list[Piece]] = {}
+        for piece in self.pieces:
+            found.setdefault(piece.sheet, []).append(piece)
+        return found
 
     @cached_property
     def holes(self) -> dict[str, list[Hole]]:

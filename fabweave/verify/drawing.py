@@ -54,6 +54,12 @@ class Shape:
         """How to name the shape in a finding."""
         return self.name if self.piece is None else f"{self.name} of piece {self.piece}"
 
+    @property
+    def ring(self) -> Floats:
+        """Its points and bulges, (N, 3)."""
+        bulges = np.zeros(len(self.points)) if self.bulges is None else self.bulges
+        return np.column_stack([self.points, bulges])
+
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
@@ -129,6 +135,14 @@ class Drawing:
             name=self.name[at],
         )
 
+    def of(self, layer: str, piece: str | None) -> Ints:
+        """Return which shapes a piece has on a layer, in file order."""
+        return self.groups.get((layer, piece), np.zeros(0, dtype=np.int64))
+
+    def shapes_of(self, layer: str, piece: str | None) -> list[Shape]:
+        """Return the shapes that a piece has on a layer, each by itself."""
+        return [self.shape(at) for at in self.of(layer, piece).tolist()]
+
     def slots(self, shapes: Ints) -> Ints:
         """Return which points some shapes have, one shape after another."""
         sizes = self.sizes[shapes]
@@ -164,8 +178,8 @@ def length_of(shape: Shape) -> float:
     """
     if shape.radius is not None:
         return float(2.0 * np.pi * shape.radius)
-    run, bulges = _run(shape)
-    return float(np.sum(arc_lengths(np.hypot(*np.diff(run, axis=0).T), bulges[:-1])))
+    run = _run(shape)
+    return float(np.sum(arc_lengths(np.hypot(*np.diff(run[:, :2], axis=0).T), run[:-1, 2])))
 
 
 def corners_apart(one: Floats, two: Floats) -> float:
@@ -181,12 +195,10 @@ def traced(shape: Shape) -> Floats:
     if shape.radius is not None:
         angles = np.linspace(0.0, 2.0 * np.pi, 73)
         return shape.points[0] + shape.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    return along(*_run(shape))[0]
+    run = _run(shape)
+    return along(run[:, :2], run[:, 2])[0]
 
 
-def _run(shape: Shape) -> tuple[Floats, Floats]:
-    """Return the points of a run with its end, and as many bulges."""
-    bulges = np.zeros(len(shape.points)) if shape.bulges is None else shape.bulges
-    if not shape.closed:
-        return shape.points, bulges
-    return np.concatenate([shape.points, shape.points[:1]]), np.append(bulges, 0.0)
+def _run(shape: Shape) -> Floats:
+    """Return the points and bulges of a run with its end, (N, 3)."""
+    return np.concatenate([shape.ring, shape.ring[:1]]) if shape.closed else shape.ring

@@ -8,38 +8,40 @@ from typing import TypeAlias
 import numpy as np
 from shapely.errors import ShapelyError
 
-from fabweave.verify.checks.bends import check_bends
-from fabweave.verify.checks.bill import check_bom
-from fabweave.verify.checks.clearance import check_clearance
-from fabweave.verify.checks.cut_order import check_order
-from fabweave.verify.checks.drawings import check_dxf, check_svg
-from fabweave.verify.checks.estimate import check_estimate
-from fabweave.verify.checks.files import check_references
-from fabweave.verify.checks.joints import check_joints
-from fabweave.verify.checks.kerfed_sheets import check_ready
-from fabweave.verify.checks.kinds import check_kinds
-from fabweave.verify.checks.labels import check_labels
-from fabweave.verify.checks.lines import check_lines
-from fabweave.verify.checks.looks import check_looks
-from fabweave.verify.checks.manual import check_manual
-from fabweave.verify.checks.materials import check_materials
-from fabweave.verify.checks.offcuts import check_offcuts
-from fabweave.verify.checks.outcome import check_outcome
-from fabweave.verify.checks.pieces import check_crossing_holes, check_piece_order, check_simple
-from fabweave.verify.checks.preflight import check_preflight
-from fabweave.verify.checks.qr_code import check_code
-from fabweave.verify.checks.service import check_service
-from fabweave.verify.checks.sheets import check_areas, check_sheets
-from fabweave.verify.checks.space import check_space
-from fabweave.verify.checks.steps import check_steps
-from fabweave.verify.checks.stock import check_stock
-from fabweave.verify.checks.tables import check_tables
-from fabweave.verify.checks.templates import check_templates
-from fabweave.verify.checks.unfolding import check_unfolding
-from fabweave.verify.checks.viewer import check_viewer
-from fabweave.verify.checks.weave import check_over_under, check_pattern, check_walks
+from fabweave.verify.checks.model.bends import check_bends
+from fabweave.verify.checks.model.clearance import check_clearance
+from fabweave.verify.checks.model.space import check_space
+from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.checks.plan.joints import check_joints
+from fabweave.verify.checks.plan.kinds import check_kinds
+from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece_order, check_simple
+from fabweave.verify.checks.plan.references import check_references
+from fabweave.verify.checks.plan.steps import check_steps
+from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
+from fabweave.verify.checks.reports.areas import check_areas
+from fabweave.verify.checks.reports.bill import check_bom
+from fabweave.verify.checks.reports.estimate import check_estimate
+from fabweave.verify.checks.reports.manual import check_manual
+from fabweave.verify.checks.reports.materials import check_materials
+from fabweave.verify.checks.reports.outcome import check_outcome
+from fabweave.verify.checks.reports.preflight import check_preflight
+from fabweave.verify.checks.reports.tables import check_tables
+from fabweave.verify.checks.reports.viewer import check_viewer
+from fabweave.verify.checks.sheets.cut_order import check_order
+from fabweave.verify.checks.sheets.drawings import check_dxf, check_svg
+from fabweave.verify.checks.sheets.kerfed_sheets import check_ready
+from fabweave.verify.checks.sheets.labels import check_labels
+from fabweave.verify.checks.sheets.lines import check_lines
+from fabweave.verify.checks.sheets.looks import check_looks
+from fabweave.verify.checks.sheets.offcuts import check_offcuts
+from fabweave.verify.checks.sheets.qr_code import check_code
+from fabweave.verify.checks.sheets.service import check_service
+from fabweave.verify.checks.sheets.spacing import check_sheets
+from fabweave.verify.checks.sheets.stock import check_stock
+from fabweave.verify.checks.sheets.templates import check_templates
 from fabweave.verify.read.job_files import Job, load_job
-from fabweave.verify.report import Tally, VerifyReport
+from fabweave.verify.report import VerifyReport
+from fabweave.verify.statement import Tally
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 

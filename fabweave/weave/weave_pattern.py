@@ -1,7 +1,6 @@
 """Weave a mesh in the pattern that is asked for."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from fabweave.weave.fabric.fabrics import weave_fabric
 from fabweave.weave.fabric.repeat import parse_fabric
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
-from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.weaving import Twill, weave_twill
 
 #: Patterns that every mesh can be woven in; any other is a fabric such as 3/1 or satin:5/2.
@@ -44,23 +43,6 @@ class WeaveResult:
     twill: Twill | None = None
     warp: BoolArray | None = None
     label: IntArray | None = None
-
-    def record(self) -> dict[str, Any]:
-        """Return what the crossing map says about the weave."""
-        broken = self.weave.broken
-        record: dict[str, Any] = {
-            "pattern": self.weave.pattern,
-            "exact": self.weave.exact,
-            "broken": _counts(broken),
-        }
-        if self.twill is not None and self.twill.voted is not None:
-            record["voted"] = _counts(self.twill.voted)
-        if self.twill is not None and self.twill.bound is not None:
-            record["at_least_broken"] = self.twill.bound.least
-        if self.warp is not None and self.label is not None:
-            record["warp"] = np.flatnonzero(self.warp).tolist()
-            record["labels"] = self.label.tolist()
-        return record
 
 
 def parse_pattern(text: str) -> str:
@@ -181,7 +163,3 @@ def twill_notes(twill: Twill) -> list[str]:
         f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
         "mesh",
     ]
-
-
-def _counts(broken: Broken) -> dict[str, int]:
-    return {"edge": broken.edge, "face": broken.face, "vertex": broken.vertex}

@@ -65,6 +65,7 @@ def test_link_of_a_weave(capsys):
     assert diagram.count("X[") == 6
 
 
+@pytest.mark.slow
 def test_weave_any_mesh(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["weave_any_mesh.py", str(tmp_path)])
     runpy.run_path(str(EXAMPLES / "weave_any_mesh.py"))
@@ -82,6 +83,7 @@ def test_no_example_is_left_out():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested - {"no_example_is_left_out"}
 
 
+@pytest.mark.slow
 def test_make_pictures(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_pictures.py", str(tmp_path / "woven.png")])
     runpy.run_path(str(EXAMPLES / "make_pictures.py"))

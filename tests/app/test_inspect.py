@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from jobs import run
 from meshes_shared import known_meshes, mesh_params, shared_mesh
 from PIL import Image
 
@@ -14,7 +15,6 @@ from fabweave.app.inspection import inspect_mesh
 from fabweave.app.inspection_text import inspection_text
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.cli.main import main
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -22,14 +22,7 @@ from fabweave.mesh.triangulate import triangulate
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.width import WidthRule
 
-
-def run(*arguments: object) -> int:
-    """Run the command line in this process and return its exit code."""
-    try:
-        main([str(argument) for argument in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
+slow = pytest.mark.slow
 
 
 def facts_of(mesh: object, **options) -> dict:
@@ -105,12 +98,14 @@ def test_where_voting_is_the_best_nothing_is_searched_between() -> None:
     assert "between the two" not in text_of(facts)
 
 
+@slow
 def test_double_torus_is_exact() -> None:
     facts = facts_of(shared_mesh("tri/double-torus.obj"))
     assert facts["twill"]["exact"] is True
     assert facts["mesh"]["genus"] == 2
 
 
+@slow
 def test_spot_says_why_not_and_by_how_much() -> None:
     path = shared_mesh("quad/spot_quadrangulated.obj")
     facts = facts_of(path)
@@ -136,9 +131,13 @@ def test_spot_says_why_not_and_by_how_much() -> None:
 
 
 @pytest.mark.parametrize(
-    "mesh", [row for row in known_meshes() if not row.bad and row.n_edges < 1200],
-    ids=lambda row: row.name,
-)  # fmt: skip
+    "mesh",
+    [
+        pytest.param(row, id=row.name, marks=slow if row.n_edges > 100 else ())
+        for row in known_meshes()
+        if not row.bad and row.n_edges < 1200
+    ],
+)
 def test_real_meshes_are_what_their_table_says(mesh) -> None:
     facts = facts_of(mesh.path)
     found = facts["mesh"]
@@ -155,6 +154,7 @@ def test_real_meshes_are_what_their_table_says(mesh) -> None:
     assert not any(sign in text for sign in "[]{}|")
 
 
+@slow
 @pytest.mark.parametrize("row", mesh_params(bad=True))
 def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
     code = run("inspect", row.path, "--size", "300mm")
@@ -169,16 +169,21 @@ def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
 @pytest.mark.parametrize(
     "settings",
     [
-        Settings("shape:torus?m=8&n=4", size_mm=400.0),
-        Settings("shape:torus?m=8&n=4", size_mm=400.0, pattern="twill", max_length_mm=300.0),
-        Settings(
-            "shape:octahedron", size_mm=200.0, pattern="triaxial", width=WidthRule(0.5, 0.0, 30.0)
-        ),
         Settings("shape:hypar?m=4&n=4", size_mm=300.0, boundary="turn", thickness_mm=2.0),
-        Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=1),
+        *(
+            pytest.param(settings, marks=slow)
+            for settings in (
+                Settings("shape:torus?m=8&n=4", size_mm=400.0),
+                Settings("shape:torus?m=8&n=4", size_mm=400.0, pattern="twill",
+                         max_length_mm=300.0),
+                Settings("shape:octahedron", size_mm=200.0, pattern="triaxial",
+                         width=WidthRule(0.5, 0.0, 30.0)),
+                Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=1),
+            )
+        ),
     ],
     ids=lambda settings: f"{settings.mesh}-{settings.pattern}",
-)
+)  # fmt: skip
 def test_what_is_told_is_what_is_made(settings) -> None:
     facts = inspect_mesh(settings).facts
     job = make_job(replace(settings, effort="quick"))
@@ -195,7 +200,7 @@ def test_what_is_told_is_what_is_made(settings) -> None:
     "settings",
     [
         Settings("shape:hypar?m=3&n=3", size_mm=300.0, pattern="triaxial", boundary="turn"),
-        Settings("shape:torus?m=40&n=40", size_mm=6.0),
+        Settings("shape:torus?m=20&n=20", size_mm=4.0),
         Settings("shape:tetrahedron", size_mm=3000.0),
     ],
     ids=["hangs by one edge", "too narrow", "too large"],
@@ -216,7 +221,7 @@ def split_torus(tmp_path_factory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("refine", [None, "catmull-clark:1"])
+@pytest.mark.parametrize("refine", [None, pytest.param("catmull-clark:1", marks=slow)])
 def test_advice_holds_when_it_is_followed(split_torus, refine) -> None:
     twill = facts_of(split_torus, refine=refine)["twill"]
     assert twill["exact"] is False
@@ -249,7 +254,9 @@ def test_a_finished_jobs_settings_can_be_inspected(tmp_path, capsys) -> None:
     assert capsys.readouterr().out == typed
 
 
-@pytest.mark.parametrize("mesh", ["shape:torus?m=8&n=4", "shape:hypar?m=3&n=3"])
+@pytest.mark.parametrize(
+    "mesh", ["shape:hypar?m=3&n=3", pytest.param("shape:torus?m=8&n=4", marks=slow)]
+)
 def test_the_picture_shows_the_mesh_and_the_weave(mesh, tmp_path) -> None:
     assert run("inspect", mesh, "--size", "300mm", "--pattern", "twill", "--boundary", "turn",
                "--png", tmp_path / "a.png") == 0  # fmt: skip

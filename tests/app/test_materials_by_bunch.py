@@ -34,7 +34,7 @@ from fabweave.weave.threads import trace_threads
 
 WARP, WEFT = 0.4, 0.7
 SETTINGS = Settings(
-    "shape:torus?m=6&n=4",
+    "shape:torus?m=4&n=4",
     size_mm=260.0,
     effort="quick",
     material="warp=card,weft=birch-veneer",
@@ -264,25 +264,25 @@ def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--material", "warp=card"), "nothing is said of weft"),
+        (("--material", "warp=card"), "no material is given for weft"),
         (("--material", "0=card,1=card,2=card"), "there is no bunch 2"),
-        (("--material", "warp=card,woof=card"), "'woof' is no bunch"),
+        (("--material", "warp=card,woof=card"), "'woof' is not a bunch"),
         (("--material", "warp=card,warp=card"), "names bunch 0 twice"),
         (("--material", "warp=card,0=card"), "names bunch 0 twice"),
         (("--material", "warp=card,weft=paper"), "no material is called 'paper'"),
-        (("--material", "warp=card,weft="), "is not NAME=VALUE"),
-        (("--thickness", "warp=0.5mm"), "nothing is said of weft"),
+        (("--material", "warp=card,weft="), "must be NAME=VALUE"),
+        (("--thickness", "warp=0.5mm"), "no material is given for weft"),
         (("--thickness", "warp=0.5mm,weft=0.8pt"), "unknown unit 'pt'"),
         (
             ("--material", "warp=card,weft=card", "--thickness", "weft=1mm"),
-            "the thickness is given for weft, and other settings for warp, weft",
+            "the thickness is given for weft, but other settings are for warp, weft",
         ),
         (("--sheet", "weft=600x400mm"), "there is one material for all"),
         (
             ("--material", "warp=card,weft=card", "--sheet", "2=600x400mm"),
-            "a sheet is for 2, and materials are for warp, weft",
+            "a sheet is for 2, but materials are for warp, weft",
         ),
-        (("--material", "card:red;blue"), "names no sort of card"),
+        (("--material", "card:red;blue"), "is not a valid sort of card"),
     ],
 )
 def test_what_does_not_fit_the_bunches_is_refused(options, words, tmp_path, capsys) -> None:
@@ -299,7 +299,7 @@ def test_warp_and_weft_name_two_bunches_only() -> None:
     settings, supplies = complete_settings(
         Settings("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
     )
-    with pytest.raises(InputError, match="there is no bunch warp, weft and nothing is said of 2"):
+    with pytest.raises(InputError, match="no bunch warp, weft and no material is given for 2"):
         weave_object(settings, supplies)
 
 
@@ -350,7 +350,7 @@ def test_sheets_of_a_material_are_for_its_threads_only() -> None:
     made = plan_supplies(both, NONE, NONE, [card, veneer, other])
     assert [supply.sheets for supply in made.each] == [(card,), (veneer,)]
     assert made.sheets == (card, veneer)
-    with pytest.raises(InputError, match="the stock has no sheet of birch-veneer"):
+    with pytest.raises(InputError, match="the stock has no sheets of birch-veneer"):
         plan_supplies(both, NONE, NONE, [card])
     # Two sheets that might be of either cannot be counted twice.
     with pytest.raises(InputError, match="could be of any of 2 materials"):
@@ -407,6 +407,7 @@ def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
     assert piece_kinds([piece, piece, piece], [0, 1, 0]).tolist() == [1, 2, 1]
 
 
+@pytest.mark.slow
 def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
     settings = replace(
         SETTINGS, material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"

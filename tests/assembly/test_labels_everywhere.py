@@ -14,10 +14,10 @@ from viewer_scene import page_data
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.verify.checks.labels import _check_strokes
+from fabweave.verify.checks.sheets.labels import _check_strokes
 from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 PIECE, JOINT = re.compile(r"\b[A-Z]+\d+\b"), re.compile(r"#(\d+)")
 
@@ -65,11 +65,11 @@ def lettering(folder, kind):
         teacher = Glyphs()
         for number, piece in enumerate(job.map.pieces):
             if number % 2 != half:
-                _check_strokes("", piece, others[piece.sheet], teacher, Tally("labels"))
+                _check_strokes(piece, others[piece.sheet], teacher, Tally("labels").at())
         for number, piece in enumerate(job.map.pieces):
             if number % 2 == half:
                 reader = Reader(teacher._learnt)
-                _check_strokes("", piece, drawings[piece.sheet], reader, Tally("labels"))
+                _check_strokes(piece, drawings[piece.sheet], reader, Tally("labels").at())
                 words[piece.id] = reader.words
     return words
 

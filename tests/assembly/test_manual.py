@@ -1,4 +1,4 @@
-"""The manual says on paper what the plan says: every piece, sheet, step and station."""
+"""The manual says on paper what the crossing map says: every piece, sheet, step and station."""
 
 import io
 import re
@@ -9,13 +9,15 @@ import numpy as np
 import pypdf
 import pytest
 import shapely
+from crossing_maps import small_map, step_record
 from PIL import Image
 
-from fabweave.app.job_records import job_facts, job_plan
+from fabweave.app.job_records import job_facts, job_map
 from fabweave.app.options.table import option_named
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual import book as manual_book
+from fabweave.assembly.manual.cover import time_range
 from fabweave.assembly.manual.piece_titles import place_across
 from fabweave.assembly.manual.pixels import GREY_STEP
 from fabweave.assembly.manual.steps import _Pictures, placing, strand_pieces, turn_words
@@ -46,15 +48,16 @@ def facts_of(job):
 @cache
 def parts_of(**changed):
     job = job_of(**changed)
-    plan = job_plan(job)
-    return plan, step_pictures(job.woven.ribbons, job.weave, job.piece_set.pieces, plan)
+    crossing_map = job_map(job)
+    pieces = job.piece_set.pieces
+    return crossing_map, step_pictures(job.woven.ribbons, job.weave, pieces, crossing_map)
 
 
 @cache
 def manual_of(paper="a4", **changed):
     job = job_of(**changed)
-    plan, pictures = parts_of(**changed)
-    return manual_pdf(plan, facts_of(job), job.drawings, pictures, paper=paper)
+    crossing_map, pictures = parts_of(**changed)
+    return manual_pdf(crossing_map, facts_of(job), job.drawings, pictures, paper=paper)
 
 
 @cache
@@ -101,16 +104,16 @@ def test_nothing_stands_outside_the_margins(paper):
 
 
 def test_same_bytes():
-    plan, _ = parts_of()
+    crossing_map, _ = parts_of()
     job = job_of()
-    again = step_pictures(job.woven.ribbons, job.weave, job.piece_set.pieces, plan)
-    data = manual_pdf(plan, facts_of(job), job.drawings, again)
+    again = step_pictures(job.woven.ribbons, job.weave, job.piece_set.pieces, crossing_map)
+    data = manual_pdf(crossing_map, facts_of(job), job.drawings, again)
     assert data == manual_of()
 
 
 def test_every_piece_is_in_every_section_that_lists_pieces():
-    plan, _ = parts_of()
-    ids = {piece["id"] for piece in plan["pieces"]}
+    crossing_map, _ = parts_of()
+    ids = {piece.id for piece in crossing_map.pieces}
     for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps", "Crossing tables"):
         words = set(re.findall(r"[A-Z]+\d+", section(name)))
         assert ids <= words, name
@@ -118,68 +121,76 @@ def test_every_piece_is_in_every_section_that_lists_pieces():
 
 
 def test_steps_are_said_and_in_order():
-    plan, _ = parts_of()
+    crossing_map, _ = parts_of()
     text = section("Steps")
     heads = [int(number) for number in re.findall(r"Step (\d+)", text)]
-    assert heads == [step["step"] for step in plan["steps"]]
-    for step in plan["steps"]:
-        assert step["text"] in text
+    assert heads == [step.number for step in crossing_map.steps]
+    for step in crossing_map.steps:
+        assert step.text in text
 
 
 def test_cover_has_the_figures():
-    plan, _ = parts_of()
+    crossing_map, _ = parts_of()
     text = section("Overview")
-    assert f"{len(plan['pieces'])} pieces on {len(plan['sheets'])} sheet" in text
-    assert f"{len(plan['joints'])} joints" in text
+    assert f"{len(crossing_map.pieces)} pieces on {len(crossing_map.sheets)} sheet" in text
+    assert f"{len(crossing_map.joints)} joints" in text
     needed = [int(number) for number in re.findall(r"(\d+) needed", text)]
     # Each hole of an upper strand, and nothing else, has a fastener.
     holes = sum(
-        cut["kind"] == "hole" and piece["stations"][cut["station"]]["over"]
-        for piece in plan["pieces"]
-        for cut in piece["cutouts"]
+        cut.kind == "hole" and piece.stations[cut.station].over
+        for piece in crossing_map.pieces
+        for cut in piece.cutouts
     )
     assert sum(needed) == holes > 0
 
 
 def test_stations_are_those_of_the_plan():
-    plan, _ = parts_of()
+    crossing_map, _ = parts_of()
     text = section("Crossing tables")
-    for piece in plan["pieces"]:
-        table = re.search(rf"Piece {piece['id']} (.*?)(?= Piece [A-Z]+\d|$)", text)[1]
-        for number, station in enumerate(piece["stations"]):
-            lies = "over" if station["over"] else "under"
-            row = rf"\b{number} {station['crossing']} [\d.]+ {lies} {station['partner']} "
-            row += "- " if station["joint"] is None else rf"#{station['joint']} "
-            assert re.search(row, table), (piece["id"], number)
+    for piece in crossing_map.pieces:
+        table = re.search(rf"Piece {piece.id} (.*?)(?= Piece [A-Z]+\d|$)", text)[1]
+        for number, station in enumerate(piece.stations):
+            lies = "over" if station.over else "under"
+            row = rf"\b{number} {station.crossing} [\d.]+ {lies} {station.partner} "
+            row += "- " if station.joint is None else rf"#{station.joint} "
+            assert re.search(row, table), (piece.id, number)
 
 
+def test_the_time_is_that_of_every_act():
+    steps = [step_record(1, pieces=("A1",)), step_record(2, over=(4, 5), under=(6,), joints=(1,))]
+    minutes = [60 * hours for hours in time_range(small_map(steps=steps), fasteners=2)]
+    # A piece, two strands over, one under, a joint, two fasteners.
+    assert minutes == pytest.approx([0.3 + 0.2 + 0.3 + 0.5 + 0.8, 1.0 + 0.8 + 1.0 + 2.0 + 2.0])
+
+
+@pytest.mark.slow
 def test_inside_lettering_is_told():
     assert "It is the inside of the object" in section("How to read", label_side="inside")
     assert "It is the outside of the object" in section("How to read")
 
 
 def test_only_pieces_in_place_are_named():
-    plan, _ = parts_of()
-    parts = {piece["id"]: piece for piece in plan["pieces"]}
-    joints = {joint["id"]: joint for joint in plan["joints"]}
-    strands, there = strand_pieces(plan), set()
+    crossing_map, _ = parts_of()
+    parts = {piece.id: piece for piece in crossing_map.pieces}
+    joints = {joint.id: joint for joint in crossing_map.joints}
+    strands, there = strand_pieces(crossing_map), set()
     said = 0
-    for step in plan["steps"]:
-        there.update(step["pieces"])
-        for key in step["pieces"]:
+    for step in crossing_map.steps:
+        there.update(step.pieces)
+        for key in step.pieces:
             line = placing(parts[key], step, joints, strands, there)
             assert set(re.findall(r"[A-Z]+\d+", line)) <= there
             said += len(re.findall(r" at \d+", line))
-    assert said >= len(plan["crossings"])
+    assert said >= len(crossing_map.crossings)
 
 
 def test_joined_with_says_both_ways():
-    plan, _ = parts_of()
-    joints = {joint["id"]: joint for joint in plan["joints"]}
-    for step in plan["steps"]:
-        for key in step["joints"]:
-            one, other = joints[key]["pieces"]
-            assert {one, other} & set(step["pieces"])
+    crossing_map, _ = parts_of()
+    joints = {joint.id: joint for joint in crossing_map.joints}
+    for step in crossing_map.steps:
+        for key in step.joints:
+            one, other = joints[key].pieces
+            assert {one, other} & set(step.pieces)
 
 
 # --- pictures -----------------------------------------------------------------------------------
@@ -235,10 +246,10 @@ def grown(area):
 
 
 def test_new_pieces_are_seen_and_dark():
-    plan, pictures = parts_of()
-    assert len(pictures) == len(plan["steps"])
-    for step, picture in zip(plan["steps"], pictures, strict=True):
-        assert set(picture.pieces) == set(step["pieces"])
+    crossing_map, pictures = parts_of()
+    assert len(pictures) == len(crossing_map.steps)
+    for step, picture in zip(crossing_map.steps, pictures, strict=True):
+        assert set(picture.pieces) == set(step.pieces)
         shade = np.asarray(picture.image)
         wide, high = picture.image.size
         for x, y in picture.pieces.values():
@@ -368,9 +379,9 @@ def test_each_sign_that_is_explained_is_pointed_out():
 
 
 def test_pieces_that_are_alike_are_counted():
-    plan, _ = parts_of()
+    crossing_map, _ = parts_of()
     text = section("Parts list")
-    kinds = [piece["kind"] for piece in plan["pieces"]]
+    kinds = [piece.kind for piece in crossing_map.pieces]
     for kind in set(kinds):
         told = f"kind {kind} (x {kinds.count(kind)})"
         assert text.count(told) == (kinds.count(kind) if kinds.count(kind) > 1 else 0)

@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 import shapely
+from crossing_maps import points, sheet_record
 
 from fabweave.assembly.manual.stock import draw_stock, stock_words
+from fabweave.flat.crossing_map import RestRecord
 
 EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]
 KNOT = [[150.0, 20.0], [190.0, 20.0], [190.0, 50.0], [150.0, 50.0]]
 REST = [[0.0, 100.0], [70.0, 100.0], [70.0, 180.0], [0.0, 180.0]]
-SHEET = {
-    "stock": "left of the vase",
-    "offcut": True,
-    "outline": EL,
-    "defects": [KNOT],
-    "rest": {"name": "offcut_02", "outline": REST},
-}
+SHEET = sheet_record(
+    stock="left of the vase",
+    offcut=True,
+    outline=points(EL),
+    defects=(points(KNOT),),
+    rest=RestRecord(name="offcut_02", outline=points(REST)),
+)
 MARGIN = 6.0
 
 
@@ -77,5 +79,4 @@ def test_words_tell_what_is_there_and_nothing_else():
         "From the stock: left of the vase (an offcut). Dotted: the margin. Hatched: defects. "
         "Dashed: offcut_02, to be kept."
     )
-    plain = {"stock": "", "offcut": False, "defects": [], "rest": None}
-    assert stock_words(plain) == "Dotted: the margin."
+    assert stock_words(sheet_record()) == "Dotted: the margin."

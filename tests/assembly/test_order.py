@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from assembly_models import model_of
+from crossing_maps import step_record
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,9 +13,9 @@ from fabweave.assembly.order import effort as model
 from fabweave.assembly.order.annealed import improve_order
 from fabweave.assembly.order.contacts import find_contacts
 from fabweave.assembly.order.effort import State, piece_effort, reach
-from fabweave.assembly.order.greedy import Measured, grow_order, measure_order
+from fabweave.assembly.order.greedy import MeasuredOrder, grow_order, measure_order
 from fabweave.assembly.order.planning import _easy_end, order_by_number, plan_order
-from fabweave.assembly.steps import build_steps
+from fabweave.assembly.steps import build_steps, last_tenth
 from fabweave.core.errors import InputError
 
 SMALL = (
@@ -226,7 +227,7 @@ def test_the_end_is_easier_than_that_of_naive_orders(shape):
 
 def test_of_orders_that_cost_nearly_the_same_the_one_with_the_easiest_end_is_taken():
     def order(*efforts):
-        return Measured(np.arange(len(efforts)), np.array(efforts))
+        return MeasuredOrder(np.arange(len(efforts)), np.array(efforts))
 
     hard, easy = order(40.0, 40.0, 20.0), order(50.0, 40.5, 10.0)
     dear = order(60.0, 42.0, 1.0)
@@ -283,14 +284,26 @@ def test_steps_group_only_what_is_laid(shape):
     )
     steps = build_steps(woven.made, found)
     ids = [piece.id for piece in woven.made.pieces]
-    assert [key for step in steps for key in step["pieces"]] == [ids[k] for k in found.order]
+    assert [key for step in steps for key in step.pieces] == [ids[k] for k in found.order]
     for step in steps:
-        if len(step["pieces"]) > 1:
-            connections = len(step["over"]) + len(step["under"]) + len(step["joints"])
-            assert not step["under"]
+        if len(step.pieces) > 1:
+            connections = len(step.over) + len(step.under) + len(step.joints)
+            assert not step.under
             assert connections <= 8
-            assert len(step["pieces"]) <= 4
-    assert sum(step["effort"] for step in steps) == pytest.approx(found.total, abs=0.01 * len(ids))
+            assert len(step.pieces) <= 4
+    assert sum(step.effort for step in steps) == pytest.approx(found.total, abs=0.01 * len(ids))
+
+
+def test_the_last_tenth_is_that_of_the_fewest_last_steps():
+    first = step_record(1, pieces=("A1",) * 9, effort=9.0)
+    last = step_record(2, pieces=("A2",), effort=4.0)
+    # One piece of ten takes 4, all take 1.3 in the mean.
+    assert last_tenth([first, last]) == pytest.approx(4.0 / 1.3)
+    # Of eleven pieces, one is less than a tenth: the step before counts, too.
+    assert last_tenth([step_record(0, pieces=("B1",)), first, last]) == pytest.approx(
+        1.3 / (14 / 11)
+    )
+    assert last_tenth([]) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -309,7 +322,7 @@ def test_steps_say_how_each_kind_of_joint_is_made(kind, words):
     joints = [
         clause.split(" at joint #")[0].rpartition(" ")[0].strip()
         for step in build_steps(woven.made, found)
-        for clause in step["text"].split(";")
+        for clause in step.text.split(";")
         if "#" in clause
     ]
     assert len(joints) == len(woven.made.joints)

@@ -49,11 +49,11 @@ class Scene:
         self.path.write_text(page, encoding="utf-8")
         self.read = read_viewer(self.path)
         self.corners, self.owner = triangles_of(self.read)
-        self.ids = [piece["id"] for piece in self.plan["pieces"]]
-        self.step_of = {id_: step["step"] for step in self.plan["steps"] for id_ in step["pieces"]}
+        self.ids = [piece.id for piece in self.plan.pieces]
+        self.step_of = {id_: step.number for step in self.plan.steps for id_ in step.pieces}
 
     def piece(self, label):
-        return self.plan["pieces"][self.ids.index(label)]
+        return self.plan.pieces[self.ids.index(label)]
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +175,7 @@ def test_tapping_a_strip_chooses_the_one_that_is_seen(tab, torus):
 
 
 def test_the_slider_shows_the_pieces_so_far_and_no_other(tab, torus):
-    last = len(torus.plan["steps"])
+    last = len(torus.plan.steps)
     for step in (1, 2, last // 3, last - 3, last):
         tab.go_to(step)
         assert tab.page.evaluate("document.body.dataset.step") == str(step)
@@ -187,7 +187,7 @@ def test_the_slider_shows_the_pieces_so_far_and_no_other(tab, torus):
             tab.tap(x, y)
             assert tab.chosen() == label, (step, x, y)
         text = tab.page.locator("#step-text").inner_text()
-        assert torus.plan["steps"][step - 1]["text"] in text
+        assert torus.plan.steps[step - 1].text in text
 
 
 def pixels_of(tab, path):
@@ -197,9 +197,9 @@ def pixels_of(tab, path):
 
 def test_colours_are_those_of_the_threads_and_earlier_steps_are_faded(tab, torus, tmp_path):
     colour = {}
-    for piece in torus.plan["pieces"]:
-        colour[piece["id"]] = np.array(
-            [int(torus.read.colours[piece["thread"]][k : k + 2], 16) for k in (1, 3, 5)], float
+    for piece in torus.plan.pieces:
+        colour[piece.id] = np.array(
+            [int(torus.read.colours[piece.thread][k : k + 2], 16) for k in (1, 3, 5)], float
         )
     whole = pixels_of(tab, tmp_path / "whole.png")
     paper = whole[-60, -60]
@@ -213,10 +213,10 @@ def test_colours_are_those_of_the_threads_and_earlier_steps_are_faded(tab, torus
     lens = "JSON.stringify(fabweave.lens.matrixWorld.elements)"
     before = tab.page.evaluate(lens)
     tab.page.click("#follow")
-    tab.go_to(len(torus.plan["steps"]))
+    tab.go_to(len(torus.plan.steps))
     assert tab.page.evaluate(lens) == before
     steps = pixels_of(tab, tmp_path / "steps.png")
-    fresh = torus.plan["steps"][-1]["pieces"]
+    fresh = torus.plan.steps[-1].pieces
     nearer = [
         np.linalg.norm(steps[int(y), int(x)] - paper)
         < 0.7 * np.linalg.norm(whole[int(y), int(x)] - paper)
@@ -230,7 +230,7 @@ def test_a_step_that_is_drawn_over_the_last_one_looks_like_the_whole(tab, torus,
     """Where nothing turns, only what changes is drawn; the picture is that of drawing all."""
     tab.page.click("#follow")
     tab.go_to(1)
-    last = len(torus.plan["steps"])
+    last = len(torus.plan.steps)
     for step in (2, 3, 3, last // 2, last - 1, 4, 5):
         tab.page.evaluate(
             "step => { const s = document.getElementById('slider'); s.value = step;"
@@ -265,68 +265,68 @@ def test_searching_a_label_shows_strip_piece_and_place(tab, torus, query):
         assert tab.page.evaluate("fabweave.codes()")[torus.ids.index(label)] == 4
         # The flat piece is the outline of the map, seen with y up.
         flat = numbers_of(tab.page.locator("svg.piece .outline").get_attribute("d"))
-        np.testing.assert_allclose(flat * (1, -1), piece["outline"], atol=0.0061)
+        np.testing.assert_allclose(flat * (1, -1), piece.outline, atol=0.0061)
         # The table says station by station what the map says.
         rows = tab.page.locator("#panel-piece tbody tr").all_inner_texts()
-        assert len(rows) == len(piece["stations"])
+        assert len(rows) == len(piece.stations)
         along = 0.0
-        for k, (row, station) in enumerate(zip(rows, piece["stations"], strict=True)):
+        for k, (row, station) in enumerate(zip(rows, piece.stations, strict=True)):
             if k:
-                last = piece["stations"][k - 1]
-                along += math.hypot(station["x"] - last["x"], station["y"] - last["y"])
+                last = piece.stations[k - 1]
+                along += math.hypot(station.x_mm - last.x_mm, station.y_mm - last.y_mm)
             cells = row.split("\t")
             assert cells[0] == str(k)
             assert float(cells[1]) == pytest.approx(along, abs=0.06)
-            assert cells[2].strip() == ("over" if station["over"] else "under")
-            assert cells[3] == station["partner"]
-            joint = next((j for j in torus.plan["joints"] if j["id"] == station["joint"]), None)
-            mate = "" if joint is None else next(p for p in joint["pieces"] if p != label)
-            assert cells[4].split() == ([] if joint is None else [f"#{joint['id']}", mate])
+            assert cells[2].strip() == ("over" if station.over else "under")
+            assert cells[3] == station.partner
+            joint = next((j for j in torus.plan.joints if j.id == station.joint), None)
+            mate = "" if joint is None else next(p for p in joint.pieces if p != label)
+            assert cells[4].split() == ([] if joint is None else [f"#{joint.id}", mate])
         # Its place is on its sheet, where the map says.
         tab.page.click("#tab-sheet")
         group = tab.page.locator("#panel-sheet g.chosen")
         assert group.get_attribute("data-piece") == label
-        assert f"Sheet {piece['sheet']} of" in tab.page.locator("#panel-sheet .turner").inner_text()
-        turn = math.radians(piece["placement"]["rotation_deg"])
+        assert f"Sheet {piece.sheet} of" in tab.page.locator("#panel-sheet .turner").inner_text()
+        turn = math.radians(piece.placement.rotation_deg)
         motion = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
-        shift = (piece["placement"]["x_mm"], piece["placement"]["y_mm"])
+        shift = (piece.placement.x_mm, piece.placement.y_mm)
         placed = numbers_of(group.locator("path").get_attribute("d")) * (1, -1)
-        np.testing.assert_allclose(placed, np.array(piece["outline"]) @ motion.T + shift, atol=0.02)
+        np.testing.assert_allclose(placed, np.array(piece.outline) @ motion.T + shift, atol=0.02)
         tab.page.click("#tab-piece")
 
 
 def test_a_sheet_is_shown_with_its_true_edge_and_its_defects(tab, torus):
-    sheet = torus.plan["sheets"][1]
-    assert len(sheet["outline"]) == 5
+    sheet = torus.plan.sheets[1]
+    assert len(sheet.outline) == 5
     tab.page.click("#tab-sheet")
     tab.page.locator("#panel-sheet [data-turn='1']").click()
-    for name, ring in (("stock", sheet["outline"]), ("defect", sheet["defects"][0])):
+    for name, ring in (("stock", sheet.outline), ("defect", sheet.defects[0])):
         drawn = numbers_of(tab.page.locator(f"#panel-sheet path.{name}").get_attribute("d"))
         np.testing.assert_allclose(drawn * [1.0, -1.0], ring, atol=0.01)
     band = float(tab.page.locator("#panel-sheet path.margin").get_attribute("stroke-width"))
-    assert band == 2.0 * torus.plan["layout"]["margin_mm"]
+    assert band == 2.0 * torus.plan.layout.margin_mm
     assert "Hatched: defects." in tab.page.locator("#sheet-hint").inner_text()
 
 
 def test_tapping_a_piece_on_a_sheet_chooses_it_in_space(tab, torus):
     tab.page.click("#tab-sheet")
     tab.page.locator("#panel-sheet [data-turn='1']").click()
-    here = [piece for piece in torus.plan["pieces"] if piece["sheet"] == 2]
+    here = [piece for piece in torus.plan.pieces if piece.sheet == 2]
     drawn = tab.page.locator("#panel-sheet g[data-piece]")
     assert drawn.count() == len(here)
-    label = here[len(here) // 2]["id"]
+    label = here[len(here) // 2].id
     tab.page.locator(f"#panel-sheet g[data-piece='{label}'] path").dispatch_event("click")
     assert tab.chosen() == label
     assert tab.page.evaluate("fabweave.codes()")[torus.ids.index(label)] == 4
 
 
 def test_joints_threads_and_unknown_labels_are_searched_too(tab, torus):
-    joint = torus.plan["joints"][5]
-    tab.page.fill("#query", f"#{joint['id']}")
+    joint = torus.plan.joints[5]
+    tab.page.fill("#query", f"#{joint.id}")
     found = tab.page.locator("#found button b").all_inner_texts()
-    assert sorted(found) == sorted(set(joint["pieces"]))
+    assert sorted(found) == sorted(set(joint.pieces))
     tab.page.fill("#query", "b")
-    own = [piece["id"] for piece in torus.plan["pieces"] if piece["id"][0] == "B"]
+    own = [piece.id for piece in torus.plan.pieces if piece.id[0] == "B"]
     assert tab.page.locator("#found button b").all_inner_texts() == own
     tab.page.fill("#query", "Z99<b>")
     assert "Nothing" in tab.page.locator("#found").inner_text()
@@ -335,21 +335,21 @@ def test_joints_threads_and_unknown_labels_are_searched_too(tab, torus):
 
 
 def test_partners_and_mates_are_one_tap_away(tab, torus):
-    piece = torus.plan["pieces"][3]
-    tab.page.fill("#query", piece["id"])
+    piece = torus.plan.pieces[3]
+    tab.page.fill("#query", piece.id)
     tab.page.keyboard.press("Enter")
     tab.page.locator("#panel-piece tbody tr").nth(2).locator("button").first.click()
-    assert tab.chosen() == piece["stations"][2]["partner"]
+    assert tab.chosen() == piece.stations[2].partner
 
 
 def test_a_piece_that_comes_later_is_shown_where_it_comes(tab, torus):
-    label = torus.plan["steps"][9]["pieces"][0]
+    label = torus.plan.steps[9].pieces[0]
     tab.go_to(4)
     tab.page.fill("#query", label)
     tab.page.keyboard.press("Enter")
     assert tab.page.evaluate("document.body.dataset.step") == "10"
     codes = tab.page.evaluate("fabweave.codes()")
-    step = torus.plan["steps"][9]["pieces"]
+    step = torus.plan.steps[9].pieces
     assert {torus.ids[k] for k, code in enumerate(codes) if code >= 3} == set(step)
     assert [k for k, code in enumerate(codes) if code == 4] == [torus.ids.index(label)]
 
@@ -361,7 +361,7 @@ def test_keys_step_and_tick(tab, torus):
     tab.page.keyboard.press("ArrowLeft")
     assert tab.page.evaluate("[fabweave.state.step, [...fabweave.state.done]]") == [1, [2]]
     tab.page.keyboard.press("End")
-    assert tab.page.evaluate("fabweave.state.step") == len(torus.plan["steps"])
+    assert tab.page.evaluate("fabweave.state.step") == len(torus.plan.steps)
     assert tab.page.locator("#forward").is_disabled()
     tab.page.keyboard.press("/")
     tab.page.keyboard.type("A2")
@@ -397,7 +397,7 @@ def test_progress_survives_a_reload(tab):
 )
 def test_a_browser_without_memory_or_with_a_bad_one(browser, torus, script):
     opened = Tab(browser, torus, script=script)
-    assert opened.page.evaluate("fabweave.state.step") in (1, len(torus.plan["steps"]))
+    assert opened.page.evaluate("fabweave.state.step") in (1, len(torus.plan.steps))
     opened.page.click("#forward")
     opened.page.check("#done")
     assert opened.page.evaluate("fabweave.state.done.has(fabweave.state.step)")
@@ -540,7 +540,7 @@ def require_that_steps_draw_what_changes(opened, steps):
 
 def test_a_step_draws_only_what_changes(browser, torus):
     opened = Tab(browser, torus, script=COUNT)
-    require_that_steps_draw_what_changes(opened, range(2, len(torus.plan["steps"]) + 1))
+    require_that_steps_draw_what_changes(opened, range(2, len(torus.plan.steps) + 1))
     opened.close()
 
 
@@ -557,7 +557,7 @@ def test_a_large_object_is_shown_and_its_steps_draw_only_what_changes(browser, l
     assert len(large.corners) > 60_000
     assert large.path.stat().st_size < 25_000_000
     opened = Tab(browser, large, size=SIZES["laptop"], script=COUNT)
-    last = len(large.plan["steps"])
+    last = len(large.plan.steps)
     require_that_steps_draw_what_changes(opened, range(last - 20, last + 1))
     opened.page.screenshot(path=tmp_path / "large.png")
     assert np.ptp(np.asarray(Image.open(tmp_path / "large.png").convert("RGB"))) > 100

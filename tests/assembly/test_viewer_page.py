@@ -1,6 +1,5 @@
 """The viewer as a file: what is in it, whence, and where the strips are."""
 
-import json
 import re
 
 import numpy as np
@@ -10,6 +9,7 @@ from viewer_scene import make_page, page_data, triangles_of
 
 from fabweave.assembly.viewer import page as module
 from fabweave.assembly.viewer.page import three_script, viewer_page
+from fabweave.assembly.viewer.space import space_record
 from fabweave.verify.read.viewer import read_viewer
 
 
@@ -26,12 +26,16 @@ def test_three_is_whole_and_licensed():
     assert "</script" not in script
 
 
+def space_of(job):
+    return space_record(job.woven.ribbons, job.weave, job.piece_set.pieces, layer_mm=0.4)
+
+
 def test_without_three_the_page_is_made_all_the_same(torus, monkeypatch):
     monkeypatch.setattr(module, "scene_to_html", lambda _: "<script>another viewer</script>")
-    _, plan, job = torus
+    _, crossing_map, job = torus
     page = viewer_page(
-        plan,
-        page_data(torus[0])["space"],
+        crossing_map,
+        space_of(job),
         title="t",
         colours=np.zeros((8, 3), np.uint8),
         view_deg=(0, 0),
@@ -41,7 +45,7 @@ def test_without_three_the_page_is_made_all_the_same(torus, monkeypatch):
 
 
 def test_the_page_holds_the_map_to_a_thousandth(torus):
-    page, plan, _ = torus
+    page, crossing_map, _ = torus
     held = page_data(page)["plan"]
 
     def same(a, b):
@@ -51,26 +55,27 @@ def test_the_page_holds_the_map_to_a_thousandth(torus):
             return len(a) == len(b) and all(map(same, a, b))
         return abs(a - b) <= 5.01e-4 if isinstance(b, float) else a == b and type(a) is type(b)
 
-    assert same(held, json.loads(json.dumps(plan)))
+    assert same(held, crossing_map.to_json())
 
 
 def test_titles_cannot_break_out(torus):
-    _, plan, _ = torus
-    space = page_data(torus[0])["space"]
+    _, crossing_map, job = torus
+    space = space_of(job)
+    colours = np.zeros((8, 3), np.uint8)
     evil = "</script><script>alert(1)</script>{{DATA}}\u2028&amp;"
-    page = viewer_page(plan, space, title=evil, colours=np.zeros((8, 3), np.uint8), view_deg=(0, 0))
+    page = viewer_page(crossing_map, space, title=evil, colours=colours, view_deg=(0, 0))
     assert page.count("<script") == torus[0].count("<script")
     assert page_data(page)["title"] == evil
     assert "&lt;/script&gt;&lt;script&gt;alert(1)&lt;/script&gt;{{DATA}}" in page
 
 
 def test_same_job_same_page_other_job_other_memory(torus):
-    page, plan, job = torus
+    page, crossing_map, job = torus
     again = make_page("shape:torus?m=8&n=4", 300.0)[0]
     assert again == page
     other = make_page("shape:torus?m=8&n=4", 310.0)[0]
     assert page_data(other)["job"] != page_data(page)["job"]
-    assert len(plan["threads"]) == len(page_data(page)["colours"]) == len(job.colours)
+    assert len(crossing_map.threads) == len(page_data(page)["colours"]) == len(job.colours)
 
 
 @pytest.mark.parametrize(
@@ -128,13 +133,13 @@ def test_strips_are_the_pieces_in_space(tmp_path, shape, settings):
 
 
 def test_labels_are_those_of_the_map_everywhere(torus):
-    page, plan, job = torus
+    page, crossing_map, job = torus
     data = page_data(page)
     assert [piece["id"] for piece in data["plan"]["pieces"]] == [
         piece.id for piece in job.piece_set.pieces
     ]
     assert {s["partner"] for p in data["plan"]["pieces"] for s in p["stations"]} <= {
-        piece["id"] for piece in plan["pieces"]
+        piece.id for piece in crossing_map.pieces
     }
     outside = re.sub(r"<script.*?</script>", "", page, flags=re.S)
     assert not re.search(r"https?:", outside)

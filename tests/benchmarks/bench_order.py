@@ -72,7 +72,7 @@ def main() -> None:
             )
             seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
             steps = build_steps(model.made, order)
-            below = [sum(len(step["under"]) for step in some) for some in (steps, naive_steps)]
+            below = [sum(len(step.under) for step in some) for some in (steps, naive_steps)]
             mean = order.total / naive.total
             last = last_tenth(steps), last_tenth(naive_steps) / mean
             print(

@@ -6,19 +6,10 @@ import sys
 import numpy as np
 import pytest
 import trimesh
+from jobs import run
 from PIL import Image
 
-from fabweave.cli.main import main
-
 TORUS = "shape:torus?m=8&n=6"
-
-
-def run(*arguments: object) -> int:
-    try:
-        main([str(argument) for argument in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
 
 
 def model(path, *options: object) -> int:
@@ -42,11 +33,10 @@ def test_every_format_is_written(suffix, yarn, tmp_path):
         assert np.abs(np.ptp(trimesh.load_scene(path).bounds, axis=0)[:2] - 0.120).max() < 0.012
 
 
-def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(tmp_path):
+def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(finished, tmp_path):
     assert model(tmp_path / "model.glb") == 0
-    assert run("make", TORUS, "--size", "120mm", "--effort", "quick", "-q",
-               "-o", tmp_path / "job") == 0  # fmt: skip
-    ours, jobs = (trimesh.load_scene(tmp_path / name) for name in ("model.glb", "job/model.glb"))
+    job = finished(TORUS, "--size", "120mm", "--sheet", "600x400mm", "--effort", "quick")
+    ours, jobs = (trimesh.load_scene(path) for path in (tmp_path / "model.glb", job / "model.glb"))
     # A job's model marks what was found, too.
     assert set(ours.geometry) == {name for name in jobs.geometry if "finding" not in name}
     for label, mesh in ours.geometry.items():
@@ -56,6 +46,7 @@ def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(tmp_path):
         assert np.abs(mesh.vertices - other.vertices).max() < 0.001  # a millimetre
 
 
+@pytest.mark.slow
 def test_views_stand_side_by_side(tmp_path):
     assert model(tmp_path / "a.png", "--view", "-60,30", "--view", "20,60") == 0
     assert model(tmp_path / "b.png", "--view", "-60,30") == 0

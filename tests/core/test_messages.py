@@ -11,6 +11,7 @@ from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.stock.sheet_size import SheetSize
 
 #: One of something in the plural, or a sentence with a hole in it.
 WRONG = re.compile(
@@ -71,7 +72,11 @@ def test_one_turned_face_is_said_in_the_singular(tmp_path) -> None:
     ],
 )
 def test_notes_of_small_jobs_agree_with_their_numbers(mesh, pattern) -> None:
-    job = make_job(Settings(mesh=mesh, size_mm=300.0, pattern=pattern, effort="quick"))
+    job = make_job(
+        Settings(
+            mesh, size_mm=300.0, pattern=pattern, effort="quick", sheets=(SheetSize(600, 400),)
+        )
+    )
     notes = "\n".join(job.notes)
     assert not WRONG.search(notes), notes
 

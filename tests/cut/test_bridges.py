@@ -74,7 +74,7 @@ def test_short_outlines_have_fewer_and_crooked_ones_none():
     )
     ready = kerfed_sheets([sheet(crooked)], 0.0, MicroJoints(4))
     assert ready[0].pieces[0].entities == (crooked,)
-    assert "1 piece without micro-joints" in kerf_notes(ready, 0.0, MicroJoints(4))[1]
+    assert "1 piece has no micro-joints" in kerf_notes(ready, 0.0, MicroJoints(4))[1]
 
 
 def test_holes_are_cut_through():
@@ -96,7 +96,7 @@ def test_a_kerf_is_no_business_of_services():
     outline = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [90, 0], [90, 60], [0, 60]]), True)
     ready = kerfed_sheets([sheet(outline)], 0.15, None)
     warned = kerf_notes(ready, 0.15, None, service=True)
-    assert warned[-1].startswith("warning: services take the kerf off themselves")
+    assert warned[-1].startswith("warning: cutting services compensate for the kerf")
     assert warned[:-1] == kerf_notes(ready, 0.15, None)
 
 

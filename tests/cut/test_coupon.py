@@ -121,7 +121,7 @@ def test_lap_and_bend_are_those_of_the_job():
 
 def test_the_instruction_names_what_to_set():
     text = coupon_text(COUPONS[-1])
-    for word in ("--hole 4.1mm", "--thickness 0.4mm", "31.7 mm lap", "118.6 mm diameter"):
+    for word in ("--hole 4.1mm", "--thickness 0.4mm", "the lap is 31.7 mm", "118.6 mm in diameter"):
         assert word in text
 
 
@@ -161,8 +161,10 @@ def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
 def test_a_job_gives_its_figures(tmp_path):
     from fabweave.app.pipeline import run_job  # noqa: PLC0415 - only here
     from fabweave.app.settings import Settings  # noqa: PLC0415 - only here
+    from fabweave.stock.sheet_size import SheetSize  # noqa: PLC0415 - only here
 
-    settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, effort="quick", material="card")
+    sheets = (SheetSize(400.0, 300.0),)
+    settings = Settings("shape:octahedron", size_mm=160.0, effort="quick", sheets=sheets)
     job = run_job(settings, tmp_path / "job").job
     coupon = coupon_for(tmp_path / "job")
     rule = job.piece_set.rule
@@ -174,5 +176,5 @@ def test_a_job_gives_its_figures(tmp_path):
     thinner = coupon_for(tmp_path / "job", thickness_mm=0.3)
     assert thinner == coupon._replace(material=replace(coupon.material, thickness_mm=0.3))
     (tmp_path / "job" / "ribbons.json").unlink()
-    with pytest.raises(InputError, match="no finished job"):
+    with pytest.raises(InputError, match=r"cannot read .*ribbons\.json.* a finished job"):
         coupon_for(tmp_path / "job")

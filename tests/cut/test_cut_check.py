@@ -13,7 +13,7 @@ from fabweave.cut.line_overlap import overlapping
 from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.preview import write_png
 from fabweave.cut.write.svg import write_svg
-from fabweave.verify.checks.lines import _on_others
+from fabweave.verify.checks.sheets.lines import _on_others
 
 
 def outline(points, layer=Layer.CUT_OUTER, closed=True):
@@ -43,8 +43,8 @@ SPOILED = [
     ("small circle", [Circle(Layer.CUT_INNER, 1.0, 1.0, 0.0), TRIANGLE], "radius.*Q7"),
     ("negative", [Circle(Layer.CUT_INNER, 1.0, 1.0, -3.0), TRIANGLE], "radius.*Q7"),
     ("metres", [outline([[0, 0], [1e6, 0], [0, 9]])], "100 m away.*Q7"),
-    ("hole last", [TRIANGLE, HOLE], "not in the order of the cut.*Q7"),
-    ("mark after hole", [HOLE, MARK, TRIANGLE], "not in the order of the cut.*Q7"),
+    ("hole last", [TRIANGLE, HOLE], "not in cutting order.*Q7"),
+    ("mark after hole", [HOLE, MARK, TRIANGLE], "not in cutting order.*Q7"),
     ("note", [TRIANGLE, outline([[0, 0], [9, 0]], Layer.NOTES, False)], "on NOTES.*Q7"),
     ("no outline", [MARK, HOLE], "no outline.*Q7"),
     ("nothing", [], "no outline.*Q7"),

@@ -3,36 +3,25 @@
 import json
 import shutil
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from crossing_maps import piece_record, sheet_record, small_map
 from hypothesis import example, given
 from hypothesis import strategies as st
+from jobs import run
 
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named, targets
 from fabweave.cut.preflight.violations import flaw_lines, preflight_record
+from fabweave.ribbon.rules.finding import Finding, finding_record
 from fabweave.stock.material import material_named, with_thickness
 
 CARD = material_named("card")
 PLY = with_thickness(material_named("birch-ply-3"), 3.0)
 DEFAULT = target_named("default")
-CLEAN = {"findings": []}
-
-
-def piece(name, outline, holes=(), *, sheet=1, turn=0.0, at=(0.0, 0.0)):
-    """Return a piece of a crossing map with holes (x, y, diameter)."""
-    return {
-        "id": name,
-        "thread": 0,
-        "sheet": sheet,
-        "placement": {"rotation_deg": turn, "x_mm": at[0], "y_mm": at[1]},
-        "joints": [None, None],
-        "outline": outline,
-        "stations": [{"x": x, "y": y, "hole_mm": d} for x, y, d in holes],
-    }
 
 
 def bar(length=100.0, width=20.0):
@@ -40,28 +29,23 @@ def bar(length=100.0, width=20.0):
 
 
 def plan(*pieces, width=600.0, height=400.0):
-    return {
-        "pieces": list(pieces),
-        "joints": [],
-        "sheets": [
-            {"sheet": number, "width_mm": width, "height_mm": height}
-            for number in sorted({one["sheet"] for one in pieces})
-        ],
-    }
+    numbers = range(1, 1 + max(piece.sheet for piece in pieces))
+    return small_map(
+        pieces=pieces, sheets=[sheet_record(number, width, height) for number in numbers]
+    )
 
 
-def found(job, material=CARD, target=DEFAULT, ribbons=CLEAN):
-    materials = [material] * (1 + max(one["thread"] for one in job["pieces"]))
-    return preflight(job, ribbons, materials, target)
+def flaws_of(job, material=CARD, target=DEFAULT, findings=()):
+    return preflight(job, findings, [material], target)
 
 
 def test_a_sound_piece_has_no_flaw() -> None:
-    assert found(plan(piece("A1", bar(), [(20, 10, 4.0), (80, 10, 4.0)]))) == ()
+    assert flaws_of(plan(piece_record("A1", bar(), [(20, 10, 4.0), (80, 10, 4.0)]))) == ()
 
 
 def test_small_holes_are_found_where_they_are() -> None:
-    turned = piece("A1", bar(), [(20, 10, 2.0), (80, 10, 3.0)], turn=90.0, at=(50.0, 5.0))
-    flaws = found(plan(turned), PLY)
+    turned = piece_record("A1", bar(), [(20, 10, 2.0), (80, 10, 3.0)], turn=90.0, at=(50.0, 5.0))
+    flaws = flaws_of(plan(turned), PLY)
     assert [flaw.rule for flaw in flaws] == ["hole"]
     # R(90°)(20, 10) + (50, 5) = (-10 + 50, 20 + 5)
     assert flaws[0].place == (40.0, 25.0)
@@ -71,20 +55,20 @@ def test_small_holes_are_found_where_they_are() -> None:
 
 @pytest.mark.parametrize(("y", "bad"), [(8.0, False), (7.9, True)])
 def test_holes_keep_two_diameters_from_edges(y, bad) -> None:
-    flaws = found(plan(piece("A1", bar(), [(50, y, 4.0)])))
+    flaws = flaws_of(plan(piece_record("A1", bar(), [(50, y, 4.0)])))
     assert [flaw.rule for flaw in flaws] == ["hole-edge"] * bad
     if bad:
         assert (flaws[0].value, flaws[0].limit) == (pytest.approx(7.9), 8.0)
 
 
 def test_a_target_may_want_more_around_holes() -> None:
-    job = plan(piece("A1", bar(), [(50, 2.2, 1.0)]))
+    job = plan(piece_record("A1", bar(), [(50, 2.2, 1.0)]))
     metal = with_thickness(material_named("aluminium-5052"), 1.0)
-    assert found(job, metal) == ()  # two diameters are enough
-    (flaw,) = found(job, metal, target_named("fictiv"))
+    assert flaws_of(job, metal) == ()  # two diameters are enough
+    (flaw,) = flaws_of(job, metal, target_named("fictiv"))
     # Two thicknesses of material at the rim.
     assert (flaw.rule, flaw.value, flaw.limit) == ("hole-edge", pytest.approx(2.2), 2.5)
-    (flaw,) = found(job, metal, target_named("gosnapcut"))
+    (flaw,) = flaws_of(job, metal, target_named("gosnapcut"))
     assert (flaw.rule, flaw.limit) == ("hole", 1.5)
 
 
@@ -96,7 +80,7 @@ def test_necks_are_as_wide_as_they_are(neck, turn) -> None:
         [0, 0], [40, 0], [40, side], [60, side], [60, 0], [100, 0],
         [100, 20], [60, 20], [60, 20 - side], [40, 20 - side], [40, 20], [0, 20],
     ]  # fmt: skip
-    flaws = found(plan(piece("A1", outline, turn=turn, at=(200.0, 200.0))), PLY)
+    flaws = flaws_of(plan(piece_record("A1", outline, turn=turn, at=(200.0, 200.0))), PLY)
     assert [flaw.rule for flaw in flaws] == ["web"] * (neck < 3.0 - 1e-3)
     if flaws:
         assert flaws[0].value == pytest.approx(neck, abs=0.01)
@@ -107,59 +91,65 @@ def test_necks_are_as_wide_as_they_are(neck, turn) -> None:
         assert abs(at[1] - 10) < 1.5
 
 
-def test_a_piece_that_is_thin_all_over_is_found() -> None:
-    flaws = found(plan(piece("A1", bar(100.0, 0.6))))
+def test_a_piece_that_is_thin_all_over_is_flaws_of() -> None:
+    flaws = flaws_of(plan(piece_record("A1", bar(100.0, 0.6))))
     assert [flaw.rule for flaw in flaws] == ["web"]
     assert flaws[0].value == pytest.approx(0.6, abs=0.01)
 
 
 def test_webs_between_holes() -> None:
     job = plan(
-        piece("A1", bar(), [(20, 10, 4.0), (24.5, 10, 4.0)]),
+        piece_record("A1", bar(), [(20, 10, 4.0), (24.5, 10, 4.0)]),
         # As near, but on another piece.
-        piece("B1", bar(), [(24.5, 10, 4.0)], at=(0.0, 30.0)),
+        piece_record("B1", bar(), [(24.5, 10, 4.0)], at=(0.0, 30.0)),
     )
-    flaws = found(job)
+    flaws = flaws_of(job)
     assert [(flaw.rule, flaw.piece, flaw.place) for flaw in flaws] == [("web", "A1", (22.25, 10.0))]
     assert flaws[0].value == pytest.approx(0.5)
 
 
 def test_gaps_between_pieces_of_one_sheet() -> None:
-    near = piece("B1", bar(), at=(0.0, 20.4))
-    flaws = found(plan(piece("A1", bar()), near))
+    near = piece_record("B1", bar(), at=(0.0, 20.4))
+    flaws = flaws_of(plan(piece_record("A1", bar()), near))
     assert [(flaw.rule, flaw.piece) for flaw in flaws] == [("gap", "A1")]
     assert flaws[0].value == pytest.approx(0.4)
     assert flaws[0].place[1] == pytest.approx(20.2)
-    assert found(plan(piece("A1", bar()), {**near, "sheet": 2})) == ()
-    assert found(plan(piece("A1", bar()), piece("B1", bar(), at=(0.0, 20.5)))) == ()
+    assert flaws_of(plan(piece_record("A1", bar()), replace(near, sheet=2))) == ()
+    assert (
+        flaws_of(plan(piece_record("A1", bar()), piece_record("B1", bar(), at=(0.0, 20.5)))) == ()
+    )
 
 
 def test_pieces_and_sheets_larger_than_the_target_takes() -> None:
-    job = plan(piece("A1", bar(950.0), turn=30.0), width=1300.0, height=600.0)
-    flaws = found(job, target=target_named("cutitout"))
+    job = plan(piece_record("A1", bar(950.0), turn=30.0), width=1300.0, height=600.0)
+    flaws = flaws_of(job, target=target_named("cutitout"))
     assert [(flaw.rule, flaw.piece) for flaw in flaws] == [("piece", "A1")]
     assert (flaws[0].value, flaws[0].limit) == (pytest.approx(950.0), 900.0)
-    flaws = found(job, target=target_named("snijlab"))
+    flaws = flaws_of(job, target=target_named("snijlab"))
     assert [(flaw.rule, flaw.sheet, flaw.value, flaw.limit) for flaw in flaws] == [
         ("sheet", 1, 1300.0, 1200.0)
     ]
     # Sheets may be turned.
     assert (
-        found(plan(piece("A1", bar()), width=600.0, height=1200.0), target=target_named("snijlab"))
+        flaws_of(
+            plan(piece_record("A1", bar()), width=600.0, height=1200.0),
+            target=target_named("snijlab"),
+        )
         == ()
     )
 
 
-def test_short_sides_are_found() -> None:
+def test_short_sides_are_flaws_of() -> None:
     outline = [[0, 0], [50, 0], [50.05, 0], [100, 0], [100, 20], [0, 20]]
-    flaws = found(plan(piece("A1", outline)))
+    flaws = flaws_of(plan(piece_record("A1", outline)))
     assert [(flaw.rule, flaw.place) for flaw in flaws] == [("segment", (50.025, 0.0))]
 
 
 def test_what_was_found_in_space_is_told_again() -> None:
-    bend = {"rule": "bend", "value": 30.0, "limit": 46.0, "count": 5, "remedy": "--size 412mm"}
-    twist = {"rule": "twist", "value": 40.0, "limit": 31.0, "count": 1, "remedy": ""}
-    flaws = found(plan(piece("A1", bar())), ribbons={"findings": [bend, twist]})
+    bend = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 0, 0, None, (0, 0, 0), 5, 9, size_mm=412)
+    twist = Finding("twist", "warn", 40.0, 31.0, "degrees", "A", 0, 0, None, (0, 0, 0), 1, 9)
+    findings = [finding_record(finding) for finding in (bend, twist)]
+    flaws = flaws_of(plan(piece_record("A1", bar())), findings=findings)
     assert [(flaw.rule, flaw.value, flaw.count, flaw.remedy) for flaw in flaws] == [
         ("bend", 30.0, 5, "--size 412mm")
     ]
@@ -167,15 +157,15 @@ def test_what_was_found_in_space_is_told_again() -> None:
 
 def test_lines_name_the_worst_place_of_each_rule() -> None:
     job = plan(
-        piece("A1", bar(), [(20, 10, 2.5), (80, 10, 2.0)]),
-        piece("B1", bar(), [(50, 10, 1.0)], at=(0.0, 40.0)),
+        piece_record("A1", bar(), [(20, 10, 2.5), (80, 10, 2.0)]),
+        piece_record("B1", bar(), [(50, 10, 1.0)], at=(0.0, 40.0)),
     )
-    (line,) = flaw_lines(found(job, PLY))
+    (line,) = flaw_lines(flaws_of(job, PLY))
     assert line == (
         "hole: 3 holes smaller than can be cut on 2 pieces; worst 1.00 mm instead of 3.00 mm on "
         "B1, sheet 1 at (50.0, 50.0). --hole 3mm would help"
     )
-    record = preflight_record(found(job, PLY), [PLY], DEFAULT)
+    record = preflight_record(flaws_of(job, PLY), [PLY], DEFAULT)
     assert [(flaw["piece"], flaw["count"]) for flaw in record["flaws"]] == [("A1", 2), ("B1", 1)]
 
 
@@ -188,22 +178,11 @@ def test_targets() -> None:
 # Whole jobs.
 
 
-def run(*arguments: object) -> int:
-    try:
-        main([str(argument) for argument in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
+def job(finished):
     """Return the folder of a job whose sheet is larger than one target takes."""
-    folder = tmp_path_factory.mktemp("preflight") / "job"
-    made = run("make", "shape:octahedron", "--size", "300mm", "--effort", "quick", "--sheet",
-               "1500x600mm", "--target", "snijlab", "-q", "-o", folder)  # fmt: skip
-    assert made == 0
-    return folder
+    return finished("shape:octahedron", "--size", "300mm", "--effort", "quick", "--sheet",
+                    "1500x600mm", "--target", "snijlab")  # fmt: skip
 
 
 def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> None:

@@ -88,21 +88,21 @@ def test_presets_that_are_known_are_named_and_others_embedded() -> None:
 
 SPOILT = [
     ("[layers", "", "cannot read the preset"),
-    ("[layers]", "[colours]", "unknown 'colours'; a preset has name"),
+    ("[layers]", "[colours]", "unknown key 'colours'; a preset has name"),
     ("[layers]", "[layers.CUT]", "no layer is called 'CUT'"),
     ('NOTES = "#f36926"', "", "no colour for 1 layer(s): NOTES"),
     ('"#f36926"', '"orange"', "'ORANGE' is not of the form '#RRGGBB'"),
-    ('"#f36926"', '"#ff0000"', "CUT_OUTER and NOTES one colour"),
-    ('"#0000ff"', '"#101010"', "CUT_INNER and ENGRAVE_LABEL one colour"),
-    ("aci = 250", "aci = 5", "CUT_INNER and ENGRAVE_MARK one colour"),
+    ('"#f36926"', '"#ff0000"', "CUT_OUTER and NOTES the same colour"),
+    ('"#0000ff"', '"#101010"', "CUT_INNER and ENGRAVE_LABEL the same colour"),
+    ("aci = 250", "aci = 5", "CUT_INNER and ENGRAVE_MARK the same colour"),
     ("aci = 250", "aci = 0", "is not from 1 to 255"),
-    ("aci = 250", "aci = 7.0", "'7.0' is no number from 1 to 255"),
-    ("aci = 250", "width = 1", "is no colour; write '#RRGGBB'"),
-    ('"#f36926"', "3", "'3' is no colour; write"),
-    ("0.1", "inf", "a line of inf mm is none that a machine cuts"),
+    ("aci = 250", "aci = 7.0", "'7.0' is not a number from 1 to 255"),
+    ("aci = 250", "width = 1", "is not a colour; write '#RRGGBB'"),
+    ('"#f36926"', "3", "'3' is not a colour; write"),
+    ("0.1", "inf", "lines cannot be inf mm wide"),
     ("0.1", "true", "hairline_mm is True; write a number"),
     ('"mine"', '""', "its name is ''"),
-    ('"our K40"', "7", "its description is no line of text"),
+    ('"our K40"', "7", "its description must be one line of text"),
 ]
 
 
@@ -130,7 +130,7 @@ def test_a_preset_that_is_not_there_gets_one_message(value, capsys, tmp_path) ->
 
 @pytest.mark.parametrize("width", [0.0, -1.0, 1.5, float("nan")])
 def test_lines_that_are_none_are_refused(width) -> None:
-    with pytest.raises(InputError, match=r"is none that a machine cuts"):
+    with pytest.raises(InputError, match=r"lines cannot be .* mm wide"):
         Settings("shape:cube", hairline_mm=width)
 
 

@@ -135,7 +135,7 @@ def test_a_stranger_reads_the_svg(units, tmp_path) -> None:
 def test_what_is_cut_is_no_wide_line() -> None:
     wide = replace(block((0.0, 0.0), (9.0, 9.0)).entities[0], width_mm=1.0)
     sheet = SheetDrawing("s", 20.0, 20.0, (PieceDrawing("Q7", (wide,)),), ())
-    with pytest.raises(InputError, match=r"1 line.*wide, in Q7"):
+    with pytest.raises(InputError, match=r"1 line.*a width, in Q7"):
         check_drawing(sheet)
 
 

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from jobs import OCTAHEDRON
 from PIL import Image
 from strangers import ENGRAVED, INNER, OUTER, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
-
-from fabweave.cli.main import main
 
 #: MeerK40t shrinks a DXF drawing that is larger than its bed.
 SHEET = (230.0, 225.0)
@@ -20,21 +19,24 @@ BED_MM = 235.0
 #: A stroke of a picture is a pixel wide, or two where it lies between them.
 PIXEL_MM = 25.4 / 254
 
-FILES = (("R2010", "dxf"), ("R2000", "dxf"), ("R12", "dxf"), ("R2010", "svg"))
-drawings = [file for file in FILES if file[1] == "dxf"]
+FILES = (
+    ("R2010", "dxf"),
+    pytest.param(("R2000", "dxf"), marks=pytest.mark.slow),
+    pytest.param(("R12", "dxf"), marks=pytest.mark.slow),
+    pytest.param(("R2010", "svg"), marks=pytest.mark.slow),
+)
+drawings = FILES[:3]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(finished):
     """Return a function that makes a job of one small sheet in one version of DXF, once."""
 
     @cache
     def make(version):
-        folder = tmp_path_factory.mktemp("strangers") / version
-        sheet = f"{SHEET[0]:g}x{SHEET[1]:g}mm"
-        options = ("--size", "90mm", "--effort", "quick", "--sheet", sheet, "--dxf", version)
-        main(["make", "shape:octahedron", *options, "-q", "-o", str(folder)])
-        assert len(plan_of(folder)["sheets"]) == 1
+        folder = finished(*OCTAHEDRON, *(() if version == "R2010" else ("--dxf", version)))
+        (sheet,) = plan_of(folder)["sheets"]
+        assert (sheet["width_mm"], sheet["height_mm"]) == SHEET
         assert totals(folder)["holes"] > 20
         return folder
 
@@ -155,6 +157,7 @@ def test_librsvg_draws_the_sheet_at_its_size(made, tmp_path) -> None:
     assert (wide * PIXEL_MM, high * PIXEL_MM) == pytest.approx(SHEET, abs=PIXEL_MM)
 
 
+@pytest.mark.slow
 def test_a_spoilt_sheet_is_noticed(made, tmp_path) -> None:
     """The strangers' measure can object: one outline less is less length."""
     job = made("R2010")

@@ -5,23 +5,19 @@ import json
 import numpy as np
 import pytest
 import shapely
+from jobs import OCTAHEDRON
 from strangers import INNER, OUTER, ask_meerk40t
-
-from fabweave.cli.main import main
 
 KERF, BRIDGES, BRIDGE = 0.2, 2, 2.0
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("ready") / "job"
-    options = ["--size", "90mm", "--effort", "quick", "--sheet", "230x225mm", "--template", "none"]
-    ready = ["--kerf", f"{KERF}mm", "--micro-joints", f"{BRIDGES}:{BRIDGE}mm"]
-    main(["make", "shape:octahedron", *options, *ready, "-q", "-o", str(folder)])
-    return folder
+def job(finished):
+    ready = ("--kerf", f"{KERF}mm", "--micro-joints", f"{BRIDGES}:{BRIDGE}mm")
+    return finished(*OCTAHEDRON, "--template", "none", *ready)
 
 
-@pytest.mark.parametrize("suffix", ["dxf", "svg"])
+@pytest.mark.parametrize("suffix", [pytest.param("dxf", marks=pytest.mark.slow), "svg"])
 def test_the_beam_keeps_half_the_kerf_off_and_stops_at_bridges(job, suffix, tmp_path):
     found = ask_meerk40t(job / "cut" / f"sheet_01_kerf0.2mm_micro2x2mm.{suffix}", tmp_path)
     pieces = json.loads((job / "crossing_map.json").read_text(encoding="utf-8"))["pieces"]

@@ -15,10 +15,13 @@ from fabweave.cut.drawing import Circle, Layer, PieceDrawing, SheetDrawing
 from fabweave.cut.write.dxf import DXF_VERSIONS, write_dxf
 from fabweave.cut.write.svg import SVG_UNITS, write_svg
 
-SIZES = (1, 40, 800)
+SIZES = (1, 40, pytest.param(800, marks=pytest.mark.slow))
 PROFILES = ("maker", "service")
 #: Sizes and units that are read: the largest once, as the reader is slow.
-READ = [(count, units) for count in SIZES for units in SVG_UNITS if (count, units) != (800, "mm")]
+READ = [
+    *((count, units) for count in SIZES[:2] for units in SVG_UNITS),
+    pytest.param(800, "px96", marks=pytest.mark.slow),
+]
 #: Pieces of a row, and from piece to piece.
 ROW, STEP = 5, (46.0, 22.0)
 PIXELS_PER_MM = 96.0 / 25.4
@@ -183,6 +186,7 @@ def test_librsvg_draws_the_svg_at_its_size(sheet, written, count, profile, units
         assert ink(picture, dpi) == pytest.approx(size, abs=3 * 25.4 / dpi)
 
 
+@pytest.mark.slow
 @pytest.mark.apt
 @pytest.mark.skipif(not shutil.which("librecad"), reason="LibreCAD is not installed")
 @pytest.mark.skipif(not shutil.which("pdftoppm"), reason="poppler-utils is not installed")
@@ -202,6 +206,7 @@ def test_librecad_prints_the_dxf_at_its_size(
         assert ink(page, dpi)[0] > 0.1 * size[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["R2010", "px96"])
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("count", SIZES[:2])

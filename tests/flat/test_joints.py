@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import shapely
+from click.testing import CliRunner
+from fabweave.cli.commands import cli
 from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
@@ -17,7 +19,7 @@ from fabweave.flat.joint.interlock import (
     slot_room,
     tab_in_slot,
 )
-from fabweave.flat.joint.kinds import KINDS, LAPPED, JointRule, parse_joint
+from fabweave.flat.joint.kinds import GLUE, KINDS, JointRule, parse_joint
 from fabweave.flat.joint.planning import plan_joints
 from fabweave.flat.outline import STRAIGHT_MM
 from fabweave.flat.pieces import PieceSet, build_pieces
@@ -28,6 +30,7 @@ from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.project import project_ribbons
 from fabweave.ribbon.smooth import smooth_ribbons
+from fabweave.verify.measure.joint_kinds import KINDS as PROVED_KINDS
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads
@@ -84,12 +87,10 @@ def lap_area(made: PieceSet, joint) -> float:
 
 
 rules = st.one_of(
-    st.sampled_from(
-        [JointRule("none"), JointRule("dovetail"), JointRule("slot"), JointRule("glue")]
-    ),
-    st.integers(1, 4).map(lambda n: JointRule("rivet", n)),
-    st.floats(4.0, 80.0).map(lambda lap: JointRule("glue", lap_mm=lap)),
-    st.floats(4.0, 80.0).map(lambda lap: JointRule("rivet", 2, lap_mm=lap)),
+    st.sampled_from([JointRule(kind) for kind in KINDS.values() if not kind.most_fasteners]),
+    st.integers(1, 4).map(lambda n: parse_joint(f"rivet:{n}")),
+    st.floats(4.0, 80.0).map(lambda lap: parse_joint("glue", lap_mm=lap)),
+    st.floats(4.0, 80.0).map(lambda lap: parse_joint("rivet:2", lap_mm=lap)),
 )
 
 
@@ -104,8 +105,8 @@ def test_pieces_are_the_thread_and_its_laps(mesh, rule):
     for joint in made.joints:
         a, b = (made.pieces[index] for index in joint.pieces)
         assert a.crossings[-1] == b.crossings[0] == joint.crossing
-        assert joint.kind in (rule.kind, "glue")
-        assert (joint.lap_mm > 0) == (joint.kind in LAPPED)
+        assert joint.kind in (rule.kind, GLUE)
+        assert (joint.lap_mm > 0) == joint.kind.laps
         ends = onto(made, joint)(b.rails[0])
         assert np.abs(ends - a.rails[-1]).max() < 1e-9
         holes = onto(made, joint)(joint.holes[:, 1])
@@ -114,7 +115,7 @@ def test_pieces_are_the_thread_and_its_laps(mesh, rule):
             share = np.nan  # a ring of one piece cannot be laid on itself as a whole
             continue
         share += lap_area(made, joint)
-        if joint.kind == "dovetail":
+        if joint.kind.name == "dovetail":
             # The seam is air: shorter than three times the ribbon's width.
             slack += 3 * CLEARANCE_MM * np.hypot(*(a.rails[-1, 1] - a.rails[-1, 0])) * 2
     if np.isfinite(share):
@@ -123,7 +124,7 @@ def test_pieces_are_the_thread_and_its_laps(mesh, rule):
 
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_groups_keep_their_pitch_and_go_through_three_layers(count):
-    weave, _, made = make(shape_at("torus?m=12&n=8"), JointRule("rivet", count))
+    weave, _, made = make(shape_at("torus?m=12&n=8"), parse_joint(f"rivet:{count}"))
     rule = made.rule
     grouped = [joint for joint in made.joints if len(joint.holes) == count]
     assert len(grouped) >= 0.9 * len(made.joints)
@@ -158,7 +159,7 @@ def test_a_group_stands_evenly_about_its_crossing(count, hole, angle):
     assert apart[~np.eye(count, dtype=bool)].min() == pytest.approx(PITCH_D * hole)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "rivet"])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS.values() if not kind.most_fasteners])
 def test_only_rivets_have_holes_at_joints(kind):
     _, _, made = make(shape_at("torus?m=12&n=8"), JointRule(kind))
     joints = {joint.crossing for joint in made.joints}
@@ -168,13 +169,13 @@ def test_only_rivets_have_holes_at_joints(kind):
         assert np.isnan(piece.hole_mm[at_joint]).all()
         assert not np.isnan(piece.hole_mm[~at_joint]).any()
         # Guides belong to glue, and lie inside the piece.
-        assert bool(piece.guides) == (kind == "glue")
+        assert bool(piece.guides) == (kind is GLUE)
         inside = shapely.Polygon(piece.outline)
         assert all(inside.contains(shapely.LineString(guide)) for guide in piece.guides)
 
 
 def test_guides_show_where_the_other_piece_ends():
-    _, _, made = make(shape_at("torus?m=12&n=8"), JointRule("glue", lap_mm=30.0))
+    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint("glue", lap_mm=30.0))
     for joint in made.joints:
         a, b = (made.pieces[index] for index in joint.pieces)
         mates = shapely.LinearRing(onto(made, joint)(b.outline))
@@ -187,7 +188,7 @@ def test_guides_show_where_the_other_piece_ends():
 
 @pytest.mark.parametrize("lap", [6.0, 25.0, 300.0])
 def test_laps_are_as_long_as_asked_and_keep_to_their_crossing(lap):
-    _, _, made = make(shape_at("torus?m=12&n=8"), JointRule("glue", lap_mm=lap))
+    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint("glue", lap_mm=lap))
     for joint in made.joints:
         assert joint.lap_mm <= lap + 1e-9
         a, b = (made.pieces[index] for index in joint.pieces)
@@ -231,14 +232,14 @@ def test_a_tab_goes_through_its_slot_to_the_shoulders(extra, thickness):
 
 
 def test_narrow_ribbons_are_glued_instead():
-    _, _, made = make(shape_at("torus?m=12&n=8", 60.0), JointRule("dovetail"))
-    assert {joint.kind for joint in made.joints} == {"dovetail", "glue"} or all(
-        joint.kind == "glue" for joint in made.joints
+    _, _, made = make(shape_at("torus?m=12&n=8", 60.0), parse_joint("dovetail"))
+    assert {joint.kind.name for joint in made.joints} == {"dovetail", "glue"} or all(
+        joint.kind is GLUE for joint in made.joints
     )
     narrow = made.plan.room_mm < made.plan.needed_mm
     assert narrow.any()
     for joint in made.joints:
-        assert (joint.kind == "glue") == bool(narrow[joint.id - 1])
+        assert (joint.kind is GLUE) == bool(narrow[joint.id - 1])
         assert (joint.lap_mm > 0) == bool(narrow[joint.id - 1])
 
 
@@ -286,8 +287,28 @@ def test_what_is_no_joint_is_refused(text):
         parse_joint(text)
 
 
+def test_the_help_of_the_command_line_tells_of_every_kind():
+    text = " ".join(CliRunner().invoke(cli, ["make", "--help"]).output.split())
+    for kind in KINDS.values():
+        assert f"{kind.name} ({kind.title})" in text
+
+
+def test_verify_knows_the_same_kinds_and_what_they_are():
+    assert list(KINDS) == list(PROVED_KINDS)
+    for name, proved in PROVED_KINDS.items():
+        kind = KINDS[name]
+        assert proved.laps == kind.laps
+        assert proved.bought == kind.bought
+        assert proved.fastened == bool(kind.most_fasteners)
+        assert any(proved.shaped) == (kind.shape is not None)
+        if kind.shape is not None and kind.room_mm is not None:
+            ends = kind.shape(kind.room_mm(0.5), 0.5)
+            assert proved.shaped == (True, ends.begin_mm is not None)
+            assert proved.slotted == (ends.slot is not None)
+
+
 def test_joints_are_read():
     assert parse_joint("rivet") == JointRule()
-    assert parse_joint("Rivet:3", lap_mm=12.0) == JointRule("rivet", 3, 12.0)
+    assert parse_joint("Rivet:3", lap_mm=12.0) == JointRule(KINDS["rivet"], 3, 12.0)
     with pytest.raises(InputError, match="has no lap"):
         parse_joint("none", lap_mm=12.0)

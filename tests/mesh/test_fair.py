@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jobs import run
 from meshes_shared import shared_mesh
 from scipy.spatial import cKDTree
 from strategies import merged
@@ -15,7 +16,6 @@ from weaving_meshes import meshes
 
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import ON_SURFACE, fair_mesh
@@ -413,17 +413,9 @@ def test_real_meshes(name, straighter, evener) -> None:
     assert not evener or faired.after.width_spread > 1.2 * faired.before.width_spread
 
 
-def run(*arguments: object) -> int:
-    try:
-        main([str(argument) for argument in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 def test_a_faired_job_is_made_and_proved_and_says_so(tmp_path) -> None:
     write_mesh(tmp_path / "ball.obj", shaken(sphere(2, 50.0), 3, 0.08))
-    options = ("--size", "300mm", "--effort", "quick", "--fair", "12")
+    options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick", "--fair", "12")
     assert run("make", tmp_path / "ball.obj", *options, "-q", "-o", tmp_path / "out") == 0
     job = tomllib.loads((tmp_path / "out" / "job.toml").read_text(encoding="utf-8"))
     assert job["job"]["fair"] == 12

@@ -558,6 +558,7 @@ def test_same_seed_same_mesh_wherever_it_stands():
     np.testing.assert_allclose(large.mesh.vertices, one.mesh.vertices * 1024, rtol=1e-12)
 
 
+@pytest.mark.slow
 @needs_quadriflow
 def test_double_torus_at_half_its_pairs():
     mesh = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
@@ -597,6 +598,7 @@ def test_instant_meshes_gives_about_the_number_asked_for():
     assert np.array_equal(again.mesh.vertices, remeshed.mesh.vertices)
 
 
+@pytest.mark.slow
 @needs_quadriflow
 @needs_instant
 def test_hopeless_mesh_says_what_each_attempt_failed_of():

@@ -5,11 +5,12 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sheet_fit import fits_some_sheet
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.effort import effort_named
 from fabweave.nest.layout_check import check_layout
-from fabweave.nest.nesting import fits_some_sheet, nest
+from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -233,8 +234,8 @@ def test_stock_that_runs_out_says_what_is_left_and_what_is_missing():
 
 def test_efforts_divide_the_fan_of_fitting_angles():
     for name in ("quick", "normal", "best"):
-        assert 720 % effort_named(name).rotations == 0
-        assert effort_named(name).rotations % 4 == 0
+        assert 720 % effort_named(name).angles == 0
+        assert effort_named(name).angles % 4 == 0
 
 
 @pytest.mark.slow

@@ -1,9 +1,12 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from crossing_maps import piece_record, sheet_record, small_map
 
 from fabweave.core.errors import InputError
+from fabweave.flat.crossing_map import ThreadRecord
 from fabweave.nest.nesting import nest
 from fabweave.nest.recorded_layout import read_layout
 from fabweave.stock.sheet_size import SheetSize
@@ -19,19 +22,23 @@ def pieces():
 
 def record():
     layout = nest(pieces(), STOCK, effort="quick", **RULES)
-    return layout, {
-        "layout": {"notes": ["nesting was cut short"]},
-        "sheets": [{"width_mm": 120.0, "height_mm": 90.0} for _ in layout.sheets],
-        "pieces": [
-            {
-                "id": name,
-                "sheet": p.sheet + 1,
-                "placement": {"rotation_deg": p.rotation_deg, "x_mm": p.x_mm, "y_mm": p.y_mm},
-                "outline": outline.tolist(),
-            }
+    crossing_map = small_map(
+        sheets=[sheet_record(1 + at, 120.0, 90.0) for at in range(len(layout.sheets))],
+        pieces=[
+            piece_record(name, outline, sheet=p.sheet + 1, turn=p.rotation_deg, at=(p.x_mm, p.y_mm))
             for name, p, outline in zip(IDS, layout.placements, pieces(), strict=True)
         ],
-    }
+    )
+    crossing_map = replace(
+        crossing_map,
+        threads=[
+            ThreadRecord(
+                id=0, label="A", closed=True, bunch=0, crossings=(), over=(), pieces=tuple(IDS)
+            )
+        ],
+        layout=replace(crossing_map.layout, notes=("nesting was cut short",)),
+    )
+    return layout, crossing_map.to_json()
 
 
 def read(tmp_path, content, stock=STOCK, **rules):
@@ -59,6 +66,7 @@ def other_outline(content):
 
 def one_missing(content):
     del content["pieces"][2]
+    del content["threads"][0]["pieces"][2]
 
 
 def one_more(content):
@@ -88,10 +96,10 @@ def not_a_number(content):
         (other_outline, "of other pieces: 1 differs (A2)"),
         (one_missing, "of other pieces: 1 differs (B1)"),
         (one_more, "of other pieces: 1 differs (Z9)"),
-        (no_such_sheet, "is on sheet 7; there are 1"),
+        (no_such_sheet, "names sheet 7, which it does not list"),
         (other_sheet, "500x90mm is not (or no more) in stock"),
-        (no_placement, "is no crossing map with a layout"),
-        (not_a_number, "not finite"),
+        (no_placement, "is not a crossing map: pieces[0] has no 'placement'"),
+        (not_a_number, "pieces[0].placement.x_mm is nan, not a number"),
     ],
 )
 def test_spoiled_layout_is_refused(tmp_path, spoil, words):
@@ -104,12 +112,12 @@ def test_spoiled_layout_is_refused(tmp_path, spoil, words):
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"pieces": 3, "sheets": [], "layout": {}}'])
 def test_what_is_no_map_is_refused(tmp_path, content):
-    with pytest.raises(InputError, match="is no crossing map with a layout"):
+    with pytest.raises(InputError, match="is not a crossing map: "):
         read(tmp_path, content)
 
 
 def test_no_file_rules_and_stock_that_do_not_hold_are_refused(tmp_path):
-    with pytest.raises(InputError, match="cannot read the layout"):
+    with pytest.raises(InputError, match=r"cannot read .*none\.json"):
         read_layout(tmp_path / "none.json", pieces(), IDS, STOCK, **RULES)
     _, content = record()
     with pytest.raises(InputError, match="the margin is 6"):

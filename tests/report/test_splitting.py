@@ -6,18 +6,15 @@ import shutil
 import numpy as np
 import pytest
 
-from fabweave.cli.main import main
 from fabweave.flat.split.length_curve import Choice
-from fabweave.report.splitting import splitting_section
+from fabweave.report.splitting import SplittingRecord, splitting_section
 from fabweave.verify import verify_job
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("splitting") / "job"
-    options = ("--size", "200mm", "--effort", "quick", "-q", "-o", str(folder))
-    main(["make", "shape:cube", "--refine", "catmull-clark:1", *options])
-    return folder
+def job(finished):
+    options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick")
+    return finished("shape:cube", "--refine", "catmull-clark:1", *options)
 
 
 def test_the_lengths_that_were_compared_rise_and_one_of_them_was_taken(job) -> None:
@@ -48,7 +45,9 @@ def test_verify_knows_what_is_not_so(job, tmp_path, key, value) -> None:
 
 
 def test_a_curve_is_drawn_within_its_picture() -> None:
-    choices = [Choice(length, 9, 9, 1.0, np.sqrt(length)).record() for length in (100.0, 200.0)]
-    page = splitting_section({"max_length_mm": 100.0, "choices": choices, "threads": []})
+    lengths = 100.0, 200.0
+    choices = tuple(Choice(length, 9, 9, 1.0, np.sqrt(length)).record() for length in lengths)
+    page = splitting_section(SplittingRecord(max_length_mm=100.0, choices=choices, threads=()))
     assert page.count("<polyline") == 2
-    assert "<svg" not in splitting_section({"max_length_mm": 1.0, "choices": [], "threads": []})
+    bare = SplittingRecord(max_length_mm=1.0, choices=(), threads=())
+    assert "<svg" not in splitting_section(bare)

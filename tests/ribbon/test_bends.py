@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ribbon_strips import strip
 
-from fabweave.flat.unfold.waves import wave_turns
+from fabweave.flat.unfold.development import wave_turns
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 
 RADII = st.floats(5.0, 500.0)

@@ -162,7 +162,7 @@ def test_a_face_whose_centre_lies_on_its_boundary_edge_is_refused():
     mesh = PolyMesh.from_faces(points, [[0, 1, 2, 3], [3, 2, 4]])
     halfedges = build_halfedges(mesh)
     threads = trace_threads(halfedges, turn=True)
-    with pytest.raises(InputError, match=r"1 turns have no room .*between vertices 0-1"):
+    with pytest.raises(InputError, match=r"1 turn has no room .*between vertices 0-1"):
         turn_rungs(
             mesh, halfedges, threads, length=0.7, rule=WidthRule(0.65), narrowing=np.ones(99)
         )

@@ -165,8 +165,8 @@ def test_a_shifted_ribbon_is_found_by_name() -> None:
     pairs = np.column_stack((threads[measured.passes], threads[measured.others]))
     assert np.all((pairs == 3).any(axis=1))
     assert woven_object.labels[3] in (found.thread, found.other)
-    assert "through one another" in ribbon_notes(check)[-1] or any(
-        "through one another" in note for note in ribbon_notes(check)
+    assert "through each other" in ribbon_notes(check)[-1] or any(
+        "through each other" in note for note in ribbon_notes(check)
     )
 
 
@@ -256,18 +256,18 @@ def test_the_report_gives_each_thread_its_figures() -> None:
     woven_object, settings, supplies = woven("torus?m=12&n=8", size_mm=300.0)
     check = check_object(woven_object, settings, supplies)
     report = ribbon_report(check, woven_object.ribbons, woven_object.labels)
-    assert [one["thread"] for one in report["threads"]] == list(woven_object.labels)
+    assert [ribbon.thread for ribbon in report.threads] == list(woven_object.labels)
     assert (
-        sum(one["crossings"] for one in report["threads"])
+        sum(ribbon.crossings for ribbon in report.threads)
         == 2 * woven_object.weave.threads.n_crossings
     )
-    assert min(one["bend_mm"] for one in report["threads"]) == pytest.approx(
+    assert min(ribbon.bend_mm for ribbon in report.threads) == pytest.approx(
         float(check.measured["bend"].value.min()), abs=1e-3
     )
-    for one in report["threads"]:
-        assert one["narrowest_mm"] <= one["widest_mm"]
+    for ribbon in report.threads:
+        assert ribbon.narrowest_mm <= ribbon.widest_mm
         # Flat panels leave all bending to what lies between: tighter than the softest ribbon.
-        assert one["modelled_bend_mm"] <= one["bend_mm"]
+        assert ribbon.modelled_bend_mm <= ribbon.bend_mm
 
 
 def test_what_is_not_measured_is_told() -> None:

@@ -38,6 +38,8 @@ ROOMY = (
     "quad/catmark_toroidal_tet.obj",
     "open/hemisphere.obj",
 )
+#: Built-in shapes that are large as they come.
+LARGE = ("knot", "slit", "bipyramid", "regular")
 
 
 def object_and_limits(mesh: str, **options):
@@ -58,7 +60,13 @@ def assert_clear(mesh: str, **options) -> WovenObject:
     return clear
 
 
-@pytest.mark.parametrize("shape", [shape.name for shape in SHAPES])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        pytest.param(shape.name, marks=pytest.mark.slow if shape.name in LARGE else ())
+        for shape in SHAPES
+    ],
+)
 def test_no_two_ribbons_intersect_on_any_shape(shape: str) -> None:
     assert_clear(f"shape:{shape}")
 

@@ -64,7 +64,7 @@ def test_a_part_is_laid_as_the_whole(which, seed, count) -> None:
     for _ in range(beyond[1]):
         taken |= set(following[list(taken)].tolist()) - {-1}
     assert sorted(part.passes.tolist()) == sorted(taken)
-    assert np.array_equal(part.own(part.passes), np.arange(len(part.passes)))
+    assert np.array_equal(part.pass_numbers(part.passes), np.arange(len(part.passes)))
     whole, own = lay(factor), lay(factor, part)
     threads = part.weave.threads
     assert np.array_equal(
@@ -104,7 +104,7 @@ def test_pairs_measure_in_a_part_as_in_the_whole(which, seed) -> None:
     assert found.distance_mm == pytest.approx(near.distance_mm[rows], abs=1e-12)
     assert margin <= (found.distance_mm / limits.thickness_mm).min() + 1e-8
     numbers = np.unique(found.pairs)
-    assert np.array_equal(part.whole_stretches(part.own_stretches(numbers)), numbers)
+    assert np.array_equal(part.whole_stretches(part.stretch_numbers(numbers)), numbers)
 
 
 @given(st.integers(0, len(MODELS) - 1), st.integers(0, 10**6), st.integers(1, 4))

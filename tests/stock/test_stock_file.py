@@ -81,7 +81,7 @@ def test_stock_of_other_materials_is_left_out_and_none_at_all_is_refused():
     assert stock_for([card, any_of], "card") == (card, any_of)
     assert stock_for([card, any_of], "shim") == (any_of,)
     assert stock_for([], "shim") == ()
-    with pytest.raises(InputError, match="no sheet of shim, but of card; take --material card"):
+    with pytest.raises(InputError, match="no sheets of shim, only of card; use --material card"):
         stock_for([card], "shim")
 
 
@@ -91,21 +91,21 @@ def test_stock_of_other_materials_is_left_out_and_none_at_all_is_refused():
         ("[[sheet]\n", "line 1"),
         ("", "lists no stock"),
         ("sheets = 3", "sheets; write entries [[sheet]]"),
-        ("sheet = 3", "no list of stock"),
+        ("sheet = 3", "is not a list of stock"),
         ("\n\n[[sheet]]\n", 'line 3, [[sheet]] 1: there is no size; write size = "600x400mm"'),
         ("[[sheet]]\nsize = 3", "size is 3"),
         ('[[sheet]]\nsize = "600"', "is not WIDTHxHEIGHT"),
         ('[[sheet]]\nsize = "9x9mm:2"', "write quantity = 2"),
-        ('[[sheet]]\nsize = "9x9mm"\nqantity = 2', "no 'qantity'; known are quantity"),
+        ('[[sheet]]\nsize = "9x9mm"\nqantity = 2', "unknown key 'qantity'; the keys are quantity"),
         ('[[sheet]]\nsize = "9x9mm"\nquantity = 0', "whole number of at least 1"),
         ('[[sheet]]\nsize = "9x9mm"\nquantity = true', "whole number of at least 1"),
         ('[[sheet]]\nsize = "9x9mm"\nprice = -1', "price is -1; it must be zero or more"),
-        ('[[sheet]]\nsize = "9x9mm"\nprice = "4 EUR"', "price is '4 EUR', which is no number"),
+        ('[[sheet]]\nsize = "9x9mm"\nprice = "4 EUR"', "price is '4 EUR', which is not a number"),
         ('[[sheet]]\nsize = "9x9mm"\nprice = nan', "price is nan"),
-        ('[[sheet]]\nsize = "9x9mm"\ngrain = "up"', "grain is 'up'; write degrees"),
-        ('[[sheet]]\nsize = "9x9mm"\nname = ""', "name is ''; write a text"),
-        ('[[sheet]]\nsize = "9x9mm"\ndefects = [3]', "defects is no list of tables"),
-        ('[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1}]', "defect 1 has x; forms are"),
+        ('[[sheet]]\nsize = "9x9mm"\ngrain = "up"', "grain is 'up'; write its angle"),
+        ('[[sheet]]\nsize = "9x9mm"\nname = ""', "name is ''; write text"),
+        ('[[sheet]]\nsize = "9x9mm"\ndefects = [3]', "defects must be a list of tables"),
+        ('[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1}]', "defect 1 has x; write {x="),
         (
             '[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1, y = 1, diameter = 0}]',
             "defect 1 has no size",
@@ -118,11 +118,11 @@ def test_stock_of_other_materials_is_left_out_and_none_at_all_is_refused():
             '[[sheet]]\nsize = "9x9mm"\ndefects = [{polygon = [[0,0],[4,4],[4,0],[0,4]]}]',
             "the polygon of defect 1 crosses itself",
         ),
-        ("[[offcut]]\noutline = [[0, 0], [1, 0]]", "no list of 3 to"),
+        ("[[offcut]]\noutline = [[0, 0], [1, 0]]", "must be a list of 3 to"),
         ("[[offcut]]\noutline = [[0, 0], [9, 9], [9, 0], [0, 9]]", "crosses itself"),
         ("[[offcut]]\noutline = [[0, 0], [9, 0], [3, 0]]", "has no area"),
-        ("[[offcut]]\noutline = [[0, 0], [90000, 0], [0, 9]]", "slip of the unit"),
-        ("[[offcut]]\noutline = [[0, 0], [inf, 0], [0, 9]]", "no length"),
+        ("[[offcut]]\noutline = [[0, 0], [90000, 0], [0, 9]]", "check the unit"),
+        ("[[offcut]]\noutline = [[0, 0], [inf, 0], [0, 9]]", "an impossible coordinate"),
         ('[[offcut]]\noutline = "none.dxf"', "cannot read the outline in"),
         ('[[offcut]]\noutline = "stock.toml"', "cannot read the outline in"),
         ('[[offcut]]\nsize = "9x9mm"\noutline = "a.dxf"', "a size and an outline"),
@@ -223,20 +223,20 @@ def test_outlines_with_arcs_holes_and_units_are_read(tmp_path, version):
 @pytest.mark.parametrize(
     ("draw", "units", "words"),
     [
-        (lambda space: space.add_line((0, 0), (9, 9)), 4, "draws no closed line"),
-        (lambda space: space.add_lwpolyline([(0, 0), (9, 0), (9, 9)]), 4, "draws no closed line"),
+        (lambda space: space.add_line((0, 0), (9, 9)), 4, "has no closed line"),
+        (lambda space: space.add_lwpolyline([(0, 0), (9, 0), (9, 9)]), 4, "has no closed line"),
         (
             lambda space: space.add_lwpolyline([(0, 0), (9, 9), (9, 0), (0, 9)], close=True),
             4,
-            "draws no closed line",
+            "has no closed line",
         ),
         (
             lambda space: space.add_lwpolyline([(0, 0), (9, 9), (9, 0), (0, 5)], close=True),
             4,
             "crosses itself",
         ),
-        (lambda space: [space.add_circle((x, 0), 3) for x in (0, 9)], 4, "beside the outline"),
-        (lambda space: space.add_circle((0, 0), 3), 18, "has unit 18"),
+        (lambda space: [space.add_circle((x, 0), 3) for x in (0, 9)], 4, "outside the outline"),
+        (lambda space: space.add_circle((0, 0), 3), 18, "is in unit 18"),
     ],
 )
 def test_drawings_that_are_no_outline_are_refused(tmp_path, draw, units, words):

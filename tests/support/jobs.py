@@ -13,6 +13,8 @@ from fabweave.app import pipeline
 from fabweave.cli.main import main
 from fabweave.picture import portrait
 
+#: A job of eight pieces on one sheet, for whoever needs just any job.
+OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
 #: Longer than any job takes, on whatever machine; it only ends waiting for what never comes.
 _PATIENCE_S = 900.0
 

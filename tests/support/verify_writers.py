@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
-from fabweave.verify.checks.ribbons import measure_strip
+from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.read.glb import read_glb
 

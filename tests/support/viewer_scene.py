@@ -7,7 +7,7 @@ from unittest import mock
 
 import numpy as np
 
-from fabweave.app.job_records import job_plan, job_viewer
+from fabweave.app.job_records import job_map, job_viewer
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.nest.layout import Layout, Placement
@@ -19,7 +19,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
 
     Returns
     -------
-    (page, plan, job)
+    (page, crossing_map, job)
         The page, the crossing map, and the job.
     """
 
@@ -31,8 +31,8 @@ def make_page(shape, size_mm, *, across=2, **settings):
         mock.patch("fabweave.app.pipeline.portrait_png"),
     ):
         job = make_job(Settings(mesh=shape, size_mm=size_mm, effort="quick", **settings))
-    plan = job_plan(job)
-    return job_viewer(job, plan), plan, job
+    crossing_map = job_map(job)
+    return job_viewer(job, crossing_map), crossing_map, job
 
 
 def put_down(outlines, across):

@@ -10,17 +10,17 @@ from verify_writers import glb_bytes
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
+from fabweave.core.records import to_json
 from fabweave.model.woven_glb import woven_glb
 from fabweave.picture.thread_colours import thread_colours
 from fabweave.report.ribbon_report import ribbon_report
-from fabweave.ribbon.rules.finding import finding_record
 from fabweave.verify import verify_job
-from fabweave.verify.checks.bends import check_bends
-from fabweave.verify.checks.ribbons import measure_strip
+from fabweave.verify.checks.model.bends import check_bends
+from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.read.glb import read_glb
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 FIGURES = ("bend_mm", "modelled_bend_mm", "fold_deg", "crease_deg", "twist_deg")
 
@@ -57,8 +57,7 @@ def made(tmp_path_factory):
         colours = thread_colours(woven.bunches, "safe")
         path.write_bytes(woven_glb(woven.ribbons, woven.labels, colours, ()))
         report = ribbon_report(check, woven.ribbons, woven.labels)
-        report["findings"] = [finding_record(one) for one in check.findings]
-        models[shape] = (json.dumps(report), read_glb(path))
+        models[shape] = (json.dumps(to_json(report)), read_glb(path))
     return models
 
 

@@ -23,7 +23,7 @@ from fabweave.verify.measure.gaps import triangle_gaps
 from fabweave.verify.measure.nearness import cut_steps, near_parts
 from fabweave.verify.read.glb import read_glb
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)

@@ -6,19 +6,16 @@ import shutil
 
 import ezdxf
 import pytest
+from jobs import OCTAHEDRON
 
-from fabweave.cli.main import main
-from fabweave.verify.checks.qr_code import check_code
+from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("code") / "job"
-    options = ("--size", "90mm", "--effort", "quick", "--sheet", "230x225mm", "--slots")
-    main(["make", "shape:octahedron", *options, "-q", "-o", str(folder)])
-    return folder
+def made(finished):
+    return finished(*OCTAHEDRON)
 
 
 @pytest.fixture
@@ -57,13 +54,16 @@ def change_code(old, new):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (change_code("90mm", "95mm"), "the code says size 95mm, and job.toml '90mm'"),
-        (change_code("90mm", "95mm"), "the code says 'fabweave make shape:octahedron --size 90mm"),
-        (change_code("octahedron", "cube"), "not 'shape:octahedron'"),
-        (change_code("--slots", "--strict"), "the code says strict , and job.toml False"),
-        (change_code("fabweave make", "rm"), "the code makes nothing"),
-        (change_code("-o", "# sha256"), "the code's digest is again"),
-        (lambda plan: plan["cut"].pop("code"), "the map does not say which"),
+        (change_code("90mm", "95mm"), "it says size 95mm, and job.toml '90mm'"),
+        (
+            change_code("90mm", "95mm"),
+            "what the code says is 'fabweave make shape:octahedron --size 90mm",
+        ),
+        (change_code("octahedron", "cube"), "should be ['shape:octahedron'], as in job.toml"),
+        (change_code(" -o", " --strict -o"), "it says strict , and job.toml False"),
+        (change_code("fabweave make", "rm"), "its command is ['rm', "),
+        (change_code("-o", "# sha256"), "its digest is 'again"),
+        (lambda plan: plan["cut"].pop("code"), "what it says is not stated"),
         (lambda plan: plan["sheets"][0].update(code=None), "and dots [] mm"),
         (lambda plan: plan["sheets"][0]["code"].update(x_mm=100.0), "the code cannot be read"),
         (lambda plan: plan["sheets"][0]["code"].update(dot_mm=0.5), "and dots [0.5] mm"),
@@ -79,8 +79,8 @@ def test_a_digest_is_held_to_the_settings(job) -> None:
     path = job / "job.toml"
     digest = "fabweave make --config job.toml -o again # sha256 0123456789abcdef"
     change_map(job, lambda plan: plan["cut"].update(code=digest))
-    assert "the code's digest is 0123456789abcdef" in found(job)
-    true = re.findall("job.toml ([0-9a-f]{16})", found(job))[0]
+    assert "its digest is '0123456789abcdef'" in found(job)
+    true = re.findall("should be '([0-9a-f]{16})'", found(job))[0]
     change_map(job, lambda plan: plan["cut"].update(code=digest.replace("0123456789abcdef", true)))
     assert "digest" not in found(job)
     path.write_text(path.read_text().replace("seed = 0", "seed = 1"))

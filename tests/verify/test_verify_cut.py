@@ -14,11 +14,13 @@ from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.write.dxf import write_dxf
 from fabweave.cut.write.svg import write_svg
 from fabweave.cut.write.template import write_template
+from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify import verify_job
 
 SETTINGS = Settings(
     "shape:octahedron",
-    size_mm=300.0,
+    size_mm=150.0,
+    sheets=(SheetSize(500.0, 300.0),),
     effort="quick",
     slots=True,
     label_side="inside",
@@ -93,15 +95,15 @@ def moved(entity, layer):
 )  # fmt: skip
 def test_a_sheet_to_cut_that_is_not_as_stated_is_found(job, spoil):
     made, folder = job
-    cuts = [one for piece in made.ready[0].pieces for one in piece.entities if one.layer is INNER]
+    cuts = [one for piece in made.kerfed[0].pieces for one in piece.entities if one.layer is INNER]
     assert {type(one) for one in cuts} == {Circle, Polyline}
-    rewrite(folder, spoil(made.drawings[0], made.ready[0]))
+    rewrite(folder, spoil(made.drawings[0], made.kerfed[0]))
     assert failed(folder) == {"cut"}
 
 
 def test_formats_that_differ_are_found(job):
     made, folder = job
-    changed = with_entities(made.ready[0], lambda one: moved(one, Layer.CUT_OUTER))
+    changed = with_entities(made.kerfed[0], lambda one: moved(one, Layer.CUT_OUTER))
     write_svg(folder / "cut" / f"{NAME}.svg", changed)
     assert failed(folder) == {"cut"}
 

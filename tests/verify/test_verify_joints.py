@@ -13,15 +13,14 @@ import shapely
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.flat.joint import interlock
-from fabweave.flat.joint import planning as joints
+from fabweave.flat.joint import interlock, kinds
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.verify.checks.bill import check_bom
-from fabweave.verify.checks.joints import check_joints
-from fabweave.verify.checks.pieces import check_crossing_holes
-from fabweave.verify.checks.unfolding import check_unfolding
+from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.checks.plan.joints import check_joints
+from fabweave.verify.checks.plan.pieces import check_crossing_holes
+from fabweave.verify.checks.reports.bill import check_bom
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 CHECKS = {
     "bom": check_bom,
@@ -263,13 +262,13 @@ def cut_out_something_more(plan, joint):
 SPOILS = [
     ("rivet:2", move_hole_of_one_lap, "joints", "off its partner"),
     ("rivet:2", move_hole_of_the_strand_above, "joints", "off that of"),
-    ("rivet:2", drop_hole_of_the_strand_above, "crossing-holes", "its crossing wants 2"),
+    ("rivet:2", drop_hole_of_the_strand_above, "crossing-holes", "but should be 2"),
     ("rivet:2", widen_one_hole, "crossing-holes", "diameters"),
-    ("rivet:2", move_a_cutout_off_its_record, "crossing-holes", "elsewhere"),
+    ("rivet:2", move_a_cutout_off_its_record, "crossing-holes", "from where its station"),
     ("rivet", state_another_grip, "joints", "grip"),
     ("rivet", state_an_unknown_kind, "joints", "no joint of kind 'weld'"),
     ("rivet", state_glue_with_fasteners, "joints", "is of kind glue"),
-    ("rivet", cut_out_something_more, "crossing-holes", "its crossing wants 1"),
+    ("rivet", cut_out_something_more, "crossing-holes", "but should be 1"),
     ("rivet", state_a_longer_lap, "joints", "do not lie on one another"),
     ("glue", state_a_longer_lap, "joints", "do not lie on one another"),
     ("glue", state_a_longer_lap, "unfolding", "leaves the unfolded ribbon"),
@@ -360,15 +359,15 @@ def lose_the_tape(waste):
 @pytest.mark.parametrize(
     ("kind", "spoil", "words"),
     [
-        ("rivet:2", lose_a_kind_of_fastener, "the pieces have holes for"),
-        ("rivet:2", buy_too_few, "the pieces take"),
-        ("rivet:2", take_no_spares, "0 spare"),
+        ("rivet:2", lose_a_kind_of_fastener, "(diameter, layers, grip) lack"),
+        ("rivet:2", buy_too_few, "needed is"),
+        ("rivet:2", take_no_spares, "0 are spare"),
         ("rivet:2", count_wrongly, "buy"),
         ("slots", grip_too_little, "grip"),
-        ("glue", glue_too_little, "glue.area_mm2"),
-        ("glue", glue_one_joint_less, "glue for"),
-        ("none", tape_too_little, "tape.length_mm"),
-        ("none", lose_the_tape, "has no tape"),
+        ("glue", glue_too_little, "glue: area_mm2 is"),
+        ("glue", glue_one_joint_less, "glue: joints is"),
+        ("none", tape_too_little, "tape: length_mm is"),
+        ("none", lose_the_tape, "tape: it is not listed"),
     ],
 )
 def test_a_spoiled_shopping_list_is_found(kind, spoil, words, folders, tmp_path):
@@ -385,18 +384,23 @@ def test_a_spoiled_shopping_list_is_found(kind, spoil, words, folders, tmp_path)
 # --- makers that err: all files agree with one another, and yet the joint does not hold ----------
 
 
+def make_otherwise(monkeypatch, name, **changes):
+    """Let the makers shape a kind of joint otherwise."""
+    records = {**kinds.KINDS, name: replace(kinds.KINDS[name], **changes)}
+    monkeypatch.setattr(kinds, "KINDS", MappingProxyType(records))
+
+
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
-        ("_HEAD", 0.2, "can be pulled apart"),
+        ("_HEAD", 0.2, "pulled apart at"),
         ("CLEARANCE_MM", -0.4, "side by side"),
         ("CLEARANCE_MM", 0.6, "apart along their seam"),
     ],
 )
 def test_a_dovetail_that_is_shaped_wrongly_is_found(name, value, words, monkeypatch, tmp_path):
     monkeypatch.setattr(interlock, name, value)
-    always = MappingProxyType({"dovetail": (lambda _: 3.0, interlock.dovetail)})
-    monkeypatch.setattr(joints, "_SHAPES", always)
+    make_otherwise(monkeypatch, "dovetail", room_mm=lambda _: 3.0)
     write(tmp_path, joint="dovetail")
     assert words in objections(tmp_path)["joints"]
 
@@ -408,6 +412,6 @@ def test_a_tab_without_shoulders_is_found(monkeypatch, tmp_path):
         back = shape.tongue - np.where(shape.tongue[:, :1] < 0, (room, 0.0), 0.0)
         return replace(shape, end_mm=-0.8 * room, tongue=back)
 
-    monkeypatch.setattr(joints, "_SHAPES", MappingProxyType({"slot": (interlock.slot_room, bare)}))
+    make_otherwise(monkeypatch, "slot", shape=bare)
     write(tmp_path, joint="slot")
     assert "no shoulders" in objections(tmp_path)["joints"]

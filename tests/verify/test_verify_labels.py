@@ -108,7 +108,7 @@ def exchange_stations(specimen):
 def letter_too_low(specimen):
     _, one = labels(specimen, "id")[0]
     one["height_mm"], one["box_mm"][1] = 1.8, one["box_mm"][1] * 0.9
-    return "1.8 mm high"
+    return "1.8000 mm high"
 
 
 def take_off_brackets(specimen):
@@ -316,14 +316,16 @@ def test_mirrored_sheets_are_proved_if_their_letters_are_not(tmp_path, letters):
 
 def test_sheets_lie_as_the_settings_say(specimen, tmp_path):
     found = findings(specimen("octahedron"), tmp_path, 'label_side = "inside"')
-    assert found == ("sheet_01 is not mirrored, and labels are to be inside",)
+    assert found == (
+        "sheet_01: whether it is mirrored, with labels inside, is False, but should be True",
+    )
 
 
 @pytest.mark.parametrize("wanted", ["numbers", "none"])
 def test_less_is_engraved_where_less_is_wanted(specimen, tmp_path, wanted):
     full = specimen("octahedron")
     found = findings(full, tmp_path / "full", f'labels = "{wanted}"')
-    assert any("1 times instead of 0" in finding for finding in found)
+    assert any("lettered or dropped, is 1, but should be 0" in finding for finding in found)
     for piece in full.plan["pieces"]:
         kept = [one for one in piece["labels"] if one["kind"] == "id" and wanted == "numbers"]
         for one in kept:

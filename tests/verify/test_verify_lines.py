@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fabweave.verify.checks.lines import check_lines
+from fabweave.verify.checks.sheets.lines import check_lines
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 
 def found(folder) -> str:

@@ -23,13 +23,16 @@ def judged(folder, change=None, settings=""):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda cut: cut.update(dxf="R2000"), "version AC1024, not R2000"),
-        (lambda cut: cut.update(svg_units="px96"), "not px96"),
-        (lambda cut: cut.update(svg_units="inch"), "not inch"),
+        (lambda cut: cut.update(dxf="R2000"), "its version is 'AC1024', but should be 'AC1015'"),
+        (
+            lambda cut: cut.update(svg_units="px96"),
+            "its unit in mm is 1, but should be 0.264583333",
+        ),
+        (lambda cut: cut.update(svg_units="inch"), "its unit in mm is 1, but should be nan"),
         (lambda cut: cut.update(hairline_mm=0.1), "instead of 0.1"),
-        (lambda cut: cut["layers"].pop(), "has colours for"),
-        (lambda cut: cut["layers"][3].update(colour="#FF0001"), "instead of #FF0001"),
-        (lambda cut: cut["layers"][3].update(aci=10), "instead of #FF0000, 10"),
+        (lambda cut: cut["layers"].pop(), "layers with colours lack NOTES"),
+        (lambda cut: cut["layers"][3].update(colour="#FF0001"), "but should be ('#FF0001', 1)"),
+        (lambda cut: cut["layers"][3].update(aci=10), "but should be ('#FF0000', 10)"),
     ],
 )
 def test_a_map_that_says_something_else_is_found(job, change, words) -> None:
@@ -40,11 +43,11 @@ def test_a_map_that_says_something_else_is_found(job, change, words) -> None:
     ("settings", "words"),
     [
         ('dxf = "R2010"\npreset = "own"\nprofile = "maker"\nhairline = "0.05mm"', ""),
-        ('dxf = "R12"', "'R2010' in the map, and 'R12' in job.toml"),
-        ('svg_units = "px96"', "'mm' in the map, and 'px96' in job.toml"),
-        ('profile = "service"', "'maker' in the map, and 'service' in job.toml"),
-        ('preset = "boxes"', "'own' in the map, and 'boxes' in job.toml"),
-        ('hairline = "0.1mm"', "lines are 0.05 mm wide in the map, and 0.1mm in job.toml"),
+        ('dxf = "R12"', "dxf is 'R2010', but should be 'R12', as in job.toml"),
+        ('svg_units = "px96"', "svg_units is 'mm', but should be 'px96'"),
+        ('profile = "service"', "profile is 'maker', but should be 'service'"),
+        ('preset = "boxes"', "preset is 'own', but should be 'boxes'"),
+        ('hairline = "0.1mm"', "lines are 0.05 mm wide, and in job.toml 0.1mm"),
     ],
 )
 def test_settings_that_say_something_else_are_found(job, settings, words) -> None:
@@ -63,4 +66,4 @@ def test_a_preset_of_ones_own_in_the_settings_is_compared(job) -> None:
     spoilt = head + rows.replace("#0000FF", "#0000FE")
     folder = job()
     (folder / "job.toml").write_text("")
-    assert "not those of job.toml" in judged(folder, settings=spoilt)
+    assert "the list of its colours is" in judged(folder, settings=spoilt)

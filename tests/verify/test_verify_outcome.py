@@ -1,27 +1,26 @@
 """Spoil what job.toml and the layout's notes tell: the check objects, and no other."""
 
 import copy
+import json
 import shutil
 from dataclasses import replace
 
 import pytest
+from jobs import OCTAHEDRON
 
-from fabweave.app.pipeline import run_job
-from fabweave.app.settings import Settings
 from fabweave.verify import verify_job
-from fabweave.verify.checks.outcome import check_outcome
+from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("made") / "job"
-    settings = Settings("shape:octahedron", size_mm=300.0, effort="quick")
-    proof = run_job(settings, folder).proof
-    (check,) = [check for check in proof.checks if check.name == "outcome"]
-    assert check.ok
-    assert check.count >= 9
+def folder(finished):
+    folder = finished(*OCTAHEDRON)
+    proof = json.loads((folder / "verify.json").read_text(encoding="utf-8"))
+    (check,) = [check for check in proof["checks"] if check["name"] == "outcome"]
+    assert check["ok"] is True
+    assert check["count"] >= 9
     return folder
 
 
@@ -68,7 +67,8 @@ def test_every_figure_is_held_to_the_map(job, name, change):
 
 def test_notes_must_be_texts_and_the_same_everywhere(job):
     job.settings["outcome"]["notes"].append("all is well")
-    assert findings(job) == ("the notes of job.toml and of waste.json differ",)
+    (finding,) = findings(job)
+    assert finding.startswith("waste.json: the list of notes is")
     job.settings["outcome"]["notes"] = [1]
     assert "not texts" in findings(job)[0]
 
@@ -78,26 +78,29 @@ def test_a_note_must_tell_the_true_number_of_sheets_and_be_recorded(job):
     assert findings(job) == ()
     tell(job, "the same settings may give another layout")
     assert findings(job) == (
-        "the settings may give another layout, and job.toml does not take the recorded one",
+        "crossing_map.json, layout: the settings may give another layout, and job.toml does not "
+        "take the recorded one",
     )
     job.settings["job"]["layout"] = "crossing_map.json"
     assert findings(job) == ()
     tell(job, "nesting was cut short: the pieces are on 2 sheets")
-    assert findings(job) == ("a note says '2 sheets', and there are 1",)
+    (finding,) = findings(job)
+    assert "the number of sheets in a note is 2, but should be 1" in finding
 
 
 @pytest.mark.parametrize("name", ["margin", "gap"])
 def test_margin_and_gap_are_those_that_were_asked_for(job, name):
     job.settings["job"][name] = "1.5mm"
     (finding,) = findings(job)
-    assert f"a {name} of" in finding
+    assert f"layout: {name} is" in finding
 
 
 def test_a_note_of_the_layout_that_is_not_told_is_missed(job):
     tell(job, "nesting is done")
     job.settings["outcome"]["notes"].pop()
     job.waste["notes"].pop()
-    assert findings(job) == ("job.toml does not tell the layout's note 'nesting is done'",)
+    (finding,) = findings(job)
+    assert "job.toml does not tell the note 'nesting is done'" in finding
 
 
 def test_a_spoiled_file_is_found_by_this_check_alone(folder, tmp_path):

@@ -9,19 +9,16 @@ import shutil
 import ezdxf
 import pytest
 
-from fabweave.cli.main import main
-from fabweave.verify.checks.service import check_service
+from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(finished):
     """Return a job whose pieces are of several kinds, with holes and slots, for a service."""
-    folder = tmp_path_factory.mktemp("service") / "job"
-    options = ("--size", "200mm", "--effort", "quick", "--slots", "--profile", "service")
-    main(["make", "shape:tube?m=6&n=6", *options, "-q", "-o", str(folder)])
-    return folder
+    options = ("--size", "150mm", "--sheet", "500x350mm", "--effort", "quick", "--slots")
+    return finished("shape:tube?m=4&n=4", *options, "--profile", "service")
 
 
 @pytest.fixture
@@ -120,19 +117,19 @@ def exchange_pieces(rows) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda rows: several(rows).update(quantity="1"), "quantities come to"),
-        (forget_a_piece, "are not asked for once each"),
-        (exchange_pieces, "is of kind"),
+        (lambda rows: several(rows).update(quantity="1"), "the sum of quantities is"),
+        (forget_a_piece, "parts.csv: pieces lack"),
+        (exchange_pieces, "the kind of piece"),
         (lambda rows: rows.pop(), "is no piece's"),
         (lambda rows: rows.append(rows[0]), "a kind has more than one file"),
-        (lambda rows: rows[0].update(kind="99"), "is of kind"),
+        (lambda rows: rows[0].update(kind="99"), "the kind of piece"),
         (lambda rows: rows[0].update(pieces="Z9"), "is for 'Z9', no pieces"),
-        (lambda rows: rows[0].update(material="ply"), "belong in ply_0.4mm"),
-        (lambda rows: rows[0].update(thickness_mm="0.5"), "belong in card_0.5mm"),
+        (lambda rows: rows[0].update(material="ply"), "but should be 'ply_0.4mm'"),
+        (lambda rows: rows[0].update(thickness_mm="0.5"), "but should be 'card_0.5mm'"),
         (lambda rows: rows[0].update(length_mm="12.000"), "not from the origin over"),
-        (lambda rows: rows[0].update(area_mm2="12.000"), "area_mm2 is 12.000, but comes to"),
-        (lambda rows: rows[0].update(cut_length_mm="1"), "cut_length_mm is 1, but comes to"),
-        (lambda rows: rows[0].update(holes="77"), "holes is 77, but comes to"),
+        (lambda rows: rows[0].update(area_mm2="12.000"), "area_mm2 is 12, but should be"),
+        (lambda rows: rows[0].update(cut_length_mm="1"), "cut_length_mm is 1, but should be"),
+        (lambda rows: rows[0].update(holes="77"), "holes is 77, but should be"),
         (lambda rows: rows[0].update(file="../job.toml"), "is no piece's"),
         (lambda rows: rows[0].update(file=rows[1]["file"]), "is for"),
     ],
@@ -195,8 +192,8 @@ SPOILT = [
     (edit("dxf", "LWPOLYLINE\n", "LWPOLYLINE\n 62\n1\n"), "has a colour of its own"),
     (edit("dxf", "  8\n0\n100\nAcDbPolyline", "  8\nCUT\n100\nAcDbPolyline"), "on layer 'CUT'"),
     (edit("dxf", "$INSUNITS\n 70\n4", "$INSUNITS\n 70\n1"), "$INSUNITS is 1"),
-    (edit("dxf", "AC1024", "AC1015"), "version AC1015, not R2010"),
-    (edit("svg", 'stroke="#FF0000"', 'stroke="#000000"'), "colour #000000 instead of #FF0000"),
+    (edit("dxf", "AC1024", "AC1015"), "its version is 'AC1015', but should be 'AC1024'"),
+    (edit("svg", 'stroke="#FF0000"', 'stroke="#000000"'), "is '#000000', but should be '#FF0000'"),
     (edit("svg", "<path ", '<g inkscape:groupmode="layer" inkscape:label="X"></g><path '), "'X'"),
     (edit("svg", 'width="', 'width="9'), "says that it is"),
     (edit("svg", "/>", "><title>A1</title></circle>"), "or named"),
@@ -207,7 +204,7 @@ SPOILT = [
     (outline_first, "off the outline"),
     (lambda folder: file_of(folder, "svg").unlink(), "could not be read"),
     (lambda folder: file_of(folder, "dxf").write_text(""), "could not be read"),
-    (lambda folder: (folder / "service" / "old.dxf").write_text("x"), "old.dxf is no piece's"),
+    (lambda folder: (folder / "service" / "old.dxf").write_text("x"), "old.dxf: it is no piece's"),
     (lambda folder: shutil.rmtree(folder / "service"), "could not be read"),
     (lambda folder: (folder / "service" / "parts.csv").unlink(), "could not be read"),
 ]  # fmt: skip
@@ -223,4 +220,4 @@ def test_a_service_folder_left_over_is_found(job) -> None:
     path = job / "crossing_map.json"
     text = path.read_text()
     path.write_text(text.replace('"profile": "service"', '"profile": "maker"'))
-    assert "the profile is 'maker', and there is a folder service" in found(job)
+    assert "the profile is 'maker', and there is such a folder" in found(job)

@@ -11,12 +11,13 @@ import shapely
 
 from fabweave.cli.main import main
 from fabweave.verify import verify_job
-from fabweave.verify.checks.offcuts import check_offcuts
-from fabweave.verify.checks.sheets import check_areas, check_sheets
-from fabweave.verify.checks.stock import check_stock
+from fabweave.verify.checks.reports.areas import check_areas
+from fabweave.verify.checks.sheets.offcuts import check_offcuts
+from fabweave.verify.checks.sheets.spacing import check_sheets
+from fabweave.verify.checks.sheets.stock import check_stock
 from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 FIRST = """
 [[sheet]]
@@ -93,12 +94,16 @@ def test_the_same_bytes_come_from_job_toml_alone(jobs, tmp_path):
     assert [n for n in names if (first / n).read_bytes() != (again / n).read_bytes()] == []
 
 
-def spoilt(jobs, tmp_path, change):
+@pytest.fixture(scope="module")
+def first(jobs):
+    """Return the first job as it was read."""
+    return load_job(jobs[0], Tally("files"))
+
+
+def spoilt(job, folder, tmp_path, change):
     """Return what the checks find when a change is made to a job as it was read."""
-    folder = jobs[0]
     plan = json.loads((folder / "crossing_map.json").read_text())
     waste = json.loads((folder / "waste.json").read_text())
-    job = load_job(folder, Tally("files"))
     settings = deepcopy(job.settings)
     stock = deepcopy(job.offcuts.stock)
     change(SimpleNamespace(plan=plan, waste=waste, settings=settings, stock=stock["offcut"]))
@@ -127,17 +132,26 @@ def narrower(plan):
 
 CHANGES = [
     (lambda _: None, None),
-    (lambda j: j.plan["sheets"][0].update(price=3.0), "price is 3.0 in the map, 3.5 in job.toml"),
-    (lambda j: j.plan["sheets"][0].update(grain_deg=0.0), "grain is 0.0 in the map, 90.0"),
+    (
+        lambda j: j.plan["sheets"][0].update(price=3.0),
+        "price is 3, but should be 3.5, as in job.toml",
+    ),
+    (
+        lambda j: j.plan["sheets"][0].update(grain_deg=0.0),
+        "grain is 0, but should be 90, as in job.toml",
+    ),
     (lambda j: j.plan["sheets"][0].update(grain_deg=0.0), "from the nearest of the angles"),
-    (lambda j: j.plan["sheets"][0].update(offcut=True), "offcut is True in the map"),
+    (lambda j: j.plan["sheets"][0].update(offcut=True), "offcut is True, but should be False"),
     (lambda j: j.plan["sheets"][0].update(stock="other"), "not in the stock of job.toml"),
     (lambda j: j.plan["sheets"][0].update(defects=[]), "its defects are not those of job.toml"),
-    (lambda j: nearer_defect(j.plan), "from its defect 1, not"),
+    (lambda j: nearer_defect(j.plan), "from defect 1"),
     (lambda j: narrower(j.plan), "not within the outline"),
-    (lambda j: narrower(j.plan), "is the outline that the map tells"),
+    (lambda j: narrower(j.plan), "is the outline in the map"),
     (lambda j: narrower(j.plan), "notes are beside the material"),
-    (lambda j: j.plan["sheets"][0].update(rest=None), "the map tells of ['offcut_02'], waste.json"),
+    (
+        lambda j: j.plan["sheets"][0].update(rest=None),
+        "crossing_map.json: rests of sheets lack offcut_01",
+    ),
     (
         lambda j: j.plan["sheets"][0]["rest"]["outline"].pop(),
         "is not what the map has as the rest of sheet_01",
@@ -151,26 +165,35 @@ CHANGES = [
         lambda j: j.settings["job"]["stock"]["sheet"][0].update(outline=[[0, 0], [9, 0], [0, 9]]),
         "not in the stock of job.toml",
     ),
-    (lambda j: j.settings["job"]["stock"]["sheet"][0].update(quantity=0), "and 0 are in stock"),
-    (lambda j: j.settings["job"].update(rotations="90"), "and job.toml '90'"),
+    (lambda j: j.settings["job"]["stock"]["sheet"][0].update(quantity=0), "and there are 0"),
+    (lambda j: j.settings["job"].update(rotations="90"), "as in job.toml, '90'"),
     (
         lambda j: j.plan["layout"]["rotations"].update(tolerance_deg=0.0),
-        "the map allows steps of 180.0° ± 0.0°, and job.toml",
+        "with its tolerance, is (180.0, 0.0), but should be (180.0,",
     ),
-    (lambda j: j.waste["sheets"][0].update(price=9.0), "waste.json, sheet 1: 'board' for 9.0"),
-    (lambda j: j.waste["totals"].update(price=1.0), "the sheets cost 1.0, but come to"),
-    (lambda j: j.waste.pop("offcuts"), "waste.json has no list of offcuts"),
-    (lambda j: j.waste["offcuts"].pop(), "waste.json tells of ['offcuts/offcut_01.dxf']"),
-    (lambda j: j.waste["offcuts"][0].update(area_mm2=5.0), "its area is 5.0 mm², but comes to"),
+    (
+        lambda j: j.waste["sheets"][0].update(price=9.0),
+        "waste.json, sheet 1: price is 9, but should be 3.5",
+    ),
+    (
+        lambda j: j.waste["totals"].update(price=1.0),
+        "waste.json, totals: price is 1, but should be",
+    ),
+    (lambda j: j.waste.pop("offcuts"), "waste.json: it has no list of offcuts"),
+    (lambda j: j.waste["offcuts"].pop(), "waste.json: offcuts lack offcuts/offcut_02.dxf"),
+    (lambda j: j.waste["offcuts"][0].update(area_mm2=5.0), "area_mm2 is 5, but should be"),
     (lambda j: j.waste["offcuts"][0].update(sheet=7), "is of sheet 7, which does not exist"),
-    (lambda j: j.waste["offcuts"][0].update(sheet=2), "has two offcuts of a sheet: [2, 2]"),
+    (lambda j: j.waste["offcuts"][0].update(sheet=2), "two offcuts are of one sheet: [2, 2]"),
     (
         lambda j: j.waste["offcuts"][0].update(file="offcuts/x.dxf"),
-        "waste.json tells of ['offcuts/x",
+        "offcuts lack offcuts/offcut_01.dxf, and have offcuts/x.dxf",
     ),
-    (lambda j: j.waste["offcuts"][0].update(worth=3.5), "it is worth 3.5, but comes to"),
-    (lambda j: j.waste["offcuts"][0].update(worth=None), "it is worth None, but comes to"),
-    (lambda j: j.waste["offcuts"][0].update(thickness_mm=9.0), "is of ('card', 9.0), its sheet"),
+    (lambda j: j.waste["offcuts"][0].update(worth=3.5), "worth is 3.5, but should be"),
+    (lambda j: j.waste["offcuts"][0].update(worth=None), "worth is nothing, but should be"),
+    (
+        lambda j: j.waste["offcuts"][0].update(thickness_mm=9.0),
+        "what it is of is ('card', 9.0), but",
+    ),
     (
         lambda j: j.waste["offcuts"][1]["rectangle"][0].__setitem__(0, -9.0),
         "rectangle is not within",
@@ -189,23 +212,26 @@ CHANGES = [
     ),
     (lambda j: j.waste["offcuts"][1].update(holes=[]), "overlaps defect 1"),
     (lambda j: j.waste["offcuts"][1].update(holes=[]), "does not draw its outline and holes"),
-    (lambda j: j.stock.pop(), "stock.toml names ['offcuts/offcut_01.dxf'], and waste.json"),
-    (lambda j: j.stock[0].update(outline="offcut_02.dxf"), "stock.toml names ['offcuts/offcut_02"),
+    (lambda j: j.stock.pop(), "stock.toml: outlines lack offcuts/offcut_02.dxf"),
+    (
+        lambda j: j.stock[0].update(outline="offcut_02.dxf"),
+        "stock.toml: outlines lack offcuts/offcut_01.dxf",
+    ),
     (lambda j: j.stock[0].update(name=j.stock[1]["name"]), "has names twice, or none"),
     (
         lambda j: j.stock[0].update(material="x"),
-        "offcut_01.dxf has {'grain': 90.0, 'material': 'x'}",
+        "offcut_01.dxf is {'grain': 90.0, 'material': 'x'}",
     ),
-    (lambda j: j.stock[0].pop("grain"), "offcut_01.dxf has {'material': 'card'}"),
+    (lambda j: j.stock[0].pop("grain"), "offcut_01.dxf is {'material': 'card'}"),
     (lambda j: j.stock[0].update(price=3.0), "'price': 3.0}"),
     (lambda j: j.stock[0].update(quantity=2), "'quantity': 2}"),
 ]
 
 
 @pytest.mark.parametrize("number", range(len(CHANGES)))
-def test_whatever_is_spoilt_is_found(jobs, tmp_path, number):
+def test_whatever_is_spoilt_is_found(jobs, first, tmp_path, number):
     change, words = CHANGES[number]
-    found = spoilt(jobs, tmp_path, change)
+    found = spoilt(first, jobs[0], tmp_path, change)
     if words is None:
         assert found == ""
     else:

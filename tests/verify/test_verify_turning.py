@@ -11,7 +11,7 @@ from fabweave.verify import verify_job
 from fabweave.verify.measure.turning import Turn, check_turns, turns_after
 from fabweave.verify.measure.walks import Pass, read_obj, trace_walks
 from fabweave.verify.read.glb import Strip
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 
 def failed(specimen, folder):

@@ -88,7 +88,7 @@ def test_cold_sweeps_never_break_more_in_any_copy(mesh: PolyMesh, seed) -> None:
         before = after
 
 
-@pytest.mark.parametrize("temperature", [0.7, 1.0])
+@pytest.mark.parametrize("temperature", [0.7, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_sweeps_keep_the_boltzmann_distribution(temperature: float) -> None:
     # A torus of 9 quads has 18 crossings: the mean score of all choices is known exactly.
     conditions = conditions_of(grids.torus(3, 3, 2.0, 1.0))
@@ -201,6 +201,7 @@ def test_bounds_of_large_spheres_lie_below_what_is_known(steps, at_least, at_mos
     assert not bound.optimum
 
 
+@pytest.mark.slow
 def test_spot_is_woven_better_than_by_voting_and_plain_annealing() -> None:
     mesh = real_mesh("quad/spot_quadrangulated.obj")
     conditions, vote = conditions_of(mesh), vote_of(mesh)

@@ -117,7 +117,7 @@ class Pieces:
             "pieces": len(self),
             "joints": len(self.planned.piece_set.joints),
             "kinds": len(np.unique(self.kinds)),
-            "material": self.planned.supplies.told,
+            "material": self.planned.supplies.description,
         }
 
     def __repr__(self) -> str:

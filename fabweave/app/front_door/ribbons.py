@@ -152,7 +152,7 @@ class Ribbons:
         widths = self.widths_mm
         return {
             "ribbons": str(len(self.woven.labels)),
-            "material": supplies.told,
+            "material": supplies.description,
             "width, mm": f"{widths.min():.1f} to {widths.max():.1f}",
             "length in all, m": f"{self.lengths_mm.sum() / 1000:.2f}",
         }

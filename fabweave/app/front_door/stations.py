@@ -153,7 +153,7 @@ def there(station: _Station | None) -> _Station:
 
 def loaded(request: Request) -> Stations:
     """Load the mesh of a request."""
-    return Stations(request, load_mesh(request.settings, given=request.given))
+    return Stations(request, load_mesh(request.settings, given_mesh=request.given))
 
 
 def woven(known: Stations, options: Mapping[str, Any]) -> Stations:

@@ -103,7 +103,12 @@ CUTTING_OPTIONS = (
     Option(
         "rotations",
         SHEETS,
-        text("RULE", "a text such as 'grain:5deg'", "fabweave.stock.rotations.parse_rotations"),
+        text(
+            "RULE",
+            "a text such as 'grain:5deg'",
+            "fabweave.stock.rotations.parse_rotations",
+            form=lambda told: "".join(told.lower().replace("°", "deg").split()),
+        ),
         "At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from the "
         "grain on); or grain:5deg (their length along the grain, up to 5 degrees off). Grain runs "
         "along a sheet's width unless the list of stock says otherwise.",
@@ -188,7 +193,12 @@ CUTTING_OPTIONS = (
     Option(
         "target",
         CUTTER,
-        text("NAME", "one of {choices}, or of your own", words=_target_names),
+        text(
+            "NAME",
+            "one of {choices}, or of your own",
+            words=_target_names,
+            form=lambda told: told.strip().lower(),
+        ),
         "Whose rules for holes, webs, gaps and sizes the pieces are checked against: {choices}; "
         "fabweave targets tells them. The default are rules of practice.",
         default="default",

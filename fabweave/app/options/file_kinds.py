@@ -27,10 +27,11 @@ def preset() -> Kind:
     def accept(value: Any) -> Any:
         return value if isinstance(value, load(module + "Preset")) else None
 
-    def read(told: Any) -> Any:
-        if isinstance(told, Mapping):
-            return load(module + "read_preset")(told, "the preset in job.toml")
-        return load(module + "find_preset")(told)
+    def read(text: str) -> Any:
+        return load(module + "find_preset")(text)
+
+    def of_table(table: Mapping[str, Any]) -> Any:
+        return load(module + "read_preset")(table, "the preset in job.toml")
 
     def names() -> Iterable[str]:
         return load(module + "preset_names")()
@@ -41,16 +42,14 @@ def preset() -> Kind:
         return value.name if known else value.table
 
     expected = "a Preset, one of {choices}, or a file that ends in .toml"
-    return Kind("NAME|FILE.toml", expected, accept, read, write, words=names)
+    return Kind("NAME|FILE.toml", expected, accept, read, write, words=names, of_table=of_table)
 
 
 def sheets() -> Kind:
     """Return the kind of sheets of which there is nothing to know but size, number and bunch."""
 
-    def read(told: Any) -> Any:
-        return (
-            load("fabweave.stock.sheet_text.parse_stock")(told) if isinstance(told, str) else told
-        )
+    def read(text: str) -> Any:
+        return load("fabweave.stock.sheet_text.parse_stock")(text)
 
     def write(value: Any) -> list[str]:
         stock = load("fabweave.stock.sheet_text.format_stock")
@@ -63,16 +62,18 @@ def sheets() -> Kind:
 def stock_list() -> Kind:
     """Return the kind of files that list stock, or of the tables that job.toml keeps of one."""
 
-    def read(told: Any) -> Any:
-        if isinstance(told, Mapping):
-            return load("fabweave.stock.stock_file.stock_of")(told, "the stock in job.toml")
-        return load("fabweave.stock.stock_file.read_stock")(Path(told))
+    def read(text: str) -> Any:
+        return load("fabweave.stock.stock_file.read_stock")(Path(text))
+
+    def of_table(table: Mapping[str, Any]) -> Any:
+        return load("fabweave.stock.stock_file.stock_of")(table, "the stock in job.toml")
 
     def write(value: Any) -> Any:
         kept = [sheet for sheet in value if not sheet.plain]
         return load("fabweave.stock.sheet_text.stock_table")(kept)
 
-    return Kind("FILE", "a list of stock, such as stock.toml", _accept_sheets, read, write)
+    expected = "a list of stock, such as stock.toml"
+    return Kind("FILE", expected, _accept_sheets, read, write, of_table=of_table)
 
 
 def _accept_sheets(value: Any) -> Any:
@@ -113,15 +114,15 @@ def library(what: str, module: str) -> Kind:
         check_document(named, f"the {what}s")
         return tuple(named.values())
 
-    def read(told: Any) -> Any:
-        read_all = load(f"{module}.{what}s_of")
-        if isinstance(told, Mapping):
-            return read_all(told, f"the {what}s in job.toml")
-        return read_all(read_toml(Path(told), f"{what}s"), told)
+    def read(text: str) -> Any:
+        return load(f"{module}.{what}s_of")(read_toml(Path(text), f"{what}s"), text)
+
+    def of_table(table: Mapping[str, Any]) -> Any:
+        return load(f"{module}.{what}s_of")(table, f"the {what}s in job.toml")
 
     def write(value: Any) -> Any:
         table = load(f"{module}.{what}_table")
         return {one.name: table(one) for one in value} or None
 
     expected = f"a file of {what}s such as {what}s.toml"
-    return Kind("FILE", expected, accept, read, write, repeatable=True)
+    return Kind("FILE", expected, accept, read, write, repeatable=True, of_table=of_table)

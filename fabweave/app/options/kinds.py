@@ -42,7 +42,7 @@ class Kind:
     accept : callable
         Returns a value as settings hold it, or None if it is not what is expected.
     read : callable
-        Returns the value that a text means, or that a table of job.toml describes.
+        Returns the value that a text means, or the text where it means none.
     write : callable
         Returns a value as job.toml has it; None if it is left out.
     unit : str
@@ -53,18 +53,24 @@ class Kind:
         Returns the words that it takes, if it takes certain words.
     flag, repeatable : bool
         Whether it has no value but is said or not, and whether it may be said several times.
+    textual : bool
+        Whether a plain number is read as if it were typed.
+    of_table : callable or None
+        Returns the value that a table of job.toml describes, if there may be one.
     """
 
     metavar: str
     expected: str
     accept: Accept
-    read: Callable[[Any], Any]
+    read: Callable[[str], Any]
     write: Callable[[Any], Any] = lambda value: value
     unit: str = ""
     automatic: str = ""
     words: Words = tuple
     flag: bool = False
     repeatable: bool = False
+    textual: bool = False
+    of_table: Callable[[Mapping[str, Any]], Any] | None = None
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -84,13 +90,17 @@ class Kind:
         InputError
             If the option does not take it; the message says what it takes.
         """
-        if self.automatic and value == self.automatic:
+        if isinstance(value, str) and value and value == self.automatic:
             return None
         if self.repeatable and isinstance(value, list | tuple):
             return self.hold(tuple(part for one in value for part in self.parse(one)))
         if isinstance(value, os.PathLike):
             value = os.fspath(value)
-        return self.hold(self.read(value) if isinstance(value, str | Mapping) else value)
+        if self.textual and not math.isnan(_as_number(value)):
+            value = f"{value:.10g}"
+        if self.of_table is not None and isinstance(value, Mapping):
+            value = self.of_table(value)
+        return self.hold(self.read(value) if isinstance(value, str) else value)
 
     def hold(self, value: Any) -> Any:
         """Return a value as settings hold it.
@@ -113,13 +123,14 @@ def as_it_is(value: Any) -> Any:
     return value
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def _as_text(value: Any) -> Any:
-    """Return a plain number as a person would type it."""
-    return f"{value:.10g}" if _is_number(value) else value
+def _as_number(value: Any) -> float:
+    """Return a plain number, which may be beyond all bounds; NaN for what is none."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def flag() -> Kind:
@@ -161,7 +172,8 @@ def number(below: float = math.inf) -> Kind:
     """Return the kind of numbers greater than 0, and less than a bound."""
 
     def accept(value: Any) -> float | None:
-        return float(value) if _is_number(value) and 0.0 < value < below else None
+        plain = _as_number(value)
+        return plain if 0.0 < plain < below else None
 
     def read(text: str) -> Any:
         try:
@@ -186,14 +198,11 @@ def length(*, zero: str | None = None, automatic: str = "", metavar: str = "LENG
     """
 
     def accept(value: Any) -> float | None:
-        # What is not a number is neither more nor less than anything.
-        fits = _is_number(value) and 0.0 <= value < math.inf and (value > 0.0 or zero is not None)
-        return float(value) if fits else None
+        plain = _as_number(value)
+        return plain if 0.0 < plain < math.inf or (plain == 0.0 and zero is not None) else None
 
-    def read(text: Any) -> Any:
-        if zero and text == zero:
-            return 0.0
-        return parse_length(text, zero_ok=zero is not None) if isinstance(text, str) else text
+    def read(text: str) -> float:
+        return 0.0 if zero and text == zero else parse_length(text, zero_ok=zero is not None)
 
     def write(value: float | None) -> str | None:
         if value is None or (value == 0.0 and zero == ""):
@@ -215,13 +224,13 @@ def length_by_bunch(*, zero: str | None = None) -> Kind:
         if not value or not all(isinstance(pair, tuple) and len(pair) == 2 for pair in value):
             return None
         # Names are checked as those that are typed.
-        split_by_bunch(",".join(f"{name}={length}" for name, length in value), what="length")
+        split_by_bunch(",".join(f"{name}={each}" for name, each in value), what="length")
         lengths = [one.accept(each) for _, each in value]
         names = [str(name) for name, _ in value]
         return None if None in lengths else tuple(zip(names, lengths, strict=True))
 
-    def read(text: Any) -> Any:
-        if not isinstance(text, str) or "=" not in text:
+    def read(text: str) -> Any:
+        if "=" not in text:
             return one.read(text)
         pairs = split_by_bunch(text, what="length")
         return tuple((name, one.read(each)) for name, each in pairs)
@@ -241,11 +250,11 @@ def hairline() -> Kind:
         return tuple(load("fabweave.cut.presets.preset_names")())
 
     def accept(value: Any) -> float | None:
-        if _is_number(value):
+        if width.accept(value) is not None:
             load("fabweave.cut.presets.check_hairline")(float(value))
         return width.accept(value)
 
-    def read(text: Any) -> Any:
+    def read(text: str) -> Any:
         if text in names():
             return load("fabweave.cut.presets.preset_named")(text).hairline_mm
         return width.read(text)
@@ -253,37 +262,43 @@ def hairline() -> Kind:
     return Kind(width.metavar, width.expected, accept, read, width.write, unit="mm")
 
 
-def text(metavar: str, expected: str, parser: str = "", words: Words = tuple) -> Kind:
-    """Return the kind of texts that a parser takes; they are kept as they are."""
+def text(
+    metavar: str,
+    expected: str,
+    parser: str = "",
+    *,
+    words: Words = tuple,
+    form: Callable[[str], str] = as_it_is,
+) -> Kind:
+    """Return the kind of texts that a parser takes; they are kept in their usual form."""
 
     def accept(value: Any) -> str | None:
-        plain = _as_text(value)
-        if not isinstance(plain, str):
+        if not isinstance(value, str):
             return None
         if parser:
-            load(parser)(plain)
-        return plain
+            load(parser)(value)
+        return form(value)
 
-    return Kind(metavar, expected, accept, as_it_is, words=words)
+    return Kind(metavar, expected, accept, as_it_is, words=words, textual=True)
 
 
 def value_of(metavar: str, example: str, parser: str, type_: str) -> Kind:
     """Return the kind of values that a parser reads from text, and that are that text again."""
 
     def accept(value: Any) -> Any:
-        plain = _as_text(value)
-        if isinstance(plain, str):
-            return load(parser)(plain)
         if not isinstance(value, load(type_)):
             return None
         load(parser)(str(value))
         return value
 
+    def read(text: str) -> Any:
+        return load(parser)(text)
+
     def write(value: Any) -> str | None:
         return None if value is None else str(value)
 
     expected = f"{type_.rpartition('.')[2]}, or a text such as {example!r}"
-    return Kind(metavar, expected, accept, as_it_is, write)
+    return Kind(metavar, expected, accept, read, write, textual=True)
 
 
 def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -> Kind:

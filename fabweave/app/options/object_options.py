@@ -5,6 +5,7 @@ from fabweave.app.options.kinds import (
     choice,
     length,
     length_by_bunch,
+    load,
     number,
     place,
     text,
@@ -12,6 +13,12 @@ from fabweave.app.options.kinds import (
     whole,
 )
 from fabweave.app.options.option import MESH, RIBBONS, WEAVE, Option
+
+
+def _tidy_materials(told: str) -> str:
+    tidy: str = load("fabweave.stock.supply_plan.tidy_materials")(told)
+    return tidy
+
 
 #: In the order in which job.toml has them.
 OBJECT_OPTIONS = (
@@ -95,7 +102,11 @@ OBJECT_OPTIONS = (
     Option(
         "material",
         RIBBONS,
-        text("NAME", "the name of a material", "fabweave.stock.supply_plan.parse_materials"),
+        text(
+            "NAME",
+            "the name of a material",
+            form=_tidy_materials,
+        ),
         "What it is cut from; fabweave materials lists all. For each bunch its own: "
         "warp=card,weft=birch-veneer, or by number (0=card,1=card,2=birch-veneer) where there are "
         "more than two. What is equal is nested together; card:red and card:blue are not.",

@@ -45,7 +45,7 @@ class Book:
         self.width, self.height = PAPERS[paper]
         self.left, self.right = MARGIN, self.width - MARGIN
         self.foot, self.top = MARGIN, self.height - MARGIN - _HEADING
-        #: Where the next thing on the page may begin.
+        #: Where the next text or drawing on the page may begin.
         self.y = self.top
         self.n_pages = 0
         self._n_images = 0
@@ -201,9 +201,9 @@ class Book:
         else:
             self._n_images += 1
             name = f"picture{self._n_images}"
-            document, made = canvas._doc, Pixels(name, picture)
-            document.Reference(made, document.getXObjectName(name))
-            document.addForm(name, made)
+            document, pixels = canvas._doc, Pixels(name, picture)
+            document.Reference(pixels, document.getXObjectName(name))
+            document.addForm(name, pixels)
         canvas.saveState()
         canvas.translate(x, y)
         canvas.scale(width, height)

@@ -2,17 +2,19 @@
 
 import io
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from PIL import Image
 
 from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width
-from fabweave.assembly.manual.sheets import Drawn
+from fabweave.assembly.manual.sheets import DrawnPiece
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import Layer
+from fabweave.flat.bill_of_materials import BillOfMaterials
+from fabweave.flat.crossing_map import CrossingMap, PieceRecord
+from fabweave.flat.joint.kinds import KINDS, RIVET
 
 COVER, LEGEND = "Overview", "How to read a piece"
 
@@ -32,24 +34,13 @@ _EFFORTS = {
     "fastener": "to set a fastener",
     "joint": "to align a joint",
 }
-#: Joining by hand, and what it takes.
-_TOOLS = {
-    "rivet": "what sets the fasteners: fingers for brads, a screwdriver for Chicago screws, or a "
-    "rivet setter that reaches the middle of a strip",
-    "glue": "glue and clips that hold a lap while it sets",
-    "none": "tape and scissors",
-    "dovetail": "a flat rest to press the dovetails home",
-    "slot": "a flat rest to bend tabs on",
-}
-
-
 #: The number that stands for a kind of label where signs are explained.
 _NUMBER_OF = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
 
 
 @frozen_value
 class Facts:
-    """What the manual tells of a job besides its plan.
+    """What the manual says about a job besides its crossing map.
 
     Parameters
     ----------
@@ -59,8 +50,8 @@ class Facts:
         Its extents along x, y, z.
     material : str
         In words, with its thickness.
-    bill : dict
-        What is bought, from ``bill_of_materials``.
+    bill : BillOfMaterials
+        What is bought besides sheets.
     colours : (T, 3) uint8 array
         The colour of each thread in the pictures.
     portrait : bytes
@@ -70,25 +61,18 @@ class Facts:
     title: str
     size_mm: tuple[float, ...]
     material: str
-    bill: dict[str, Any]
+    bill: BillOfMaterials
     colours: Colours
     portrait: bytes
 
 
-def time_range(plan: dict[str, Any], fasteners: int) -> tuple[float, float]:
-    """Return how many hours the assembly takes, with quick hands and with slow ones.
-
-    Examples
-    --------
-    >>> step = {"pieces": ["A1"], "over": [], "under": [], "joints": []}
-    >>> [round(60 * hours, 3) for hours in time_range({"steps": [step]}, fasteners=2)]
-    [1.1, 3.0]
-    """
+def time_range(crossing_map: CrossingMap, fasteners: int) -> tuple[float, float]:
+    """Return how many hours the assembly takes, with quick hands and with slow ones."""
     counts = {
-        "piece": sum(len(step["pieces"]) for step in plan["steps"]),
-        "over": sum(len(step["over"]) for step in plan["steps"]),
-        "under": sum(len(step["under"]) for step in plan["steps"]),
-        "joint": sum(len(step["joints"]) for step in plan["steps"]),
+        "piece": sum(len(step.pieces) for step in crossing_map.steps),
+        "over": sum(len(step.over) for step in crossing_map.steps),
+        "under": sum(len(step.under) for step in crossing_map.steps),
+        "joint": sum(len(step.joints) for step in crossing_map.steps),
         "fastener": fasteners,
     }
     low, high = (
@@ -97,19 +81,19 @@ def time_range(plan: dict[str, Any], fasteners: int) -> tuple[float, float]:
     return low, high
 
 
-def difficulty(plan: dict[str, Any]) -> str:
+def difficulty(crossing_map: CrossingMap) -> str:
     """Say how difficult the assembly is, and why."""
-    steps = plan["steps"]
-    pieces = len(plan["pieces"])
-    over = sum(len(step["over"]) for step in steps)
-    under = sum(len(step["under"]) for step in steps)
+    steps = crossing_map.steps
+    pieces = len(crossing_map.pieces)
+    over = sum(len(step.over) for step in steps)
+    under = sum(len(step.under) for step in steps)
     share = under / max(over + under, 1)
     points = (pieces > 60) + (pieces > 300) + (share > 0.35)
     word = ("easy", "moderate", "demanding", "very demanding")[points]
     return f"{word}: {pieces} pieces, and {share:.0%} of all crossings are slid under"
 
 
-def write_cover(book: Book, plan: dict[str, Any], facts: Facts) -> None:
+def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
     """Write the cover: the object, what it is made of, and what it takes to put it together."""
     book.page(COVER)
     wide = book.right - book.left
@@ -122,52 +106,52 @@ def write_cover(book: Book, plan: dict[str, Any], facts: Facts) -> None:
     high = wide * picture.height / picture.width
     book.image(picture, book.left, book.y - high, wide, high)
     book.y -= high + 10.0
-    for name, text in _overview(plan, facts):
+    for name, text in _overview(crossing_map, facts):
         end = book.block(book.left + 92.0, book.y, text, wide - 92.0)
         book.text(book.left, book.y - LEADING * TEXT + 0.25 * TEXT, name, bold=True)
         book.y = end - 5.0
 
 
-def _overview(plan: dict[str, Any], facts: Facts) -> list[tuple[str, str]]:
+def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return the lines of the cover, each with its name."""
-    fasteners = facts.bill["fasteners"]
-    low, high = time_range(plan, sum(row["needed"] for row in fasteners))
-    kinds = sorted({joint["kind"] for joint in plan["joints"]})
-    if fasteners and "rivet" not in kinds:
-        kinds.append("rivet")
+    fasteners = facts.bill.fasteners
+    low, high = time_range(crossing_map, sum(row.needed for row in fasteners))
+    kinds = sorted({joint.kind for joint in crossing_map.joints})
+    if fasteners and RIVET.name not in kinds:
+        kinds.append(RIVET.name)
     lines = [
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
         ("Material", facts.material),
         (
             "Made of",
-            agree(len(plan["pieces"]), "{n} [piece|pieces]")
-            + agree(len(plan["sheets"]), " on {n} [sheet|sheets], ")
-            + agree(len(plan["threads"]), "{n} [thread|threads], ")
-            + agree(len(plan["crossings"]), "{n} [crossing|crossings], ")
-            + agree(len(plan["joints"]), "{n} [joint|joints]"),
+            agree(len(crossing_map.pieces), "{n} [piece|pieces]")
+            + agree(len(crossing_map.sheets), " on {n} [sheet|sheets], ")
+            + agree(len(crossing_map.threads), "{n} [thread|threads], ")
+            + agree(len(crossing_map.crossings), "{n} [crossing|crossings], ")
+            + agree(len(crossing_map.joints), "{n} [joint|joints]"),
         ),
     ]
     lines += [
         (
             "Fasteners",
-            f"buy {row['buy']} for holes of {row['diameter_mm']:g} mm with a grip of "
-            f"{row['grip_mm']:g} mm ({row['layers']} layers): {row['needed']} needed, "
-            f"{row['spare']} spare",
+            f"buy {row.buy} for holes of {row.diameter_mm:g} mm with a grip of "
+            f"{row.grip_mm:g} mm ({row.layers} layers): {row.needed} needed, "
+            f"{row.spare} spare",
         )
         for row in fasteners
     ]
-    glue, tape = facts.bill["glue"], facts.bill["tape"]
-    if glue["joints"]:
-        lines.append(("Glue", f"{glue['area_mm2'] / 100:.0f} cm² of laps in all"))
-    if tape["joints"]:
-        lines.append(("Tape", f"{tape['length_mm'] / 1000:.2f} m in all"))
-    tools = [_TOOLS[kind] for kind in kinds if kind in _TOOLS]
+    glue, tape = facts.bill.glue, facts.bill.tape
+    if glue.joints:
+        lines.append(("Glue", f"{glue.area_mm2 / 100:.0f} cm² of laps in all"))
+    if tape.joints:
+        lines.append(("Tape", f"{tape.length_mm / 1000:.2f} m in all"))
+    tools = [KINDS[kind].tools for kind in kinds]
     pace = ", ".join(
         f"{quick:g} to {slow:g} min {_EFFORTS[name]}" for name, (quick, slow) in _MINUTES.items()
     )
     lines += [
         ("Tools", "; ".join([*tools, "clips or soft clamps, a pencil for the boxes"])),
-        ("Difficulty", difficulty(plan)),
+        ("Difficulty", difficulty(crossing_map)),
         ("Time", f"{_hours(low)} to {_hours(high)}; assumed: {pace}"),
         (
             "How to go on",
@@ -187,38 +171,38 @@ def _hours(hours: float) -> str:
     return f"{hours:.1f} h" if hours < 10 else f"{hours:.0f} h"
 
 
-def write_legend(book: Book, plan: dict[str, Any], drawn: dict[str, Drawn]) -> None:
+def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPiece]) -> None:
     """Show a piece of this job in large, and say what is engraved on it."""
     book.page(LEGEND)
     piece = max(
-        plan["pieces"],
-        key=lambda piece: (len({label["kind"] for label in piece["labels"]}), len(piece["labels"])),
+        crossing_map.pieces,
+        key=lambda piece: (len({label.kind for label in piece.labels}), len(piece.labels)),
     )
-    one = drawn[piece["id"]]
-    turn = _levelling(one)
-    points = one.outline @ turn
+    drawn_piece = drawn[piece.id]
+    turn = _levelling(drawn_piece.outline)
+    points = drawn_piece.outline @ turn
     wide = book.right - book.left
     low, high = points.min(axis=0), points.max(axis=0)
     scale = min(wide / float(high[0] - low[0]), 240.0 / float(high[1] - low[1]))
     book.y -= 34.0
     shift = np.array([book.left, book.y]) - np.array([low[0], high[1]]) * scale
     book.line(points * scale + shift, width=1.0, closed=True, fill=0.96)
-    for layer, run in one.lines:
+    for layer, run in drawn_piece.lines:
         book.line(run @ turn * scale + shift, width=1.0 if layer is Layer.ENGRAVE_LABEL else 0.8)
-    for x, y, radius in one.holes.tolist():
+    for x, y, radius in drawn_piece.holes.tolist():
         across, up = (np.array([x, y]) @ turn * scale + shift).tolist()
         book.circle(across, up, radius * scale)
-    ticks = [run.mean(axis=0) for layer, run in one.lines if layer is Layer.ENGRAVE_MARK]
+    ticks = [run.mean(axis=0) for layer, run in drawn_piece.lines if layer is Layer.ENGRAVE_MARK]
     _point_out(
         book,
         piece,
-        lambda at: _on_sheet(plan, piece, at) @ turn * scale + shift,
+        lambda at: crossing_map.on_sheet(piece, at) @ turn * scale + shift,
         np.array(ticks).reshape(-1, 2) @ turn * scale + shift,
     )
     book.y -= float(high[1] - low[1]) * scale + 20.0
-    book.text(book.left, book.y, f"Piece {piece['id']} of this object", size=12.0, bold=True)
+    book.text(book.left, book.y, f"Piece {piece.id} of this object", size=12.0, bold=True)
     book.y -= 6.0
-    for name, text in _signs(plan, piece):
+    for name, text in _signs(crossing_map, piece):
         end = book.block(book.left + 120.0, book.y, text, wide - 120.0)
         book.text(book.left, book.y - LEADING * TEXT + 0.25 * TEXT, name, bold=True)
         book.y = end - 5.0
@@ -226,18 +210,18 @@ def write_legend(book: Book, plan: dict[str, Any], drawn: dict[str, Drawn]) -> N
 
 def _point_out(
     book: Book,
-    piece: dict[str, Any],
+    piece: PieceRecord,
     place: Callable[[FloatArray], FloatArray],
     ticks: FloatArray,
 ) -> None:
     """Stand the number of each sign above the piece, with a line to where it is on it."""
     spots: dict[str, tuple[float, float]] = {}
-    for label in piece["labels"]:
-        spots.setdefault(_NUMBER_OF.get(label["kind"], ""), (label["x"], label["y"]))
-    holes = [one for one in piece["stations"] if one["hole_mm"]]
+    for label in piece.labels:
+        spots.setdefault(_NUMBER_OF.get(label.kind, ""), (label.x_mm, label.y_mm))
+    holes = [station for station in piece.stations if station.hole_mm]
     if holes:
         middle = holes[len(holes) // 2]
-        spots["5"] = middle["x"], middle["y"]
+        spots["5"] = middle.x_mm, middle.y_mm
     spots.pop("", None)
     names = list(spots)
     points = place(np.array(list(spots.values())).reshape(-1, 2))
@@ -255,29 +239,17 @@ def _point_out(
         book.tag(stand, book.y + 18.0, names[at], dark=True)
 
 
-def _on_sheet(plan: dict[str, Any], piece: dict[str, Any], points: FloatArray) -> FloatArray:
-    """Return where points of a piece stand on its sheet."""
-    sheet = next(one for one in plan["sheets"] if one["sheet"] == piece["sheet"])
-    placement = piece["placement"]
-    turn = np.radians(placement["rotation_deg"])
-    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    placed = points @ rotation + (placement["x_mm"], placement["y_mm"])
-    if sheet["mirrored"]:
-        placed = placed * (-1.0, 1.0) + (sheet["width_mm"], 0.0)
-    return np.asarray(placed, dtype=np.float64)
-
-
-def _levelling(one: Drawn) -> FloatArray:
-    """Return the turn that lays a piece level, to the right of points."""
-    _, _, axes = np.linalg.svd(one.outline - one.outline.mean(axis=0), full_matrices=False)
+def _levelling(outline: FloatArray) -> FloatArray:
+    """Return the turn that lays an outline level, to the right of points."""
+    _, _, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
     x, y = axes[0] * (1.0 if axes[0, 0] >= 0.0 else -1.0)
     return np.array([[x, -y], [y, x]])
 
 
-def _signs(plan: dict[str, Any], piece: dict[str, Any]) -> list[tuple[str, str]]:
+def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str]]:
     """Say what the marks on a piece mean, each with an example from the piece itself."""
-    labels = {label["kind"]: label["text"] for label in reversed(piece["labels"])}
-    inside = any(sheet["mirrored"] for sheet in plan["sheets"])
+    labels = {label.kind: label.text for label in reversed(piece.labels)}
+    inside = any(sheet.mirrored for sheet in crossing_map.sheets)
     signs = []
     face = "inside" if inside else "outside"
     if labels:
@@ -288,34 +260,33 @@ def _signs(plan: dict[str, Any], piece: dict[str, Any]) -> list[tuple[str, str]]
         signs.append(
             (
                 "1 Id",
-                f"{piece['id']}: the letters name the thread, the number the piece along it. The "
+                f"{piece.id}: the letters name the thread, the number the piece along it. The "
                 "arrow shows the way along the thread: stations are counted along it from 0.",
             )
         )
     if "joint" in labels:
-        key = next(key for key in piece["joints"] if key is not None)
-        joint = next(one for one in plan["joints"] if one["id"] == key)
-        mate = next((one for one in joint["pieces"] if one != piece["id"]), piece["id"])
+        key = next(key for key in piece.joints if key is not None)
+        mate = next(joint for joint in crossing_map.joints if joint.id == key).mate(piece.id)
         signs.append(
             ("2 Joint", f"#{key}>{mate}: at this end joint {key} is made, with piece {mate}.")
         )
-    station = piece["stations"][0]
+    station = piece.stations[0]
     if "partner" in labels or "sign" in labels:
-        word = "over" if station["over"] else "under"
+        word = "over" if station.over else "under"
         signs.append(
             (
                 "3 Crossing",
                 "At each crossing stands whom the piece meets, after a small picture of the "
                 "crossing with this piece along the text: whole where it passes over, interrupted "
-                f"where it passes under. At its first station {piece['id']} passes {word} "
-                f"{station['partner']}.",
+                f"where it passes under. At its first station {piece.id} passes {word} "
+                f"{station.partner}.",
             )
         )
     if len(labels) > 1:
         signs.append(
             ("4 Ticks", "At both edges beside a crossing: one tick means over, two mean under.")
         )
-    if any(joint["kind"] == "glue" for joint in plan["joints"]):
+    if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         signs.append(
             (
                 "Cross",
@@ -323,6 +294,6 @@ def _signs(plan: dict[str, Any], piece: dict[str, Any]) -> list[tuple[str, str]]
                 "piece's end comes to lie at the long ticks.",
             )
         )
-    if any(one["hole_mm"] for one in piece["stations"]):
+    if any(station.hole_mm for station in piece.stations):
         signs.append(("5 Hole", "A fastener holds all layers of the crossing: hole upon hole."))
     return signs

@@ -40,7 +40,7 @@ def place_across(outlines: dict[str, FloatArray]) -> dict[str, tuple[float, floa
     >>> [round(float(value), 1) for value in place_across({"A1": strip})["A1"]]
     [50.0, 1.0, 0.0]
     """
-    found: dict[str, tuple[float, float, float]] = {}
+    places: dict[str, tuple[float, float, float]] = {}
     taken = np.full((1, 2), np.inf)
     for key, outline in outlines.items():
         reach = text_width(key, PLATE, bold=True) / 2
@@ -53,11 +53,11 @@ def place_across(outlines: dict[str, FloatArray]) -> dict[str, tuple[float, floa
             if clear > best:
                 best, chosen = clear, spots
                 angle = upright(float(np.degrees(np.arctan2(way[1], way[0]))))
-                found[key] = float(middle[0]), float(middle[1]), angle
+                places[key] = float(middle[0]), float(middle[1]), angle
             if clear >= PLATE:
                 break
         taken = np.concatenate((taken, chosen))
-    return found
+    return places
 
 
 def _candidates(outline: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
@@ -84,11 +84,11 @@ def _rails(outline: FloatArray) -> tuple[FloatArray, FloatArray]:
     closed = np.concatenate((outline, outline[:1]))
     half = border[-1] / 2
     starts = np.arange(0.0, half, half / 64)
-    one, other = (
+    ends, opposite = (
         np.column_stack([np.interp(at, border, closed[:, axis]) for axis in (0, 1)])
         for at in (starts, starts + half)
     )
-    start = float(starts[np.argmax(np.linalg.norm(one - other, axis=1))])
+    start = float(starts[np.argmax(np.linalg.norm(ends - opposite, axis=1))])
     ways = np.linspace(0.0, half, 65)
     there, back = (
         np.column_stack([np.interp(at % border[-1], border, closed[:, axis]) for axis in (0, 1)])

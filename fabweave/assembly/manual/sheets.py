@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.labels.titles import Title, place_titles
+from fabweave.flat.crossing_map import CrossingMap
 
 PARTS, SHEETS = "Parts list", "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
@@ -26,7 +26,7 @@ _FLAT_MM = 0.1
 
 
 @frozen_value
-class Drawn:
+class DrawnPiece:
     """A piece as it is drawn on its sheet.
 
     Parameters
@@ -49,10 +49,10 @@ class Drawn:
         return (self.outline.min(axis=0) + self.outline.max(axis=0)) / 2.0
 
 
-def drawn_pieces(drawing: SheetDrawing) -> dict[str, Drawn]:
-    """Return the pieces of a sheet."""
-    found = {}
-    for piece in drawing.pieces:
+def drawn_pieces(*drawings: SheetDrawing) -> dict[str, DrawnPiece]:
+    """Return the pieces of sheets, by their ids."""
+    drawn = {}
+    for piece in (piece for drawing in drawings for piece in drawing.pieces):
         lines, holes, outline = [], [], np.zeros((0, 2))
         for entity in piece.entities:
             if isinstance(entity, Circle):
@@ -64,16 +64,16 @@ def drawn_pieces(drawing: SheetDrawing) -> dict[str, Drawn]:
             else:
                 closed = isinstance(entity, Polyline) and entity.closed
                 lines.append((entity.layer, np.vstack((points, points[:1])) if closed else points))
-        found[piece.piece_id] = Drawn(tuple(lines), np.array(holes).reshape(-1, 3), outline)
-    return found
+        drawn[piece.piece_id] = DrawnPiece(tuple(lines), np.array(holes).reshape(-1, 3), outline)
+    return drawn
 
 
-def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawing]) -> None:
+def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
     """Write the parts list: every piece to one scale, with its length, stations and place."""
-    drawn = {key: one for drawing in drawings for key, one in drawn_pieces(drawing).items()}
-    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
-    alike = Counter(piece["kind"] for piece in plan["pieces"])
-    level = {key: levelled(one.outline) for key, one in drawn.items()}
+    drawn = drawn_pieces(*drawings)
+    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
+    alike = Counter(piece.kind for piece in crossing_map.pieces)
+    level = {key: levelled(piece.outline) for key, piece in drawn.items()}
     cell = (book.right - book.left) / _COLUMNS
     scale = (cell - 14.0) / max(float(np.ptp(points[:, 0])) for points in level.values())
     book.page(PARTS)
@@ -88,13 +88,13 @@ def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawin
         size=SMALL,
     )
     book.y -= 8.0
-    pieces = plan["pieces"]
+    pieces = crossing_map.pieces
     for first in range(0, len(pieces), _COLUMNS):
         row = pieces[first : first + _COLUMNS]
-        high = max(float(np.ptp(level[piece["id"]][:, 1])) for piece in row) * scale
+        high = max(float(np.ptp(level[piece.id][:, 1])) for piece in row) * scale
         book.room(high + _TEXTS, PARTS)
         for column, piece in enumerate(row):
-            key = piece["id"]
+            key = piece.id
             points = level[key]
             x = book.left + column * cell
             shift = np.array([x, book.y - high]) - points.min(axis=0) * scale
@@ -105,13 +105,13 @@ def write_parts(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawin
                 x + text_width(key, 12.0, bold=True) + 6.0,
                 y,
                 f"{np.ptp(points[:, 0]):.0f} mm, "
-                + agree(len(piece["stations"]), "{n} [station|stations]"),
+                + agree(len(piece.stations), "{n} [station|stations]"),
                 size=SMALL,
             )
             across, up = drawn[key].middle.tolist()
-            place = f"{names[piece['sheet']]} at {across:.0f}, {up:.0f}"
-            if alike[piece["kind"]] > 1:
-                place += f", kind {piece['kind']} (x {alike[piece['kind']]})"
+            place = f"{names[piece.sheet]} at {across:.0f}, {up:.0f}"
+            if alike[piece.kind] > 1:
+                place += f", kind {piece.kind} (x {alike[piece.kind]})"
             book.text(x, y - LEADING * SMALL, place, size=SMALL)
         book.y -= high + _TEXTS
 
@@ -129,11 +129,11 @@ def levelled(outline: FloatArray) -> FloatArray:
     return np.asarray(outline @ np.array([[x, -y], [y, x]]))
 
 
-def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawing]) -> None:
+def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
     """Draw every sheet with the names of its pieces, and list them to be ticked when peeled."""
-    margin_mm = plan["layout"]["margin_mm"]
-    several = len({(sheet["material"], sheet["thickness_mm"]) for sheet in plan["sheets"]}) > 1
-    for sheet, drawing in zip(plan["sheets"], drawings, strict=True):
+    margin_mm = crossing_map.layout.margin_mm
+    several = len({(sheet.material, sheet.thickness_mm) for sheet in crossing_map.sheets}) > 1
+    for sheet, drawing in zip(crossing_map.sheets, drawings, strict=True):
         titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
         drawn = drawn_pieces(drawing)
         keys = sorted(drawn, key=_natural)
@@ -143,16 +143,16 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
         tiles = _tiles(book, drawing, drawn, titles, reserved)
         for number, tile in enumerate(tiles, start=1):
             book.page(SHEETS)
-            frame = _Placed(book, tile.low, tile.size, reserved)
+            frame = _Frame(book, tile.low, tile.size, reserved)
             book.y -= 14.0
             part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
-            mirrored = ", mirrored, as it is cut" if sheet["mirrored"] else ""
-            told = f", {sheet['material']} {sheet['thickness_mm']:g} mm" if several else ""
+            mirrored = ", mirrored, as it is cut" if sheet.mirrored else ""
+            material = f", {sheet.material} {sheet.thickness_mm:g} mm" if several else ""
             turned = ", its left edge below" if frame.quarter else ""
             book.text(
                 book.left,
                 book.y,
-                f"{sheet['name']}{part}: {drawing.width_mm:g} x {drawing.height_mm:g} mm{told}"
+                f"{sheet.name}{part}: {drawing.width_mm:g} x {drawing.height_mm:g} mm{material}"
                 f"{mirrored}{turned}, scale 1 : {72.0 / 25.4 / frame.scale:.1f}",
                 bold=True,
             )
@@ -164,7 +164,7 @@ def write_sheets(book: Book, plan: dict[str, Any], drawings: Sequence[SheetDrawi
             write_stock(book, sheet)
         if rows > _SHORT_LIST:
             book.page(SHEETS)
-        write_ticks(book, sheet["name"], keys)
+        write_ticks(book, sheet.name, keys)
 
 
 @frozen_value
@@ -179,7 +179,7 @@ class _Tile:
 def _tiles(
     book: Book,
     drawing: SheetDrawing,
-    drawn: dict[str, Drawn],
+    drawn: dict[str, DrawnPiece],
     titles: dict[str, Title],
     reserved: float,
 ) -> list[_Tile]:
@@ -195,28 +195,28 @@ def _tiles(
         return [_Tile(np.zeros(2), size, list(drawn))]
     tiles = []
     for number in range(count):
-        own = [
-            key for key, one in drawn.items()
-            if min(int(one.middle[axis] / part[axis]), count - 1) == number
+        keys = [
+            key for key, piece in drawn.items()
+            if min(int(piece.middle[axis] / part[axis]), count - 1) == number
         ]  # fmt: skip
-        if own:
-            corners = np.concatenate([drawn[key].outline for key in own])
+        if keys:
+            corners = np.concatenate([drawn[key].outline for key in keys])
             low, high = np.zeros(2), size.copy()
             low[axis], high[axis] = corners[:, axis].min() - 2.0, corners[:, axis].max() + 2.0
-            tiles.append(_Tile(low, high - low, own))
+            tiles.append(_Tile(low, high - low, keys))
     return tiles
 
 
 def _write_titles(
-    book: Book, frame: "_Placed", drawn: dict[str, Drawn], titles: dict[str, Title]
+    book: Book, frame: "_Frame", drawn: dict[str, DrawnPiece], titles: dict[str, Title]
 ) -> None:
     """Write the id of each piece, never on its head: inside it, or across it where it is narrow."""
     narrow: dict[str, FloatArray] = {}
-    for key, one in drawn.items():
+    for key, piece in drawn.items():
         title = titles.get(key) or Title(0.0, 0.0, height_mm=0.0)
         size = min(title.height_mm * frame.scale, _LARGEST)
         if size < _READABLE:
-            narrow[key] = frame.at(one.outline)
+            narrow[key] = frame.at(piece.outline)
             continue
         angle = upright(title.angle_deg + (90.0 if frame.quarter else 0.0))
         ((x, y),) = frame.at(np.array([[title.x, title.y]])).tolist()
@@ -234,7 +234,7 @@ def fitting_scale(book: Book, size: FloatArray, reserved: float) -> float:
     return min(room[0] / float(size.min()), room[1] / float(size.max()))
 
 
-class _Placed:
+class _Frame:
     """An area of a sheet on the page, turned by a quarter if it is wide."""
 
     def __init__(self, book: Book, low: FloatArray, size: FloatArray, reserved: float) -> None:

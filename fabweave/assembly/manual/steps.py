@@ -1,14 +1,20 @@
 """Write the steps of the manual: a picture, what to do, and a box to tick."""
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 from PIL import Image, ImageChops
 
 from fabweave.assembly.manual.book import LEADING, SMALL, TEXT, Book, tag_size, wrapped
 from fabweave.assembly.manual.views import PICTURE_PX, StepPicture
 from fabweave.core.messages import agree
+from fabweave.flat.crossing_map import (
+    CrossingMap,
+    JointRecord,
+    PieceRecord,
+    StationRecord,
+    StepRecord,
+)
 from fabweave.picture.camera import View
 
 SECTION = "Steps"
@@ -22,7 +28,7 @@ _PATCH = 0.12
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
-def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -> None:
+def write_steps(book: Book, crossing_map: CrossingMap, pictures: list[StepPicture]) -> None:
     """Write all steps, as many on a page as there is room for."""
     book.page(SECTION)
     book.y = book.block(
@@ -35,21 +41,21 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
         size=SMALL,
     )
     book.y -= _GAP
-    parts = {piece["id"]: piece for piece in plan["pieces"]}
-    joints = {joint["id"]: joint for joint in plan["joints"]}
-    strands = strand_pieces(plan)
+    parts = {piece.id: piece for piece in crossing_map.pieces}
+    joints = {joint.id: joint for joint in crossing_map.joints}
+    strands = strand_pieces(crossing_map)
     there: set[str] = set()
     drawn = _Pictures(book)
     high = (book.top - book.foot) / _ON_A_PAGE - _GAP - 0.1
     wide = high * PICTURE_PX[0] / PICTURE_PX[1]
     x = book.left + wide + 12.0
     room = book.right - x
-    for step, picture in zip(plan["steps"], pictures, strict=True):
+    for step, picture in zip(crossing_map.steps, pictures, strict=True):
         turn = turn_words(picture.view) if picture.turned else ""
-        there.update(step["pieces"])
-        rows = [placing(parts[key], step, joints, strands, there) for key in step["pieces"]]
+        there.update(step.pieces)
+        rows = [placing(parts[key], step, joints, strands, there) for key in step.pieces]
         fasten = _fastening(step)
-        size = _NUMBER + 8.0 + LEADING * TEXT * len(wrapped(step["text"], TEXT, room)) + 6.0
+        size = _NUMBER + 8.0 + LEADING * TEXT * len(wrapped(step.text, TEXT, room)) + 6.0
         size += sum(_lines(line, room - _BOX - 4.0) + 3.0 for line in rows)
         size += _lines(turn, room, bold=True) + 3.0 + _lines(fasten, room)
         book.room(max(size, high), SECTION)
@@ -57,12 +63,12 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
         drawn.draw(picture, book.left, top - high, (wide, high))
         _tag_picture(book, picture, book.left, top - high, (wide, high))
         y = top - _NUMBER
-        book.text(x, y + 3.0, f"Step {step['step']}", size=_NUMBER, bold=True)
+        book.text(x, y + 3.0, f"Step {step.number}", size=_NUMBER, bold=True)
         book.tick_box(book.right - _BOX - 1.0, y + 3.0, _BOX)
         y -= 4.0
         if turn:
             y = book.block(x, y, turn, room, size=SMALL, bold=True) - 3.0
-        y = book.block(x, y, step["text"], room) - 6.0
+        y = book.block(x, y, step.text, room) - 6.0
         for line in rows:
             book.tick_box(x + 1.0, y - LEADING * SMALL + 2.0, 8.0)
             y = book.block(x + _BOX + 2.0, y, line, room - _BOX - 4.0, size=SMALL) - 3.0
@@ -72,19 +78,19 @@ def write_steps(book: Book, plan: dict[str, Any], pictures: list[StepPicture]) -
         book.line([(book.left, book.y + _GAP / 2), (book.right, book.y + _GAP / 2)], grey=0.7)
 
 
-def strand_pieces(plan: dict[str, Any]) -> dict[tuple[int, bool], list[str]]:
+def strand_pieces(crossing_map: CrossingMap) -> dict[tuple[int, bool], list[str]]:
     """Return the pieces of each strand: crossing, and whether it is the one on top."""
-    found: dict[tuple[int, bool], list[str]] = {}
-    for piece in plan["pieces"]:
-        for station in piece["stations"]:
-            found.setdefault((station["crossing"], station["over"]), []).append(piece["id"])
-    return found
+    strands: dict[tuple[int, bool], list[str]] = {}
+    for piece in crossing_map.pieces:
+        for station in piece.stations:
+            strands.setdefault((station.crossing, station.over), []).append(piece.id)
+    return strands
 
 
 def placing(
-    piece: dict[str, Any],
-    step: dict[str, Any],
-    joints: dict[int, Any],
+    piece: PieceRecord,
+    step: StepRecord,
+    joints: Mapping[int, JointRecord],
     strands: dict[tuple[int, bool], list[str]],
     there: set[str],
 ) -> str:
@@ -92,11 +98,9 @@ def placing(
 
     Parameters
     ----------
-    piece : dict
-        The piece, as in the crossing map.
-    step : dict
-        The step.
-    joints : dict from id to joint
+    piece : PieceRecord
+    step : StepRecord
+    joints : mapping from id to JointRecord
         All joints.
     strands : dict
         The pieces of each strand, from ``strand_pieces``.
@@ -108,28 +112,27 @@ def placing(
     str
         Such as ``"C1 (sheet 2): over E1 at 39; joint #12 with C4"``.
     """
-    said = []
-    for word, passing in (("over", True), ("under", False)):
+    clauses = []
+    for word, passing, crossings in (("over", True, step.over), ("under", False, step.under)):
         named = [
-            f"{' and '.join(_met(station, strands, there))} at {station['crossing']}"
-            for station in piece["stations"]
-            if station["over"] == passing and station["crossing"] in step[word]
+            f"{' and '.join(_met(station, strands, there))} at {station.crossing}"
+            for station in piece.stations
+            if station.over == passing and station.crossing in crossings
         ]
         if named:
-            said.append(f"{word} {', '.join(named)}")
-    for key in dict.fromkeys(piece["joints"]):
-        if key in step["joints"]:
-            first, second = joints[key]["pieces"]
-            mate = second if first == piece["id"] else first
-            said.append(f"joint #{key} with {'itself' if mate == piece['id'] else mate}")
-    return f"{piece['id']} (sheet {piece['sheet']}): {'; '.join(said) or 'lay it down'}"
+            clauses.append(f"{word} {', '.join(named)}")
+    for key in dict.fromkeys(piece.joints):
+        if key in step.joints:
+            mate = joints[key].mate(piece.id)
+            clauses.append(f"joint #{key} with {'itself' if mate == piece.id else mate}")
+    return f"{piece.id} (sheet {piece.sheet}): {'; '.join(clauses) or 'lay it down'}"
 
 
 def _met(
-    station: dict[str, Any], strands: dict[tuple[int, bool], list[str]], there: set[str]
+    station: StationRecord, strands: dict[tuple[int, bool], list[str]], there: set[str]
 ) -> list[str]:
     """Return the pieces in place that a station meets: two at a joint."""
-    pieces = strands[station["crossing"], not station["over"]]
+    pieces = strands[station.crossing, not station.over]
     return list(dict.fromkeys(key for key in pieces if key in there))
 
 
@@ -148,12 +151,12 @@ def turn_words(view: View) -> str:
     return f"Turn the object: seen from the {side}, {high}."
 
 
-def _fastening(step: dict[str, Any]) -> str:
+def _fastening(step: StepRecord) -> str:
     """Say at which crossings the last layer has come."""
-    if not step["fasten"]:
+    if not step.fasten:
         return ""
-    listed = ", ".join(str(key) for key in step["fasten"])
-    return agree(len(step["fasten"]), f"All layers are there at [crossing|crossings] {listed}.")
+    listed = ", ".join(str(key) for key in step.fasten)
+    return agree(len(step.fasten), f"All layers are there at [crossing|crossings] {listed}.")
 
 
 def _lines(text: str, width: float, *, bold: bool = False) -> float:
@@ -226,7 +229,7 @@ def _spots(at: tuple[float, float]) -> Iterator[tuple[float, float]]:
 
 
 def _overlap(
-    one: tuple[float, float, float, float], other: tuple[float, float, float, float]
+    box: tuple[float, float, float, float], other: tuple[float, float, float, float]
 ) -> bool:
     """Return whether two boxes touch."""
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+    return box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]

@@ -1,9 +1,8 @@
 """Write the crossing tables of the manual: each piece station by station."""
 
-from typing import Any
-
 from fabweave.assembly.manual.book import SMALL, Book
 from fabweave.assembly.stations import StationRow, piece_stations
+from fabweave.flat.crossing_map import CrossingMap
 
 SECTION = "Crossing tables"
 _COLUMNS, _ROW, _HEAD, _GAP = 2, 11.5, 27.0, 9.0
@@ -13,7 +12,7 @@ _STOPS = (0.0, 0.09, 0.24, 0.38, 0.62, 0.86)
 _NAMES = ("st.", "crossing", "mm", "passes", "joint", "step")
 
 
-def write_tables(book: Book, plan: dict[str, Any]) -> None:
+def write_tables(book: Book, crossing_map: CrossingMap) -> None:
     """Write for every piece its stations, in columns."""
     book.page(SECTION)
     book.y = book.block(
@@ -27,7 +26,7 @@ def write_tables(book: Book, plan: dict[str, Any]) -> None:
     )
     wide = (book.right - book.left + 18.0) / _COLUMNS
     top, column, y = book.y - 6.0, 0, book.y - 6.0
-    for key, rows in piece_stations(plan).items():
+    for key, rows in piece_stations(crossing_map).items():
         left = list(rows)
         while left:
             fits = int((y - book.foot - _HEAD) / _ROW)

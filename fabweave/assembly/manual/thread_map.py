@@ -1,11 +1,12 @@
 """Draw the map of the manual: each thread as a band with its pieces, joints and crossings."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from fabweave.assembly.manual.book import SMALL, Book, text_width
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
+from fabweave.flat.crossing_map import CrossingMap, PieceRecord, ThreadRecord
 
 MAP = "Threads and their pieces"
 #: Least and greatest distance of crossings along a band, in points, and the band's half width.
@@ -29,30 +30,29 @@ class _Stop:
     joint: int | None
 
 
-def thread_stops(thread: dict[str, Any], pieces: dict[str, Any]) -> list[_Stop]:
+def thread_stops(thread: ThreadRecord, pieces: Mapping[str, PieceRecord]) -> list[_Stop]:
     """Return the crossings of a thread in order, those of joints once.
 
     A closed thread ends with the joint at which it began.
 
     Parameters
     ----------
-    thread : dict
-        As in the crossing map.
-    pieces : dict from id to piece
-        As in the crossing map.
+    thread : ThreadRecord
+    pieces : mapping from id to PieceRecord
+        All pieces.
     """
     stops: list[_Stop] = []
-    for key in thread["pieces"]:
+    for key in thread.pieces:
         piece = pieces[key]
-        shared = 1 if stops and piece["joints"][0] is not None else 0
+        shared = 1 if stops and piece.joints[0] is not None else 0
         stops += [
-            _Stop(one["crossing"], one["over"], key, one["joint"])
-            for one in piece["stations"][shared:]
+            _Stop(station.crossing, station.over, key, station.joint)
+            for station in piece.stations[shared:]
         ]
     return stops
 
 
-def write_map(book: Book, plan: dict[str, Any], colours: Colours) -> None:
+def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
     """Draw each thread as a band of its colour, with its pieces, joints and crossings in order."""
     book.page(MAP)
     book.y = book.block(
@@ -65,19 +65,19 @@ def write_map(book: Book, plan: dict[str, Any], colours: Colours) -> None:
         book.right - book.left,
         size=SMALL,
     )
-    pieces = {piece["id"]: piece for piece in plan["pieces"]}
+    pieces = {piece.id: piece for piece in crossing_map.pieces}
     wide = book.right - book.left
     per_row = int(wide / _PITCH) - 1
-    for thread, colour in zip(plan["threads"], colours.tolist(), strict=True):
+    for thread, colour in zip(crossing_map.threads, colours.tolist(), strict=True):
         stops = thread_stops(thread, pieces)
         book.room(_HEAD + _ABOVE + _BELOW, MAP)
         book.y -= _HEAD
-        name = f"Thread {thread['label']}"
+        name = f"Thread {thread.label}"
         book.text(book.left, book.y, name, size=12.0, bold=True)
-        told = "ring" if thread["closed"] else "open"
-        told += agree(len(thread["pieces"]), ", {n} [piece|pieces]")
-        told += agree(len(set(thread["crossings"])), ", {n} [crossing|crossings]")
-        book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y, told, size=SMALL)
+        figures = "ring" if thread.closed else "open"
+        figures += agree(len(thread.pieces), ", {n} [piece|pieces]")
+        figures += agree(len(set(thread.crossings)), ", {n} [crossing|crossings]")
+        book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y, figures, size=SMALL)
         pitch = max(_PITCH, min(_WIDEST, wide / (len(stops) + 1)))
         start = 0
         while start < len(stops):

@@ -8,6 +8,7 @@ from PIL import Image
 
 from fabweave.assembly.manual.pixels import GREY_STEP
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
 from fabweave.flat.unfold.stretch import piece_stretches
 from fabweave.picture.camera import Frame, View, frame_object
@@ -68,9 +69,9 @@ class StepPicture:
 
 
 def step_pictures(
-    ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], plan: dict[str, Any]
+    ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], crossing_map: CrossingMap
 ) -> list[StepPicture]:
-    """Make the picture of every step of a plan.
+    """Make the picture of every step.
 
     All pieces that are there are light, the new ones dark; what is still to come is a faint
     ground. Views are chosen so that new pieces are seen and the object is turned seldom: the
@@ -82,25 +83,24 @@ def step_pictures(
         The ribbons in space.
     pieces : sequence of Piece
         All pieces of the job.
-    plan : dict
-        The crossing map.
+    crossing_map : CrossingMap
 
     Returns
     -------
     list of StepPicture
         One for each step.
     """
-    scene = _scene(ribbons, weave, pieces, plan)
+    scene = _scene(ribbons, weave, pieces, crossing_map)
     seen = np.array([_seen(scene, view) for view in VIEWS])
     chosen = choose_views(seen[:, :, 0], seen[:, :, 1])
     numbers = {piece.id: number for number, piece in enumerate(pieces)}
-    positions = {joint["id"]: ribbons.centre[joint["crossing"]] for joint in plan["joints"]}
-    result: list[StepPicture | None] = [None] * len(plan["steps"])
+    positions = {joint.id: ribbons.centre[joint.crossing] for joint in crossing_map.joints}
+    result: list[StepPicture | None] = [None] * len(crossing_map.steps)
     for number in np.unique(chosen).tolist():
-        own = np.flatnonzero(chosen == number).tolist()
+        steps = np.flatnonzero(chosen == number).tolist()
         layers = _Layers(scene, VIEWS[number])
-        for at in own:
-            step = plan["steps"][at]
+        for at in steps:
+            step = crossing_map.steps[at]
             layers.place_until(at)
             result[at] = StepPicture(
                 layers.image(at),
@@ -108,12 +108,12 @@ def step_pictures(
                 at > 0 and chosen[at] != chosen[at - 1],
                 {
                     key: place
-                    for key in step["pieces"]
+                    for key in step.pieces
                     if (place := layers.middle(numbers[key])) is not None
                 },
                 {
                     key: place
-                    for key in step["joints"]
+                    for key in step.joints
                     if (place := layers.spot(positions[key])) is not None
                 },
             )
@@ -172,10 +172,12 @@ class _Scene:
     step_of_piece: IntArray
 
 
-def _scene(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], plan: dict[str, Any]) -> _Scene:
+def _scene(
+    ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece], crossing_map: CrossingMap
+) -> _Scene:
     """Return all pieces in space."""
     vertices, triangles, _ = ribbon_triangles(ribbons)
-    placed = {key: at for at, step in enumerate(plan["steps"]) for key in step["pieces"]}
+    placed = {key: at for at, step in enumerate(crossing_map.steps) for key in step.pieces}
     step_of_piece = np.array([placed[piece.id] for piece in pieces], dtype=np.int64)
     rung, piece = piece_stretches(ribbons, weave, pieces).quads()
     # Each quad is two triangles; rungs that nothing follows begin none.
@@ -265,10 +267,10 @@ class _Layers:
     def place_until(self, step: int) -> None:
         """Place the pieces of all steps up to one."""
         low, high = self._at, int(self._bounds[step + 1])
-        own = slice(low, high)
+        events = slice(low, high)
         # A later step's piece is nearer, so the last write counts.
-        self._shown[self._pixel[own]] = self._triangle[own]
-        self._depth[self._pixel[own]] = self._near[own]
+        self._shown[self._pixel[events]] = self._triangle[events]
+        self._depth[self._pixel[events]] = self._near[events]
         self._at = high
 
     def image(self, step: int) -> Image.Image:
@@ -327,10 +329,10 @@ def _shaped(values: Any) -> Any:
 
 def _changes(values: IntArray) -> BoolArray:
     """Return pixels whose right or lower neighbour has another value."""
-    found = np.zeros(values.shape, dtype=bool)
-    found[:, :-1] |= values[:, :-1] != values[:, 1:]
-    found[:-1] |= values[:-1] != values[1:]
-    return found
+    changes = np.zeros(values.shape, dtype=bool)
+    changes[:, :-1] |= values[:, :-1] != values[:, 1:]
+    changes[:-1] |= values[:-1] != values[1:]
+    return changes
 
 
 def _border(inside: BoolArray) -> BoolArray:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from fabweave.assembly.manual.book import Book
 from fabweave.assembly.manual.cover import Facts, write_cover, write_legend
@@ -12,13 +11,14 @@ from fabweave.assembly.manual.tables import write_tables
 from fabweave.assembly.manual.thread_map import write_map
 from fabweave.assembly.manual.views import StepPicture, step_pictures
 from fabweave.cut.drawing import SheetDrawing
+from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
 
 def manual_pdf(
-    plan: dict[str, Any],
+    crossing_map: CrossingMap,
     facts: Facts,
     drawings: Sequence[SheetDrawing],
     pictures: Sequence[StepPicture],
@@ -32,8 +32,7 @@ def manual_pdf(
 
     Parameters
     ----------
-    plan : dict
-        The crossing map.
+    crossing_map : CrossingMap
     facts : Facts
         What it tells besides.
     drawings : sequence of SheetDrawing
@@ -48,25 +47,24 @@ def manual_pdf(
         The same for the same input. Its texts are in the fonts that every reader has.
     """
     book = Book(paper, facts.title)
-    write_cover(book, plan, facts)
-    drawn = {key: one for drawing in drawings for key, one in drawn_pieces(drawing).items()}
-    write_legend(book, plan, drawn)
-    write_map(book, plan, facts.colours)
-    write_parts(book, plan, drawings)
-    write_sheets(book, plan, drawings)
-    write_steps(book, plan, list(pictures))
-    write_tables(book, plan)
+    write_cover(book, crossing_map, facts)
+    write_legend(book, crossing_map, drawn_pieces(*drawings))
+    write_map(book, crossing_map, facts.colours)
+    write_parts(book, crossing_map, drawings)
+    write_sheets(book, crossing_map, drawings)
+    write_steps(book, crossing_map, list(pictures))
+    write_tables(book, crossing_map)
     return book.finish()
 
 
 def write_manual(
     path: Path,
-    plan: dict[str, Any],
+    crossing_map: CrossingMap,
     facts: Facts,
     drawings: Sequence[SheetDrawing],
     woven: tuple[Ribbons, Weave, Sequence[Piece]],
     paper: str,
 ) -> None:
     """Make the pictures of the steps and write the manual; see ``manual_pdf``."""
-    pictures = step_pictures(*woven, plan)
-    path.write_bytes(manual_pdf(plan, facts, drawings, pictures, paper=paper))
+    pictures = step_pictures(*woven, crossing_map)
+    path.write_bytes(manual_pdf(crossing_map, facts, drawings, pictures, paper=paper))

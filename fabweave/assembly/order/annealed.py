@@ -25,8 +25,8 @@ class _Search:
         self.enclosed = enclosed
         self.component = contacts.component.tolist()
         self.size = [0] * (max(self.component, default=-1) + 1)
-        for own in self.component:
-            self.size[own] += 1
+        for number in self.component:
+            self.size[number] += 1
         self.place = [0.0] * len(order)
         self.factor = [1.0] * len(order)
         self.spread(order)
@@ -53,9 +53,9 @@ class _Search:
         """Give the pieces of each component evenly spread places, without changing their order."""
         done = [0] * len(self.size)
         for piece in order:
-            own = self.component[piece]
-            done[own] += 1
-            self.put(piece, done[own] / (self.size[own] + 1))
+            number = self.component[piece]
+            done[number] += 1
+            self.put(piece, done[number] / (self.size[number] + 1))
 
     def put(self, piece: int, place: float) -> None:
         """Give a piece a place."""
@@ -65,8 +65,8 @@ class _Search:
 
     def effort(self, piece: int, state: int) -> tuple[float, float]:
         """Work an effort out, and keep it."""
-        found = self.known[piece][state] = piece_effort(self.contacts.n_stations[piece], state)
-        return found
+        effort = self.known[piece][state] = piece_effort(self.contacts.n_stations[piece], state)
+        return effort
 
     def move(self, piece: int, dice: Random, heat: float) -> None:
         """Move a piece to a place among those that it meets, by the heat-bath rule.
@@ -75,12 +75,12 @@ class _Search:
         nothing that is there before it.
         """
         place, state, known, factor = self.place, self.state, self.known, self.factor
-        met = sorted([(place[one[0]], one) for one in self.contacts.meets[piece]])
-        own, last = place[piece], len(met)
+        met = sorted([(place[contact[0]], contact) for contact in self.contacts.meets[piece]])
+        before, last = place[piece], len(met)
         # First the piece comes before all that it meets, then after one of them more each time.
         total, steps, bare = 0.0, [0.0], []
         for at, (where, (other, _, there)) in enumerate(met):
-            after = own < where
+            after = before < where
             if self.before[other] == after:  # nothing else is there before it
                 last = min(last, at)
             without = state[other] ^ there if after else state[other]
@@ -103,7 +103,7 @@ class _Search:
         best = min(worth)
         chosen, target, mine = dice.choices(ways, [math.exp((best - x) / heat) for x in worth])[0]
         for at, (where, (other, _, there)) in enumerate(met):
-            self.before[other] += (at >= chosen) - (own < where)
+            self.before[other] += (at >= chosen) - (before < where)
             state[other] = bare[at] ^ there if at >= chosen else bare[at]
         self.before[piece] = chosen
         state[piece] = mine

@@ -57,7 +57,7 @@ def find_contacts(pieces: Sequence[Piece]) -> Contacts:
             carriers.setdefault(strand, []).append((number, station))
     begins = {piece.start_joint: number for number, piece in enumerate(pieces)}
     ends = {piece.end_joint: number for number, piece in enumerate(pieces)}
-    alone, found = [], []
+    alone, contacts = [], []
     for number, piece in enumerate(pieces):
         bits = State(len(piece.crossings))
         met: dict[int, int] = {}
@@ -74,10 +74,10 @@ def find_contacts(pieces: Sequence[Piece]) -> Contacts:
             if joint is not None:
                 met[others[joint]] = met.get(others[joint], 0) | bits.mate(end=end)
         alone.append(met.pop(number, 0))
-        found.append(met)
+        contacts.append(met)
     meets = tuple(
-        tuple((other, here, found[other][number]) for other, here in sorted(met.items()))
-        for number, met in enumerate(found)
+        tuple((other, here, contacts[other][number]) for other, here in sorted(met.items()))
+        for number, met in enumerate(contacts)
     )
     return Contacts(
         tuple(len(piece.crossings) for piece in pieces), tuple(alone), meets, _components(meets)

@@ -11,7 +11,7 @@ from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 
 
 @frozen_value
-class Measured:
+class MeasuredOrder:
     """An order and what it costs.
 
     Parameters
@@ -31,7 +31,7 @@ class Measured:
         return float(self.effort.sum())
 
 
-def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -> Measured:
+def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -> MeasuredOrder:
     """Measure the effort of an order.
 
     Parameters
@@ -45,7 +45,7 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
 
     Returns
     -------
-    Measured
+    MeasuredOrder
     """
     rank = {piece: at for at, piece in enumerate(order)}
     component = contacts.component.tolist()
@@ -58,10 +58,10 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
             if rank[other] < at:
                 state ^= here
         plain, behind = piece_effort(contacts.n_stations[piece], state)
-        own = component[piece]
-        placed[own] += 1
-        effort.append(plain + behind * (reach(placed[own] / size[own]) if enclosed else 1.0))
-    return Measured(np.array(order, dtype=np.int64), np.array(effort))
+        whole = component[piece]
+        placed[whole] += 1
+        effort.append(plain + behind * (reach(placed[whole] / size[whole]) if enclosed else 1.0))
+    return MeasuredOrder(np.array(order, dtype=np.int64), np.array(effort))
 
 
 def grow_order(contacts: Contacts, roots: Sequence[int]) -> list[int]:

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from fabweave.assembly.order.annealed import improve_order
 from fabweave.assembly.order.contacts import Contacts, find_contacts
-from fabweave.assembly.order.greedy import Measured, grow_order, measure_order
+from fabweave.assembly.order.greedy import MeasuredOrder, grow_order, measure_order
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.flat.piece import Piece
@@ -20,7 +20,7 @@ _NEARLY = 1.02
 
 
 @frozen_value
-class Order(Measured):
+class Order(MeasuredOrder):
     """An order of assembly, with what it costs and what naive orders would.
 
     Parameters
@@ -43,14 +43,6 @@ class Order(Measured):
         """The share of the better naive order's effort that is saved."""
         naive = min(self.by_thread, self.by_number)
         return 1.0 - self.total / naive if naive else 0.0
-
-    def record(self) -> dict[str, float]:
-        """Return the comparison as it stands in the crossing map."""
-        return {
-            "effort": round(self.total, 2),
-            "by_thread": round(self.by_thread, 2),
-            "by_number": round(self.by_number, 2),
-        }
 
 
 @dataclass(frozen=True)
@@ -138,10 +130,10 @@ def plan_order(
     return Order(best.order, best.effort, *naive)
 
 
-def _easy_end(tried: Sequence[Measured]) -> Measured:
+def _easy_end(tried: Sequence[MeasuredOrder]) -> MeasuredOrder:
     """Return the order whose last pieces are the easiest, of those that cost nearly the least."""
     if not tried:
-        return Measured(np.zeros(0, dtype=np.int64), np.zeros(0))
+        return MeasuredOrder(np.zeros(0, dtype=np.int64), np.zeros(0))
     least = min(order.total for order in tried)
     return min(
         (order for order in tried if order.total <= _NEARLY * least),
@@ -185,12 +177,12 @@ def _flat_roots(
             (points[:, :, None] * points[:, None, :]).reshape(-1, 9),
         )
     )
-    own = np.zeros((number, 13))
-    np.add.at(own, owner, moments)
+    sums = np.zeros((number, 13))
+    np.add.at(sums, owner, moments)
     rows = np.repeat(np.arange(number), [len(met) for met in contacts.meets])
     columns = np.array([other for met in contacts.meets for other, _, _ in met], dtype=np.int64)
     graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(number, number))
-    around = own + graph.tocsr() @ own
+    around = sums + graph.tocsr() @ sums
     mean = around[:, 1:4] / around[:, :1]
     spread = (around[:, 4:] / around[:, :1]).reshape(-1, 3, 3)
     spread -= mean[:, :, None] * mean[:, None, :]

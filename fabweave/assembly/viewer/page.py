@@ -11,11 +11,14 @@ from typing import Any
 import trimesh
 from trimesh.viewer import scene_to_html
 
+from fabweave.assembly.viewer.space import SpaceRecord
 from fabweave.core.colour_space import Colours
+from fabweave.core.records import to_json
+from fabweave.flat.crossing_map import CrossingMap
 
 SCHEMA = "fabweave.viewer/1"
 
-#: Numbers of the plan are rounded to a thousandth in the page, which is for looking.
+#: Numbers of the map are rounded to a thousandth in the page, which is for looking.
 _DECIMALS = 3
 
 #: Our own scripts, in the order in which they build on one another.
@@ -30,8 +33,8 @@ _THREE = re.compile(
 
 
 def viewer_page(
-    plan: dict[str, Any],
-    space: dict[str, Any],
+    crossing_map: CrossingMap,
+    space: SpaceRecord,
     *,
     title: str,
     colours: Colours,
@@ -41,10 +44,9 @@ def viewer_page(
 
     Parameters
     ----------
-    plan : dict
-        The crossing map.
-    space : dict
-        The pieces in space, from ``space_record``.
+    crossing_map : CrossingMap
+    space : SpaceRecord
+        The pieces in space.
     title : str
         Name of the job.
     colours : (T, 3) uint8 array
@@ -55,9 +57,9 @@ def viewer_page(
     Returns
     -------
     str
-        The page. It holds the whole plan, numbers rounded to a thousandth.
+        The page. It holds the whole map, numbers rounded to a thousandth.
     """
-    shown = _rounded(plan)
+    shown = _rounded(crossing_map.to_json())
     data = {
         "schema": SCHEMA,
         "title": title,
@@ -66,17 +68,17 @@ def viewer_page(
         "colours": ["#" + bytes(colour).hex() for colour in colours],
         "view_deg": list(view_deg),
         "plan": shown,
-        "space": space,
+        "space": to_json(space),
     }
     parts = {
         "TITLE": html.escape(title),
-        "STYLE": _own("page.css"),
+        "STYLE": _page_file("page.css"),
         "DATA": _compact(data),
         "THREE": three_script(),
-        "SCRIPT": "\n".join(_own(name) for name in _SCRIPTS),
+        "SCRIPT": "\n".join(_page_file(name) for name in _SCRIPTS),
     }
     # One pass, so that nothing that is put in is looked at again.
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _own("page.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
 
 
 def three_script() -> str:
@@ -93,11 +95,11 @@ def three_script() -> str:
     >>> three_script().count("Three.js Authors")
     1
     """
-    found = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
-    return found[0] if found else ""
+    script = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
+    return script[0] if script else ""
 
 
-def _own(name: str) -> str:
+def _page_file(name: str) -> str:
     """Return one of the files that the page is made of."""
     folder = resources.files("fabweave.assembly.viewer").joinpath("viewer_page")
     return folder.joinpath(name).read_text("utf-8")

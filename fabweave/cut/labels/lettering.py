@@ -18,10 +18,9 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray, frozen
 from fabweave.core.errors import InputError
 
-#: Grid units from the baseline to the top of a capital, between glyphs, and below the baseline.
+#: Grid units from the baseline to the top of a capital, and between glyphs.
 CAP_UNITS = 12
 GAP_UNITS = 3
-DESCENT_UNITS = 3
 
 # A character, its width, and its strokes; a stroke is a run of grid points.
 _DATA = """
@@ -150,7 +149,7 @@ def _glyphs(text: str) -> list[_Glyph]:
         missing = sorted({sign for sign in signs if sign not in _FONT})
         names = ", ".join(f"{sign!r} (U+{ord(sign):04X})" for sign in missing)
         raise InputError(
-            f"{len(missing)} character(s) of the text {text!r} cannot be lettered: {names}; "
+            f"{len(missing)} character(s) of the text {text!r} cannot be engraved: {names}; "
             f"use only {characters().strip()} and spaces"
         ) from None
 
@@ -243,7 +242,7 @@ def strokes(text: str, height_mm: float) -> list[FloatArray]:
     [[[0.0, 12.0], [0.0, 0.0], [7.0, 0.0]], [[10.0, 6.0], [16.0, 6.0]]]
     """
     _check_height(height_mm)
-    points, ends = _laid_out(_glyphs(text))
+    points, ends = _typeset(_glyphs(text))
     return _split(points * (height_mm / CAP_UNITS), ends)
 
 
@@ -284,7 +283,7 @@ def place_text(
     _check_height(height_mm)
     glyphs = _glyphs(text)
     box = _box(glyphs, height_mm)
-    points, ends = _laid_out(glyphs)
+    points, ends = _typeset(glyphs)
     angle = math.radians(angle_deg)
     cosine, sine = math.cos(angle), math.sin(angle)
     middle = np.array([box.width / 2.0, (box.bottom + box.top) / 2.0])
@@ -295,7 +294,7 @@ def place_text(
     return _split(turned + np.asarray(centre, dtype=np.float64), ends)
 
 
-def _laid_out(glyphs: list[_Glyph]) -> tuple[FloatArray, list[int]]:
+def _typeset(glyphs: list[_Glyph]) -> tuple[FloatArray, list[int]]:
     """Set glyphs side by side; return all points in grid units and where each stroke ends."""
     if not glyphs:
         return np.empty((0, 2)), []

@@ -15,6 +15,8 @@ from fabweave.flat.strand_owners import find_owners
 #: Two strokes of the tick of a strand that goes under stand this far apart.
 _DOUBLE_TICK_MM = 0.8
 _SHORTEST_TICK_MM = 0.3
+#: A tick is this share of the ribbon's width long, within these bounds where there is room.
+_TICK_SHARE, _TICK_MM = 0.15, (0.6, 2.0)
 
 
 @frozen_value
@@ -70,12 +72,12 @@ def mark_pieces(
     ]
     ticked = _inside(
         pieces,
-        [[*(_ticks(one) if labels == "full" else ()), *one.guides] for one in pieces],
+        [[*(_ticks(piece) if labels == "full" else ()), *piece.guides] for piece in pieces],
     )
-    found = find_spots(pieces, ticked, wanted)
+    spots = find_spots(pieces, ticked, wanted)
     return tuple(
-        _marks(own, spots, ticks, mirrored=side == "inside")
-        for own, spots, ticks in zip(wanted, found, ticked, strict=True)
+        _marks(piece_wishes, piece_spots, ticks, mirrored=side == "inside")
+        for piece_wishes, piece_spots, ticks in zip(wanted, spots, ticked, strict=True)
     )
 
 
@@ -88,7 +90,7 @@ def _marks(
 ) -> Marks:
     """Letter the wishes of a piece that found a spot, and list all that is told nowhere."""
     lettered: list[Label] = []
-    told: set[Missing] = set()
+    covered: set[Missing] = set()
     for wish, spot in zip(wanted, spots, strict=True):
         if spot is None:
             continue
@@ -106,11 +108,11 @@ def _marks(
                 strokes=tuple(strokes),
             )
         )
-        told.update(Missing(kind, wish.words[kind], wish.station) for kind in kinds)
+        covered.update(Missing(kind, wish.words[kind], wish.station) for kind in kinds)
     every = [
-        Missing(kind, own, wish.station) for wish in wanted for kind, own in wish.words.items()
+        Missing(kind, words, wish.station) for wish in wanted for kind, words in wish.words.items()
     ]
-    missing = [one for one in dict.fromkeys(every) if one not in told]
+    missing = [item for item in dict.fromkeys(every) if item not in covered]
     return Marks(tuple(lettered), ticks, tuple(missing))
 
 
@@ -122,7 +124,8 @@ def _ticks(piece: Piece) -> Iterator[FloatArray]:
         if width < 4 * CLEAR_MM:
             continue
         inward = across / width
-        length = min(max(0.15 * width, 0.6), 2.0, width / 2 - 2 * CLEAR_MM)
+        least, most = _TICK_MM
+        length = min(max(_TICK_SHARE * width, least), most, width / 2 - 2 * CLEAR_MM)
         if length < _SHORTEST_TICK_MM:
             continue
         for shift in (0.0,) if over else (-_DOUBLE_TICK_MM / 2, _DOUBLE_TICK_MM / 2):
@@ -135,14 +138,16 @@ def _inside(
     pieces: Sequence[Piece], strokes: Sequence[Sequence[FloatArray]]
 ) -> list[tuple[FloatArray, ...]]:
     """Keep the strokes inside their piece; at a slanting or tapering panel some may not be."""
-    counts = [len(own) for own in strokes]
-    lines = np.array([stroke for own in strokes for stroke in own]).reshape(-1, 2, 2)
+    counts = [len(piece_strokes) for piece_strokes in strokes]
+    lines = np.array([stroke for piece_strokes in strokes for stroke in piece_strokes]).reshape(
+        -1, 2, 2
+    )
     outlines = np.array([shapely.Polygon(piece.outline) for piece in pieces], dtype=object)
     room = shapely.buffer(outlines, -CLEAR_MM / 2, join_style="mitre")
     shapely.prepare(room)
     held = shapely.contains_properly(np.repeat(room, counts), shapely.linestrings(lines))
     kept = np.split(held, np.cumsum(counts)[:-1])
     return [
-        tuple(stroke for stroke, good in zip(own, flags.tolist(), strict=True) if good)
-        for own, flags in zip(strokes, kept, strict=True)
+        tuple(stroke for stroke, good in zip(piece_strokes, flags.tolist(), strict=True) if good)
+        for piece_strokes, flags in zip(strokes, kept, strict=True)
     ]

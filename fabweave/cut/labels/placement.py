@@ -85,7 +85,7 @@ def find_spots(
     list of lists of Spot or None
         For each piece one for each of its wishes.
     """
-    counts = [len(own) for own in wishes]
+    counts = [len(piece_wishes) for piece_wishes in wishes]
     if not sum(counts):
         return [[] for _ in pieces]
     places = _places(pieces)
@@ -102,8 +102,8 @@ def find_spots(
             spots.append(None)
             continue
         wide, high = (2 * boxes.half[choice]).tolist()
-        own = flat[number].choices[choice - int(boxes.first_choice[number])]
-        spots.append(Spot(own, centre[place], float(turned[place]), (wide, high)))
+        way = flat[number].choices[choice - int(boxes.first_choice[number])]
+        spots.append(Spot(way, centre[place], float(turned[place]), (wide, high)))
     return [spots[start:end] for start, end in pairwise(bounds.tolist())]
 
 
@@ -154,7 +154,7 @@ def _free_regions(
     holes = np.concatenate([piece.holes for piece in pieces])
     lines = np.array(list(chain.from_iterable(ticks))).reshape(-1, 2, 2)
     slots = [shapely.Polygon(slot.path.flattened(0.01)) for piece in pieces for slot in piece.slots]
-    things = np.concatenate(
+    obstacles = np.concatenate(
         (
             shapely.buffer(shapely.points(holes[:, 1:3]), holes[:, 3] / 2 + CLEAR_MM, quad_segs=6),
             shapely.buffer(shapely.linestrings(lines), CLEAR_MM, cap_style="square"),
@@ -163,14 +163,14 @@ def _free_regions(
     )
     counts = (
         [len(piece.holes) for piece in pieces],
-        [len(own) for own in ticks],
+        [len(piece_ticks) for piece_ticks in ticks],
         [len(piece.slots) for piece in pieces],
     )
     owner = np.concatenate([np.repeat(every, count) for count in counts])
     order = np.argsort(owner, kind="stable")
     has, number = np.unique(owner[order], return_inverse=True)
-    taken = shapely.multipolygons(things[order], indices=number)
-    # Two of the things may overlap, and make no valid multipolygon.
+    taken = shapely.multipolygons(obstacles[order], indices=number)
+    # Two obstacles may overlap, and make no valid multipolygon.
     inside[has] = shapely.difference(inside[has], shapely.buffer(taken, 0.0))
     shapely.prepare(inside)
     return np.asarray(inside)
@@ -181,10 +181,10 @@ def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _P
     stations = offsets_of(np.array([len(piece.crossings) for piece in pieces]))
     halves: list[tuple[float, float]] = []
     listed, n_choices, owner = [], [], []
-    for index, (piece, own) in enumerate(zip(pieces, wishes, strict=True)):
+    for index, (piece, piece_wishes) in enumerate(zip(pieces, wishes, strict=True)):
         first = int(stations[index]) * _PER_STATION
         anywhere = first + _for_the_whole(len(piece.crossings))
-        for wish in own:
+        for wish in piece_wishes:
             if wish.station is None:
                 listed.append(anywhere)
             else:
@@ -194,7 +194,7 @@ def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _P
             owner.append(index)
     half, place = np.array(halves), np.concatenate(listed)
     first_choice = offsets_of(np.array(n_choices))
-    number = np.repeat(np.arange(len(owner)), [len(own) for own in listed])
+    number = np.repeat(np.arange(len(owner)), [len(numbers) for numbers in listed])
     # Whatever its length, a text needs half its height around the middle of its box.
     lowest = np.minimum.reduceat(half[:, 1], first_choice[:-1])[number]
     kept = np.zeros(len(place), dtype=np.bool_)
@@ -271,24 +271,24 @@ def _choose(
         now = wish[active]
         number = tried[active, None] + np.arange(_CHUNK)
         row, column = np.nonzero(number < n_boxes[now][:, None])
-        own, number = now[row], number[row, column]
-        choice = boxes.first_choice[own] + number // n_places[own]
-        place = boxes.place[boxes.first_place[own] + number % n_places[own]]
+        wish_of_box, number = now[row], number[row, column]
+        choice = boxes.first_choice[wish_of_box] + number // n_places[wish_of_box]
+        place = boxes.place[boxes.first_place[wish_of_box] + number % n_places[wish_of_box]]
         box = np.column_stack((centre[place], along[place], boxes.half[choice]))
         piece = active[row]
         good = shapely.contains_properly(free[piece], shapely.polygons(_corners(box)))
         some = np.flatnonzero(good)
         good[some] = _apart(box[some], kept[piece[some]], n_kept[piece[some]])
         # The first good box of each wish; rows come in order.
-        found, first = np.unique(row[good], return_index=True)
+        served, first = np.unique(row[good], return_index=True)
         taken = np.flatnonzero(good)[first]
-        chosen[now[found], 0], chosen[now[found], 1] = choice[taken], place[taken]
-        winner = active[found]
+        chosen[now[served], 0], chosen[now[served], 1] = choice[taken], place[taken]
+        winner = active[served]
         kept[winner, n_kept[winner]] = box[taken]
         n_kept[winner] += 1
         tried[active] += _CHUNK
         done = tried[active] >= n_boxes[now]
-        done[found] = True
+        done[served] = True
         wish[active[done]] += 1
         tried[active[done]] = 0
         passed = winner[spare[choice[taken]]]
@@ -310,13 +310,13 @@ def _apart(box: FloatArray, kept: FloatArray, n_kept: IntArray) -> BoolArray:
     Two rectangles are apart if they are so along a side of one of them. In a line they keep a
     space between words, one above the other the clearance.
     """
-    one, other = box[:, None, :], kept
-    away = other[..., :2] - one[..., :2]
-    turn = one[..., 2] * other[..., 2] + one[..., 3] * other[..., 3]
-    slant = one[..., 2] * other[..., 3] - one[..., 3] * other[..., 2]
+    new = box[:, None, :]
+    away = kept[..., :2] - new[..., :2]
+    turn = new[..., 2] * kept[..., 2] + new[..., 3] * kept[..., 3]
+    slant = new[..., 2] * kept[..., 3] - new[..., 3] * kept[..., 2]
     turn, slant = np.abs(turn), np.abs(slant)
     apart = np.arange(kept.shape[1]) >= n_kept[:, None]
-    for mine, theirs in ((one, other), (other, one)):
+    for mine, theirs in ((new, kept), (kept, new)):
         wide, high = mine[..., 4] + WORD_SPACE_MM, mine[..., 5] + CLEAR_MM
         along = np.abs(away[..., 0] * mine[..., 2] + away[..., 1] * mine[..., 3])
         across = np.abs(away[..., 1] * mine[..., 2] - away[..., 0] * mine[..., 3])

@@ -40,7 +40,7 @@ class Choice(NamedTuple):
 
 
 class Wish(NamedTuple):
-    """Something to be told about a piece: each kind with its words, and ways to letter it.
+    """A fact to letter on a piece: each kind with its words, and ways to letter it.
 
     ``station`` is the place along the piece that it is about, None for the whole piece.
     """
@@ -51,7 +51,7 @@ class Wish(NamedTuple):
 
 
 class Missing(NamedTuple):
-    """Something that found no room: its kind, its words, and the station it is about."""
+    """A fact that found no room: its kind, its words, and the station it is about."""
 
     kind: str
     text: str
@@ -117,7 +117,7 @@ def wishes(
     if labels == "none":
         return
     full = labels == "full"
-    yield _own_id(piece.id, arrow=full)
+    yield _id_wish(piece.id, arrow=full)
     if not full:
         return
     yield Wish(
@@ -129,13 +129,13 @@ def wishes(
     ends = ((0, piece.start_joint, mates[0]), (last, piece.end_joint, mates[1]))
     for station, joint, mate in ends:
         if joint is not None:
-            yield _two({"joint": f"#{joint}", "mate": f">{mate}"}, station)
+            yield _pair_wish({"joint": f"#{joint}", "mate": f">{mate}"}, station)
     for station, partner in enumerate(partners):
         sign = OVER_SIGN if piece.over[station] else UNDER_SIGN
-        yield _two({"partner": partner, "sign": sign}, station)
+        yield _pair_wish({"partner": partner, "sign": sign}, station)
 
 
-def _own_id(name: str, *, arrow: bool) -> Wish:
+def _id_wish(name: str, *, arrow: bool) -> Wish:
     """Return the wish for a piece's id: large, or with the arrow, or else in brackets."""
     words = {"id": name, "arrow": ARROW} if arrow else {"id": name}
     choices = []
@@ -147,8 +147,8 @@ def _own_id(name: str, *, arrow: bool) -> Wish:
     return Wish(words, None, tuple(choices))
 
 
-def _two(words: dict[str, str], station: int) -> Wish:
-    """Return a wish for two things in one text, or the first of them alone."""
+def _pair_wish(words: dict[str, str], station: int) -> Wish:
+    """Return a wish for two words in one text, or the first of them alone."""
     first, second = words
     # The sign of a crossing stands before the partner, as a picture before its caption.
     text = words[second] + words[first] if second == "sign" else words[first] + words[second]

@@ -66,8 +66,8 @@ def place_titles(pieces: Sequence[PieceDrawing], *, largest_mm: float = 9.0) -> 
     (0.0, 9.0)
     """
     sizes = np.geomspace(max(largest_mm, SMALLEST_TITLE_MM), SMALLEST_TITLE_MM, _N_SIZES)
-    found = {piece.piece_id: _place(piece, sizes) for piece in pieces}
-    return {name: title for name, title in found.items() if title is not None}
+    titles = {piece.piece_id: _place(piece, sizes) for piece in pieces}
+    return {name: title for name, title in titles.items() if title is not None}
 
 
 def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:

@@ -81,14 +81,14 @@ def rows_within(
     long = length >= SHORTEST_ROW_MM
     inward = np.column_stack([-side[:, 1], side[:, 0]])[long] / length[long, None]
     first = start[long] + inset_mm / 2.0 * inward
-    found = _rows(np.stack([first, first + side[long]], axis=1), room, band)
-    if not found:
+    rows = _rows(np.stack([first, first + side[long]], axis=1), room, band)
+    if not rows:
         low, high = whole.bounds[1], whole.bounds[3]
         level = np.linspace(low, high, _LEVELS + 2)[1:-1]
         ends = np.array([whole.bounds[0], whole.bounds[2]])
         lines = np.stack([np.tile(ends, (len(level), 1)), np.repeat(level, 2).reshape(-1, 2)], 2)
-        found = _rows(lines, room, band)[:1]
-    return found
+        rows = _rows(lines, room, band)[:1]
+    return rows
 
 
 def _rows(lines: FloatArray, room: _Polygon, band: float) -> list[Row]:

@@ -75,7 +75,8 @@ def sheet_notes(
     """
     if not (width_mm >= 10.0 and height_mm >= 10.0):
         raise InputError(
-            f"a sheet of {width_mm} x {height_mm} mm has no room for notes; take at least 10 mm"
+            f"a sheet of {width_mm} x {height_mm} mm has no room for notes; both sides must "
+            "be at least 10 mm"
         )
     letter = max(min(text_height_mm, 0.5 * margin_mm), _SMALLEST_TEXT_MM)
     inset = max(margin_mm, 2.0 * letter)

@@ -67,7 +67,7 @@ def _dots(text: str) -> Any:
     """Return the dots of a code, True for dark, the uppermost row first."""
     # Readers guess the alphabet of what is no ASCII, unless they are told.
     plain = text.isascii()
-    made = segno.make(
+    symbol = segno.make(
         text,
         error="l",
         mode="byte",
@@ -76,7 +76,7 @@ def _dots(text: str) -> Any:
         micro=False,
         boost_error=False,
     )
-    return np.array([list(row) for row in made.matrix], dtype=np.bool_)
+    return np.array([list(row) for row in symbol.matrix], dtype=np.bool_)
 
 
 def with_code(drawing: SheetDrawing, text: str) -> SheetDrawing:
@@ -115,14 +115,14 @@ def code_of(drawing: SheetDrawing) -> Code | None:
 
 
 def code_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
-    """Say which sheets have no room for a code."""
+    """Return a note on sheets that have no room for a code."""
     bare = [drawing.name for drawing in drawings if code_of(drawing) is None]
     if not bare:
         return ()
     named = few_of(bare)
     return (
-        agree(len(bare), "code: {n} sheet[ has|s have] no room for the QR code that tells how ")
-        + f"the job was made ({named}); a wider --margin gives it some",
+        agree(len(bare), "code: {n} sheet[ has|s have] no room for the QR code that says how ")
+        + f"the job was made ({named}); a wider --margin makes room",
     )
 
 
@@ -198,9 +198,9 @@ def _find_room(
     x, y = cell * float(wide - size - 1 - back + rim), cell * float(row + rim)
     # Cells are coarse; what is drawn is asked last.
     square = shapely.box(x, y, x + side_mm, y + side_mm).buffer(_CLEAR_MM / 2.0)
-    things = [
+    shapes = [
         shapely.Polygon(points) if len(points) > 2 else shapely.LineString(points)
         for points in obstacles
     ]
     inside_border = shapely.make_valid(shapely.Polygon(border)).covers(square)
-    return (x, y) if inside_border and not np.any(shapely.intersects(things, square)) else None
+    return (x, y) if inside_border and not np.any(shapely.intersects(shapes, square)) else None

@@ -91,8 +91,10 @@ def hatch(ring: Sequence[tuple[float, float]] | FloatArray) -> list[FloatArray]:
         -1, 2, 2
     )
     crossed = shapely.get_parts(shapely.intersection(shapely.linestrings(lines), polygon))
-    found = [shapely.get_coordinates(part) for part in crossed]
-    return [one for one in found if len(one) == 2 and np.hypot(*(one[1] - one[0])) > _SHORT_MM]
+    hatching = [shapely.get_coordinates(part) for part in crossed]
+    return [
+        line for line in hatching if len(line) == 2 and np.hypot(*(line[1] - line[0])) > _SHORT_MM
+    ]
 
 
 def _dashes(outline: FloatArray) -> list[FloatArray]:

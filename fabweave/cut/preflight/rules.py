@@ -1,6 +1,7 @@
 """Check a job's pieces against the rules of those who cut them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -10,19 +11,37 @@ import shapely
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.cut.preflight.targets import Target
 from fabweave.cut.preflight.violations import Flaw, Rule
+from fabweave.flat.crossing_map import CrossingMap, HoleRecord, SheetRecord
 from fabweave.flat.outline import SHORTEST_SIDE_MM
+from fabweave.ribbon.rules.finding import FindingRecord
 from fabweave.stock.material import Material, hole_edge_mm
 
 Shapes: TypeAlias = npt.NDArray[Any]
 
 # Values this near to a limit are taken to keep it: files hold a millionth of a millimetre.
 _SLACK_MM = 1e-4
-# Halvings by which the width of a neck is found: a thousandth of the limit.
-_HALVINGS = 10
+# What is asked of ribbons in space that is asked of pieces, too.
+_RIBBON_RULES: dict[str, Rule] = {"width": "width", "bend": "bend"}
+# Halvings by which the width of a neck is found: a thousandth of the limit, or this if it is less.
+_HALVINGS, _WIDTH_MM = 10, 0.01
 
 
 class _Cuts(NamedTuple):
-    """The pieces of a plan on their sheets, and their holes."""
+    """The N pieces of a job on their sheets, and their H holes.
+
+    Parameters
+    ----------
+    names : list of str
+    sheet : (N,) int array
+        The sheet of each piece, from 1.
+    polygons : (N,) array of polygons
+    hole_piece : (H,) int array
+        The piece of each hole.
+    hole_at : (H, 2) float array
+        Centres on the sheet, in millimetres.
+    hole_mm : (H,) float array
+        Diameters.
+    """
 
     names: list[str]
     sheet: IntArray
@@ -33,19 +52,18 @@ class _Cuts(NamedTuple):
 
 
 def preflight(
-    plan: Mapping[str, Any],
-    ribbons: Mapping[str, Any],
+    crossing_map: CrossingMap,
+    findings: Sequence[FindingRecord],
     materials: Sequence[Material],
     target: Target,
 ) -> tuple[Flaw, ...]:
-    """Check every piece of a plan against the rules of its material and a target.
+    """Check every piece of a job against the rules of its material and a target.
 
     Parameters
     ----------
-    plan : mapping
-        What ``crossing_map.json`` holds.
-    ribbons : mapping
-        What ``ribbons.json`` holds; its findings about widths and bends count as rules, too.
+    crossing_map : CrossingMap
+    findings : sequence of FindingRecord
+        What was found about the ribbons in space; widths and bends count as rules, too.
     materials : sequence of Material
         That of each thread.
     target : Target
@@ -55,78 +73,37 @@ def preflight(
     tuple of Flaw
         For each rule and piece that breaks it the worst place; by rules, then by pieces.
     """
-    cuts = _read_cuts(plan)
-    own = [materials[piece["thread"]] for piece in plan["pieces"]]
+    cuts = _lay_out(crossing_map)
+    of_piece = [materials[piece.thread] for piece in crossing_map.pieces]
     return (
-        *_holes(cuts, own, target),
-        *_webs(cuts, own, target),
+        *_holes(cuts, of_piece, target),
+        *_webs(cuts, of_piece, target),
         *_gaps(cuts, target),
-        *_sizes(cuts, plan, target),
+        *_sizes(cuts, crossing_map.sheets, target),
         *_segments(cuts),
-        *_ribbons(ribbons),
+        *_ribbons(findings),
     )
 
 
-def _read_cuts(plan: Mapping[str, Any]) -> _Cuts:
-    """Lay the pieces of a plan on their sheets."""
-    pieces = plan["pieces"]
-    names = [piece["id"] for piece in pieces]
+def _lay_out(crossing_map: CrossingMap) -> _Cuts:
+    """Lay the pieces on their sheets."""
     outlines, owner, at, size = [], [], [], []
-    joints = {joint["id"]: joint for joint in plan["joints"]}
-    mirrors = {
-        sheet["sheet"]: sheet["width_mm"] for sheet in plan["sheets"] if sheet.get("mirrored")
-    }
-    for index, piece in enumerate(pieces):
-        place = {**piece["placement"], "mirror_mm": mirrors.get(piece["sheet"])}
-        outlines.append(_placed(np.array(piece["outline"]), place))
-        drilled = _holes_of(piece, joints)
-        owner += [index] * len(drilled)
-        size += [hole for _, hole in drilled]
-        if drilled:
-            at.append(_placed(np.array([point for point, _ in drilled]), place))
+    for index, piece in enumerate(crossing_map.pieces):
+        outlines.append(crossing_map.on_sheet(piece, np.array(piece.outline)))
+        holes = [cutout for cutout in piece.cutouts if isinstance(cutout, HoleRecord)]
+        owner += [index] * len(holes)
+        size += [hole.diameter_mm for hole in holes]
+        if holes:
+            centres = np.array([(hole.x_mm, hole.y_mm) for hole in holes])
+            at.append(crossing_map.on_sheet(piece, centres))
     return _Cuts(
-        names,
-        np.array([piece["sheet"] for piece in pieces], dtype=np.int64),
+        [piece.id for piece in crossing_map.pieces],
+        np.array([piece.sheet for piece in crossing_map.pieces], dtype=np.int64),
         np.array([shapely.Polygon(outline) for outline in outlines], dtype=object),
         np.array(owner, dtype=np.int64),
         np.concatenate(at) if at else np.zeros((0, 2)),
         np.array(size, dtype=np.float64),
     )
-
-
-def _holes_of(
-    piece: Mapping[str, Any], joints: Mapping[int, Any]
-) -> list[tuple[tuple[float, float], float]]:
-    """Return the holes of a piece, as centres and diameters.
-
-    Where a piece does not list its cut-outs, those of a joint are as wide as the one at its
-    station, which may be one of them.
-    """
-    if "cutouts" in piece:
-        holes = [cutout for cutout in piece["cutouts"] if cutout["kind"] == "hole"]
-        return [((hole["x"], hole["y"]), hole["diameter_mm"]) for hole in holes]
-    stations = piece["stations"]
-    found = {
-        (station["x"], station["y"]): station["hole_mm"]
-        for station in stations
-        if station["hole_mm"] is not None
-    }
-    for joint, side, end in zip(piece["joints"], (1, 0), (0, -1), strict=True):
-        if joint is None:
-            continue
-        for pair in joints[joint]["holes"]:
-            found.setdefault(tuple(pair[side]), stations[end]["hole_mm"])
-    return list(found.items())
-
-
-def _placed(points: FloatArray, place: Mapping[str, Any]) -> FloatArray:
-    """Return points of a piece where they are drawn on its sheet, which may be mirrored."""
-    angle = np.deg2rad(place["rotation_deg"])
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    placed = np.asarray(points @ turn.T + [place["x_mm"], place["y_mm"]])
-    if place["mirror_mm"] is not None:
-        placed[:, 0] = place["mirror_mm"] - placed[:, 0]
-    return placed
 
 
 def _worst(
@@ -145,9 +122,9 @@ def _worst(
     counts = np.diff(np.append(first, len(order)))
     for index, count in zip(order[first].tolist(), counts.tolist(), strict=True):
         place = (round(float(at[index, 0]), 3), round(float(at[index, 1]), 3))
-        own = int(piece[index])
+        number = int(piece[index])
         yield Flaw(
-            rule, cuts.names[own], int(cuts.sheet[own]), place, float(values[index]),
+            rule, cuts.names[number], int(cuts.sheet[number]), place, float(values[index]),
             float(limits[index]), count, remedy,
         )  # fmt: skip
 
@@ -155,19 +132,17 @@ def _worst(
 def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
     """Check diameters, and how far holes are from edges."""
     piece, at, hole = cuts.hole_piece, cuts.hole_at, cuts.hole_mm
-    own = [materials[index] for index in piece.tolist()]
-    wanted = np.array([max(target.hole_t * one.thickness_mm, target.hole_mm) for one in own])
+    of_hole = [materials[index] for index in piece.tolist()]
+    thickness = np.array([material.thickness_mm for material in of_hole])
+    wanted = np.maximum(target.hole_t * thickness, target.hole_mm)
     # One hole serves the whole job.
-    least = max((target.hole_t * one.thickness_mm for one in materials), default=0.0)
+    least = max((target.hole_t * material.thickness_mm for material in materials), default=0.0)
     remedy = f"--hole {_up(max(least, target.hole_mm))}mm"
     yield from _worst(cuts, "hole", piece, at, hole, wanted, remedy)
     # Fasteners want some of the piece around them, and the beam some material at all.
-    wanted = np.array(
-        [
-            max(hole_edge_mm(one, d), max(target.edge_t * one.thickness_mm, target.edge_mm) + d / 2)
-            for one, d in zip(own, hole.tolist(), strict=True)
-        ]
-    )
+    of_fastener = [hole_edge_mm(*pair) for pair in zip(of_hole, hole.tolist(), strict=True)]
+    of_beam = np.maximum(target.edge_t * thickness, target.edge_mm) + hole / 2
+    wanted = np.maximum(np.array(of_fastener), of_beam)
     rings = shapely.get_exterior_ring(cuts.polygons)
     edge = np.asarray(shapely.distance(shapely.points(at), rings[piece]))
     remedy = "a smaller --hole, a larger --size or wider ribbons (--width)"
@@ -176,7 +151,9 @@ def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterat
 
 def _webs(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
     """Check what is left between holes of a piece, and where a piece has a thin neck."""
-    least = np.array([max(target.web_t * one.thickness_mm, target.web_mm) for one in materials])
+    least = np.array(
+        [max(target.web_t * material.thickness_mm, target.web_mm) for material in materials]
+    )
     remedy = "a larger --size or wider ribbons (--width)"
     parts = [_between_holes(cuts, least), _necks(cuts, least)]
     piece, at, value = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -187,12 +164,12 @@ def _between_holes(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray
     """Return pairs of holes of one piece that are near each other: piece, place, web."""
     reach = float(least.max(initial=0.0)) + float(cuts.hole_mm.max(initial=0.0))
     points = shapely.points(cuts.hole_at)
-    one, other = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
-    keep = (one < other) & (cuts.hole_piece[one] == cuts.hole_piece[other])
-    one, other = one[keep], other[keep]
-    apart = np.hypot(*(cuts.hole_at[one] - cuts.hole_at[other]).T)
-    web = apart - (cuts.hole_mm[one] + cuts.hole_mm[other]) / 2
-    return cuts.hole_piece[one], (cuts.hole_at[one] + cuts.hole_at[other]) / 2, web
+    first, second = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
+    keep = (first < second) & (cuts.hole_piece[first] == cuts.hole_piece[second])
+    first, second = first[keep], second[keep]
+    apart = np.hypot(*(cuts.hole_at[first] - cuts.hole_at[second]).T)
+    web = apart - (cuts.hole_mm[first] + cuts.hole_mm[second]) / 2
+    return cuts.hole_piece[first], (cuts.hole_at[first] + cuts.hole_at[second]) / 2, web
 
 
 def _necks(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -203,7 +180,8 @@ def _necks(cuts: _Cuts, least: FloatArray) -> tuple[IntArray, FloatArray, FloatA
     """
     piece = np.flatnonzero(_in_one(cuts.polygons, least / 2) == 0)
     low, high = np.zeros(len(piece)), least[piece] / 2
-    for _ in range(_HALVINGS):
+    widest = float(least.max(initial=_WIDTH_MM))
+    for _ in range(max(_HALVINGS, math.ceil(math.log2(widest / _WIDTH_MM)))):
         middle = (low + high) / 2
         whole = _in_one(cuts.polygons[piece], middle) == 1
         low, high = np.where(whole, middle, low), np.where(whole, high, middle)
@@ -222,8 +200,11 @@ def _in_one(polygons: Shapes, by_mm: FloatArray | float) -> npt.NDArray[np.bool_
 
 def _eaten(polygons: Shapes, by_mm: FloatArray | float) -> Shapes:
     """Return polygons without what lies near their edges; grown, if the distance is negative."""
-    # Rounded: with mitred corners GEOS now and then loses one of the parts.
-    return np.asarray(shapely.buffer(polygons, -np.asarray(by_mm), quad_segs=4))
+    # Rounded: with mitred corners GEOS now and then loses one of the parts. Sides of the arcs are
+    # off them by no more than the widths are.
+    most = float(np.abs(by_mm).max(initial=0.0))
+    sides = max(4, math.ceil(np.pi / 4 * math.sqrt(most / 2 / _WIDTH_MM)))
+    return np.asarray(shapely.buffer(polygons, -np.asarray(by_mm), quad_segs=sides))
 
 
 def _neck_place(gone: Any, eaten: Any) -> tuple[float, float]:
@@ -250,18 +231,18 @@ def _gaps(cuts: _Cuts, target: Target) -> Iterator[Flaw]:
     shift = np.repeat(cuts.sheet * wide, shapely.get_num_coordinates(cuts.polygons))
     points = shapely.get_coordinates(cuts.polygons) + np.stack((shift, 0 * shift), axis=1)
     moved = shapely.set_coordinates(cuts.polygons.copy(), points)
-    one, other = shapely.STRtree(moved).query(moved, predicate="dwithin", distance=target.gap_mm)
-    keep = one < other
-    one, other = one[keep], other[keep]
-    line = shapely.shortest_line(moved[one], moved[other])
+    first, second = shapely.STRtree(moved).query(moved, predicate="dwithin", distance=target.gap_mm)
+    keep = first < second
+    first, second = first[keep], second[keep]
+    line = shapely.shortest_line(moved[first], moved[second])
     at = shapely.get_coordinates(line).reshape(-1, 2, 2).mean(axis=1)
-    at[:, 0] -= cuts.sheet[one] * wide
-    limits = np.full(len(one), target.gap_mm)
+    at[:, 0] -= cuts.sheet[first] * wide
+    limits = np.full(len(first), target.gap_mm)
     remedy = f"--gap {_up(target.gap_mm)}mm"
-    yield from _worst(cuts, "gap", one, at, np.asarray(shapely.length(line)), limits, remedy)
+    yield from _worst(cuts, "gap", first, at, np.asarray(shapely.length(line)), limits, remedy)
 
 
-def _sizes(cuts: _Cuts, plan: Mapping[str, Any], target: Target) -> Iterator[Flaw]:
+def _sizes(cuts: _Cuts, sheets: Sequence[SheetRecord], target: Target) -> Iterator[Flaw]:
     """Check pieces and sheets against the largest that a target takes, either way round."""
     if target.piece_mm is not None:
         boxes = shapely.get_coordinates(shapely.oriented_envelope(cuts.polygons)).reshape(-1, 5, 2)
@@ -277,13 +258,13 @@ def _sizes(cuts: _Cuts, plan: Mapping[str, Any], target: Target) -> Iterator[Fla
             )  # fmt: skip
     if target.sheet_mm is not None:
         most = np.sort(target.sheet_mm)
-        for sheet in plan["sheets"]:
-            sides = np.sort([sheet["width_mm"], sheet["height_mm"]])
+        for sheet in sheets:
+            sides = np.sort([sheet.width_mm, sheet.height_mm])
             worst = int(np.argmax(sides - most))
             if sides[worst] > most[worst] + _SLACK_MM:
                 remedy = f"--sheet {target.sheet_mm[0]:g}x{target.sheet_mm[1]:g}mm"
                 value, limit = float(sides[worst]), float(most[worst])
-                yield Flaw("sheet", None, int(sheet["sheet"]), None, value, limit, 1, remedy)
+                yield Flaw("sheet", None, sheet.number, None, value, limit, 1, remedy)
 
 
 def _segments(cuts: _Cuts) -> Iterator[Flaw]:
@@ -297,13 +278,13 @@ def _segments(cuts: _Cuts) -> Iterator[Flaw]:
     yield from _worst(cuts, "segment", piece[1:][same], at, sides, limits, remedy)
 
 
-def _ribbons(ribbons: Mapping[str, Any]) -> Iterator[Flaw]:
+def _ribbons(findings: Sequence[FindingRecord]) -> Iterator[Flaw]:
     """Take over what was found about widths and bends in space."""
-    for found in ribbons["findings"]:
-        if found["rule"] in ("width", "bend"):
-            remedy = found["remedy"] or "a thinner material"
-            value, limit = float(found["value"]), float(found["limit"])
-            yield Flaw(found["rule"], None, None, None, value, limit, int(found["count"]), remedy)
+    for finding in findings:
+        if finding.rule in _RIBBON_RULES:
+            remedy = finding.remedy or "a thinner material"
+            value, limit, count = finding.value, finding.limit, finding.count
+            yield Flaw(_RIBBON_RULES[finding.rule], None, None, None, value, limit, count, remedy)
 
 
 def _up(length_mm: float) -> str:

@@ -50,7 +50,9 @@ def preflight_record(
     flaws: tuple[Flaw, ...], materials: Sequence[Material], target: Target
 ) -> dict[str, Any]:
     """Return what ``preflight.json`` holds; a job of several materials lists them all."""
-    each = [{"material": one.name, "thickness_mm": one.thickness_mm} for one in materials]
+    each = [
+        {"material": material.name, "thickness_mm": material.thickness_mm} for material in materials
+    ]
     return {
         "schema": SCHEMA,
         "units": "mm",
@@ -97,15 +99,15 @@ sheet 1 at (20.0, 30.5). --hole 1mm would help'
     """
     lines = []
     for rule, meaning in _MEANING.items():
-        own = [flaw for flaw in flaws if flaw.rule == rule]
-        if not own:
+        of_rule = [flaw for flaw in flaws if flaw.rule == rule]
+        if not of_rule:
             continue
         # A piece may be too large, all else too small.
-        worst = max(own, key=lambda flaw: abs(flaw.limit - flaw.value) / flaw.limit)
-        count = sum(flaw.count for flaw in own)
+        worst = max(of_rule, key=lambda flaw: abs(flaw.limit - flaw.value) / flaw.limit)
+        count = sum(flaw.count for flaw in of_rule)
         many = count != 1
         what = meaning.format(s="s" if many else "", es="es" if many else "")
-        pieces = {flaw.piece for flaw in own if flaw.piece is not None}
+        pieces = {flaw.piece for flaw in of_rule if flaw.piece is not None}
         on = agree(len(pieces), " on {n} piece[|s]") if pieces else ""
         where = "" if worst.piece is None else f" on {worst.piece}"
         if worst.sheet is not None:

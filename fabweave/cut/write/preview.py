@@ -82,7 +82,7 @@ def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> Previ
     if not wide * high <= _MAX_PIXELS:
         raise InputError(
             f"the picture of sheet {drawing.name!r} would have {wide:.0f} x {high:.0f} pixels, "
-            f"over {_MAX_PIXELS // 1_000_000} million; take fewer pixels per mm"
+            f"over {_MAX_PIXELS // 1_000_000} million; use fewer pixels per mm"
         )
     return PreviewFrame(
         width_px=max(round(wide), 1),

@@ -167,8 +167,8 @@ def _layers(
     written = _written([*entities, *drawing.notes], mapped, scale)
     for piece in drawing.pieces:
         title = f"><title>{escape(piece.piece_id)}</title></" if titled else None
-        own = islice(written, len(piece.entities))
-        for layer, name, (tag, attributes) in _shapes(piece.entities, own):
+        texts = islice(written, len(piece.entities))
+        for layer, name, (tag, attributes) in _shapes(piece.entities, texts):
             identity = quoteattr(f"{piece.piece_id}.{name}")
             end = "/>" if title is None else f"{title}{tag}>"
             layers[layer].append(f"<{tag} id={identity} {looks[layer]} {attributes}{end}")

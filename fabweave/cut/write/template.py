@@ -1,4 +1,4 @@
-"""Print a sheet at full size, to cut by hand or to lay stock under: one page, or tiles of paper."""
+"""Print a sheet at full size, to cut by hand or to lay on stock: one page, or tiles of paper."""
 
 import io
 from collections.abc import Callable
@@ -107,7 +107,7 @@ def _tile(
         mid,
         mid / 2.0 - 3.0,
         f"{drawing.name}: column {at[0] + 1} of {counts[0]}, row {at[1] + 1} of {counts[1]} from "
-        "below. Print at 100 %; measure the bar of 100 mm; lay cross on cross.",
+        "the bottom. Print at 100 %; check the bar of 100 mm; lay cross on cross.",
     )
     canvas.showPage()
 
@@ -121,7 +121,7 @@ def _draw(canvas: Canvas, drawing: SheetDrawing) -> None:
     for layer, (grey, width_mm) in _INK.items():
         path = canvas.beginPath()
         for entity in entities:
-            if entity.layer is layer and _own_width(entity) is None:
+            if entity.layer is layer and _shown_width(entity) is None:
                 _trace(path, entity)
         canvas.setStrokeGray(grey)
         canvas.setLineWidth(width_mm * _POINTS)
@@ -129,14 +129,14 @@ def _draw(canvas: Canvas, drawing: SheetDrawing) -> None:
     canvas.setLineCap(0)
     canvas.setStrokeGray(0.0)
     for entity in entities:
-        if (own_mm := _own_width(entity)) is not None:
-            canvas.setLineWidth(own_mm * _POINTS)
+        if (shown_mm := _shown_width(entity)) is not None:
+            canvas.setLineWidth(shown_mm * _POINTS)
             path = canvas.beginPath()
             _trace(path, entity)
             canvas.drawPath(path, stroke=1, fill=0)
 
 
-def _own_width(entity: Entity) -> float | None:
+def _shown_width(entity: Entity) -> float | None:
     """Return how wide an entity is to be shown, where it says so."""
     return entity.width_mm if isinstance(entity, Polyline) else None
 
@@ -178,6 +178,13 @@ def _side(
     half = 2.0 * np.arctan(bulge)
     chord = end - begin
     reach = 2.0 / 3.0 * bulge / np.sin(half)
-    one = begin + reach * chord * np.exp(-1j * half)
-    two = end - reach * chord * np.exp(1j * half)
-    curve(one.real, one.imag, two.real, two.imag, end.real, end.imag)
+    first_control = begin + reach * chord * np.exp(-1j * half)
+    second_control = end - reach * chord * np.exp(1j * half)
+    curve(
+        first_control.real,
+        first_control.imag,
+        second_control.real,
+        second_control.imag,
+        end.real,
+        end.imag,
+    )

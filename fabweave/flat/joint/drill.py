@@ -83,7 +83,7 @@ def drill(
     """
     stations, threads = cut.stations, weave.threads
     room = _room(cut, threads.n_crossings)
-    room[plan.crossing[~plan.are(["rivet"])]] = np.inf
+    room[plan.crossing[plan.where(lambda kind: not kind.most_fasteners)]] = np.inf
     rule = choose_rule(room, rules, ribbons, threads, plan)
     drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
     more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))
@@ -166,14 +166,14 @@ def _in_layers(
     """Return offsets, which are in the frames of joints, as points of stations, (H, n, 2)."""
     threads = weave.threads
     under = panel_axes(ribbons, threads, plan.passes[joint])
-    own = panel_axes(ribbons, threads, stations.passes[station])
+    axes = panel_axes(ribbons, threads, stations.passes[station])
     space = offsets[:, :, :1] * under[0][:, None] + offsets[:, :, 1:] * under[1][:, None]
     left = stations.left[station]
     along = left[:, ::-1] * (1.0, -1.0)
     return np.asarray(
         stations.point[station][:, None]
-        + np.einsum("hnk,hk->hn", space, own[0])[:, :, None] * along[:, None]
-        + np.einsum("hnk,hk->hn", space, own[1])[:, :, None] * left[:, None]
+        + np.einsum("hnk,hk->hn", space, axes[0])[:, :, None] * along[:, None]
+        + np.einsum("hnk,hk->hn", space, axes[1])[:, :, None] * left[:, None]
     )
 
 

@@ -196,10 +196,10 @@ def _ring(polygon: shapely.Polygon) -> FloatArray:
     return np.asarray(ring[steps >= SHORTEST_SIDE_MM])
 
 
-def glue_guides(
-    cut: CutStrips, plan: JointPlan, before: IntArray, after: IntArray, glued: BoolArray
+def guide_lines(
+    cut: CutStrips, plan: JointPlan, before: IntArray, after: IntArray, marked: BoolArray
 ) -> list[list[FloatArray]]:
-    """Return lines to lay glued pieces by, for each piece in its strip's frame.
+    """Return lines to lay joined pieces by, for each piece in its strip's frame.
 
     A tick inside either edge shows where the other piece's end comes to lie, and a cross in the
     middle of the crossing lies on the other piece's cross.
@@ -208,21 +208,21 @@ def glue_guides(
     ----------
     cut, plan, before, after
         As for :func:`cut_strips`, and what came of it.
-    glued : (J,) bool array
-        Which joints are glued.
+    marked : (J,) bool array
+        Which joints have such lines.
     """
     guides: list[list[FloatArray]] = [[] for _ in before]
     for joints, where, mate, station in (
         (before, cut.entered, plan.end, cut.stations.offsets[:-1]),
         (after, cut.left_by, plan.begin, cut.stations.offsets[1:] - 1),
     ):
-        own = np.flatnonzero(joints)
-        own = own[glued[joints[own] - 1]]
-        place = mate[joints[own] - 1]
-        right = rail_at(cut.strips.right, where[own], place)
-        left = rail_at(cut.strips.left, where[own], place)
+        pieces = np.flatnonzero(joints)
+        pieces = pieces[marked[joints[pieces] - 1]]
+        place = mate[joints[pieces] - 1]
+        right = rail_at(cut.strips.right, where[pieces], place)
+        left = rail_at(cut.strips.left, where[pieces], place)
         for piece, ends, at in zip(
-            own.tolist(), zip(right, left, strict=True), station[own].tolist(), strict=True
+            pieces.tolist(), zip(right, left, strict=True), station[pieces].tolist(), strict=True
         ):
             guides[piece] += [*_edge_ticks(*ends), *_cross(cut.stations, at)]
     return guides

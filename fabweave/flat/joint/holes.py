@@ -157,7 +157,7 @@ def choose_rule(
     enough = [
         rule for rule in rules if np.count_nonzero(room >= rule.edge_mm) >= WANTED_SHARE * len(room)
     ]
-    if plan.rule.kind == "rivet" and plan.rule.fasteners > 1:
+    if plan.rule.fasteners > 1:
         for rule in enough:
             roomy = group_rooms(ribbons, threads, plan, rule).room_mm >= rule.edge_mm
             if np.count_nonzero(roomy) >= WANTED_SHARE * len(roomy):

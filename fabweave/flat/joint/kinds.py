@@ -1,17 +1,129 @@
-"""Name the kinds of joints, and hold what a job asks of its joints."""
+"""Hold one record for each kind of joint, and what a job asks of its joints.
+
+A new kind is a record here, and one in ``verify``, which shares no code with what it proves. If its
+ends have a new shape, a function in :mod:`fabweave.flat.joint.interlock` makes it.
+"""
 
 import math
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from fabweave.core.errors import InputError
+from fabweave.flat.joint.interlock import (
+    Interlock,
+    butt,
+    butt_room,
+    dovetail,
+    dovetail_room,
+    slot_room,
+    tab_in_slot,
+)
 
-#: Every kind of joint; the first is what a job has unless it asks for another.
-KINDS = ("rivet", "glue", "dovetail", "slot", "none")
-#: Kinds whose two pieces lie on one another at the crossing, under the strand above.
-LAPPED = ("rivet", "glue", "slot")
-#: More fasteners find no room under a strand that anybody weaves.
-MOST_FASTENERS = 4
+
+@dataclass(frozen=True)
+class JointKind:
+    """A kind of joint: how its pieces end, what holds it, and what is said of it.
+
+    Parameters
+    ----------
+    name : str
+        On the command line and in files.
+    title : str
+        What it is, for the help of the command line.
+    ties : pair of str
+        What a maker does, in steps, with the piece that ends there and with the one that begins
+        there; ``{}`` stands for the other piece.
+    note : str
+        What notes call any number of them, as for :func:`fabweave.core.messages.agree`.
+    tools : str
+        What the manual recommends to have at hand.
+    laps : bool
+        Whether the two pieces lie on one another at the crossing, under the strand above.
+    shape : callable, optional
+        Returns how the ends are shaped, from the room in the crossing panel and the thickness;
+        without it they are cut straight.
+    room_mm : callable, optional
+        Returns the room that this needs, from the thickness.
+    most_fasteners : int
+        How many may hold one; 0 where none do.
+    bought : str, optional
+        The entry of the bill of materials, besides fasteners, in which it is counted.
+    marked : bool
+        Whether ticks and a cross are engraved, to lay it by.
+    """
+
+    name: str
+    title: str
+    ties: tuple[str, str]
+    note: str
+    tools: str
+    laps: bool = False
+    shape: Callable[[float, float], Interlock] | None = None
+    room_mm: Callable[[float], float] | None = None
+    most_fasteners: int = 0
+    bought: str | None = None
+    marked: bool = False
+
+
+#: What a job has unless it asks for another; more fasteners find no room under a strand.
+RIVET = JointKind(
+    "rivet",
+    title="a lap with a fastener under the strand above",
+    ties=("lap its end on {}", "lap its start on {}"),
+    note="[lap|laps]",
+    tools="what sets the fasteners: fingers for brads, a screwdriver for Chicago screws, or a "
+    "rivet setter that reaches the middle of a strip",
+    laps=True,
+    most_fasteners=4,
+)
+#: What a joint becomes where there is no room for what was asked.
+GLUE = JointKind(
+    "glue",
+    title="a lap with marks to lay it by",
+    ties=("glue its end on {}", "glue its start on {}"),
+    note="glued [lap|laps]: ticks show where the other piece ends, crosses lie on crosses",
+    tools="glue and clips that hold a lap while it sets",
+    laps=True,
+    bought="glue",
+    marked=True,
+)
+_OTHERS = (
+    JointKind(
+        "dovetail",
+        title="a tongue in a socket, flush",
+        ties=("lock its end with {}", "lock its start with {}"),
+        note="[dovetail|dovetails], flush, a tongue in a socket",
+        tools="a flat rest to press the dovetails home",
+        shape=dovetail,
+        room_mm=dovetail_room,
+    ),
+    JointKind(
+        "slot",
+        title="a tab through a slot",
+        ties=("put its tab through {}", "take the tab of {}"),
+        note="[tab|tabs] through a slot, up to the shoulders",
+        tools="a flat rest to bend tabs on",
+        laps=True,
+        shape=tab_in_slot,
+        room_mm=slot_room,
+    ),
+    JointKind(
+        "none",
+        title="end to end, taped",
+        ties=("butt its end against {}", "butt its start against {}"),
+        note="[seam|seams] end to end, to be taped on the inside",
+        tools="tape and scissors",
+        shape=butt,
+        room_mm=butt_room,
+        bought="tape",
+    ),
+)
+#: Every kind of joint by its name.
+KINDS: Mapping[str, JointKind] = MappingProxyType(
+    {kind.name: kind for kind in (RIVET, GLUE, *_OTHERS)}
+)
 
 _TEXT = re.compile(r"(?P<kind>[a-z]+)(?::(?P<count>\d{1,3}))?", re.ASCII)
 
@@ -22,12 +134,9 @@ class JointRule:
 
     Parameters
     ----------
-    kind : str
-        ``"rivet"``: the pieces lap, and fasteners go through all layers. ``"glue"``: they lap,
-        with marks to lay them by. ``"dovetail"``: a tongue lies in a socket, flush. ``"slot"``: a
-        tab goes through a slot. ``"none"``: they butt in the middle of the crossing, to be taped.
+    kind : JointKind
     fasteners : int
-        How many hold a riveted joint.
+        How many hold a joint of a kind that has any.
     lap_mm : float or None
         Length of the lap; None for what the kind needs.
 
@@ -37,27 +146,37 @@ class JointRule:
     2
     """
 
-    kind: str = "rivet"
+    kind: JointKind = RIVET
     fasteners: int = 1
     lap_mm: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no joint."""
-        if self.kind not in KINDS:
-            raise InputError(f"{self.kind!r} is no kind of joint: choose one of {', '.join(KINDS)}")
-        if not 1 <= self.fasteners <= MOST_FASTENERS:
+        name = self.kind.name
+        if not 1 <= self.fasteners <= RIVET.most_fasteners:
             raise InputError(
-                f"{self.fasteners} fasteners a joint cannot be set: from 1 to {MOST_FASTENERS}"
+                f"{self.fasteners} fasteners a joint cannot be set: from 1 to "
+                f"{RIVET.most_fasteners}"
             )
-        if self.fasteners != 1 and self.kind != "rivet":
-            raise InputError(f"a joint of kind {self.kind} has no fasteners: write {self.kind}")
+        if self.fasteners != 1 and not self.kind.most_fasteners:
+            raise InputError(f"a joint of kind {name} has no fasteners: write {name}")
         if self.lap_mm is not None and not (math.isfinite(self.lap_mm) and self.lap_mm > 0.0):
             raise InputError(f"a lap of {self.lap_mm} mm must be a positive length")
-        if self.lap_mm is not None and self.kind not in LAPPED:
+        if self.lap_mm is not None and not self.kind.laps:
+            lapped = ", ".join(kind.name for kind in KINDS.values() if kind.laps)
             raise InputError(
-                f"a joint of kind {self.kind} has no lap: leave out the lap's length, or ask for "
-                f"one of {', '.join(LAPPED)}"
+                f"a joint of kind {name} has no lap: leave out the lap's length, or ask for one of "
+                f"{lapped}"
             )
+
+    def __str__(self) -> str:
+        """Return what is typed for it, with the number of fasteners where it has any."""
+        return f"{self.kind.name}:{self.fasteners}" if self.kind.most_fasteners else self.kind.name
+
+    @property
+    def holes(self) -> int:
+        """How many holes a joint has that is made as asked."""
+        return self.fasteners if self.kind.most_fasteners else 0
 
 
 def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
@@ -70,8 +189,8 @@ def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
 
     Examples
     --------
-    >>> parse_joint("dovetail").kind
-    'dovetail'
+    >>> parse_joint("dovetail").kind.title
+    'a tongue in a socket, flush'
     """
     match = _TEXT.fullmatch(text.strip().lower())
     if match is None:
@@ -79,5 +198,6 @@ def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
             f"{text[:40]!r} is no joint: write one of {', '.join(KINDS)}, or rivet:2 for two "
             "fasteners a joint"
         )
-    count = match["count"]
-    return JointRule(match["kind"], 1 if count is None else int(count), lap_mm)
+    if match["kind"] not in KINDS:
+        raise InputError(f"{match['kind']!r} is no kind of joint: choose one of {', '.join(KINDS)}")
+    return JointRule(KINDS[match["kind"]], int(match["count"] or 1), lap_mm)

@@ -1,23 +1,14 @@
 """Plan every joint: its kind, where its two pieces end, and how their ends are shaped."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from itertools import pairwise
-from types import MappingProxyType
 
 import numpy as np
 import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.flat.joint.interlock import (
-    Interlock,
-    butt,
-    butt_room,
-    dovetail,
-    dovetail_room,
-    slot_room,
-    tab_in_slot,
-)
-from fabweave.flat.joint.kinds import LAPPED, JointRule
+from fabweave.flat.joint.interlock import Interlock
+from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.flat.unfold.trim import trim_strips
@@ -27,16 +18,6 @@ from fabweave.weave.threads import Threads
 
 #: A lap ends at least this far from the crossing panels before and after its own.
 _SHORT_OF_NEXT_MM = 0.5
-#: The kinds that are cut to a shape: the room that each needs, and how it is shaped.
-_SHAPES: Mapping[str, tuple[Callable[[float], float], Callable[[float, float], Interlock]]] = (
-    MappingProxyType(
-        {
-            "dovetail": (dovetail_room, dovetail),
-            "slot": (slot_room, tab_in_slot),
-            "none": (butt_room, butt),
-        }
-    )
-)
 #: Rungs apart in one long line of all windows; no window is longer.
 _APART_MM = 1e7
 
@@ -54,8 +35,8 @@ class JointPlan:
         What was asked.
     crossing, passes : (J,) int arrays
         The crossing, and the pass that goes under there.
-    kind : tuple of str
-        As each is made: what was asked, or ``"glue"`` where there is no room for that.
+    kind : tuple of JointKind
+        As each is made: what was asked, or a glued lap where there is no room for that.
     begin, end : (J,) float arrays
         Where the second piece begins, and where the first one ends.
     lap_mm : (J,) float array
@@ -75,7 +56,7 @@ class JointPlan:
     rule: JointRule
     crossing: IntArray
     passes: IntArray
-    kind: tuple[str, ...]
+    kind: tuple[JointKind, ...]
     begin: FloatArray
     end: FloatArray
     lap_mm: FloatArray
@@ -85,14 +66,14 @@ class JointPlan:
     ends: tuple[Interlock | None, ...]
     thickness_mm: FloatArray
 
-    def are(self, kinds: Sequence[str]) -> BoolArray:
-        """Return which joints are of one of some kinds, (J,)."""
-        return np.array([kind in kinds for kind in self.kind], dtype=np.bool_)
+    def where(self, holds: Callable[[JointKind], object]) -> BoolArray:
+        """Return which joints are of a kind of which something holds, (J,)."""
+        return np.array([bool(holds(kind)) for kind in self.kind], dtype=np.bool_)
 
     @property
     def laps(self) -> IntArray:
         """The crossings at which two pieces lie on one another."""
-        return np.asarray(self.crossing[self.are(LAPPED)])
+        return np.asarray(self.crossing[self.where(lambda kind: kind.laps)])
 
 
 def plan_joints(
@@ -135,19 +116,18 @@ def plan_joints(
     kinds, needed = [rule.kind] * len(passes), np.zeros(len(passes))
     thickness = np.array(np.broadcast_to(thickness_mm, weave.threads.n_threads))
     ends: list[Interlock | None] = [None] * len(passes)
-    if rule.kind in _SHAPES:
-        fits, make = _SHAPES[rule.kind]
-        own = thickness[weave.threads.thread_of_pass[passes]]
-        needed = np.array([fits(thick) for thick in own.tolist()])
+    if rule.kind.shape is not None and rule.kind.room_mm is not None:
+        thicknesses = thickness[weave.threads.thread_of_pass[passes]].tolist()
+        needed = np.array([rule.kind.room_mm(thick) for thick in thicknesses])
         # However long the lap, tongues stay in the flat panel.
         reach = np.minimum(room, lap / 2)
         for index in np.flatnonzero(reach >= needed).tolist():
-            ends[index] = shape = make(float(reach[index]), float(own[index]))
+            ends[index] = shape = rule.kind.shape(float(reach[index]), thicknesses[index])
             end[index] = 1.0
             if shape.begin_mm is not None:
                 begin[index] = 0.0
-        kinds = [rule.kind if shape is not None else "glue" for shape in ends]
-    lapped = np.array([kind in LAPPED for kind in kinds], dtype=np.bool_)
+        kinds = [rule.kind if shape is not None else GLUE for shape in ends]
+    lapped = np.array([kind.laps for kind in kinds], dtype=np.bool_)
     return JointPlan(
         rule=rule,
         crossing=weave.threads.crossing[passes],
@@ -190,7 +170,7 @@ def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Stri
     count = threads.lengths[thread]
     # Once around a ring, so that there always is a panel before.
     place = passes - threads.offsets[thread] + np.where(ribbons.closed[thread], count, 0)
-    own = local_entry(ribbons, thread, place)
+    entry = local_entry(ribbons, thread, place)
     ring = ribbons.closed[thread]
     final = np.diff(ribbons.offsets)[thread] - 1
     before = local_entry(ribbons, thread, np.maximum(place - 1, 0)) + 1
@@ -200,7 +180,7 @@ def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Stri
     first = np.where(~ring & (place == 0), 0, before)
     last = np.where(~ring & (place == count - 1), final, after)
     offsets, rung = run_rungs(ribbons, thread, first, last)
-    return unfold(ribbons, offsets, rung), offsets[:-1] + own - first
+    return unfold(ribbons, offsets, rung), offsets[:-1] + entry - first
 
 
 def _reach(

@@ -108,9 +108,9 @@ def list_candidates(
     return Candidates(ribbons, sites, course, windows, there & (at > behind[last]))
 
 
-def joint_price(found: Candidates) -> float:
+def joint_price(candidates: Candidates) -> float:
     """Return what a joint is worth in square millimetres: the mean ribbon of some crossings."""
-    windows = found.windows
+    windows = candidates.windows
     there = windows.passes > 1
     if not there.any():
         return 0.0
@@ -118,13 +118,13 @@ def joint_price(found: Candidates) -> float:
     return float(JOINT_WORTH * area)
 
 
-def price_candidates(found: Candidates, bed: Bed, longest_mm: float) -> FloatArray:
+def price_candidates(candidates: Candidates, bed: Bed, longest_mm: float) -> FloatArray:
     """Return the cost of every piece, (N, D), without its joints; infinite where it is none."""
     cost = window_costs(
-        found.windows,
+        candidates.windows,
         gap_mm=bed.gap_mm,
-        even_mm2=_EVEN_SHARE * joint_price(found),
+        even_mm2=_EVEN_SHARE * joint_price(candidates),
         longest_mm=longest_mm,
     )
-    cost[~found.fresh()] = np.inf
+    cost[~candidates.fresh()] = np.inf
     return cost

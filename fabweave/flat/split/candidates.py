@@ -184,26 +184,26 @@ def _pairs(sites: Sites, at: IntArray, most_passes: int) -> tuple[IntArray, IntA
     """Return first and last station of every window, and how many sites it goes ahead."""
     count = np.diff(sites.offsets)
     thread = sites.thread
-    own = np.arange(len(thread)) - sites.offsets[thread]
+    place = np.arange(len(thread)) - sites.offsets[thread]
     # The whole of a ring is no window as long as it can be cut in two.
     most = np.where(sites.closed, np.maximum(count - 1, np.minimum(count, 1)), count - 1)
-    found = []
+    windows = []
     for ahead in range(1, int(most.max(initial=0)) + 1):
         site = np.flatnonzero(
-            (ahead <= most[thread]) & (sites.closed[thread] | (own + ahead < count[thread]))
+            (ahead <= most[thread]) & (sites.closed[thread] | (place + ahead < count[thread]))
         )
-        around, target = np.divmod(own[site] + ahead, count[thread[site]])
+        around, target = np.divmod(place[site] + ahead, count[thread[site]])
         target = sites.offsets[thread[site]] + target
         step = at[target] + around * sites.lengths[thread[site]] - at[site]
         short = step < most_passes
         if not short.any():
             break
         site, step = site[short], step[short]
-        found.append((at[site], at[site] + step, np.full(len(site), ahead)))
-    if not found:
+        windows.append((at[site], at[site] + step, np.full(len(site), ahead)))
+    if not windows:
         none = np.zeros(0, dtype=np.int64)
         return none, none, none
-    first, last, far = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    first, last, far = (np.concatenate(parts) for parts in zip(*windows, strict=True))
     return first, last, far
 
 

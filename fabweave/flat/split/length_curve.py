@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.records import record
 from fabweave.flat.split.candidate_costs import Bed, Candidates, joint_price, price_candidates
 from fabweave.flat.split.cost import sheet_area
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
@@ -43,19 +44,33 @@ class Choice:
         """Predicted share of the used sheet area that becomes pieces."""
         return self.piece_mm2 / self.sheet_mm2
 
-    def record(self) -> dict[str, float]:
-        """Return the choice as JSON takes it."""
-        return {
-            "max_length_mm": round(self.length_mm, 1),
-            "pieces": self.pieces,
-            "joints": self.joints,
-            "piece_mm2": round(self.piece_mm2, 1),
-            "sheet_mm2": round(self.sheet_mm2, 1),
-            "utilisation": round(self.utilisation, 4),
-        }
+    def record(self) -> "ChoiceRecord":
+        """Return the choice as files have it, rounded."""
+        return ChoiceRecord(
+            max_length_mm=round(self.length_mm, 1),
+            pieces=self.pieces,
+            joints=self.joints,
+            piece_mm2=round(self.piece_mm2, 1),
+            sheet_mm2=round(self.sheet_mm2, 1),
+            utilisation=round(self.utilisation, 4),
+        )
 
 
-def compare_lengths(found: Candidates, bed: Bed, lengths_mm: Sequence[float]) -> tuple[Choice, ...]:
+@record
+class ChoiceRecord:
+    """A choice as files have it."""
+
+    max_length_mm: float
+    pieces: int
+    joints: int
+    piece_mm2: float
+    sheet_mm2: float
+    utilisation: float
+
+
+def compare_lengths(
+    candidates: Candidates, bed: Bed, lengths_mm: Sequence[float]
+) -> tuple[Choice, ...]:
     """Cut all threads at the least cost for each of some lengths, joints not staggered.
 
     Lengths to which some thread cannot be cut are left out. On very fine meshes only every
@@ -63,14 +78,14 @@ def compare_lengths(found: Candidates, bed: Bed, lengths_mm: Sequence[float]) ->
 
     Parameters
     ----------
-    found : Candidates
+    candidates : Candidates
         Measured up to the longest of the lengths.
     bed : Bed
         What pieces must fit on.
     lengths_mm : sequence of float
         The lengths, ascending.
     """
-    sites, windows = found.sites, found.windows
+    sites, windows = candidates.sites, candidates.windows
     count = np.diff(sites.offsets)
     threads = np.flatnonzero((count > 1) | ((count > 0) & sites.closed))
     stride = max(1, round(len(sites.position) / _MOST_SITES))
@@ -78,7 +93,7 @@ def compare_lengths(found: Candidates, bed: Bed, lengths_mm: Sequence[float]) ->
     scale = count[threads].sum() / max(count[some].sum(), 1)
     choices = []
     for length in lengths_mm:
-        cut = _cut_each(found, bed, length, some)
+        cut = _cut_each(candidates, bed, length, some)
         if cut is None:
             continue
         area = windows.area_mm2[cut]
@@ -97,7 +112,7 @@ def compare_lengths(found: Candidates, bed: Bed, lengths_mm: Sequence[float]) ->
 
 
 def _cut_each(
-    found: Candidates, bed: Bed, longest_mm: float, threads: IntArray
+    candidates: Candidates, bed: Bed, longest_mm: float, threads: IntArray
 ) -> tuple[IntArray, IntArray] | None:
     """Cut threads without a look at one another; None if some thread cannot be cut.
 
@@ -106,16 +121,16 @@ def _cut_each(
     row, column : (N,) int arrays
         The pieces among the candidates.
     """
-    sites = found.sites
-    cost = price_candidates(found, bed, longest_mm) + joint_price(found)
+    sites = candidates.sites
+    cost = price_candidates(candidates, bed, longest_mm) + joint_price(candidates)
     rows, columns = [], []
     for thread in threads.tolist():
-        own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+        costs = cost[sites.offsets[thread] : sites.offsets[thread + 1]]
         ring = bool(sites.closed[thread])
-        total, cut = (cheapest_ring if ring else cheapest_row)(cost[own])
+        total, cut = (cheapest_ring if ring else cheapest_row)(costs)
         if not np.isfinite(total):
             return None
-        size = len(cost[own])
+        size = len(costs)
         rows.append(sites.offsets[thread] + cut)
         columns.append(np.diff(np.append(cut, cut[0] + size if ring else size - 1)) - 1)
     if not rows:

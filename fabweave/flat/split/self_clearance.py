@@ -29,7 +29,9 @@ def keeps_clear(strips: Strips) -> BoolArray:
     -------
     (S,) bool array
     """
-    polygons = np.array([shapely.Polygon(one) for one in strip_outlines(strips)], dtype=object)
+    polygons = np.array(
+        [shapely.Polygon(outline) for outline in strip_outlines(strips)], dtype=object
+    )
     good = np.asarray(shapely.is_valid(polygons))
     swollen = shapely.buffer(polygons[good], SELF_CLEARANCE_MM / 2, quad_segs=2)
     good[good] = shapely.get_num_interior_rings(swollen) == 0
@@ -128,8 +130,7 @@ def _blocks(offsets: IntArray, most_passes: int) -> tuple[IntArray, IntArray]:
     count = np.diff(offsets)
     blocks = np.maximum(-(-count // most_passes) - 1, np.minimum(count, 1))
     thread = np.repeat(np.arange(len(count)), blocks)
-    own = np.arange(len(thread)) - offsets_of(blocks)[thread]
-    start = own * most_passes
+    start = (np.arange(len(thread)) - offsets_of(blocks)[thread]) * most_passes
     size = np.minimum(2 * most_passes, count[thread] - start)
     block = np.repeat(np.arange(len(size)), size)
     within = np.arange(len(block)) - offsets_of(size)[block]

@@ -1,10 +1,11 @@
 """Choose where to cut long strips into pieces: at the least cost, exactly for each thread.
 
-Every thread is unfolded once, and everything that it could be cut into is measured (``windows``),
-priced (``cost``) and chosen from (``choose``). Joints of different threads should not lie side by
-side, which couples the threads: they are cut one after another, each knowing where those before
-it have their joints, and then each once more, knowing all others. So each thread is cut at the
-least cost for the joints of the others, which is the optimum of that thread and not of all.
+Every thread is unfolded once, and everything that it could be cut into is measured
+(``candidates``), priced (``cost``) and chosen from (``shortest_path``). Joints of different threads
+should not lie side by side, which couples the threads: they are cut one after another, each knowing
+where those before it have their joints, and then each once more, knowing all others. So each thread
+is cut at the least cost for the joints of the others, which is the optimum of that thread and not
+of all.
 """
 
 from collections.abc import Callable, Sequence
@@ -85,12 +86,12 @@ def split_threads(
     """
     bed = Bed(fits, tuple(usable), gap_mm)
     every = np.arange(weave.threads.n_threads)
-    found = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
-    return choose_runs(found, weave, bed, labels, length_mm, max_length_mm, room)
+    candidates = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
+    return choose_runs(candidates, weave, bed, labels, length_mm, max_length_mm, room)
 
 
 def choose_runs(
-    found: Candidates,
+    candidates: Candidates,
     weave: Weave,
     bed: Bed,
     labels: tuple[str, ...],
@@ -105,12 +106,12 @@ def choose_runs(
     CannotMakeError
         If a thread cannot be cut.
     """
-    joints = Joints(weave.threads, _NEAR_SHARE * joint_price(found), room)
-    cuts = _cut(found, joints, bed, min(length_mm, max_length_mm))
+    joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
+    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm))
     lost = [thread for thread, cut in cuts.items() if cut is None]
     if lost:
         most = int(weave.threads.lengths.max()) + 1
-        wider = list_candidates(found.ribbons, weave, bed, max_length_mm, np.array(lost), most)
+        wider = list_candidates(candidates.ribbons, weave, bed, max_length_mm, np.array(lost), most)
         cuts |= _cut(wider, joints, bed, max_length_mm)
         stuck = [
             f"{labels[thread]} between its crossings {first} and {last}"
@@ -121,12 +122,12 @@ def choose_runs(
         if stuck:
             raise CannotMakeError(_refusal(stuck, max_length_mm))
     return _runs_of_cuts(
-        {thread: cut for thread, cut in cuts.items() if cut is not None}, found.sites
+        {thread: cut for thread, cut in cuts.items() if cut is not None}, candidates.sites
     )
 
 
 def _cut(
-    found: Candidates, joints: Joints, bed: Bed, longest_mm: float
+    candidates: Candidates, joints: Joints, bed: Bed, longest_mm: float
 ) -> dict[int, IntArray | None]:
     """Cut every thread that has sites; None for those that cannot be cut so short.
 
@@ -135,27 +136,27 @@ def _cut(
     dict
         For each thread the sites, counted in it, at which its pieces begin.
     """
-    sites, price = found.sites, joint_price(found)
-    cost = price_candidates(found, bed, longest_mm)
-    fitting = (found.windows.room_mm > found.slack) & bool(bed.usable)
+    sites, price = candidates.sites, joint_price(candidates)
+    cost = price_candidates(candidates, bed, longest_mm)
+    fitting = (candidates.windows.room_mm > candidates.slack) & bool(bed.usable)
     outer = sites.outer
     cuts: dict[int, IntArray | None] = {}
     for _sweep in range(2):
         for thread in np.flatnonzero(np.diff(sites.offsets)).tolist():
-            own = slice(sites.offsets[thread], sites.offsets[thread + 1])
-            crossing, end = sites.crossing[own], outer[own]
+            rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
+            crossing, end = sites.crossing[rows], outer[rows]
             earlier = cuts.get(thread)
             if earlier is not None:
                 joints.add(crossing[earlier[~end[earlier]]], -1)
             joint = np.where(end, 0.0, price + joints.costs(crossing))
-            cuts[thread] = cut = _cut_thread(found, thread, cost, joint, fitting, bed)
+            cuts[thread] = cut = _cut_thread(candidates, thread, cost, joint, fitting, bed)
             if cut is not None:
                 joints.add(crossing[cut[~end[cut]]])
     return cuts
 
 
 def _cut_thread(
-    found: Candidates,
+    candidates: Candidates,
     thread: int,
     cost: FloatArray,
     joint: FloatArray,
@@ -163,58 +164,58 @@ def _cut_thread(
     bed: Bed,
 ) -> IntArray | None:
     """Cut one thread; pieces that turn out not to fit are struck off in ``cost``."""
-    sites = found.sites
-    own = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    sites = candidates.sites
+    rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
     ring = bool(sites.closed[thread])
-    count, width = cost[own].shape
+    count, width = cost[rows].shape
     if count == 1 and not ring:
-        station = np.array([found.course.offsets[thread]])
-        outline = strip_outlines(found.course.stretches(station, station))[0]
+        station = np.array([candidates.course.offsets[thread]])
+        outline = strip_outlines(candidates.course.stretches(station, station))[0]
         return np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
     target = np.arange(count)[:, None] + np.arange(1, width + 1)
     target = target % count if ring else np.minimum(target, count - 1)
     solve = cheapest_ring if ring else cheapest_row
     while True:
-        total, cut = solve(cost[own] + joint[target])
+        total, cut = solve(cost[rows] + joint[target])
         if not np.isfinite(total):
             return None
         after = np.append(cut[1:], cut[0] + count if ring else count - 1)
         row, ahead = sites.offsets[thread] + cut, after - cut - 1
-        asked = ~fitting[row, ahead]
-        row, ahead = row[asked], ahead[asked]
+        doubtful = ~fitting[row, ahead]
+        row, ahead = row[doubtful], ahead[doubtful]
         if not len(row):
             return cut
-        fits = _fits(found, row, ahead, bed)
+        fits = _fits(candidates, row, ahead, bed)
         fitting[row[fits], ahead[fits]] = True
         cost[row[~fits], ahead[~fits]] = np.inf
         if fits.all():
             return cut
 
 
-def _fits(found: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
+def _fits(candidates: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
     """Ask whether candidates fit the stock."""
     if not len(row):
         return np.zeros(0, dtype=bool)
-    first = station_of_site(found.course, found.sites)[row]
-    last = first + found.windows.passes[row, ahead] - 1
-    outlines = strip_outlines(found.course.stretches(first, last))
+    first = station_of_site(candidates.course, candidates.sites)[row]
+    last = first + candidates.windows.passes[row, ahead] - 1
+    outlines = strip_outlines(candidates.course.stretches(first, last))
     return np.array([bed.fits(outline) for outline in outlines], dtype=bool)
 
 
-def _stuck(found: Candidates, bed: Bed, thread: int) -> list[tuple[int, int]]:
+def _stuck(candidates: Candidates, bed: Bed, thread: int) -> list[tuple[int, int]]:
     """Return from which pass to which a thread has no piece; all of them if none is to blame."""
-    sites = found.sites
-    own = slice(sites.offsets[thread], sites.offsets[thread + 1])
-    begin = sites.position[own]
+    sites = candidates.sites
+    rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    begin = sites.position[rows]
     end = np.roll(begin, -1)
     if not sites.closed[thread]:
         begin, end = begin[: max(len(begin) - 1, 1)], end[: max(len(end) - 1, 1)]
     row = sites.offsets[thread] + np.arange(len(begin))
     wrong = np.ones(len(row), dtype=bool)
-    if found.windows.passes.shape[1]:
-        asked = found.fresh()[row, 0]
-        none_between = np.zeros(np.count_nonzero(asked), dtype=np.int64)
-        wrong[asked] = ~_fits(found, row[asked], none_between, bed)
+    if candidates.windows.passes.shape[1]:
+        doubtful = candidates.fresh()[row, 0]
+        none_between = np.zeros(np.count_nonzero(doubtful), dtype=np.int64)
+        wrong[doubtful] = ~_fits(candidates, row[doubtful], none_between, bed)
     if not wrong.any():
         wrong[:] = True
     return list(zip(begin[wrong].tolist(), end[wrong].tolist(), strict=True))

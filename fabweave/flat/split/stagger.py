@@ -14,8 +14,7 @@ def neighbours(threads: Threads) -> IntArray:
     are fewer, the crossing itself fills up.
     """
     beside = _beside(threads)
-    own = np.arange(len(beside))[:, None]
-    return np.concatenate((beside, beside[beside].reshape(len(own), -1)), axis=1)
+    return np.concatenate((beside, beside[beside].reshape(len(beside), -1)), axis=1)
 
 
 def _beside(threads: Threads) -> IntArray:

@@ -64,16 +64,18 @@ def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> 
     threads = weave.threads
     passes = np.zeros((threads.n_crossings, 2), dtype=np.int64)
     passes[threads.crossing, weave.over.astype(np.int64)] = np.arange(len(threads.crossing))
-    first = np.array([passes[one.crossings[0], int(one.over[0])] for one in pieces], dtype=np.int64)
+    first = np.array(
+        [passes[piece.crossings[0], int(piece.over[0])] for piece in pieces], dtype=np.int64
+    )
     thread = threads.thread_of_pass[first]
-    panel_offsets = offsets_of(np.array([len(one.crossings) for one in pieces], dtype=np.int64))
+    panel_offsets = offsets_of(np.array([len(piece.crossings) for piece in pieces], dtype=np.int64))
     stations = np.diff(panel_offsets)
     place = _counted(first - threads.offsets[thread], stations)
     entry = local_entry(ribbons, np.repeat(thread, stations), place)
     size = np.diff(ribbons.offsets)[thread]
     start, last = entry[panel_offsets[:-1]], entry[panel_offsets[1:] - 1] + 1
-    start = np.where([one.start_joint is None for one in pieces], 0, start)
-    last = np.where([one.end_joint is None for one in pieces], size - 1, last)
+    start = np.where([piece.start_joint is None for piece in pieces], 0, start)
+    last = np.where([piece.end_joint is None for piece in pieces], size - 1, last)
     counts = last - start + 1
     local = _counted(start, counts) % np.repeat(size, counts)
     return Stretches(

@@ -83,26 +83,26 @@ def near_pairs(
     stretches = cut_stretches(ribbons)
     if among is None:
         facets = cut_facets(ribbons, stretches.triangle[::2] // 2)
-        asked = np.full(len(stretches.thread), beside is None)
+        selected = np.full(len(stretches.thread), beside is None)
         if beside is not None:
-            asked[beside] = True
-        blocks = _boxes_within_reach(ribbons, stretches, reach_mm, asked)
+            selected[beside] = True
+        blocks = _boxes_within_reach(ribbons, stretches, reach_mm, selected)
         next_to = neighbours(stretches)
-        next_to = next_to[asked[next_to].any(axis=1)]
+        next_to = next_to[selected[next_to].any(axis=1)]
     else:
-        own = triangles_of(stretches, np.unique(among))
-        facets = cut_facets(ribbons, own[::2] // 2)
+        triangles = triangles_of(stretches, np.unique(among))
+        facets = cut_facets(ribbons, triangles[::2] // 2)
         blocks = [among[start : start + _BLOCK] for start in range(0, len(among), _BLOCK)]
         steps = steps_apart(stretches, among)
         next_to = among[(steps == 0) | (steps == 1)]
     along = passes_along(stretches, next_to)
     straight = (along >= 0) & run_straight(ribbons, stretches)[along]
-    found = [folded_pairs(stretches, facets, next_to[~straight])]
+    measurements = [folded_pairs(stretches, facets, next_to[~straight])]
     for block in blocks:
         pairs = block[_apart(stretches, crossing, block)]
         reach = np.full(len(pairs), reach_mm) if wanted is None else wanted(pairs)
-        found.append(_measure(stretches, facets, pairs, reach))
-    return in_order(*(np.concatenate(part) for part in zip(*found, strict=True)))
+        measurements.append(_measure(stretches, facets, pairs, reach))
+    return in_order(*(np.concatenate(part) for part in zip(*measurements, strict=True)))
 
 
 def in_order(pairs: IntArray, distance_mm: FloatArray, place: FloatArray) -> Nearness:
@@ -112,7 +112,7 @@ def in_order(pairs: IntArray, distance_mm: FloatArray, place: FloatArray) -> Nea
 
 
 def _boxes_within_reach(
-    ribbons: Ribbons, stretches: Stretches, reach_mm: float, asked: BoolArray
+    ribbons: Ribbons, stretches: Stretches, reach_mm: float, selected: BoolArray
 ) -> list[IntArray]:
     """Return pairs of stretches, one of them asked for, whose boxes are within reach, in blocks."""
     filled = np.flatnonzero(np.diff(stretches.offsets) > 0)
@@ -127,16 +127,16 @@ def _boxes_within_reach(
     high = np.maximum.reduceat(np.maximum.reduce(ends), starts) + reach_mm / 2
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     tree = shapely.STRtree(boxes)
-    asked = asked[filled]
-    rows = np.flatnonzero(asked)
+    selected = selected[filled]
+    rows = np.flatnonzero(selected)
     blocks = []
     for start in range(0, len(rows), _BLOCK):
-        one, other = tree.query(boxes[rows[start : start + _BLOCK]])
-        one = rows[one + start]
-        keep = (one < other) | ((one > other) & ~asked[other])
-        one, other = one[keep], other[keep]
-        keep = (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
-        pairs = np.column_stack((filled[one[keep]], filled[other[keep]]))
+        first, second = tree.query(boxes[rows[start : start + _BLOCK]])
+        first = rows[first + start]
+        keep = (first < second) | ((first > second) & ~selected[second])
+        first, second = first[keep], second[keep]
+        keep = (low[first, 2] <= high[second, 2]) & (low[second, 2] <= high[first, 2])
+        pairs = np.column_stack((filled[first[keep]], filled[second[keep]]))
         pairs.sort(axis=1)
         blocks.append(pairs)
     return blocks
@@ -144,12 +144,12 @@ def _boxes_within_reach(
 
 def _apart(stretches: Stretches, crossing: IntArray, pairs: IntArray) -> IntArray:
     """Return which pairs are neither neighbours along a thread nor the two panels of a crossing."""
-    one, other = pairs.T
+    first, second = pairs.T
     count = len(crossing)
     steps = steps_apart(stretches, pairs)
-    panels = (one < count) & (other < count)
+    panels = (first < count) & (second < count)
     crossed = np.zeros(len(pairs), dtype=bool)
-    crossed[panels] = crossing[one[panels]] == crossing[other[panels]]
+    crossed[panels] = crossing[first[panels]] == crossing[second[panels]]
     return np.flatnonzero(((steps < 0) | (steps > 1)) & ~crossed)
 
 

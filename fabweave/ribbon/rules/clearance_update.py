@@ -34,8 +34,8 @@ def measure_pairs(
     near : Nearness
         Those that are, as the whole numbers them.
     """
-    own = np.sort(part.own_stretches(pairs), axis=1)
-    measured, near = measure_clearance(ribbons, part.weave, limits.of(part.thread), own)
+    part_pairs = np.sort(part.stretch_numbers(pairs), axis=1)
+    measured, near = measure_clearance(ribbons, part.weave, limits.of(part.thread), part_pairs)
     whole = np.sort(part.whole_stretches(near.pairs), axis=1)
     return measured.margin, in_order(whole, near.distance_mm, near.place)
 

@@ -69,11 +69,11 @@ def apart_by(first: FloatArray, second: FloatArray, reach: FloatArray) -> BoolAr
     apart = np.empty(len(first), dtype=bool)
     for start in range(0, len(first), _BLOCK):
         block = slice(start, start + _BLOCK)
-        one, other = _turned(first[block]), _turned(second[block])
-        here = _beyond_planes(one, other, reach[block])
+        a, b = _turned(first[block]), _turned(second[block])
+        here = _beyond_planes(a, b, reach[block])
         # Those that the first triangle's planes do not set apart may be by the other's.
         left = np.flatnonzero(~here)
-        here[left] = _beyond_planes(other[:, :, left], one[:, :, left], reach[block][left])
+        here[left] = _beyond_planes(b[:, :, left], a[:, :, left], reach[block][left])
         apart[block] = here
     return apart
 
@@ -94,25 +94,25 @@ def piercing(first: FloatArray, second: FloatArray, shared: IntArray) -> BoolArr
 
     Examples
     --------
-    >>> one = np.array([[[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]])
-    >>> other = np.array([[[0.0, 0, 0], [1, 1, -1], [1, 1, 2]]])
-    >>> piercing(one, other, np.array([[0, 0]])), piercing(one, -other, np.array([[0, 0]]))
+    >>> flat = np.array([[[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]])
+    >>> steep = np.array([[[0.0, 0, 0], [1, 1, -1], [1, 1, 2]]])
+    >>> piercing(flat, steep, np.array([[0, 0]])), piercing(flat, -steep, np.array([[0, 0]]))
     (array([ True]), array([False]))
     """
-    found = np.zeros(len(first), dtype=bool)
+    pierces = np.zeros(len(first), dtype=bool)
     for start in range(0, len(first), _BLOCK):
         block = slice(start, start + _BLOCK)
         sides = (_turned(first[block]), _turned(second[block]))
-        for own in (0, 1):
-            plane, far = _Plane(sides[own]), sides[1 - own]
+        for side in (0, 1):
+            plane, far = _Plane(sides[side]), sides[1 - side]
             heights = [plane.height(corner) for corner in far]
             heights = [np.where(np.abs(height) > _GRAZING_MM, height, 0.0) for height in heights]
             for i, j in _TURNED:
                 # An edge that ends in the common corner touches the triangle there, by design.
-                away = (shared[block, 1 - own] != i) & (shared[block, 1 - own] != j)
+                away = (shared[block, 1 - side] != i) & (shared[block, 1 - side] != j)
                 through, _ = _edge_through(far[i], far[j], heights[i], heights[j], plane)
-                found[block] |= through & away
-    return found
+                pierces[block] |= through & away
+    return pierces
 
 
 class _Plane:
@@ -136,12 +136,12 @@ class _Plane:
         return inside
 
 
-def _beyond_planes(own: FloatArray, far: FloatArray, reach: FloatArray) -> BoolArray:
-    """Tell of one block which triangles a plane of the own ones sets apart from the far ones."""
-    plane = _Plane(own)
+def _beyond_planes(triangles: FloatArray, far: FloatArray, reach: FloatArray) -> BoolArray:
+    """Return which pairs of one block are set apart by a plane of their near triangle."""
+    plane = _Plane(triangles)
     heights = [plane.height(corner) for corner in far]
     apart = (np.minimum.reduce(heights) > reach) | (np.maximum.reduce(heights) < -reach)
-    for corner, outward in zip(own, plane.outward, strict=True):
+    for corner, outward in zip(triangles, plane.outward, strict=True):
         limit = reach * np.sqrt(_dot(outward, outward))
         beyond = [_dot(point - corner, outward) for point in far]
         apart |= np.minimum.reduce(beyond) > limit
@@ -161,8 +161,8 @@ def _distances(first: FloatArray, second: FloatArray) -> tuple[FloatArray, Float
     for i, j in _TURNED:
         for k, m in _TURNED:
             offer(*_between_edges(first[i], first[j], second[k], second[m]))
-    for own, far in ((first, second), (second, first)):
-        plane = _Plane(own)
+    for base, far in ((first, second), (second, first)):
+        plane = _Plane(base)
         heights = [plane.height(corner) for corner in far]
         flat = ~np.any(plane.normal != 0, axis=0)
         for corner, height in zip(far, heights, strict=True):

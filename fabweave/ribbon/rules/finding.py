@@ -1,7 +1,9 @@
-"""Say which rule does not hold, how badly, where, how often, and what would mend it."""
+"""Describe which rule does not hold, how badly, where, how often, and what would mend it."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
+
+from fabweave.core.records import record
 
 Severity: TypeAlias = Literal["refuse", "warn"]
 
@@ -63,54 +65,62 @@ class Finding:
     cause: str | None = None
 
 
-def sentence(found: Finding) -> str:
-    """Say what was found, where, and what would mend it.
+def sentence(finding: Finding) -> str:
+    """Return a sentence on what was found, where, and what would mend it.
 
     Examples
     --------
     >>> print(sentence(Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5,
     ...     120, size_mm=412)))
-    bend: 30.0 mm on thread A after crossing 17, where the material takes 46.0 mm; in 5 of 120 \
-places. --size 412mm mends it
+    bend: a radius of 30.0 mm on thread A after crossing 17, but the material takes no less than \
+46.0 mm; in 5 of 120 places. To fix it, use --size 412mm
     """
-    value, limit = f"{found.value:.{_digits(found)}f}", f"{found.limit:.{_digits(found)}f}"
-    unit = "°" if found.unit == "degrees" else f" {found.unit}"
-    where = f"on thread {found.thread} after crossing {found.crossing}"
-    if found.other is not None:
-        where = f"between threads {found.thread} and {found.other} near crossing {found.crossing}"
+    digits = _digits(finding)
+    value, limit = f"{finding.value:.{digits}f}", f"{finding.limit:.{digits}f}"
+    unit = "°" if finding.unit == "degrees" else f" {finding.unit}"
+    where = f"on thread {finding.thread} after crossing {finding.crossing}"
+    if finding.other is not None:
+        where = (
+            f"between threads {finding.thread} and {finding.other} near crossing {finding.crossing}"
+        )
     what = {
-        "width": f"{value}{unit} {where}, where {limit}{unit} is the least to handle",
-        "bend": f"{value}{unit} {where}, where the material takes {limit}{unit}",
-        "twist": f"{value}{unit} over one width {where}, where the material takes {limit}{unit}",
-        "crease": f"{value}{unit} at one cross-line {where}, where the material takes "
+        "width": f"only {value}{unit} {where}, but a ribbon needs {limit}{unit} to be handled",
+        "bend": f"a radius of {value}{unit} {where}, but the material takes no less than "
+        f"{limit}{unit}",
+        "twist": f"{value}{unit} over a length equal to the width {where}, but the material takes "
+        f"at most {limit}{unit}",
+        "crease": f"{value}{unit} at one cross-line {where}, but the material takes at most "
         f"{limit}{unit} from crossing to crossing",
-        "layers": f"{value}{unit} {where}, and the layers are {limit}{unit} thick",
-        "hole": f"{value}{unit} from centre to edge {where}, where {limit}{unit} are wanted",
-        "clearance": f"{value}{unit} {where}, middle to middle, where {limit}{unit} are wanted",
-    }[found.rule]
-    if found.rule == "clearance" and found.value == 0:
-        what = f"ribbons run through one another {where}"
-        if found.other == found.thread:
-            what = f"the ribbon of thread {found.thread} runs through itself near crossing "
-            what += str(found.crossing)
-    places = f"in {found.count} of {found.of} places"
-    if found.rule == "clearance":
-        places = f"in {found.count} place{'' if found.count == 1 else 's'}"
-    if found.cause is not None:
-        places += f" ({found.cause})"
-    advice = remedies(found)
-    return f"{found.rule}: {what}; {places}" + (f". {advice} mends it" if advice else "")
+        "layers": f"only {value}{unit} from middle to middle {where}, but the layers need "
+        f"{limit}{unit}",
+        "hole": f"only {value}{unit} from its centre to an edge {where}, but it needs "
+        f"{limit}{unit}",
+        "clearance": f"only {value}{unit} from middle to middle {where}, but ribbons need "
+        f"{limit}{unit}",
+    }[finding.rule]
+    if finding.rule == "clearance" and finding.value == 0:
+        what = f"ribbons pass through each other {where}"
+        if finding.other == finding.thread:
+            what = f"the ribbon of thread {finding.thread} passes through itself near crossing "
+            what += str(finding.crossing)
+    places = f"in {finding.count} of {finding.of} places"
+    if finding.rule == "clearance":
+        places = f"in {finding.count} place{'' if finding.count == 1 else 's'}"
+    if finding.cause is not None:
+        places += f" ({finding.cause})"
+    advice = remedies(finding)
+    return f"{finding.rule}: {what}; {places}" + (f". To fix it, use {advice}" if advice else "")
 
 
-def _digits(found: Finding) -> int:
-    """Return how many decimals tell what was found from the limit, four at most."""
-    digits = 2 if found.unit == "mm" and found.limit < 5 else 1
-    while digits < 4 and f"{found.value:.{digits}f}" == f"{found.limit:.{digits}f}":
+def _digits(finding: Finding) -> int:
+    """Return how many decimals show that the value is not the limit, four at most."""
+    digits = 2 if finding.unit == "mm" and finding.limit < 5 else 1
+    while digits < 4 and f"{finding.value:.{digits}f}" == f"{finding.limit:.{digits}f}":
         digits += 1
     return digits
 
 
-def remedies(found: Finding) -> str:
+def remedies(finding: Finding) -> str:
     """Return what would mend a finding, as options of the command line; empty if nothing is known.
 
     Examples
@@ -120,34 +130,58 @@ def remedies(found: Finding) -> str:
     '--size 500mm, or ribbons 20 % narrower (--width)'
     """
     ways = []
-    if found.size_mm is not None:
-        ways.append(f"--size {found.size_mm}mm")
-    if found.width_factor is not None:
-        ways.append(f"ribbons {round(100 * (1 - found.width_factor))} % narrower (--width)")
-    if found.refine is not None:
-        ways.append(f"--refine {found.refine}")
+    if finding.size_mm is not None:
+        ways.append(f"--size {finding.size_mm}mm")
+    if finding.width_factor is not None:
+        ways.append(f"ribbons {round(100 * (1 - finding.width_factor))} % narrower (--width)")
+    if finding.refine is not None:
+        ways.append(f"--refine {finding.refine}")
     return ", or ".join(ways)
 
 
-def finding_record(found: Finding) -> dict[str, Any]:
-    """Return a finding as JSON takes it."""
-    return {
-        "rule": found.rule,
-        "severity": found.severity,
-        "value": round(found.value, 4),
-        "limit": round(found.limit, 4),
-        "unit": found.unit,
-        "thread": found.thread,
-        "station": found.station,
-        "crossing": found.crossing,
-        "other": found.other,
-        "position": list(found.position),
-        "count": found.count,
-        "of": found.of,
-        "size_mm": found.size_mm,
-        "width_factor": found.width_factor,
-        "refine": found.refine,
-        "cause": found.cause,
-        "remedy": remedies(found),
-        "text": sentence(found),
-    }
+@record
+class FindingRecord:
+    """A finding as ``ribbons.json`` holds it: figures rounded, what mends it, and in words."""
+
+    rule: str
+    severity: Severity
+    value: float
+    limit: float
+    unit: str
+    thread: str
+    station: int
+    crossing: int
+    other: str | None
+    position: tuple[float, float, float]
+    count: int
+    of: int
+    size_mm: int | None
+    width_factor: float | None
+    refine: str | None
+    cause: str | None
+    remedy: str
+    text: str
+
+
+def finding_record(found: Finding) -> FindingRecord:
+    """Return a finding as it is written."""
+    return FindingRecord(
+        rule=found.rule,
+        severity=found.severity,
+        value=round(found.value, 4),
+        limit=round(found.limit, 4),
+        unit=found.unit,
+        thread=found.thread,
+        station=found.station,
+        crossing=found.crossing,
+        other=found.other,
+        position=found.position,
+        count=found.count,
+        of=found.of,
+        size_mm=found.size_mm,
+        width_factor=found.width_factor,
+        refine=found.refine,
+        cause=found.cause,
+        remedy=remedies(found),
+        text=sentence(found),
+    )

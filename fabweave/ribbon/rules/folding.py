@@ -42,15 +42,15 @@ def folded_pairs(
         loose = np.flatnonzero(n_shared < 2)
         once, same = once[loose], same[loose]
         shared = np.full((len(once), 2), -1, dtype=np.int64)
-        at, one, other = np.nonzero(same)
-        shared[at] = np.column_stack((one, other))
+        at, corner, other_corner = np.nonzero(same)
+        shared[at] = np.column_stack((corner, other_corner))
         a, b = facets.corners[first[once]], facets.corners[second[once]]
         bad = np.flatnonzero(piercing(a, b, shared))
-        own, begin = np.unique(which[once[bad]], return_index=True)
-        kept.append(own)
+        numbers, begin = np.unique(which[once[bad]], return_index=True)
+        kept.append(numbers)
         places.append((a[bad[begin]].mean(axis=1) + b[bad[begin]].mean(axis=1)) / 2)
-    found = pairs[np.concatenate(kept)]
-    return found, np.zeros(len(found)), np.concatenate(places)
+    folded = pairs[np.concatenate(kept)]
+    return folded, np.zeros(len(folded)), np.concatenate(places)
 
 
 def run_straight(ribbons: Ribbons, stretches: Stretches) -> BoolArray:

@@ -71,7 +71,7 @@ def stiffest(bend: Measured) -> IntArray:
     """
     limits = np.broadcast_to(bend.limit, len(bend.value))
     groups = [np.flatnonzero(limits == limit) for limit in np.unique(limits).tolist()]
-    tight = [np.quantile(bend.margins[own], STIFF_SHARE, method="higher") for own in groups]
+    tight = [np.quantile(bend.margins[group], STIFF_SHARE, method="higher") for group in groups]
     return groups[int(np.argmin(tight))]
 
 
@@ -119,7 +119,7 @@ class Search:
         self._known: tuple[dict[int, dict[str, float]], dict[int, dict[str, float]]] = ({}, {})
         self._watched = np.zeros(0, dtype=np.int64)
         self._watch(measured)
-        self._laid: tuple[float, float, bool, Ribbons] | None = None
+        self._last_ribbons: tuple[float, float, bool, Ribbons] | None = None
         self._settled: dict[tuple[int, bool], tuple[dict[str, float], IntArray]] = {}
 
     def remedies(self, findings: Sequence[Finding]) -> tuple[list[Finding], int | None]:
@@ -132,20 +132,20 @@ class Search:
             The smallest size at which all rules hold that a size can mend.
         """
         sizes: dict[str, int | None] = {}
-        for found in findings:
-            if found.rule in SIZED and (found.rule != "clearance" or self._few):
-                sizes[found.rule] = self._smallest_for((found.rule,))
+        for finding in findings:
+            if finding.rule in SIZED and (finding.rule != "clearance" or self._few):
+                sizes[finding.rule] = self._smallest_for((finding.rule,))
         known = [size for size in sizes.values() if size is not None]
         solvable = len(known) == len(sizes)
         overall: int | None = None
-        if any(found.rule == "clearance" for found in findings) and not self._few:
+        if any(finding.rule == "clearance" for finding in findings) and not self._few:
             clear = self._clear_now(math.ceil(self._size))
             if clear is not None and solvable and clear >= max(known, default=0):
                 # Clearance decides: its size is that of all.
-                overall = self._made(clear, SIZED, planned=True)
+                overall = self._confirmed_size(clear, SIZED, planned=True)
                 sizes["clearance"] = overall
             elif clear is not None:
-                sizes["clearance"] = self._made(clear, ("clearance",), planned=False)
+                sizes["clearance"] = self._confirmed_size(clear, ("clearance",), planned=False)
             else:
                 sizes["clearance"] = None
             solvable = solvable and sizes["clearance"] is not None
@@ -156,17 +156,17 @@ class Search:
             overall = min(self._smallest_for(SIZED) or now, now)
         elif solvable and overall is None:
             # A rule that holds at one size holds at larger ones.
-            overall = self._made(max(known), SIZED, planned=True)
-        return [self._remedy(found, sizes.get(found.rule)) for found in findings], overall
+            overall = self._confirmed_size(max(known), SIZED, planned=True)
+        return [self._remedy(finding, sizes.get(finding.rule)) for finding in findings], overall
 
-    def _remedy(self, found: Finding, size: int | None) -> Finding:
+    def _remedy(self, finding: Finding, size: int | None) -> Finding:
         """Add the size and the width at which a rule holds."""
-        found = replace(found, size_mm=size)
-        if found.severity == "refuse":
-            found = replace(found, may_be_mm=self._smallest(self._stiffness))
-        if found.rule in self._narrowing:
-            found = replace(found, width_factor=self._narrower(found.rule))
-        return found
+        finding = replace(finding, size_mm=size)
+        if finding.severity == "refuse":
+            finding = replace(finding, may_be_mm=self._smallest(self._stiffness))
+        if finding.rule in self._narrowing:
+            finding = replace(finding, width_factor=self._narrower(finding.rule))
+        return finding
 
     def broken_at(self, size: int, rules: Sequence[str]) -> tuple[str, ...]:
         """Return which of some rules do not hold at a size that was proposed."""
@@ -188,14 +188,14 @@ class Search:
             size = self._clear_now(size)
         if size is None or (len(along) == len(rules) and not self._few):
             return size
-        return self._made(size, rules, planned=self._few)
+        return self._confirmed_size(size, rules, planned=self._few)
 
     def _clear_now(self, size: int) -> int | None:
         """Return the smallest size, from one up, at which all keep clear that are too near now."""
         near = self._near
         return self._clear(near.pairs, size) if near is not None and len(near.pairs) else size
 
-    def _made(self, size: int, rules: Sequence[str], *, planned: bool) -> int | None:
+    def _confirmed_size(self, size: int, rules: Sequence[str], *, planned: bool) -> int | None:
         """Return the smallest size, from one up, at which rules hold as ribbons are made there."""
 
         def holds(size: int) -> bool:
@@ -228,7 +228,7 @@ class Search:
                 near = measure_clearance(ribbons, self._weave, self._limits)[1]
             along = measure_along(ribbons, self._limits)
             self._settled[size, planned] = (
-                {rule: one.margin for rule, one in along.items()},
+                {rule: quantity.margin for rule, quantity in along.items()},
                 near.pairs if near is not None else np.zeros((0, 2), dtype=np.int64),
             )
         return self._settled[size, planned]
@@ -264,9 +264,9 @@ class Search:
         return smallest_size(margin, size if start is None else start, most=size * FARTHEST)
 
     def _ribbons(self, size: float, width: float = 1.0, *, narrowest: bool = False) -> Ribbons:
-        if self._laid is None or self._laid[:3] != (size, width, narrowest):
-            self._laid = (size, width, narrowest, self._lay(size, width, narrowest, None))
-        return self._laid[3]
+        if self._last_ribbons is None or self._last_ribbons[:3] != (size, width, narrowest):
+            self._last_ribbons = (size, width, narrowest, self._lay(size, width, narrowest, None))
+        return self._last_ribbons[3]
 
     def _watch(self, measured: dict[str, Measured]) -> None:
         """Watch the tightest places, too, while a size is looked for."""
@@ -286,10 +286,10 @@ class Search:
             if watched:
                 part = self._part
                 ribbons, limits = self._lay(size, 1.0, False, part), self._limits.of(part.thread)
-                along = measure_between(ribbons, part.own(self._watched), limits)
+                along = measure_between(ribbons, part.pass_numbers(self._watched), limits)
             else:
                 along = measure_along(self._ribbons(size), self._limits)
-            margins = {rule: one.margin for rule, one in along.items()}
+            margins = {rule: quantity.margin for rule, quantity in along.items()}
             if not watched:
                 margins["stiff"] = stiffness(along["bend"])
                 if min(margins[rule] for rule in SIZED if rule in margins) < 1:

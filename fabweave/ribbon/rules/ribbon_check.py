@@ -49,7 +49,7 @@ class RibbonCheck:
     @property
     def refused(self) -> tuple[Finding, ...]:
         """The findings for which the object cannot be made."""
-        return tuple(one for one in self.findings if one.severity == "refuse")
+        return tuple(finding for finding in self.findings if finding.severity == "refuse")
 
 
 def check_ribbons(
@@ -110,13 +110,15 @@ def check_ribbons(
     if lay is not None:
         search = Search(weave, limits, size_mm, lay, measured, near, settle=settle, auto=auto)
     findings = []
-    for one in measured.values():
-        if len(one.broken):
-            found = _worst(one, weave, labels)
-            if one.rule == "clearance":
-                found = replace(found, cause=_why_near(one, weave, limits, clashing, auto=auto))
-            findings.append(found)
-    findings.sort(key=lambda one: one.severity != "refuse")
+    for quantity in measured.values():
+        if len(quantity.broken):
+            finding = _worst(quantity, weave, labels)
+            if quantity.rule == "clearance":
+                finding = replace(
+                    finding, cause=_why_near(quantity, weave, limits, clashing, auto=auto)
+                )
+            findings.append(finding)
+    findings.sort(key=lambda finding: finding.severity != "refuse")
     if search is None:
         return RibbonCheck(limits, size_mm, measured, tuple(findings), None)
     findings, smallest = search.remedies(findings)
@@ -132,44 +134,44 @@ def _why_near(
     *,
     auto: bool,
 ) -> str | None:
-    """Say why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
+    """Return why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
     causes = []
     if clashing is not None:
         crossing = weave.threads.crossing
-        own, other = crossing[near.passes[near.broken]], crossing[near.others[near.broken]]
-        count = int(np.count_nonzero(clashing[own] & clashing[other]))
+        first, second = crossing[near.passes[near.broken]], crossing[near.others[near.broken]]
+        count = int(np.count_nonzero(clashing[first] & clashing[second]))
         if count:
-            causes.append(f"in {count} of them the mesh runs through itself, so mend the mesh")
+            causes.append(f"in {count} of them the mesh intersects itself, so repair the mesh")
     if auto:
         causes.append(
-            f"ribbons may be no narrower there, as {limits.width_mm:g} mm are the least to handle"
+            f"ribbons can be no narrower there: less than {limits.width_mm:g} mm cannot be handled"
         )
     return "; ".join(causes) or None
 
 
-def _worst(one: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
+def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
     """Describe the worst place of a rule that does not hold."""
-    broken = one.broken
-    refused = one.rule == "bend" and is_too_stiff(one)
+    broken = quantity.broken
+    refused = quantity.rule == "bend" and is_too_stiff(quantity)
     # Where a material is refused, the worst place is that material's.
-    at = int(broken[np.isin(broken, stiffest(one))][0] if refused else broken[0])
+    at = int(broken[np.isin(broken, stiffest(quantity))][0] if refused else broken[0])
     threads = weave.threads
-    own, other = int(one.passes[at]), int(one.others[at])
-    thread = int(threads.thread_of_pass[own])
-    x, y, z = (round(float(value), 3) for value in one.position[at])
+    this_pass, other_pass = int(quantity.passes[at]), int(quantity.others[at])
+    thread = int(threads.thread_of_pass[this_pass])
+    x, y, z = (round(float(value), 3) for value in quantity.position[at])
     return Finding(
-        rule=one.rule,
+        rule=quantity.rule,
         severity="refuse" if refused else "warn",
-        value=float(one.value[at]),
-        limit=one.limit_at(at),
-        unit=one.unit,
+        value=float(quantity.value[at]),
+        limit=quantity.limit_at(at),
+        unit=quantity.unit,
         thread=labels[thread],
-        station=own - int(threads.offsets[thread]),
-        crossing=int(threads.crossing[own]),
-        other=labels[int(threads.thread_of_pass[other])] if other >= 0 else None,
+        station=this_pass - int(threads.offsets[thread]),
+        crossing=int(threads.crossing[this_pass]),
+        other=labels[int(threads.thread_of_pass[other_pass])] if other_pass >= 0 else None,
         position=(x, y, z),
         count=len(broken),
-        of=threads.n_crossings if one.rule == "clearance" else len(one.value),
+        of=threads.n_crossings if quantity.rule == "clearance" else len(quantity.value),
     )
 
 
@@ -184,21 +186,25 @@ def require_pliable(check: RibbonCheck, material: str, thinner: str | None = Non
     thinner : str, optional
         How a thickness is asked for at which it would do.
     """
-    for found in check.refused:
+    for finding in check.refused:
         bend = check.measured["bend"].value[stiffest(check.measured["bend"])]
-        hard = int(np.count_nonzero(bend * TOO_STIFF < found.limit))
+        hard = int(np.count_nonzero(bend * TOO_STIFF < finding.limit))
         sizes = []
-        if found.may_be_mm is not None:
+        if finding.may_be_mm is not None:
             sizes.append(
-                f"--size {found.may_be_mm}mm (with care; bends within the limit everywhere"
+                f"--size {finding.may_be_mm}mm, with care (all bends are within the limit "
+                + (
+                    f"only from {finding.size_mm}mm)"
+                    if finding.size_mm is not None
+                    else "at no size)"
+                )
             )
-            sizes[0] += f" from {found.size_mm}mm)" if found.size_mm is not None else " at no size)"
         if thinner is not None:
             sizes.append(thinner)
         sizes.append("another material")
         raise CannotMakeError(
-            f"{material} is too stiff: it bends to a radius of {found.limit:.0f} mm, and in {hard} "
-            f"of {len(bend)} places between crossings a ribbon must bend to less than half of "
-            f"that (the tightest is {found.value:.1f} mm, on thread {found.thread} after crossing "
-            f"{found.crossing}): use " + ", or ".join(sizes)
+            f"{material} is too stiff: it bends to a radius of {finding.limit:.0f} mm, but in "
+            f"{hard} of {len(bend)} places between crossings a ribbon must bend to less than half "
+            f"of that (the tightest is {finding.value:.1f} mm, on thread {finding.thread} after "
+            f"crossing {finding.crossing}): use " + ", or ".join(sizes)
         )

@@ -102,28 +102,30 @@ def measure_along(
     middle = (ribbons.right + ribbons.left) / 2
     passes = np.arange(len(ribbons.entry))
     ends = ribbons.entry + 1
-    own_limits = limits.of(np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets)))
-    own_rung = pass_of_rungs(ribbons)
+    pass_limits = limits.of(
+        np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.pass_offsets))
+    )
+    rung_pass = pass_of_rungs(ribbons)
     crease, softened = _creases(ribbons, bends, spans)
-    found = {}
-    for rule, unit, value, limit, at_least, own, place in (
-        ("width", "mm", bends.width_mm, own_limits.width_mm, True, own_rung, middle),
-        ("bend", "mm", spans.radius_mm, own_limits.bend_mm, True, passes, middle[ends]),
-        ("twist", "degrees", spans.twist_deg, own_limits.twist_deg, False, passes, middle[ends]),
+    quantities = {}
+    for rule, unit, value, limit, at_least, owners, place in (
+        ("width", "mm", bends.width_mm, pass_limits.width_mm, True, rung_pass, middle),
+        ("bend", "mm", spans.radius_mm, pass_limits.bend_mm, True, passes, middle[ends]),
+        ("twist", "degrees", spans.twist_deg, pass_limits.twist_deg, False, passes, middle[ends]),
     ):
         there = np.flatnonzero(~np.isnan(value))
-        found[rule] = Measured(
-            rule, unit, value[there], by_thread(limit, own[there]), at_least, own[there],
+        quantities[rule] = Measured(
+            rule, unit, value[there], by_thread(limit, owners[there]), at_least, owners[there],
             np.full(len(there), -1, dtype=np.int64), place[there],
         )  # fmt: skip
     there = np.flatnonzero(~np.isnan(crease))
-    passes = own_rung[there]
-    takes = np.degrees(softened[there] / by_thread(own_limits.bend_mm, passes))
-    found["crease"] = Measured(
+    passes = rung_pass[there]
+    takes = np.degrees(softened[there] / by_thread(pass_limits.bend_mm, passes))
+    quantities["crease"] = Measured(
         "crease", "degrees", crease[there], takes, False, passes,
         np.full(len(there), -1, dtype=np.int64), middle[there],
     )  # fmt: skip
-    return found
+    return quantities
 
 
 def _creases(ribbons: Ribbons, bends: Bends, spans: Spans) -> tuple[FloatArray, FloatArray]:
@@ -232,9 +234,9 @@ def hold_apart(weave: Weave, limits: Limits, near: Nearness) -> tuple[Measured, 
     wanted = _wanted(weave, limits, passes)
     kept = near.distance_mm < wanted * (1 - _TOUCHING)
     near = Nearness(near.pairs[kept], near.distance_mm[kept], near.place[kept])
-    own, other = passes[kept, :, 0].T
+    first, second = passes[kept, :, 0].T
     measured = Measured(
-        "clearance", "mm", near.distance_mm, wanted[kept], True, own, other, near.place
+        "clearance", "mm", near.distance_mm, wanted[kept], True, first, second, near.place
     )
     return measured, near
 

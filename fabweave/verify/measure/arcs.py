@@ -30,25 +30,26 @@ def arc_lengths(chords: Floats, bulges: Floats) -> Floats:
     return chords * np.arctan(bent) * (1.0 + bent**2) / bent
 
 
-def ring_length(points: Floats, bulges: Floats) -> float:
-    """Return the length of a closed run.
+def ring_length(ring: Floats) -> float:
+    """Return the length of a closed run of points and bulges, (N, 3).
 
     Examples
     --------
-    >>> round(ring_length(np.array([[0.0, 0.0], [2.0, 0.0]]), np.ones(2)), 6)
+    >>> round(ring_length(np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0]])), 6)
     6.283185
     """
-    return float(np.sum(arc_lengths(np.hypot(*chords_of(points).T), bulges)))
+    return float(np.sum(arc_lengths(np.hypot(*chords_of(ring[:, :2]).T), ring[:, 2])))
 
 
-def ring_area(points: Floats, bulges: Floats) -> float:
-    """Return the area in a closed run, positive if it is counter-clockwise.
+def ring_area(ring: Floats) -> float:
+    """Return the area in a closed run of points and bulges, positive if counter-clockwise.
 
     Examples
     --------
-    >>> round(ring_area(np.array([[0.0, 0.0], [2.0, 0.0]]), np.ones(2)), 6)
+    >>> round(ring_area(np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0]])), 6)
     3.141593
     """
+    points, bulges = ring[:, :2], ring[:, 2]
     x, y = (points - points[0]).T
     straight = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2.0
     chords = np.hypot(*chords_of(points).T)
@@ -97,3 +98,15 @@ def along(points: Floats, bulges: Floats) -> tuple[Floats, Ints]:
         1j * share[curved] * turn[own]
     )
     return np.column_stack([result.real, result.imag]), after
+
+
+def ring_points(ring: Floats) -> Floats:
+    """Return points along a closed run of points and bulges; the first is there again at its end.
+
+    Examples
+    --------
+    >>> ring_points(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]]))[-1].tolist()
+    [0.0, 0.0]
+    """
+    closed = np.concatenate([ring, ring[:1]])
+    return along(closed[:, :2], closed[:, 2])[0]

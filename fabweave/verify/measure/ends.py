@@ -6,10 +6,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap, Joint, Piece
 from fabweave.verify.drawing import Floats
-
-#: Kinds whose pieces lie on one another over the lap's whole length.
-LAPPED = ("rivet", "glue")
-KINDS = (*LAPPED, "dovetail", "slot", "none")
+from fabweave.verify.measure.joint_kinds import kind_of
 
 
 @dataclass(frozen=True)
@@ -28,14 +25,14 @@ class Reach:
 def reaches(plan: CrossingMap, piece: Piece) -> tuple[Reach, Reach]:
     """Return how far a piece reaches beyond its first and its last crossing."""
     start, end = (plan.joint.get(key) if key is not None else None for key in piece.joints)
-    return _reach(start, second=True), _reach(end, second=False)
+    return _reach(start, 1), _reach(end, 0)
 
 
-def _reach(joint: Joint | None, *, second: bool) -> Reach:
+def _reach(joint: Joint | None, side: int) -> Reach:
     """Return the reach of the first or of the second piece of a joint."""
     if joint is None:
         return Reach()
-    if joint.kind in ("none", "dovetail") or (joint.kind == "slot" and not second):
+    if kind_of(joint).shaped[side]:
         return Reach(0.0, shaped=True)
     half = None if joint.lap_mm is None else joint.lap_mm / 2.0
     return Reach(half)
@@ -60,6 +57,27 @@ def cut_rungs(rungs: Floats, first: int, last: int, ends: tuple[Reach, Reach]) -
     inside = rungs[(run > begin + 1e-9) & (run < end - 1e-9)]
     corners = [_at(run, rungs, place)[None] for place in (begin, end)]
     return np.concatenate([corners[0], inside, corners[1]])
+
+
+def lap_rungs(window: Floats, panel: Floats, joint: Joint) -> Floats:
+    """Return the rungs of a ribbon where it laps at a joint: half the lap to either side.
+
+    Parameters
+    ----------
+    window : (N, 2, 2) float array
+        Laid rungs, from before the joint's crossing panel to after it.
+    panel : (4, 2) float array
+        The corners of that panel: right and left where the ribbon enters, then where it leaves.
+    joint : Joint
+    """
+    half = Reach((joint.lap_mm or 0.0) / 2.0)
+    entered = int(np.argmin(np.hypot(*(window[:, 0] - panel[0]).T)))
+    return cut_rungs(window, entered, entered, (half, half))
+
+
+def ring_of_rungs(rungs: Floats) -> Floats:
+    """Return the border of laid rungs: along the right rail, and back along the left one."""
+    return np.concatenate([rungs[:, 0], rungs[::-1, 1]])
 
 
 def _at(run: Floats, rungs: Floats, place: float) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.twill import gap_orbits
 from fabweave.verify.measure.walks import LoadedMesh
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 _TWILL = re.compile(r"(\d+)/(\d+)(?:/(\d+))?", re.ASCII)
 _SATIN = re.compile(r"(satin|sateen):(\d+)/(\d+)", re.ASCII)
@@ -65,28 +65,25 @@ def check_fabric(
         crossing.id: value for crossing, value in zip(plan.crossings, plan.labels, strict=True)
     }
     warp = set(plan.warp)
-    tally.expect(
-        warp <= set(plan.thread), f"the warp names threads that are not there: {sorted(warp)[:4]}"
+    tally.at("warp").expect(
+        warp <= set(plan.thread), f"it names threads that do not exist: {sorted(warp)[:4]}"
     )
     for crossing in plan.crossings:
-        strands = (crossing.over.thread in warp, crossing.under.thread in warp)
-        tally.expect(
-            strands[0] != strands[1],
-            f"crossing {crossing.id} is of {'two warp' if strands[0] else 'two weft'} threads",
-        )
-        tally.expect(
-            strands[0] == (label[crossing.id] % size < over),
-            f"crossing {crossing.id} has label {label[crossing.id]}, but "
-            f"{'warp' if strands[0] else 'weft'} lies on top",
+        place, on_top = tally.at(f"crossing {crossing.id}"), crossing.over.thread in warp
+        name = "warp" if on_top else "weft"
+        place.expect(on_top != (crossing.under.thread in warp), f"it is of two {name} threads")
+        place.expect(
+            on_top == (label[crossing.id] % size < over),
+            f"it has label {label[crossing.id]}, but {name} lies on top",
         )
     for thread in plan.threads:
         step = shift if thread.id in warp else 1
         values = np.array([label.get(key, 0) for key in thread.crossings], dtype=np.int64)
         following = np.roll(values, -1) if thread.closed else values[1:]
         steps = (following - values[: len(following)]) % size
-        tally.expect(
-            bool(np.all(steps == step % size) or np.all(steps == -step % size)),
-            f"thread {thread.label} does not step by {step} from crossing to crossing",
+        tally.at(f"thread {thread.label}").expect(
+            np.all(steps == step % size) or np.all(steps == -step % size),
+            f"its labels do not step by {step} from crossing to crossing",
         )
     by_edge = {edges[key]: value for key, value in label.items() if key in edges}
     for orbits in gap_orbits(mesh):
@@ -95,7 +92,6 @@ def check_fabric(
             if not closed or len(around) != 4 or None in around:
                 continue
             a, b, c, d = (value for value in around if value is not None)
-            tally.expect(
-                (a + c - b - d) % size == 0,
-                f"around the gap with the labels {a}, {b}, {c}, {d} neighbours run apart",
+            tally.at(f"gap with the labels {a}, {b}, {c}, {d}").expect(
+                (a + c - b - d) % size == 0, "neighbours run apart around it"
             )

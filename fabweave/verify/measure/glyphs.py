@@ -54,7 +54,7 @@ class Glyphs:
         """
         letters = _letters(strokes, _GAP * height)
         if len(letters) != len(text):
-            self._problems.append(f"{where} has {len(letters)} letters that stand apart")
+            self._problems.append(f"{where}: it has {len(letters)} letters that stand apart")
             return
         for sign, runs in zip(text, letters, strict=True):
             points = np.concatenate(runs)
@@ -62,7 +62,7 @@ class Glyphs:
             sizes = tuple(len(run) for run in runs)
             known, looks = self._learnt.setdefault(sign, (sizes, points))
             if known != sizes or np.abs(points - looks).max() > _SAME:
-                self._problems.append(f"{where} has a {sign!r} that looks unlike another {sign!r}")
+                self._problems.append(f"{where}: its {sign!r} looks unlike another {sign!r}")
 
     def problems(self) -> Iterator[str]:
         """Yield what is wrong with the letters."""

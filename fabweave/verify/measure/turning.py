@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.walks import LoadedMesh, Pass
 from fabweave.verify.read.glb import Strip
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 #: A turning ribbon leaves its triangle, and the triangle's plane, by no more than this.
 STRAY_MM = 0.01
@@ -46,17 +46,17 @@ def check_turns(
     centre of its face) and within it, follow one another the way the thread walks, and their
     right ends lie towards the side if it is walked forward, else their left ends.
     """
-    count = len(strip.rungs)
+    place, count = tally.at(f"thread {strip.label}"), len(strip.rungs)
     turns: list[Turn] = []
     rungs, owners = [], []
     for at in _places_before_turns(passes, mesh) if turning else ():
         own = turns_after(passes[at], mesh)
         first = int(strip.exit[at]) + 1
         between = (int(strip.entry[(at + 1) % len(passes)]) - first) % count
-        if not tally.expect(
+        if not place.expect(
             between >= 2 * len(own) and between % len(own) == 0,
-            f"thread {strip.label}: between its places {at} and {at + 1} it turns at {len(own)} "
-            f"boundary edges, but its ribbon has {between} rungs there",
+            f"between its places {at} and {at + 1} it turns at {len(own)} boundary edges, but its "
+            f"ribbon has {between} rungs there",
         ):
             continue
         owners.append(len(turns) + np.repeat(np.arange(len(own)), between // len(own)))
@@ -77,17 +77,12 @@ def check_turns(
     returns = np.logical_or.reduceat(backwards, starts).tolist()
     outward = (np.minimum.reduceat(inward, starts) > 0.0).tolist()
     for number, turn in enumerate(turns):
-        far = farthest[number]
-        where = (
-            f"thread {strip.label}: the ribbon that turns at boundary edge "
-            f"{mesh.corner[turn.side]}-{mesh.corner[mesh.next[turn.side]]}"
+        here = place.at(
+            f"turn at boundary edge {mesh.corner[turn.side]}-{mesh.corner[mesh.next[turn.side]]}"
         )
-        tally.measure("stray_mm", far, STRAY_MM, f"{where} leaves its triangle by {far:.4f} mm")
-        tally.expect(not returns[number], f"{where} does not follow the edge")
-        tally.expect(
-            outward[number],
-            f"{where} looks inward, or right and left are exchanged",
-        )
+        here.at_most("stray_mm", farthest[number], STRAY_MM, "the ribbon leaves its triangle by {}")
+        here.expect(not returns[number], "the ribbon does not follow the edge")
+        here.expect(outward[number], "the ribbon looks inward, or right and left are exchanged")
 
 
 def _places_before_turns(passes: tuple[Pass, ...], mesh: LoadedMesh) -> list[int]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.walks import LoadedMesh, Pass, edge_keys
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 
 def broken_conditions(

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
+from fabweave.verify.measure.areas import Areas, areas_of
 from fabweave.verify.measure.development import Developed, develop_pieces
 from fabweave.verify.measure.supplies import Supply, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
@@ -27,7 +28,7 @@ from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
@@ -122,6 +123,12 @@ class Job:
                 found[station.crossing] = (count + 1, total + thick)
         return found
 
+    @cached_property
+    def areas(self) -> dict[str, Areas]:
+        """What each piece comes to: its area, its holes, the length of its cuts."""
+        plan = self.map
+        return {} if plan is None else {piece.id: areas_of(piece, plan) for piece in plan.pieces}
+
     @property
     def clearance_mm(self) -> float | None:
         """The air between ribbons that is wanted, if the settings state it."""
@@ -143,6 +150,13 @@ def _options(settings: dict[str, Any] | None) -> dict[str, Any]:
     """Return the table of a job.toml that says what was asked for; empty where there is none."""
     options = (settings or {}).get("job")
     return options if isinstance(options, dict) else {}
+
+
+def required(value: _Value | None) -> _Value:
+    """Return what a check needs; that it could be read has been seen to."""
+    if value is None:
+        raise ReadError("a file that is needed could not be read")
+    return value
 
 
 def sheet_drawing(
@@ -198,7 +212,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         known = {sheet.name for sheet in sheets}
         for path in sorted((directory / "sheets").iterdir()):
             # A sheet left over from an earlier run would be cut too.
-            tally.expect(path.stem in known, f"sheets/{path.name} is not a sheet of this job")
+            tally.at("sheets", path.name).expect(path.stem in known, "it is no sheet of this job")
     settings = read("job.toml", _read_toml)
     options = _options(settings)
     templates: dict[int, Template] | None = None

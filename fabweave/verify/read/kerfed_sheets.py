@@ -10,7 +10,7 @@ from fabweave.verify.crossing_map import Sheet
 from fabweave.verify.drawing import Drawing
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import read_svg
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 #: Where these sheets lie in a job's folder.
 FOLDER = "cut"
@@ -75,19 +75,19 @@ def read_ready(
     if (directory / FOLDER).is_dir():
         for path in sorted((directory / FOLDER).iterdir()):
             # A sheet left over from an earlier run would be cut too.
-            tally.expect(path.name in known, f"{FOLDER}/{path.name} is not a sheet of this job")
+            tally.at(FOLDER, path.name).expect(path.name in known, "it is no sheet of this job")
     return ready if known else None
 
 
 def _wanted(options: dict[str, Any], tally: Tally) -> tuple[float, tuple[int, float] | None]:
     """Return the kerf and the micro-joints that the settings state."""
-    kerf, micro = 0.0, None
+    kerf, micro, place = 0.0, None, tally.at("job.toml")
     try:
         kerf = float(str(options.get("kerf", 0.0)).removesuffix("mm"))
     except ValueError:
-        tally.fail(f"job.toml: the kerf {options['kerf']!r} is no length")
+        place.fail(f"the kerf {options['kerf']!r} is no length")
     if "micro_joints" in options:
         words = _MICRO.fullmatch(str(options["micro_joints"]))
-        if tally.expect(words is not None, "job.toml: micro_joints are not NUMBER:WIDTH") and words:
+        if place.expect(words, "micro_joints are not NUMBER:WIDTH") and words:
             micro = int(words[1]), float(words[2])
     return kerf, micro

@@ -1,0 +1,1 @@
+"""Check the ribbons in space, and the pieces that are unfolded from them."""

@@ -1,0 +1,64 @@
+"""Check that pieces of one kind superpose."""
+
+import numpy as np
+import shapely
+
+from fabweave.verify.crossing_map import CrossingMap, Piece
+from fabweave.verify.measure.geometry import farthest, fit_motion
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Tally
+
+#: Pieces of one kind differ by no more than this; a little more than makers promise.
+SAME_MM = 0.05
+
+
+def check_kinds(job: Job, tally: Tally) -> None:
+    """Check that each piece covers the first one of its kind, turned end for end or not."""
+    plan = required(job.map)
+    first: dict[int, Piece] = {}
+    for piece in plan.pieces:
+        other = first.setdefault(piece.kind, piece)
+        tally.count()
+        if other is piece:
+            continue
+        place = tally.at(f"piece {piece.id}", f"of kind {piece.kind} as {other.id} is")
+        same = job.supplies[piece.thread] == job.supplies[other.thread]
+        place.expect(same, "it is of another material")
+        off, what = off_by(piece, other, plan), "they differ by {}"
+        if not np.isfinite(off):
+            what = "stations, over and under, or holes differ"
+        place.at_most("kind_mm", off, SAME_MM, f"it does not cover {other.id}: {what}")
+
+
+def off_by(piece: Piece, other: Piece, plan: CrossingMap) -> float:
+    """Return how far two pieces differ when superposed, turned end for end or not."""
+    return min(_apart(piece, other, plan, way) for way in (1, -1))
+
+
+def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
+    """Return how far two pieces differ when superposed by their stations; infinite if at all."""
+    ours, theirs = piece.stations[::way], other.stations
+    if [s.over for s in ours] != [s.over for s in theirs]:
+        return np.inf
+    holes, there = plan.holes[piece.id], plan.holes[other.id]
+    if len(holes) != len(there) or len(piece.slots) != len(other.slots):
+        return np.inf
+    source, target = piece.points[::way], other.points
+    motion = fit_motion(source, target)
+    outline = shapely.LinearRing(motion.apply(piece.outline))
+    worst = max(
+        farthest(motion.apply(source), target),
+        float(outline.hausdorff_distance(shapely.LinearRing(other.outline))),
+    )
+    for slot in piece.slots:
+        ring = shapely.LinearRing(motion.apply(slot))
+        near = (ring.hausdorff_distance(shapely.LinearRing(one)) for one in other.slots)
+        worst = max(worst, min(map(float, near)))
+    if holes:
+        places = motion.apply(np.array([(hole.x, hole.y) for hole in holes]))
+        sizes = np.array([hole.diameter or 0.0 for hole in holes])
+        wanted = np.array([(hole.x, hole.y, hole.diameter or 0.0) for hole in there])
+        off = np.hypot(*(places[:, None] - wanted[None, :, :2]).transpose(2, 0, 1))
+        off = np.maximum(off, np.abs(sizes[:, None] - wanted[None, :, 2]))
+        worst = max(worst, float(off.min(axis=1).max()))
+    return worst

@@ -1,0 +1,1 @@
+"""Check what reports and tables, the viewer and the manual state against the plan."""

@@ -1,0 +1,117 @@
+"""Check that the viewer shows what the map says and where the model has it, and loads nothing."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.measure.geometry import panel_bounds
+from fabweave.verify.measure.threads import station_run
+from fabweave.verify.read.glb import Strip
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.viewer import POLICY, Viewer
+from fabweave.verify.statement import Place, Tally
+
+#: The page rounds the map's numbers to a thousandth.
+ROUNDED = 5.1e-4
+#: Coordinates in space may be this coarse, for looking.
+COARSE_MM = 0.1
+
+
+def check_viewer(job: Job, tally: Tally) -> None:
+    """Check assembly.html against the crossing map and the model."""
+    viewer, plan, place = required(job.viewer), required(job.map), tally.at("assembly.html")
+    place.expect(
+        viewer.policies == (POLICY,) and all(one.startswith("#") for one in viewer.loads),
+        f"it could load something: its policy is {viewer.policies}, its addresses are "
+        f"{viewer.loads[:3]}",
+    )
+    for key in sorted({*viewer.plan, *(job.document or {})}):
+        where = _difference(viewer.plan.get(key), (job.document or {}).get(key), key)
+        place.expect(where is None, f"it differs from crossing_map.json in {where}")
+    colours = [str(colour) for colour in viewer.colours]
+    place.expect(
+        len(colours) == len(plan.threads)
+        and all(re.fullmatch("#[0-9a-f]{6}", colour) for colour in colours),
+        f"it has {len(colours)} colours for {len(plan.threads)} threads, or one is none",
+    )
+    if place.equal(
+        "the numbers of pieces in space, with rungs and with panels,",
+        (len(viewer.counts), len(viewer.panels)),
+        (len(plan.pieces), len(plan.pieces)),
+    ):
+        _check_space(plan, required(job.model), viewer, place)
+
+
+def _difference(shown: Any, true: Any, where: str) -> str | None:
+    """Return where a value of the page is not the map's, rounded; None if nowhere."""
+    if isinstance(true, dict):
+        if not isinstance(shown, dict) or shown.keys() != true.keys():
+            return where
+        pairs = [(shown[key], true[key], f"{where}.{key}") for key in true]
+    elif isinstance(true, list):
+        if not isinstance(shown, list) or len(shown) != len(true):
+            return where
+        pairs = [(shown[at], true[at], f"{where}[{at}]") for at in range(len(true))]
+    elif isinstance(true, float):
+        good = type(shown) in (int, float) and abs(shown - true) <= ROUNDED
+        return None if good else where
+    else:
+        return None if type(shown) is type(true) and shown == true else where
+    found = (_difference(*pair) for pair in pairs)
+    return next((where for where in found if where is not None), None)
+
+
+def _check_space(plan: CrossingMap, model: dict[str, Strip], viewer: Viewer, place: Place) -> None:
+    """Check every piece's stretch of ribbon against the model."""
+    first = 0
+    for number, piece in enumerate(plan.pieces):
+        own = slice(first, first + int(viewer.counts[number]))
+        first = own.stop
+        thread = plan.thread.get(piece.thread)
+        strip = model.get(thread.label) if thread is not None else None
+        if thread is None or strip is None or len(strip.entry) != len(thread.crossings):
+            place.fail(f"piece {piece.id} is not checked, because the model has no strip for it")
+            continue
+        begin = station_run(thread, piece)
+        if begin is None:
+            continue  # its stations are no run of its thread: another check says so
+        here = place.at(f"piece {piece.id}")
+        _check_piece(piece, thread, strip, begin, viewer, own, number, here)
+
+
+def _check_piece(
+    piece: Piece,
+    thread: Thread,
+    strip: Strip,
+    begin: int,
+    viewer: Viewer,
+    own: slice,
+    number: int,
+    place: Place,
+) -> None:
+    """Check one piece's stretch of ribbon: its rungs, its panels, its diagonals."""
+    entry, leave = panel_bounds(strip, begin, len(piece.stations))
+    start, end = int(entry[0]), int(leave[-1])
+    if not strip.closed and begin == 0:
+        start = 0
+    if not strip.closed and begin + len(piece.stations) == len(thread.crossings):
+        end = len(strip.rungs) - 1
+    rung = np.arange(start, end + 1) % len(strip.rungs)
+    if not place.expect(
+        own.stop - own.start == len(rung) and np.array_equal(viewer.panels[number], entry - start),
+        f"it has {own.stop - own.start} rungs, the model {len(rung)}; or its stations are not at "
+        "the model's panels",
+    ):
+        return
+    place.expect(
+        np.array_equal(viewer.from_right[own][:-1] != 0, strip.from_right[rung[:-1]]),
+        "a quad has the other diagonal than in the model",
+    )
+    place.at_most(
+        "viewer_mm",
+        float(np.abs(viewer.rungs[own] - strip.rungs[rung]).max()),
+        min(viewer.step_mm, COARSE_MM) + strip.grain_mm,
+        "it stands {} from its place in the model",
+    )

@@ -1,0 +1,264 @@
+"""Check the sheets' drawings: what they cut, and that both formats agree."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Sheet
+from fabweave.verify.drawing import (
+    ENGRAVE_LAYERS,
+    HOLES,
+    NOTES,
+    OUTLINES,
+    Drawing,
+    Floats,
+    Ints,
+    Shape,
+)
+from fabweave.verify.measure.arcs import chords_of
+from fabweave.verify.read.job_files import Job, required, sheet_drawing
+from fabweave.verify.statement import Place, Tally
+
+SAME_MM = 0.01
+
+
+def check_dxf(job: Job, tally: Tally) -> None:
+    """Check that every DXF sheet declares millimetres and cuts what the map says."""
+    plan = required(job.map)
+    for sheet in plan.sheets:
+        drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
+        if drawing is not None:
+            _check_cuts(drawing, sheet, plan, tally.at(f"{sheet.name}.dxf"))
+
+
+def check_svg(job: Job, tally: Tally) -> None:
+    """Check that every SVG sheet has its size, cuts what the map says and draws what DXF draws."""
+    plan = required(job.map)
+    for sheet in plan.sheets:
+        drawing = sheet_drawing(job.svg, sheet, "svg", tally)
+        if drawing is None:
+            continue
+        place = tally.at(f"{sheet.name}.svg")
+        sizes = (drawing.width_mm or 0.0, drawing.height_mm or 0.0)
+        place.expect(
+            np.allclose(sizes, (sheet.width_mm, sheet.height_mm), rtol=0, atol=1e-3),
+            f"it is {sizes[0]:g} × {sizes[1]:g} mm, its sheet {sheet.width_mm:g} × "
+            f"{sheet.height_mm:g} mm",
+        )
+        _check_cuts(drawing, sheet, plan, place)
+        _check_names(drawing, place)
+        other = job.dxf.get(sheet.number)
+        if other is None:
+            place.fail(f"it is not compared, because {sheet.name}.dxf could not be read")
+        else:
+            compare_formats(drawing, other, place)
+
+
+def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place) -> None:
+    """Check a sheet's outlines and holes against its pieces; nothing extra, nothing missing."""
+    for problem in drawing.problems:
+        place.fail(problem)
+    pieces = {piece.id: piece for piece in plan.on_sheet(sheet.number)}
+    drawn = _drawn_lines(drawing)
+    for (layer, name), shapes in drawing.groups.items():
+        place.expect(
+            layer == NOTES or name in pieces,
+            f"{len(shapes)} shapes on {layer} belong to "
+            + (f"{name}, which is not on this sheet" if name else "no piece"),
+        )
+    for piece in pieces.values():
+        own = place.at(f"piece {piece.id}")
+        _check_outline(piece, drawing.shapes_of(OUTLINES, piece.id), own)
+        holes = drawing.of(HOLES, piece.id)
+        circle = ~np.isnan(drawing.radius[holes])
+        _check_holes(piece, plan.holes[piece.id], drawing, holes[circle], own)
+        _check_slots(piece, [drawing.shape(at) for at in holes[~circle].tolist()], own)
+        for layer in ENGRAVE_LAYERS:
+            lines = [drawn[at] for at in drawing.of(layer, piece.id).tolist()]
+            own.expect(len(set(lines)) == len(lines), f"it is engraved twice on {layer}")
+
+
+def _drawn_lines(drawing: Drawing) -> list[bytes]:
+    """Return a word for each shape that is the same for the same points in either direction."""
+    points = drawing.points.round(3) + 0.0  # no negative zeros
+    there, back = points.tobytes(), points[::-1].tobytes()
+    ends = (drawing.start * points.itemsize * 2).tolist()
+    size = len(there)
+    return [min(there[begin:end], back[size - end : size - begin]) for begin, end in pairwise(ends)]
+
+
+def _check_outline(piece: Piece, shapes: Sequence[Shape], place: Place) -> None:
+    """Check the one outline of a piece."""
+    if not place.equal(f"the number of outlines on {OUTLINES}", len(shapes), 1):
+        return
+    shape = shapes[0]
+    if not place.expect(
+        shape.closed and shape.radius is None and len(shape.points) == len(piece.path),
+        f"its outline is not closed, or has {len(shape.points)} vertices instead of "
+        f"{len(piece.path)}",
+    ):
+        return
+    off = ring_distance(shape.ring, piece.placed_ring(piece.path))
+    place.at_most("outline_mm", off, SAME_MM, "its outline is {} from where it should be")
+
+
+def _check_slots(piece: Piece, shapes: list[Shape], place: Place) -> None:
+    """Check the cut-outs of a piece that are no circles, in whatever order they are drawn."""
+    slots = piece.slots
+    if not place.expect(
+        sorted(len(shape.points) for shape in shapes) == sorted(len(slot) for slot in slots)
+        and all(shape.closed for shape in shapes),
+        f"it has {len(shapes)} cut-outs on {HOLES} that are no circles, instead of {len(slots)}, "
+        "or they are not closed runs of as many vertices",
+    ):
+        return
+    for slot in slots:
+        wanted = piece.placed_ring(slot)
+        distances = [ring_off(shape.ring, wanted) for shape in shapes]
+        nearest = int(np.argmin(distances))
+        del shapes[nearest]
+        place.at_most(
+            "slot_mm", distances[nearest], SAME_MM, "a slot is {} from where it should be"
+        )
+
+
+def ring_off(ring: Floats, wanted: Floats) -> float:
+    """Return how far a ring is from another, side by side; infinite for another number of sides."""
+    return _side_distance(ring, wanted) if len(ring) == len(wanted) else float("inf")
+
+
+def ring_distance(ring: Floats, wanted: Floats) -> float:
+    """Return the largest distance of two rings, whatever their start and direction.
+
+    Rings are (N, 3): points and bulges. Vertices and the tops of arcs are compared.
+    """
+    start = int(np.argmin(np.hypot(*(ring - wanted[0])[:, :2].T)))
+    there = _side_distance(np.roll(ring, -start, axis=0), wanted)
+    if there <= SAME_MM:
+        return there
+    back = ring[::-1].copy()
+    # Backwards, a side leaves the point that it reached, and left is right.
+    back[:, 2] = -np.roll(back[:, 2], -1)
+    return min(there, _side_distance(np.roll(back, start + 1, axis=0), wanted))
+
+
+def _side_distance(ring: Floats, wanted: Floats) -> float:
+    """Return the largest distance of corresponding vertices, and of the tops of arcs over them."""
+    vertices = np.hypot(*(ring - wanted)[:, :2].T)
+    chords = np.hypot(*chords_of(wanted[:, :2]).T)
+    return float(np.max(vertices + np.abs(ring[:, 2] - wanted[:, 2]) * chords / 2.0, initial=0.0))
+
+
+def _check_holes(
+    piece: Piece, holes: Sequence[Hole], drawing: Drawing, shapes: Ints, place: Place
+) -> None:
+    """Check the holes of a piece."""
+    if not place.equal(f"the number of circles on {HOLES}", len(shapes), len(holes)) or not holes:
+        return
+    wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
+    centres = drawing.points[drawing.start[shapes]]
+    distance = np.hypot(*(wanted[:, None] - centres[None, :]).transpose(2, 0, 1))
+    nearest = np.argmin(distance, axis=1)
+    place.expect(
+        len(set(nearest.tolist())) == len(holes), "two of its holes are drawn in one place"
+    )
+    for hole, at, off in zip(holes, nearest.tolist(), distance.min(axis=1).tolist(), strict=True):
+        what = f"the hole at ({hole.x:.3f}, {hole.y:.3f})"
+        place.at_most("hole_mm", off, SAME_MM, f"{what} is {{}} from where it should be")
+        diameter = 2.0 * float(drawing.radius[shapes[at]])
+        change = 0.0 if hole.diameter is None else abs(diameter - hole.diameter)
+        place.at_most(
+            "diameter_mm",
+            change,
+            SAME_MM,
+            f"{what} is {diameter:.4f} mm wide instead of {hole.diameter} mm: {{}} off",
+        )
+
+
+def _check_names(drawing: Drawing, place: Place) -> None:
+    """Check that cuts in an SVG are named after their pieces, each once."""
+    names = set()
+    for layer, piece, name in zip(drawing.layer, drawing.piece, drawing.name, strict=True):
+        if layer == OUTLINES:
+            good = name == f"{piece}.outline"
+        elif layer == HOLES:
+            good = name.startswith(f"{piece}.hole.")
+        else:
+            continue
+        place.expect(
+            good and name not in names,
+            f"id {name!r} on {layer} is used twice, or is not piece {piece}'s",
+        )
+        names.add(name)
+
+
+def compare_formats(drawing: Drawing, other: Drawing, place: Place) -> None:
+    """Check that SVG and DXF draw the same shapes on every layer of every piece."""
+    pairs = [
+        (key, drawing.of(*key), other.of(*key))
+        for key in sorted({*drawing.groups, *other.groups}, key=str)
+    ]
+    even = [(mine, theirs) for _, mine, theirs in pairs if len(mine) == len(theirs)]
+    none = np.zeros(0, dtype=np.int64)
+    first, second = (np.concatenate([none, *(pair[side] for pair in even)]) for side in (0, 1))
+    apart = _apart_in_order(drawing, first, other, second)
+    done = 0
+    for (layer, name), mine, theirs in pairs:
+        own = place.at(f"{layer} of piece {name}" if name else layer)
+        if own.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
+            off = float(apart[done : done + len(mine)].max())
+            done += len(mine)
+            if not off <= SAME_MM:
+                off = _apart_nearest(drawing, mine, other, theirs)
+            own.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
+
+
+def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:
+    """Return the distance of each two shapes, side by side; infinite for unlike shapes."""
+    sizes, radii, others = drawing.sizes[mine], drawing.radius[mine], other.radius[theirs]
+    alike = (
+        (sizes == other.sizes[theirs])
+        & (drawing.closed[mine] == other.closed[theirs])
+        & (np.isnan(radii) == np.isnan(others))
+    )
+    result = np.full(len(mine), np.inf)
+    if np.any(alike):
+        one, two = drawing.slots(mine[alike]), other.slots(theirs[alike])
+        ends = np.cumsum(sizes[alike])
+        starts = ends - sizes[alike]
+        points = drawing.points[one]
+        chords = chords_of(points)
+        chords[ends - 1] = points[starts] - points[ends - 1]
+        bend = np.abs(drawing.bulges[one] - other.bulges[two]) * np.hypot(*chords.T) / 2.0
+        apart = np.hypot(*(points - other.points[two]).T) + bend
+        result[alike] = np.maximum.reduceat(apart, starts)
+        result[alike] += np.nan_to_num(np.abs(radii - others))[alike]
+    return result
+
+
+def shapes_apart(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
+    """Return the largest distance of shapes side by side; infinite for unlike ones."""
+    if len(mine) != len(theirs):
+        return float("inf")
+    return float(np.max(_apart_in_order(drawing, mine, other, theirs), initial=0.0))
+
+
+def _apart_nearest(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
+    """Return the largest distance of two sets of shapes, pairing each with the nearest left."""
+    rest, off = [other.shape(at) for at in theirs.tolist()], 0.0
+    for shape in (drawing.shape(at) for at in mine.tolist()):
+        distances = [_shape_distance(shape, one) for one in rest]
+        nearest = int(np.argmin(distances))
+        off = max(off, distances[nearest])
+        del rest[nearest]
+    return off
+
+
+def _shape_distance(one: Shape, two: Shape) -> float:
+    """Return the largest distance between corresponding sides; infinite for other shapes."""
+    if one.points.shape != two.points.shape or one.closed != two.closed:
+        return float("inf")
+    if (one.radius is None) != (two.radius is None):
+        return float("inf")
+    return _side_distance(one.ring, two.ring) + abs((one.radius or 0.0) - (two.radius or 0.0))

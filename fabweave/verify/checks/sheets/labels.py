@@ -1,0 +1,274 @@
+"""Check the labels of every piece: what they tell, where they stand, and that they are legible."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from fabweave.verify.crossing_map import CrossingMap, Label, Piece
+from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, Ints, traced
+from fabweave.verify.measure.glyphs import Glyphs
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
+
+#: Nothing lower can be read.
+LEAST_HEIGHT_MM = 2.0
+#: Letters keep this far from edges, holes, marks and other labels.
+CLEAR_MM = 0.2
+#: How far strokes may be from the box that the map gives their label.
+SAME_MM = 0.02
+
+_LETTERS = "ENGRAVE_LABEL"
+_ARROW, _OVER, _UNDER = "→", "╪", "╫"
+
+
+class _Fact(NamedTuple):
+    """Something that a piece tells: its kind, its words, and the station it is about."""
+
+    kind: str
+    text: str
+    station: int | None
+
+
+def check_labels(job: Job, tally: Tally) -> None:
+    """Check that labels say what is true, and are engraved legibly where the map says."""
+    plan = required(job.map)
+    wanted, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
+    for piece in plan.pieces:
+        place = tally.at(f"piece {piece.id}")
+        _check_words(piece, plan, str(wanted), place)
+        _check_stations(piece, place)
+    glyphs = Glyphs()
+    for sheet in plan.sheets:
+        place = tally.at(sheet.name)
+        place.equal(
+            f"whether it is mirrored, with labels {side},", sheet.mirrored, side == "inside"
+        )
+        # That both formats draw the same is another check.
+        drawing = job.dxf.get(sheet.number) or job.svg.get(sheet.number)
+        if drawing is None:
+            tally.fail(f"the labels on {sheet.name} are not checked: no drawing could be read")
+            continue
+        pieces = plan.on_sheet(sheet.number)
+        for piece in pieces:
+            _check_strokes(piece, drawing, glyphs, place.at(f"piece {piece.id}"))
+        _check_clearance(pieces, drawing, place)
+        _check_apart(pieces, place)
+    for problem in glyphs.problems():
+        tally.fail(problem)
+
+
+def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> None:
+    """Check that a piece tells all it should, once: in a label, or among what was dropped."""
+    pairs = _facts(piece, plan)
+    expected = {
+        fact
+        for pair in pairs
+        for fact in pair
+        if wanted == "full" or (wanted == "numbers" and fact.kind == "id")
+    }
+    (name, arrow), *_ = pairs
+    ways: dict[tuple[str, int | None, str], tuple[_Fact, ...]] = {
+        ("id", None, f"[{name.text}]"): (name,),
+        ("arrow", None, arrow.text): (arrow,),
+    }
+    for one, other in pairs:
+        both = other.text + one.text if other.kind == "sign" else one.text + other.text
+        ways[one.kind, one.station, both] = (one, other)
+        ways[one.kind, one.station, one.text] = (one,)
+    lettered = Counter(_Fact(one.kind, one.text, one.station) for one in piece.dropped)
+    for label in piece.labels:
+        facts = ways.get((label.kind, label.station, label.text))
+        if place.expect(facts, f"{_named(label)} is none of what it should tell"):
+            lettered.update(facts or ())
+        others = (other.height_mm for other in piece.labels if other.kind not in ("id", "arrow"))
+        bare = label.kind == "id" and label.text == piece.id
+        place.expect(
+            not bare or label.height_mm > max(others, default=0.0),
+            "its id has no arrow and no brackets, and is not the largest text",
+        )
+    for fact in sorted({*expected, *lettered}, key=str):
+        about = "" if fact.station is None else f" at station {fact.station}"
+        place.equal(
+            f"the count of its {fact.kind} {fact.text!r}{about}, lettered or dropped,",
+            lettered[fact],
+            int(fact in expected),
+        )
+
+
+def _facts(piece: Piece, plan: CrossingMap) -> list[tuple[_Fact, _Fact]]:
+    """Return all that a piece may tell: its id comes first, and what one label tells in pairs."""
+    facts = [(_Fact("id", piece.id, None), _Fact("arrow", _ARROW, None))]
+    last = len(piece.stations) - 1
+    # At its beginning a piece meets the one that ends there, and the other way round.
+    for number, at, side in ((piece.joints[0], 0, 0), (piece.joints[1], last, 1)):
+        if number is not None:
+            mate = plan.joint[number].pieces[side]
+            facts.append((_Fact("joint", f"#{number}", at), _Fact("mate", f">{mate}", at)))
+    for at, station in enumerate(piece.stations):
+        sign = _OVER if station.over else _UNDER
+        facts.append((_Fact("partner", station.partner, at), _Fact("sign", sign, at)))
+    return facts
+
+
+def _check_stations(piece: Piece, place: Place) -> None:
+    """Check that each label stands nearest to the station that it is about."""
+    points = piece.points
+    for label in piece.labels:
+        if label.station is None or not 0 <= label.station < len(points):
+            continue
+        away = np.hypot(*(points - (label.x, label.y)).T)
+        place.expect(
+            away[label.station] <= away.min() + SAME_MM,
+            f"{_named(label)} is about station {label.station}, but stands nearer to station "
+            f"{int(np.argmin(away))}",
+        )
+
+
+def _check_strokes(piece: Piece, drawing: Drawing, glyphs: Glyphs, place: Place) -> None:
+    """Check that strokes fill their labels' boxes, with nothing beside, and learn the letters."""
+    shapes = drawing.of(_LETTERS, piece.id)
+    if not len(shapes) and not piece.labels:
+        return
+    points, stroke = drawing.traced(shapes)
+    local = np.stack([_in_box(piece, label, points) for label in piece.labels] or [points[:0]])
+    half = np.array([(label.length_mm, label.box_height_mm) for label in piece.labels]) / 2
+    held = np.all(np.abs(local) <= half.reshape(-1, 1, 2) + SAME_MM, axis=2)
+    starts = np.searchsorted(stroke, np.arange(len(shapes)))
+    owned = np.logical_and.reduceat(held, starts, axis=1) if held.size else held
+    strays = np.flatnonzero(owned.sum(axis=0) != 1) if owned.size else np.arange(len(shapes))
+    place.count(len(shapes))
+    for at in strays.tolist():
+        place.fail(f"{drawing.name[int(shapes[at])]} is in no label")
+    for number, label in enumerate(piece.labels):
+        here = place.at(_named(label))
+        here.at_least("height_mm", label.height_mm, LEAST_HEIGHT_MM, "it is {} high")
+        strokes = np.flatnonzero(owned[number]) if owned.size else np.zeros(0, dtype=np.int64)
+        if not here.expect(len(strokes) > 0, "it is not engraved"):
+            continue
+        ink = local[number][np.isin(stroke, strokes)]
+        beside = np.abs(np.concatenate((ink.min(axis=0), ink.max(axis=0)))) - np.tile(
+            half[number], 2
+        )
+        here.at_most(
+            "box_mm", float(np.abs(beside).max()), SAME_MM, "it does not fill its box: {} off"
+        )
+        high = _box_height(label)
+        here.at_most(
+            "box_height_mm",
+            abs(label.box_height_mm - high),
+            SAME_MM,
+            f"its box is {label.box_height_mm:g} mm high instead of {high:g} mm: {{}} off",
+        )
+        runs = [local[number][stroke == at] for at in strokes.tolist()]
+        top = max(label.box_height_mm, label.height_mm) / 2
+        glyphs.read(label.text, label.height_mm, top, runs, str(here))
+
+
+def _box_height(label: Label) -> float:
+    """Return how high a text is: a quarter more where 6 or 9 is underlined, less if an arrow."""
+    if label.text == _ARROW:
+        return label.height_mm / 2
+    return label.height_mm * (1.25 if set(label.text) & set("69") else 1.0)
+
+
+def _in_box(piece: Piece, label: Label, points: Floats) -> Floats:
+    """Return points of a sheet from the middle of a label's box: along it, and up.
+
+    Whichever face is engraved, whoever reads the sheet reads the text unmirrored.
+    """
+    angle = np.deg2rad(label.rotation_deg)
+    middle = np.array([label.x, label.y])
+    way = np.array([np.cos(angle), np.sin(angle)])
+    ends = piece.placed(np.array([middle, middle + way]))
+    along = ends[1] - ends[0]
+    away = points - ends[0]
+    return np.stack((away @ along, away @ (-along[1], along[0])), axis=1)
+
+
+def _check_clearance(pieces: Sequence[Piece], drawing: Drawing, place: Place) -> None:
+    """Check that letters are inside their outline, and off it, its holes and its marks."""
+    names = [
+        piece.id
+        for piece in pieces
+        if (_LETTERS, piece.id) in drawing.groups and (OUTLINES, piece.id) in drawing.groups
+    ]
+    if not names:
+        return
+    rings = [traced(drawing.shape(int(drawing.of(OUTLINES, name)[0]))) for name in names]
+    letters, _ = _lines(drawing, _LETTERS, names)
+    away = shapely.distance(letters, shapely.boundary(_polygons(rings)))
+    marks, owner = _lines(drawing, "ENGRAVE_MARK", names)
+    np.minimum.at(away, owner, shapely.distance(letters[owner], marks))
+    holes = [drawing.of(HOLES, name) for name in names]
+    owner = np.repeat(np.arange(len(names)), [len(own) for own in holes])
+    shapes = np.concatenate(holes)
+    round_ = ~np.isnan(drawing.radius[shapes])
+    centres = shapely.points(drawing.points[drawing.start[shapes[round_]]])
+    off = shapely.distance(letters[owner[round_]], centres) - drawing.radius[shapes[round_]]
+    np.minimum.at(away, owner[round_], off)
+    slots = _polygons([traced(drawing.shape(at)) for at in shapes[~round_].tolist()])
+    np.minimum.at(away, owner[~round_], shapely.distance(letters[owner[~round_]], slots))
+    inside = shapely.contains(shapely.make_valid(_polygons(rings)), letters)
+    for name, off, held in zip(names, away.tolist(), inside.tolist(), strict=True):
+        here = place.at(f"piece {name}")
+        here.expect(held, "letters leave it")
+        here.at_least("clear_mm", off, CLEAR_MM, "letters are {} from an edge, a hole or a mark")
+
+
+def _lines(
+    drawing: Drawing, layer: str, names: Sequence[str]
+) -> tuple[npt.NDArray[np.object_], Ints]:
+    """Return all lines of a layer for each piece that has any there, and which pieces have."""
+    groups = [drawing.of(layer, name) for name in names]
+    shapes = np.concatenate(groups)
+    shapes_of = np.repeat(np.arange(len(names)), [len(own) for own in groups])
+    points, line = drawing.traced(shapes)
+    real = np.bincount(line, minlength=len(shapes)) > 1  # a point is no line
+    lines = shapely.linestrings(points[real[line]], indices=(np.cumsum(real) - 1)[line[real[line]]])
+    owners, number = np.unique(shapes_of[real], return_inverse=True)
+    return np.asarray(shapely.multilinestrings(lines, indices=number)), owners
+
+
+def _polygons(rings: Sequence[Floats]) -> npt.NDArray[np.object_]:
+    """Return polygons; one with too few corners is empty."""
+    return np.array(
+        [shapely.Polygon(ring) if len(ring) > 3 else shapely.Polygon() for ring in rings],
+        dtype=object,
+    )
+
+
+def _check_apart(pieces: Sequence[Piece], place: Place) -> None:
+    """Check that the boxes of labels keep apart."""
+    labels = [(piece, label) for piece in pieces for label in piece.labels]
+    if not labels:
+        return
+    boxes = np.array([_box(piece, label) for piece, label in labels], dtype=object)
+    pairs: npt.NDArray[np.int64] = shapely.STRtree(boxes).query(
+        boxes, predicate="dwithin", distance=CLEAR_MM
+    )
+    place.count(len(boxes))
+    for one, other in pairs.T[pairs[0] < pairs[1]].tolist():
+        (first, label), (second, text) = labels[one], labels[other]
+        place.fail(
+            f"{_named(label)} of piece {first.id} and {_named(text)} of piece {second.id} are less "
+            f"than {CLEAR_MM} mm apart"
+        )
+
+
+def _box(piece: Piece, label: Label) -> shapely.Polygon:
+    """Return the box of a label on its sheet."""
+    angle = np.deg2rad(label.rotation_deg)
+    along = np.array([np.cos(angle), np.sin(angle)]) * label.length_mm / 2
+    up = np.array([-np.sin(angle), np.cos(angle)]) * label.box_height_mm / 2
+    middle = np.array([label.x, label.y])
+    corners = [middle - along - up, middle + along - up, middle + along + up, middle - along + up]
+    return shapely.Polygon(piece.placed(np.array(corners)))
+
+
+def _named(label: Label) -> str:
+    """Name a label in a finding."""
+    return f"the {label.kind} label {label.text!r}"

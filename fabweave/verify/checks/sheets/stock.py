@@ -1,0 +1,198 @@
+"""Check that sheets are those of the stock in the settings, and pieces at allowed angles."""
+
+import re
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import shapely
+
+from fabweave.verify.crossing_map import CrossingMap, Sheet
+from fabweave.verify.drawing import NOTES, Drawing, corners_apart, traced
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.statement import Place, Tally
+
+_SAME_MM = 1e-3
+#: Outlines in notes are drawn without sides shorter than this.
+_DRAWN_MM = 0.2
+_ANGLE_DEG = 1e-5
+_PLAIN = re.compile(r"([\d.]+)x([\d.]+)mm(?::(\d+))?")
+_GRAIN = re.compile(r"grain(?::([\d.]+)deg)?")
+
+
+def check_stock(job: Job, tally: Tally) -> None:
+    """Check sheets against the settings and the drawings, angles, and prices."""
+    plan, options = required(job.map), job.options
+    if "sheet" in options or "stock" in options:
+        _check_entries(plan, options, tally)
+    _check_angles(plan, options, tally)
+    for sheet in plan.sheets:
+        _check_shape(sheet, tally.at(sheet.name))
+        for kind, drawings in (("dxf", job.dxf), ("svg", job.svg)):
+            if (drawing := drawings.get(sheet.number)) is not None:
+                _check_notes(sheet, drawing, tally.at(f"{sheet.name}.{kind}"))
+    if job.waste is not None:
+        _check_prices(plan, job.waste, tally.at("waste.json").against("crossing_map.json"))
+
+
+def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
+    """Check each sheet against its entry in the settings, and how many there are."""
+    entries: dict[tuple[str, float, float], dict[str, Any]] = {}
+    quantities: Counter[tuple[str, float, float]] = Counter()
+    for text in options.get("sheet", []):
+        # A sheet may be for one bunch only, which is checked with the materials.
+        found = _PLAIN.fullmatch(text.rpartition("=")[2])
+        if not tally.at("job.toml").expect(found, f"sheet {text!r} is no size in mm"):
+            continue
+        width, height, quantity = found.groups() if found else ("0", "0", None)
+        key = ("", float(width), float(height))
+        entries[key] = {}
+        quantities[key] += int(quantity) if quantity else 10**9
+    for kind, tables in options.get("stock", {}).items():
+        for entry in tables:
+            points = entry.get("outline")
+            if points is None:
+                found = _PLAIN.fullmatch(entry["size"])
+                width, height = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
+            else:
+                width, height = np.ptp(np.array(points, dtype=float), axis=0).tolist()
+            key = (str(entry["name"]), round(width, 6), round(height, 6))
+            entries[key] = {**entry, "offcut": kind == "offcut"}
+            quantities[key] += int(entry.get("quantity", 10**9))
+    used: Counter[tuple[str, float, float]] = Counter()
+    for sheet in plan.sheets:
+        place = tally.at(sheet.name)
+        near = [
+            key
+            for key in entries
+            if key[0] == sheet.stock
+            and abs(key[1] - sheet.width_mm) <= _SAME_MM
+            and abs(key[2] - sheet.height_mm) <= _SAME_MM
+        ]
+        if place.expect(
+            near,
+            f"it is {sheet.stock or 'a sheet'} of {sheet.width_mm:g} × {sheet.height_mm:g} mm, "
+            "which is not in the stock of job.toml",
+        ):
+            used[near[0]] += 1
+            _check_entry(sheet, entries[near[0]], place.against("job.toml"))
+    for key, count in used.items():
+        tally.at(f"stock {key[0]}".rstrip(), f"{key[1]:g} × {key[2]:g} mm").expect(
+            count <= quantities[key], f"{count} sheets are used, and there are {quantities[key]}"
+        )
+
+
+def _check_entry(sheet: Sheet, entry: dict[str, Any], place: Place) -> None:
+    """Check what the map says of a sheet against its entry."""
+    for key, stated in (
+        ("price", sheet.price),
+        ("grain", sheet.grain_deg),
+        ("offcut", sheet.offcut),
+    ):
+        place.equal(key, stated, entry.get(key, False if key == "offcut" else None))
+    if "outline" in entry:
+        place.expect(
+            corners_apart(sheet.outline, np.array(entry["outline"], dtype=float)) <= _SAME_MM,
+            "its outline is not that of job.toml",
+        )
+    defects = [np.array(defect["polygon"], dtype=float) for defect in entry.get("defects", [])]
+    place.expect(
+        len(defects) == len(sheet.defects)
+        and all(
+            corners_apart(a, b) <= _SAME_MM for a, b in zip(sheet.defects, defects, strict=True)
+        ),
+        "its defects are not those of job.toml",
+    )
+
+
+def _check_shape(sheet: Sheet, place: Place) -> None:
+    """Check that a sheet's outline is simple, and fills its width and height."""
+    low, high = sheet.outline.min(axis=0), sheet.outline.max(axis=0)
+    size = np.array([sheet.width_mm, sheet.height_mm])
+    place.expect(
+        shapely.is_valid(shapely.Polygon(sheet.outline))
+        and np.abs(low).max() <= _SAME_MM
+        and np.abs(high - size).max() <= _SAME_MM,
+        f"its outline crosses itself, or is not {sheet.width_mm:g} × {sheet.height_mm:g} mm",
+    )
+
+
+def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
+    """Check that pieces stand at allowed angles, and that the settings allow the same."""
+    step, tolerance = plan.step_deg, plan.tolerance_deg
+    if "rotations" in options:
+        text = str(options["rotations"]).strip().lower()
+        grain = _GRAIN.fullmatch(text)
+        wanted: tuple[float | None, float] = (None, 0.0)
+        if grain is not None:
+            wanted = (180.0, float(grain[1] or 0.0))
+        elif text != "free":
+            wanted = (float(text.removesuffix("deg")), 0.0)
+        tally.at("crossing_map.json").against(f"job.toml, {text!r}").equal(
+            "the angle by which pieces may be turned, with its tolerance,",
+            (step, tolerance),
+            wanted,
+        )
+    if step is None:
+        return
+    for piece in plan.pieces:
+        sheet = plan.sheet.get(piece.sheet)
+        grain_deg = (sheet.grain_deg if sheet is not None else None) or 0.0
+        # A mirrored sheet is turned over: its angles run the other way.
+        turn = piece.rotation_deg if piece.mirror_mm is None else -piece.rotation_deg
+        aside = abs((turn - grain_deg + step / 2.0) % step - step / 2.0)
+        tally.at(f"piece {piece.id}").at_most(
+            "angle_deg",
+            aside,
+            tolerance + _ANGLE_DEG,
+            "it is turned {} from the nearest of the angles that are allowed",
+        )
+
+
+def _check_notes(sheet: Sheet, drawing: Drawing, place: Place) -> None:
+    """Check that all notes are on the material, and outline and defects among them."""
+    notes = drawing.shapes_of(NOTES, None)
+    runs = [traced(note) for note in notes]
+    lines = shapely.linestrings(
+        np.concatenate(runs or [np.zeros((0, 2))]),
+        indices=np.repeat(np.arange(len(runs)), [len(run) for run in runs]),
+    )
+    material = shapely.Polygon(sheet.outline).buffer(_DRAWN_MM)
+    shapely.prepare(material)
+    beside = int(np.count_nonzero(~shapely.covers(material, lines)))
+    place.expect(not beside, f"{beside} of {len(notes)} notes are beside the material")
+    if not sheet.stock:
+        return
+    drawn = [shapely.Polygon(one.points).exterior for one in notes if one.closed]
+    for what, ring in [("outline", sheet.outline), *(("defect", one) for one in sheet.defects)]:
+        wanted = shapely.Polygon(ring).exterior
+        if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:
+            continue
+        place.expect(
+            any(shapely.hausdorff_distance(wanted, one) <= _DRAWN_MM for one in drawn),
+            f"no closed line in the notes is the {what} in the map",
+        )
+
+
+def _check_prices(plan: CrossingMap, waste: dict[str, Any], place: Place) -> None:
+    """Check that prices in waste.json are those of the map; offcuts without one cost nothing."""
+    stated = {row.get("sheet"): row for row in waste["sheets"] if isinstance(row, dict)}
+    prices = []
+    for sheet in plan.sheets:
+        price = 0.0 if sheet.price is None and sheet.offcut else sheet.price
+        prices.append(price)
+        row = stated.get(sheet.number, {})
+        here = place.at(f"sheet {sheet.number}")
+        good = here.number("price", row.get("price"), price, within=_price_slack(price))
+        if good and row.get("stock", "") != sheet.stock:
+            here.fail(f"it is of stock {row.get('stock')!r}, and in the map of {sheet.stock!r}")
+    known = [price for price in prices if price is not None]
+    total = sum(known) if len(known) == len(prices) else None
+    place.at("totals").number(
+        "price", waste["totals"].get("price"), total, within=_price_slack(total)
+    )
+
+
+def _price_slack(price: float | None) -> float:
+    """Return how far off a price may be: it is rounded."""
+    return 1e-6 * max(1.0, price or 0.0)

@@ -1,0 +1,464 @@
+"""The table of options: it fits Settings, and all that is made of it fits the table."""
+
+import math
+import tomllib
+from dataclasses import fields, replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.app.options.option import SECTIONS
+from fabweave.app.options.page import options_page
+from fabweave.app.options.table import OPTIONS, option_named, option_of_field
+from fabweave.app.settings import (
+    Settings,
+    job_toml,
+    settings_from_job,
+    settings_from_options,
+    settings_table,
+)
+from fabweave.core.errors import InputError
+from fabweave.cut.micro_joints import MicroJoints
+from fabweave.cut.preflight.targets import target_named
+from fabweave.cut.presets import preset_named
+from fabweave.cut.write.dxf import DXF_VERSIONS
+from fabweave.cut.write.template import PAPERS_MM
+from fabweave.nest.effort import effort_named
+from fabweave.ribbon.width import WidthRule
+from fabweave.stock.material import material_named
+from fabweave.stock.sheet_size import SheetSize
+
+NAMES = [option.name for option in OPTIONS]
+FIELDS = [field.name for field in fields(Settings)]
+
+STOCK = '[[sheet]]\nname = "A"\nsize = "600x400mm"\nprice = 3.5\n'
+MATERIAL = """
+[felt]
+title = "Felt"
+thickness_mm = 2.0
+density_kg_m3 = 250.0
+kerf_mm = 0.2
+gap_mm = 2.0
+sheet_mm = [900.0, 600.0]
+metal = false
+min_bend_radius_t = 2.0
+"""
+TARGET = '[school]\ntitle = "the school"\nhole_mm = 2.0\n'
+
+
+# ---- the table and the settings -------------------------------------------------------------
+
+
+def test_every_field_of_settings_is_an_option_and_every_option_a_field() -> None:
+    held = list(dict.fromkeys(option.field for option in OPTIONS))
+    assert held == FIELDS
+    assert len(set(NAMES)) == len(NAMES)
+    assert {option.section for option in OPTIONS} == set(SECTIONS)
+    twice = [option.name for option in OPTIONS if option.field == "sheets"]
+    assert len(FIELDS) == len(NAMES) - 1
+    assert twice == ["sheet", "stock"]
+
+
+def test_defaults_are_those_of_the_table_and_are_taken_when_they_are_typed() -> None:
+    settings = Settings("shape:cube")
+    for option in OPTIONS[1:]:
+        if option.name == "stock":
+            continue
+        value = getattr(settings, option.field)
+        assert value == option.default_value, option.name
+        if value is not None:
+            assert option.kind.hold(value) == value, option.name
+    assert settings.width == WidthRule(auto=True)
+    assert settings.preset == preset_named()
+    assert (settings.clearance_mm, settings.margin_mm, settings.kerf_mm) == (0.1, 10.0, 0.0)
+
+
+def test_choices_that_other_rooms_have_too_are_the_same() -> None:
+    choices = {option.name: option.kind.choices for option in OPTIONS}
+    assert choices["dxf"] == DXF_VERSIONS
+    assert set(choices["template"]) == {"sheet", "none", *PAPERS_MM}
+    assert choices["preset"] == tuple(sorted(choices["preset"]))
+    for name in choices["effort"]:
+        assert effort_named(name)
+    with pytest.raises(InputError, match=", ".join(choices["effort"])):
+        effort_named("utmost")
+
+
+# ---- what is refused ------------------------------------------------------------------------
+
+NO_NUMBERS = ("1", b"1", math.nan, math.inf, -math.inf, -1.0, True, 1j, 10**400)
+#: For every field, values that no job can be made with.
+SPOILT = {
+    "mesh": (None, "", " ", 3, "a\0b"),
+    "up": ("up", "Z", 2, None),
+    "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
+    "scale": (*NO_NUMBERS, 0),
+    "remesh": ("triangles", "quads:0", "quads:many", 3000),
+    "refine": ("spline:2", "loop:x", 2),
+    "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
+    "pattern": ("nonsense", "satin:5", 3, None),
+    "boundary": ("open", None, 0),
+    "material": ("marble", "warp=card,warp=card", "warp=", "card:!", 3, None),
+    "materials": ("felt.toml", [3], {"felt": 3}, None),
+    "thickness_mm": (*NO_NUMBERS, 0, (), ("warp", 1.0), (("warp", 0.0),), (("warp", "1mm"),),
+                     (("warp", 1.0), ("warp", 2.0)), (("woof", 1.0),), (("", 1.0),)),
+    "width": ("12mm", 0.65, None, math.nan),
+    "smooth": (-1, 51, 0.5, "3", None),
+    "crossing": (*NO_NUMBERS, 0, 1, 1.5, None),
+    "clearance_mm": (*NO_NUMBERS, None),
+    "max_length_mm": (*NO_NUMBERS, 0, "auto"),
+    "hole_mm": (*NO_NUMBERS, "none"),
+    "joint": ("weld", "rivet:9", "glue:2", 2, None),
+    "lap_mm": (*NO_NUMBERS, 0, "auto"),
+    "slots": ("yes", 1, None),
+    "sheets": ("600x400mm", [(600, 400)], (SheetSize(0.0, 5.0),), (SheetSize(math.nan, 5.0),),
+               (SheetSize(9e9, 5.0),), (SheetSize(9.0, 9.0, 0),), (SheetSize(9.0, 9.0, "3"),),
+               (SheetSize(9.0, 9.0, bunch="woof"),), (SheetSize("9", 9.0),), None),
+    "margin_mm": (*NO_NUMBERS, None),
+    "gap_mm": (*NO_NUMBERS, (("warp", -1.0),), ("warp", 1.0), (("warp", math.nan),)),
+    "rotations": ("45", "grain:80deg", 90, None),
+    "effort": ("utmost", None),
+    "seed": (-1, 2**63, 0.0, "0", None),
+    "layout": ("", 3),
+    "colours": ("grey", None),
+    "profile": ("friend", None),
+    "preset": ("lightburn", None),
+    "dxf": ("R14", 12, None),
+    "svg_units": ("in", None),
+    "hairline_mm": (*NO_NUMBERS, 0, 1.5),
+    "target": ("nobody", 3, None),
+    "targets": ("school.toml", [3], {"school": 3}, None),
+    "strict": ("yes", 0, None),
+    "labels": ("some", None),
+    "label_side": ("both", None),
+    "paper": ("a3", None),
+    "kerf_mm": (*NO_NUMBERS, None),
+    "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
+    "cut_order": ("long", None),
+    "template": ("a5", None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_settings_refuse_what_no_job_can_be_made_with(name: str) -> None:
+    assert SPOILT[name]
+    for value in (*SPOILT[name], object(), b"\0", [[]], {1: 2}):
+        with pytest.raises(InputError) as caught:
+            Settings(**{"mesh": "shape:cube", name: value})
+        # The field is named, and told is what it takes, or what is wrong.
+        assert str(caught.value).startswith(f"{name}: "), value
+        assert len(str(caught.value)) > len(name) + 20, value
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_values_that_are_refused_are_so_when_they_are_replaced(name: str) -> None:
+    with pytest.raises(InputError, match=f"^{name}: "):
+        replace(Settings("shape:cube"), **{name: SPOILT[name][0]})
+
+
+def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
+    with pytest.raises(InputError) as caught:
+        Settings("shape:cube", pattern="nonsense", size_mm=-5, colours="grey")
+    first, second, third = str(caught.value).splitlines()
+    assert first == (
+        "size_mm: -5 is not a length greater than 0, such as 12 (millimetres) or '0.5in'"
+    )
+    assert second.startswith("pattern: there is no pattern 'nonsense'; there are plain, twill")
+    assert third == "colours: 'grey' is not one of safe, hue-circle, hue-range"
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"size_mm": 400.0, "scale": 2.0}, "a size and a scale were both given"),
+        ({"joint": "dovetail", "lap_mm": 9.0}, "lap_mm: a joint of kind dovetail has no lap"),
+    ],
+)
+def test_fields_that_do_not_go_together_are_refused(values, words) -> None:
+    for name, value in values.items():
+        Settings("shape:cube", **{name: value})
+    with pytest.raises(InputError, match=words):
+        Settings("shape:cube", **values)
+
+
+def test_numbers_of_other_kinds_are_held_as_plain_ones() -> None:
+    settings = Settings(
+        "shape:cube", size_mm=400, fair=np.int64(3), scale=None, kerf_mm=np.float32(0.25),
+        margin_mm=Fraction(1, 2), sheets=[SheetSize(600.0, 400.0)], material=" Card: Red ",
+        target="FICTIV", rotations="grain: 5°",
+    )  # fmt: skip
+    held = (settings.size_mm, settings.fair, settings.kerf_mm, settings.margin_mm)
+    assert held == (400.0, 3, 0.25, 0.5)
+    assert [type(value) for value in held] == [float, int, float, float]
+    assert settings.sheets == (SheetSize(600.0, 400.0),)
+    assert (settings.material, settings.target) == ("card:red", "fictiv")
+    assert settings.rotations == "grain:5deg"
+    # As they are, job.toml takes them.
+    assert tomllib.loads(job_toml(settings, {}))["job"]["fair"] == 3
+
+
+# ---- text, value, text ----------------------------------------------------------------------
+
+
+def _units(least: float, most: float) -> st.SearchStrategy[str]:
+    return st.builds(
+        lambda value, unit: f"{value:.6g}{unit}",
+        st.floats(least, most),
+        st.sampled_from(["mm", "cm", "in", ""]),
+    )
+
+
+def _by_bunch(each: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    return each | st.builds(lambda one, two: f"warp={one},weft={two}", each, each)
+
+
+LENGTHS = _units(0.01, 900.0)
+WIDTHS = st.sampled_from(["auto", "0.5", "12mm", "6mm..14mm", "0.4,6mm..14mm", "auto,..9mm"])
+SHEETS = st.builds(
+    lambda wide, high, end, bunch: f"{bunch}{wide}x{high}mm{end}",
+    st.integers(5, 2000), st.integers(5, 2000), st.sampled_from(["", ":1", ":30"]),
+    st.sampled_from(["", "warp=", "0="]),
+)  # fmt: skip
+#: For every option, what may be typed.
+TYPED = {
+    "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
+    "size": LENGTHS,
+    "scale": st.floats(1e-6, 1e6).map(str),
+    "remesh": st.sampled_from(["quads", "quads:300"]),
+    "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
+    "fair": st.integers(0, 1000).map(str),
+    "pattern": st.sampled_from(["plain", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]),
+    "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
+    "materials": st.just("FOLDER/materials.toml"),
+    "thickness": _by_bunch(LENGTHS),
+    "width": WIDTHS,
+    "smooth": st.integers(0, 50).map(str),
+    "crossing": st.floats(0.01, 0.99).map(str),
+    "clearance": _units(0.0, 9.0),
+    "max_length": LENGTHS | st.just("auto"),
+    "hole": LENGTHS | st.just("none"),
+    "joint": st.sampled_from(["rivet", "rivet:3", "glue", "dovetail", "slot", "none"]),
+    "lap": LENGTHS | st.just("auto"),
+    "sheet": SHEETS,
+    "stock": st.just("FOLDER/stock.toml"),
+    "margin": _units(0.0, 90.0),
+    "gap": _by_bunch(_units(0.0, 90.0)),
+    "rotations": st.sampled_from(["free", "90", "180 deg", "grain", "Grain: 5°", "grain:12.5deg"]),
+    "seed": st.integers(0, 2**63 - 1).map(str),
+    "layout": st.just("crossing_map.json"),
+    "preset": st.sampled_from(["boxes", "epilog", "trotec"]),
+    "hairline": _units(0.01, 0.03) | st.just("epilog"),
+    "target": st.sampled_from(["default", "Fictiv"]),
+    "targets": st.just("FOLDER/targets.toml"),
+    "kerf": _units(0.0, 0.9),
+    "micro_joints": st.sampled_from(["4", "12:0.5mm", "1:0.02in"]),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("options")
+    (folder / "stock.toml").write_text(STOCK)
+    (folder / "materials.toml").write_text(MATERIAL)
+    (folder / "targets.toml").write_text(TARGET)
+    return str(folder)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(data=st.data())
+def test_what_is_typed_comes_back_from_what_job_toml_has(name, folder, data) -> None:
+    kind = option_named(name).kind
+    if kind.flag:
+        typed = data.draw(st.booleans())
+    elif name in TYPED:
+        typed = data.draw(TYPED[name]).replace("FOLDER", folder)
+    else:
+        typed = data.draw(st.sampled_from(kind.choices))
+    value = kind.parse(typed)
+    written = kind.write(value)
+    if written is None:
+        assert value in (None, 0.0)
+        return
+    again = kind.parse(written)
+    # job.toml has ten digits of a length.
+    assert kind.write(again) == written
+    assert kind.parse(kind.write(again)) == again
+    if isinstance(value, float):
+        assert again == pytest.approx(value, rel=1e-9)
+    elif name not in ("thickness", "gap", "width", "micro_joints"):
+        assert again == value
+    assert kind.hold(value) == value
+    assert kind.parse(value) == value
+
+
+@given(st.data())
+def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) -> None:
+    names = data.draw(st.sets(st.sampled_from(sorted(TYPED)), max_size=12)) - {"mesh", "layout"}
+    typed = {name: data.draw(TYPED[name]).replace("FOLDER", folder) for name in sorted(names)}
+    try:
+        settings = settings_from_options("shape:cube", **typed)
+    except InputError as error:
+        # Each is good in itself; some do not go together.
+        assert {"size", "scale"} <= names or {"joint", "lap"} <= names
+        assert "both given" in str(error) or "has no lap" in str(error)  # noqa: PT017
+        return
+    path = tmp_path_factory.getbasetemp() / "job.toml"
+    path.write_text(job_toml(settings, {}))
+    again = settings_from_job(path)
+    assert settings_table(again) == settings_table(settings)
+    assert job_toml(again, {}) == path.read_text()
+
+
+# ---- job.toml and the reference -------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def changed(folder) -> Settings:
+    """Return settings none of which are their defaults."""
+    return settings_from_options(
+        "shape:torus", up="y", size="40cm", remesh="quads", refine="loop:1", fair=3,
+        pattern="twill", boundary="turn", material="warp=felt,weft=card", thickness="2mm",
+        materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
+        max_length="15cm", hole="none", joint="glue", lap=12, slots=True, sheet="600x400mm",
+        stock=f"{folder}/stock.toml", margin=5, gap="warp=2mm,weft=3mm", rotations=90,
+        effort="quick", seed=7, layout="old/crossing_map.json", colours="hue-range",
+        profile="service", preset="boxes", dxf="R12", svg_units="px96", hairline="0.1mm",
+        target="school", targets=f"{folder}/targets.toml", strict=True, labels="none",
+        label_side="inside", paper="letter", kerf="0.1mm", micro_joints=4, cut_order="cool",
+        template="a4",
+    )  # fmt: skip
+
+
+def test_every_option_is_in_job_toml_in_the_order_of_the_table(changed) -> None:
+    table = settings_table(changed) | {"scale": 2.0}
+    assert set(table) == set(NAMES)
+    assert list(settings_table(changed)) == [name for name in NAMES if name != "scale"]
+    plain = Settings("shape:torus")
+    for option in OPTIONS:
+        if option.name not in ("mesh", "scale"):
+            assert getattr(changed, option.field) != getattr(plain, option.field), option.name
+
+
+def test_every_option_is_on_the_reference_page_in_its_section() -> None:
+    page = options_page()
+    for title in SECTIONS:
+        section = page.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
+        entries = section.split("\n### `")[1:]
+        options = [option for option in OPTIONS if option.section == title]
+        for option, entry in zip(options, entries, strict=True):
+            heading, rest = entry.split("`\n", 1)
+            plain = " ".join(rest.split())
+            assert heading.split()[0] == ("MESH" if option.name == "mesh" else option.flag)
+            assert " ".join(option.text.split()) in plain
+            assert (f"- default: {option.usual} " in f"{plain} ") == bool(option.usual)
+            assert ("- unit: mm" in plain) == (option.kind.unit == "mm")
+            assert ("- for `fabweave make` only" in plain) == option.making
+            assert plain.endswith(f"`Settings.{option.field}`")
+            for word in option.kind.choices:
+                assert word in plain
+    assert max(map(len, page.splitlines())) < 130
+
+
+# ---- settings of options --------------------------------------------------------------------
+
+
+def test_options_take_texts_numbers_and_values(folder) -> None:
+    by_text = settings_from_options(
+        "shape:cube", size="40cm", kerf="0.15mm", sheet=["600x400mm:3", "24x18in"], width="12mm",
+        thickness="warp=0.5mm,weft=0.8mm", stock=f"{folder}/stock.toml", rotations="90",
+        micro_joints="4", material="warp=card,weft=card", hole="none", seed="3", scale=None,
+    )  # fmt: skip
+    by_value = settings_from_options(
+        "shape:cube", size=400, kerf=0.15, sheet=[SheetSize(600.0, 400.0, 3), "24x18in"],
+        width=WidthRule(least_mm=12.0, most_mm=12.0), thickness=(("warp", 0.5), ("weft", 0.8)),
+        stock=tomllib.loads(STOCK), rotations=90, micro_joints=4, hole=0, seed=np.int64(3),
+        material="warp=card,weft=card",
+    )  # fmt: skip
+    assert by_text == by_value
+    # A list of stock comes before plain sheets.
+    assert [sheet.name for sheet in by_text.sheets] == ["A", "", ""]
+    assert by_text == Settings(
+        "shape:cube", size_mm=400.0, kerf_mm=0.15, sheets=by_text.sheets, hole_mm=0.0, seed=3,
+        width=WidthRule(0.65, 12.0, 12.0), thickness_mm=(("warp", 0.5), ("weft", 0.8)),
+        rotations="90", micro_joints=MicroJoints(4), material="warp=card,weft=card",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"sise": 3}, "there is no option 'sise'; the nearest is 'size'"),
+        ({"size_mm": 3}, "there is no option 'size_mm'; the nearest is 'size'"),
+        ({"size": "12 furlongs"}, "size: unknown unit 'furlongs'"),
+        ({"size": -3}, "size: -3 is not a length greater than 0"),
+        ({"seed": "many"}, "seed: 'many' is not a whole number"),
+        ({"fair": {"a": 1}}, r"fair: \{'a': 1\} is not a whole number"),
+        ({"paper": ["a4"]}, r"paper: \['a4'\] is not one of a4, letter"),
+        ({"sheet": "600"}, "sheet: sheet '600' is not WIDTHxHEIGHT"),
+        ({"stock": "no.toml"}, "stock: cannot read the stock in no.toml"),
+        ({"materials": "no.toml"}, "materials: cannot read materials in no.toml"),
+        ({"preset": "glow"}, "preset: there is no colour preset 'glow'"),
+        ({"target": "snijlap"}, "target: no target is called 'snijlap': choose one of snijlab"),
+        ({"slots": "yes"}, "slots: 'yes' is not True or False"),
+    ],
+)
+def test_options_that_are_wrong_are_named(options, words) -> None:
+    with pytest.raises(InputError, match=f"^{words}"):
+        settings_from_options("shape:cube", **options)
+
+
+def test_a_job_is_taken_up_again_and_what_is_given_wins(changed, tmp_path) -> None:
+    path = tmp_path / "job.toml"
+    path.write_text(job_toml(changed, {}))
+    again = settings_from_job(path)
+    # The layout lies beside job.toml.
+    assert replace(again, layout=changed.layout) == changed
+    assert again.layout == str(tmp_path / "crossing_map.json")
+    other = settings_from_job(path, lap="auto", size="1in", sheet=["9x9mm"], mesh="shape:cube")
+    assert (other.lap_mm, other.size_mm, other.mesh) == (None, 25.4, "shape:cube")
+    assert [sheet.name for sheet in other.sheets] == ["A", ""]
+    assert other.sheets[1] == SheetSize(9.0, 9.0)
+    assert (
+        replace(other, lap_mm=12.0, size_mm=400.0, mesh="shape:torus", sheets=again.sheets) == again
+    )
+
+
+def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
+    (tmp_path / "my.obj").write_text("v 0 0 0\n")
+    path = tmp_path / "job.toml"
+    path.write_text(job_toml(Settings("my.obj"), {}))
+    assert settings_from_job(path).mesh == str(tmp_path / "my.obj")
+    path.write_text(job_toml(Settings("nowhere.obj"), {}))
+    assert settings_from_job(path).mesh == "nowhere.obj"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "sets 2 unknown options: color, sise; "
+         "known are boundary, clearance"),
+        ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: length 'large' is not"),
+        ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: 3 is not the name of"),
+        ("[job]\nup = 'z'", "no mesh: name a file, or a shape"),
+        ("job = 3", r"has no table \[job\]"),
+        ("[job", "cannot read the settings in"),
+    ],
+)  # fmt: skip
+def test_a_job_toml_that_is_none_gets_one_message(text, words, tmp_path) -> None:
+    (tmp_path / "job.toml").write_text(text)
+    with pytest.raises(InputError, match=words):
+        settings_from_job(tmp_path / "job.toml")
+
+
+def test_own_values_may_be_given_to_settings_themselves() -> None:
+    felt = replace(material_named("card"), name="felt")
+    school = replace(target_named("fictiv"), name="school")
+    settings = Settings("shape:cube", material="felt", materials=(felt,), target="school",
+                        targets=(school,))  # fmt: skip
+    assert settings_table(settings)["materials"]["felt"]["thickness_mm"] == 0.4
+    with pytest.raises(InputError, match=r"materials: .*an entry is called 'my felt!'"):
+        replace(settings, materials=(replace(felt, name="my felt!"),))
+    assert option_of_field("materials").kind.parse([felt, felt]) == (felt,)

@@ -1,0 +1,324 @@
+"""Materials and targets of the user's own: found, listed, made, embedded, made again and proved."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomli_w
+from fabweave.verify.checks.own_materials import check_own_materials
+from fabweave.verify.checks.preflight import check_preflight
+
+from fabweave.app.options.user_files import FOLDER_VARIABLE, user_file
+from fabweave.app.settings import settings_from_job, settings_from_options
+from fabweave.cli.main import main
+from fabweave.core.errors import InputError
+from fabweave.stock.material import material_named, material_table
+from fabweave.verify import verify_job
+from fabweave.verify.read.job_files import load_job
+from fabweave.verify.report import Tally
+
+#: One material is new; the other stands in for one of ours, and bends by a table.
+MATERIALS = """
+[felt]
+title = "Filz <b>& \\"co\\" 漢字"
+thickness_mm = 1.0
+density_kg_m3 = 250
+kerf_mm = 0.2
+gap_mm = 3.0
+sheet_mm = [500, 400]
+metal = false
+min_bend_radius_t = 2.0
+speed_mm_s = [20.0, 30.0]
+price_per_m2 = 38.0
+currency = "EUR"
+
+[card]
+title = "Card from the attic"
+thickness_mm = 0.5
+density_kg_m3 = 810.0
+kerf_mm = 0.1
+gap_mm = 2.5
+sheet_mm = [450.0, 350.0]
+metal = false
+bend_table_mm = [[0.4, 9.0], [0.6, 12.0]]
+
+[velvet]
+title = "Velvet, which nothing is made of"
+thickness_mm = 1.0
+density_kg_m3 = 300.0
+kerf_mm = 0.2
+gap_mm = 3.0
+sheet_mm = [500.0, 400.0]
+metal = false
+min_bend_radius_t = 1.0
+"""
+#: Nobody keeps these.
+TARGETS = """
+[school]
+title = "the laser at school"
+hole_mm = 9.0
+edge_mm = 9.0
+web_mm = 30.0
+gap_mm = 2.8
+piece_mm = [100.0, 90.0]
+sheet_mm = [300.0, 200.0]
+"""
+JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick", "-q")
+
+
+def run(*arguments: object) -> int:
+    try:
+        main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory) -> Path:
+    """Return a folder with a user's own files, which is no configuration folder."""
+    folder = tmp_path_factory.mktemp("own")
+    (folder / "materials.toml").write_text(MATERIALS, encoding="utf-8")
+    (folder / "targets.toml").write_text(TARGETS, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(own, tmp_path_factory) -> Path:
+    """Return a job of two own materials, one of which stands in for ours, and an own target."""
+    folder = tmp_path_factory.mktemp("made") / "job"
+    typed = ("--materials", own / "materials.toml", "--targets", own / "targets.toml")
+    chosen = ("--material", "warp=felt:red,weft=card", "--target", "School", "--gap", "2.5mm")
+    assert run("make", *JOB, *typed, *chosen, "-o", folder) == 0
+    return folder
+
+
+@pytest.fixture
+def configured(own, monkeypatch) -> Path:
+    """Make the user's files those of the configuration folder."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(own))
+    return own
+
+
+def test_the_job_is_of_the_users_materials(made) -> None:
+    waste = json.loads((made / "waste.json").read_text())
+    found = {one["material"]: one for one in waste["materials"]}
+    assert {name: (one["thickness_mm"], one["density_kg_m3"]) for name, one in found.items()} == {
+        "felt:red": (1.0, 250.0),
+        "card": (0.5, 810.0),
+    }
+    sheets = {(one["material"], one["width_mm"], one["height_mm"]) for one in waste["sheets"]}
+    assert sheets == {("felt:red", 500.0, 400.0), ("card", 450.0, 350.0)}
+    prices = {one["material"]: one["currency"] for one in waste["estimate"]["materials"]}
+    assert prices == {"felt:red": "EUR", "card": ""}
+    flaws = json.loads((made / "preflight.json").read_text())["flaws"]
+    assert {flaw["rule"] for flaw in flaws} >= {"hole", "hole-edge", "web", "piece", "sheet", "gap"}
+
+
+def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
+    job = tomllib.loads((made / "job.toml").read_text())["job"]
+    own = tomllib.loads(MATERIALS)
+    assert job["materials"] == {"card": own["card"], "felt": own["felt"]}
+    assert job["targets"]["school"]["web_mm"] == 30.0
+    # All of it, so that another default changes nothing.
+    assert job["targets"]["school"]["web_t"] == 1.0
+    # A code of dots would be too small for all that.
+    assert (
+        "--config job.toml" in json.loads((made / "crossing_map.json").read_text())["cut"]["code"]
+    )
+
+
+def test_the_job_is_made_again_byte_for_byte_from_its_job_toml_alone(made, tmp_path) -> None:
+    assert run("make", "--config", made / "job.toml", "-q", "-o", tmp_path / "again") == 0
+    assert files(tmp_path / "again") == files(made)
+    assert run("verify", made, "-q") == 0
+
+
+def test_what_is_proved_needs_no_file_of_the_users(made, capsys) -> None:
+    assert verify_job(made).ok
+    assert run("preflight", made, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == json.loads((made / "preflight.json").read_text())
+
+
+def spoiled(made, tmp_path, *changes):
+    """Return a job whose job.toml has other values, each under a path of keys."""
+    job = tomllib.loads((made / "job.toml").read_text())
+    for *keys, last, value in changes:
+        table = job["job"]
+        for key in keys:
+            table = table[key]
+        assert table.get(last) != value
+        table[last] = value
+    for path in made.iterdir():
+        if path.name != "job.toml":
+            (tmp_path / path.name).symlink_to(path)
+    (tmp_path / "job.toml").write_text(tomli_w.dumps(job))
+    return load_job(tmp_path, Tally("files"))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("materials", "felt", "density_kg_m3", 251.0), "density_kg_m3 of felt:red is 250.0"),
+        (("materials", "card", "density_kg_m3", 750.0), "density_kg_m3 of card is 810.0"),
+        (("materials", "felt", "price_per_m2", 39.0), "price_per_m2 of felt:red is 38.0"),
+        (("materials", "felt", "currency", "USD"), "currency of felt:red is EUR"),
+        (("materials", "felt", "speed_mm_s", [1.0, 2.0]), "speed_mm_s of felt:red is [20.0, 30.0]"),
+        (("materials", "card", "speed_mm_s", [1.0, 2.0]), "speed_mm_s of card is None"),
+        (("materials", "felt", "min_bend_radius_t", 3.0), "felt:red bends to 2.0 mm, and"),
+        (("materials", "card", "bend_table_mm", [[0.4, 9.0], [0.6, 12.1]]), "bends to 10.5 mm"),
+        (("materials", "velvet", {}), "materials that are not used: ['velvet']"),
+    ],
+)
+def test_verify_holds_the_files_to_the_entries_of_materials(made, change, words, tmp_path) -> None:
+    tally = Tally("materials")
+    check_own_materials(load_job(made, Tally("files")), tally)
+    assert tally.result().ok
+    check_own_materials(spoiled(made, tmp_path, change), tally)
+    findings = tally.result().findings
+    assert findings
+    assert all(words in finding for finding in findings)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("hole_mm", 8.0), ("hole_t", 9.5), ("edge_mm", 40.0), ("web_mm", 29.0), ("gap_mm", 2.7),
+     ("piece_mm", [101.0, 91.0]), ("sheet_mm", [301.0, 201.0])],
+)  # fmt: skip
+def test_verify_holds_preflight_to_the_entry_of_the_target(made, key, value, tmp_path) -> None:
+    tally = Tally("preflight")
+    check_preflight(load_job(made, Tally("files")), tally)
+    assert tally.result().ok
+    check_preflight(spoiled(made, tmp_path, ("targets", "school", key, value)), tally)
+    findings = tally.result().findings
+    assert findings
+    assert all("is not what job.toml's entry of the target asks for" in one for one in findings)
+
+
+def test_verify_as_a_whole_objects_to_another_entry(made, tmp_path) -> None:
+    spoiled(made, tmp_path, ("materials", "felt", "density_kg_m3", 251.0))
+    failed = {check.name for check in verify_job(tmp_path).checks if not check.ok}
+    # The code on the sheets has a digest of the settings.
+    assert failed == {"materials", "code"}
+
+
+def test_the_configuration_folder_is_honoured(configured) -> None:
+    settings = settings_from_options("shape:cube", material="felt", target="school")
+    assert [one.name for one in (*settings.materials, *settings.targets)] == ["felt", "school"]
+    assert user_file("materials") == configured / "materials.toml"
+    # What is asked for without a word is the user's, too.
+    assert settings_from_options("shape:cube").materials[0].title == "Card from the attic"
+    assert settings_from_options("shape:cube", material="birch-veneer").materials == ()
+
+
+def test_a_named_file_wins_over_the_folder(configured, tmp_path) -> None:
+    later = tmp_path / "later.toml"
+    later.write_text(MATERIALS.replace("Card from the attic", "Card from the cellar"), "utf-8")
+    settings = settings_from_options("shape:cube", materials=[configured / "materials.toml", later])
+    assert settings.materials[0].title == "Card from the cellar"
+
+
+@pytest.mark.usefixtures("configured")
+def test_a_finished_job_keeps_its_materials_whatever_the_folder_has(tmp_path) -> None:
+    job = tmp_path / "job.toml"
+    job.write_text('[job]\nmesh = "shape:cube"\nmaterial = "card"\ntarget = "default"\n')
+    assert settings_from_job(job).materials == ()
+    # What is asked for anew is looked for there.
+    assert settings_from_job(job, material="felt").materials[0].name == "felt"
+    assert settings_from_job(job, target="school").targets[0].name == "school"
+
+
+def test_no_folder_is_as_good_as_an_empty_one(monkeypatch, tmp_path) -> None:
+    for folder in (tmp_path, tmp_path / "none", Path("/dev/null")):
+        monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
+        assert settings_from_options("shape:cube").materials == ()
+    monkeypatch.delenv(FOLDER_VARIABLE)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert user_file("targets").name == "targets.toml"
+    assert tmp_path in user_file("targets").parents
+    assert user_file("targets").parent.name == "fabweave"
+    assert settings_from_options("shape:cube").materials == ()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["make", "shape:cube", "-o", "OUT"],
+        ["inspect", "shape:cube"],
+        ["materials"],
+        ["coupon", "--material", "card", "-o", "OUT"],
+    ],
+)
+def test_a_spoilt_file_gets_one_message_and_leaves_nothing(
+    command, monkeypatch, tmp_path, capsys
+) -> None:
+    folder = tmp_path / "configuration"
+    folder.mkdir()
+    (folder / "materials.toml").write_text(MATERIALS.replace("[500, 400]", '"large"'), "utf-8")
+    monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
+    assert run(*(word.replace("OUT", str(tmp_path / "out")) for word in command)) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert (
+        f"{folder / 'materials.toml'}, [felt]: sheet_mm is 'large', and must be a list" in told.err
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_lists_say_whose_each_entry_is(own, capsys) -> None:
+    assert run("materials") == 0
+    ours = capsys.readouterr().out
+    assert "*" not in ours
+    assert run("materials", "--materials", own / "materials.toml") == 0
+    both = capsys.readouterr().out
+    assert f"* from {own / 'materials.toml'}: card, felt, velvet" in both.replace("\n", " ")
+    assert "Card from the" in both
+    assert "Card, 300" not in both
+    assert [line.split()[:2] for line in both.splitlines() if " * " in line] == [
+        ["card", "*"], ["felt", "*"], ["velvet", "*"],
+    ]  # fmt: skip
+    # Ours stand where they stood.
+    assert both.splitlines()[1].split()[0] == ours.splitlines()[1].split()[0] == "card"
+    assert run("targets", "--targets", own / "targets.toml") == 0
+    told = capsys.readouterr().out
+    assert f"school  (from {own / 'targets.toml'})\n    the laser at school\n" in told
+    assert "      pieces: up to 100 × 90 mm\n" in told
+    assert told.startswith("default\n")
+
+
+@pytest.mark.usefixtures("configured")
+def test_preflight_and_coupon_know_the_users_entries(made, tmp_path, capsys) -> None:
+    assert run("preflight", made, "--target", "school", "-q") == 0
+    assert run("coupon", "--material", "felt", "-o", tmp_path / "felt") == 0
+    assert "Filz" in (tmp_path / "felt" / "coupon.txt").read_text("utf-8")
+    assert run("coupon", made, "--material", "card", "-o", tmp_path / "card") == 0
+    assert "Card from the attic" in (tmp_path / "card" / "coupon.txt").read_text("utf-8")
+    capsys.readouterr()
+
+
+def test_a_job_of_ours_is_as_it_was(tmp_path) -> None:
+    # With a folder of own files that the job does not name, too.
+    folder = tmp_path / "configuration"
+    folder.mkdir()
+    (folder / "materials.toml").write_text(MATERIALS, "utf-8")
+    settings = settings_from_options(
+        "shape:cube", material="birch-veneer", materials=folder / "materials.toml"
+    )
+    assert settings == settings_from_options("shape:cube", material="birch-veneer")
+    card = {"card": material_table(material_named("card"))}
+    again = settings_from_options("shape:cube", materials=tomllib.loads(tomli_w.dumps(card)))
+    assert again == settings_from_options("shape:cube")
+    with pytest.raises(InputError, match="no material is called 'felt'"):
+        settings_from_options("shape:cube", material="felt")

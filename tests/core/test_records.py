@@ -1,0 +1,148 @@
+"""Records come back from their documents as they were, and what does not fit is refused."""
+
+import json
+from typing import Literal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.errors import InputError
+from fabweave.core.records import from_json, inline, key, optional, read_json, record, to_json
+
+
+@record
+class Hole:
+    kind: Literal["hole"] = "hole"
+    width_mm: float = key("width")
+
+
+@record
+class Slot:
+    kind: Literal["slot"] = "slot"
+    path: tuple[tuple[float, float], ...]
+
+
+@record
+class Sums:
+    count: int
+    area: float | None
+
+
+@record
+class Whole:
+    name: str
+    flags: tuple[bool, ...]
+    end: tuple[str | None, int]
+    first: Hole | None
+    cuts: tuple[Hole | Slot, ...]
+    sums: Sums = inline()
+    note: str | None = optional(default=None)
+    late: int | None = None
+
+
+FLOATS = st.floats(allow_nan=False, allow_infinity=False)
+HOLES = st.builds(Hole, width_mm=FLOATS)
+SLOTS = st.builds(Slot, path=st.lists(st.tuples(FLOATS, FLOATS)).map(tuple))
+WHOLES = st.builds(
+    Whole,
+    name=st.text(),
+    flags=st.lists(st.booleans()).map(tuple),
+    end=st.tuples(st.none() | st.text(), st.integers()),
+    first=st.none() | HOLES,
+    cuts=st.lists(HOLES | SLOTS).map(tuple),
+    sums=st.builds(Sums, count=st.integers(), area=st.none() | FLOATS),
+    note=st.none() | st.text(),
+    late=st.none() | st.integers(),
+)
+
+
+@given(WHOLES)
+def test_what_is_written_is_read_again(whole):
+    assert from_json(Whole, json.loads(json.dumps(to_json(whole)))) == whole
+
+
+DOCUMENT = {
+    "name": "A",
+    "flags": [True],
+    "end": [None, 3],
+    "first": {"kind": "hole", "width": 2.5},
+    "cuts": [{"kind": "slot", "path": [[1.0, 2.0]]}, {"kind": "hole", "width": 2}],
+    "count": 4,
+    "area": None,
+    "note": "new",
+    "late": None,
+}
+
+
+def test_a_document_has_the_keys_of_its_records_in_their_order():
+    whole = from_json(Whole, DOCUMENT)
+    assert whole.cuts == (Slot(path=((1.0, 2.0),)), Hole(width_mm=2))
+    assert whole.sums == Sums(count=4, area=None)
+    assert json.dumps(to_json(whole)) == json.dumps(DOCUMENT)
+
+
+def test_what_may_be_absent():
+    bare = {name: value for name, value in DOCUMENT.items() if name not in ("note", "late")}
+    whole = from_json(Whole, bare | {"of a later version": 5})
+    assert (whole.note, whole.late) == (None, None)
+    assert to_json(whole) == bare | {"late": None}
+
+
+SPOILED = [
+    ([], "the document is [], not an object"),
+    ({"name": 3}, "name is 3, not a text"),
+    ({"flags": True}, "flags is True, not a list"),
+    ({"flags": [True, 1]}, "flags[1] is 1, neither true nor false"),
+    ({"end": ["A"]}, "end has 1 values, not 2"),
+    ({"end": [3, 3]}, "end[0] is 3, not a text"),
+    ({"end": ["A", 3.0]}, "end[1] is 3.0, not a whole number"),
+    ({"end": ["A", True]}, "end[1] is True, not a whole number"),
+    ({"first": {"kind": "slot", "width": 1.0}}, "first.kind is 'slot', not 'hole'"),
+    ({"first": {"kind": "hole"}}, "first has no 'width'"),
+    ({"first": {"kind": "hole", "width": True}}, "first.width is True, not a number"),
+    ({"first": {"kind": "hole", "width": float("nan")}}, "first.width is nan, not a number"),
+    ({"first": {"kind": "hole", "width": float("inf")}}, "first.width is inf, not a number"),
+    ({"cuts": [{"width": 1.0}]}, "cuts[0] has no 'kind'"),
+    ({"cuts": [{"kind": ["hole"]}]}, "cuts[0].kind is ['hole'], not 'hole' or 'slot'"),
+    ({"cuts": [4]}, "cuts[0] is 4, not an object"),
+    (
+        {"cuts": [{"kind": "slot", "path": [[1.0, 2.0], [1.0, "x"]]}]},
+        "cuts[0].path[1][1] is 'x', not a number",
+    ),
+    ({"count": None}, "count is None, not a whole number"),
+    ({"note": 7}, "note is 7, not a text"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), SPOILED)
+def test_what_does_not_fit_is_refused_with_its_place(change, words):
+    with pytest.raises(InputError) as caught:
+        from_json(Whole, DOCUMENT | change if isinstance(change, dict) else change)
+    assert str(caught.value) == words
+
+
+@pytest.mark.parametrize("name", sorted(set(DOCUMENT) - {"note", "late"}))
+def test_what_is_missing_is_named(name):
+    with pytest.raises(InputError, match=f"the document has no '{name}'"):
+        from_json(Whole, {key: value for key, value in DOCUMENT.items() if key != name})
+
+
+def test_a_file_that_is_no_record_is_named(tmp_path):
+    def read(text):
+        path = tmp_path / "hole.json"
+        path.write_bytes(text)
+        return read_json(path, lambda document: from_json(Hole, document), "hole")
+
+    assert read(b'{"kind": "hole", "width": 3.5}') == Hole(width_mm=3.5)
+    for text, words in (
+        (b"{}", "the document has no 'kind'"),
+        (b"{", "Expecting property name"),
+        (b"\xff", "invalid start byte"),
+        (b"[" * 100_000, "recursion depth"),
+    ):
+        with pytest.raises(InputError, match=r"hole\.json is not a hole: ") as caught:
+            read(text)
+        assert words in str(caught.value)
+    with pytest.raises(InputError, match=r"cannot read .*none\.json: No such file"):
+        read_json(tmp_path / "none.json", lambda document: document, "hole")

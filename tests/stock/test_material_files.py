@@ -1,0 +1,203 @@
+"""Materials and targets from files: one reader and one set of checks, for ours and for others'."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import tomli_w
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.entries import read_toml
+from fabweave.core.errors import InputError
+from fabweave.cut.preflight import targets as target_module
+from fabweave.cut.preflight.targets import Target, target_named, target_table, targets, targets_of
+from fabweave.stock import material as material_module
+from fabweave.stock.material import (
+    Material,
+    material_library,
+    material_named,
+    material_table,
+    materials_of,
+)
+from fabweave.stock.supply_plan import materials_in_use, parse_materials
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FELT = {
+    "title": "Felt, 2 mm",
+    "thickness_mm": 2.0,
+    "density_kg_m3": 250.0,
+    "kerf_mm": 0.2,
+    "gap_mm": 2.0,
+    "sheet_mm": [900.0, 600.0],
+    "metal": False,
+    "min_bend_radius_t": 2.0,
+}
+
+
+def test_examples_are_read() -> None:
+    materials = materials_of(read_toml(EXAMPLES / "materials.toml", "materials"), "there")
+    assert [one.name for one in materials] == ["wool-felt", "beech-veneer-0.6"]
+    assert (materials[0].price_per_m2, materials[0].currency) == (38.0, "EUR")
+    assert materials[1].bend_table_mm == ((0.6, 35.0), (1.2, 90.0))
+    (school,) = targets_of(read_toml(EXAMPLES / "targets.toml", "targets"), "there")
+    assert (school.name, school.hole_mm, school.hole_t) == ("school-laser", 2.0, 1.0)
+    assert school.sheet_mm == (600.0, 300.0)
+
+
+@pytest.mark.parametrize("material", [*material_library(), *materials_of({"felt": FELT}, "here")])
+def test_a_material_comes_back_from_its_entry(material) -> None:
+    entry = tomllib.loads(tomli_w.dumps({material.name: material_table(material)}))
+    assert materials_of(entry, "there") == (material,)
+
+
+@pytest.mark.parametrize("target", targets())
+def test_a_target_comes_back_from_its_entry(target) -> None:
+    entry = tomllib.loads(tomli_w.dumps({target.name: target_table(target)}))
+    # All of it: whatever the default asks for.
+    wide = {"default": {**target_table(target_named("default")), "hole_mm": 9.0, "title": "wide"}}
+    assert targets_of(wide | entry, "there")[-1 if target.name != "default" else 0] == target
+
+
+def test_users_materials_come_to_ours_and_stand_in_for_them() -> None:
+    felt, card = materials_of({"felt": FELT, "card": FELT}, "mine.toml")
+    assert material_named("Felt", [felt, card]) == felt
+    assert material_named("card", [felt, card]) == card
+    assert material_named("card", [felt]) == material_named("card") != card
+    with pytest.raises(InputError, match=r"no material is called 'velt': choose one of felt"):
+        material_named("velt", [felt])
+    with pytest.raises(InputError, match="no material is called 'felt'"):
+        material_named("felt")
+
+
+def test_only_materials_in_use_are_kept_and_none_that_is_ours() -> None:
+    felt, card = materials_of({"felt": FELT, "card": FELT}, "mine.toml")
+    assert materials_in_use(parse_materials("felt:red"), [card, felt]) == (felt,)
+    assert materials_in_use(parse_materials("warp=felt,weft=card"), [felt, card]) == (card, felt)
+    assert materials_in_use(parse_materials("card"), [felt]) == ()
+    assert materials_in_use(parse_materials("card"), [material_named("card")]) == ()
+    # Of two of one name the later counts.
+    thin = replace(felt, thickness_mm=1.0)
+    assert materials_in_use(parse_materials("felt"), [felt, thin]) == (thin,)
+
+
+def test_what_a_target_does_not_say_is_as_in_the_default() -> None:
+    own = {"default": {"title": "mine", "web_mm": 3.0}, "school": {"title": "school", "gap_mm": 2}}
+    default, school = targets_of(own, "mine.toml")
+    ours = target_named("default")
+    assert default == replace(ours, title="mine", web_mm=3.0)
+    assert school == replace(default, name="school", title="school", gap_mm=2.0)
+    assert target_named("default", [default, school]) == default
+    assert target_named("default") == ours
+
+
+#: What may be wrong with an entry, and what is said of it.
+SPOILT = [
+    ({"thicknes_mm": 1.0}, "there is no key 'thicknes_mm'; known are thickness_mm"),
+    ({"title": None}, "title is missing; write a line of text of 200 characters at most"),
+    ({"title": ""}, "title is '', and must be a line of text"),
+    ({"title": "two\nlines"}, "title is 'two\\\\nlines', and must be a line of text"),
+    ({"thickness_mm": "2mm"}, "thickness_mm is '2mm', and must be a number from 0.001 to 100"),
+    ({"thickness_mm": 0}, "thickness_mm is 0, and must be"),
+    ({"thickness_mm": True}, "thickness_mm is True, and must be"),
+    ({"density_kg_m3": float("nan")}, "density_kg_m3 is nan, and must be"),
+    ({"gap_mm": float("inf")}, "gap_mm is inf, and must be"),
+    ({"kerf_mm": None}, "kerf_mm is missing; write a number from 0 to 10"),
+    ({"sheet_mm": 600.0}, "sheet_mm is 600.0, and must be a list of two numbers"),
+    ({"sheet_mm": [600.0]}, "must be a list of two numbers from 1 to 20000, such as"),
+    ({"sheet_mm": [600.0, 0.0]}, "must be a list of two numbers"),
+    ({"metal": "no"}, "metal is 'no', and must be true or false"),
+    ({"min_bend_radius_t": None}, "there is no rule for its bend radius; write min_bend_radius_t"),
+    ({"bend_table_mm": [[2.0, 9.0], [1.0, 5.0]]}, "by rising thickness"),
+    ({"bend_table_mm": []}, "by rising thickness"),
+    ({"speed_mm_s": [1.0, 2.0, 3.0]}, "speed_mm_s is"),
+    ({"price_per_m2": 3.0}, "currency is missing; write that of price_per_m2"),
+    ({"currency": 3}, "currency is 3, and must be a line of text of 8 characters"),
+    ({"assumed": ["weight"]}, "assumed is ['weight'], and must be a list of keys"),
+    ({"assumed": [["title"]]}, "must be a list of keys"),
+    ({"notes": 3}, "notes is 3, and must be a line of text"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), SPOILT)
+def test_an_entry_that_is_no_material_is_told_with_its_place(change, words) -> None:
+    entry = {key: value for key, value in (FELT | change).items() if value is not None}
+    with pytest.raises(InputError) as caught:
+        materials_of({"card": FELT, "felt": entry}, "mine.toml")
+    told = str(caught.value)
+    assert told.startswith("mine.toml, [felt]: ")
+    assert words.replace("\\\\", "\\") in told
+
+
+def test_every_key_of_a_material_and_of_a_target_has_a_spoilt_example() -> None:
+    spoilt = {key for change, _ in SPOILT for key in change}
+    assert {key.name for key in material_module.KEYS} <= spoilt
+    for key in target_module.KEYS:
+        entry = target_table(target_named("snijlab")) | {key.name: "wide" * 99}
+        with pytest.raises(InputError, match=rf"^mine.toml, \[me\]: {key.name} is 'wide"):
+            targets_of({"me": entry}, "mine.toml")
+
+
+@pytest.mark.parametrize(
+    "name", ["Felt", "my felt", "felt:red", "warp=felt", "", "-f", "f" * 41, "ß"]
+)
+def test_names_that_cannot_be_typed_or_be_files_are_refused(name) -> None:
+    for read, entry in ((materials_of, FELT), (targets_of, {"title": "me"})):
+        with pytest.raises(InputError, match=r"^mine.toml: an entry is called"):
+            read({name: entry}, "mine.toml")
+
+
+@pytest.mark.parametrize("document", [{"felt": 3}, {"felt": [FELT]}, {"title": "felt"}])
+def test_what_is_no_entry_is_told(document) -> None:
+    for read in (materials_of, targets_of):
+        with pytest.raises(InputError, match=r"^mine.toml, \[\w+\]: this is no table"):
+            read(document, "mine.toml")
+
+
+def test_a_target_without_a_title_or_with_a_wrong_default_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^mine.toml, \[me\]: title is missing"):
+        targets_of({"me": {"hole_mm": 2.0}}, "mine.toml")
+    with pytest.raises(InputError, match=r"^mine.toml, \[default\]: this is no table"):
+        targets_of({"default": 3}, "mine.toml")
+
+
+@pytest.mark.parametrize("key", [key.name for key in target_module.KEYS])
+def test_targets_made_in_python_are_checked_too(key) -> None:
+    with pytest.raises(InputError, match=f"^target 'snijlab': {key} is"):
+        replace(target_named("snijlab"), **{key: -1.0})
+
+
+_leaves = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5),
+    st.lists(st.floats() | st.lists(st.floats(), max_size=3), max_size=3),
+)  # fmt: skip
+_keys = [key.name for key in (*material_module.KEYS, *target_module.KEYS)]
+_entries = st.dictionaries(st.sampled_from(_keys) | st.text(max_size=4), _leaves, max_size=4)
+_documents = st.dictionaries(
+    st.sampled_from(["felt", "default"]) | st.text(max_size=4),
+    _leaves | _entries | st.builds(lambda change: FELT | change, _entries),
+    max_size=3,
+)
+
+
+@given(_documents)
+def test_any_document_is_read_or_refused(document) -> None:
+    for read, kind in ((materials_of, Material), (targets_of, Target)):
+        try:
+            found = read(document, "mine.toml")
+        except InputError as error:
+            assert str(error).startswith("mine.toml")  # noqa: PT017 - it need not be raised
+        else:
+            assert len(found) == len(document)
+            assert all(isinstance(one, kind) for one in found)
+
+
+@given(st.binary(max_size=40))
+def test_any_bytes_are_read_or_refused(tmp_path_factory, data) -> None:
+    path = tmp_path_factory.getbasetemp() / "mine.toml"
+    path.write_bytes(data)
+    try:
+        materials_of(read_toml(path, "materials"), str(path))
+    except InputError as error:
+        assert "mine.toml" in str(error)  # noqa: PT017 - it need not be raised
