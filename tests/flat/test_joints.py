@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from click.testing import CliRunner
-from fabweave.cli.commands import cli
+from fabweave.cli.main import cli
 from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
