@@ -75,11 +75,11 @@ def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> 
         ("id", None, f"[{name.text}]"): (name,),
         ("arrow", None, arrow.text): (arrow,),
     }
-    for one, other in pairs:
-        both = other.text + one.text if other.kind == "sign" else one.text + other.text
-        ways[one.kind, one.station, both] = (one, other)
-        ways[one.kind, one.station, one.text] = (one,)
-    lettered = Counter(_Fact(one.kind, one.text, one.station) for one in piece.dropped)
+    for fact, more in pairs:
+        both = more.text + fact.text if more.kind == "sign" else fact.text + more.text
+        ways[fact.kind, fact.station, both] = (fact, more)
+        ways[fact.kind, fact.station, fact.text] = (fact,)
+    lettered = Counter(_Fact(lost.kind, lost.text, lost.station) for lost in piece.dropped)
     for label in piece.labels:
         facts = ways.get((label.kind, label.station, label.text))
         if place.expect(facts, f"{_named(label)} is none of what it should tell"):
