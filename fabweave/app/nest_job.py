@@ -10,7 +10,7 @@ from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray, Progress, no_progress, offsets_of
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.flat.piece import Piece
-from fabweave.nest.layout import Layout
+from fabweave.nest.layout import ENGINE_USES, Layout
 from fabweave.nest.nesting import nest
 from fabweave.nest.recorded_layout import read_layout, require_kept
 from fabweave.stock.rotations import parse_rotations
@@ -134,6 +134,7 @@ def joined(parts: Sequence[Layout], groups: Sequence[Sequence[int]]) -> Layout:
         for part, group, start in zip(parts, groups, first, strict=False)
         for placement in part.placements
     }
+    engines = {part.engine for part in parts}
     return replace(
         parts[0],
         sheets=tuple(sheet for part in parts for sheet in part.sheets),
@@ -141,4 +142,5 @@ def joined(parts: Sequence[Layout], groups: Sequence[Sequence[int]]) -> Layout:
         gap_mm=min(part.gap_mm for part in parts),
         notes=tuple(note for part in parts for note in part.notes),
         recorded=any(part.recorded for part in parts),
+        engine=next((word for word in ENGINE_USES if word in engines), None),
     )

@@ -82,6 +82,8 @@ def crossing_map(
                 "tolerance_deg": layout.turns.tolerance_deg,
             },
             "notes": list(layout.notes),
+            "recorded": layout.recorded,
+            "engine": layout.engine,
         },
         "cut": dict(cut),
         "sheets": [

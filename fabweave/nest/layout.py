@@ -8,6 +8,9 @@ from fabweave.core.arrays import FloatArray
 from fabweave.stock.rotations import FREE, Turns
 from fabweave.stock.sheet_size import SheetSize
 
+#: What may come of asking an engine; of several nestings, the first that came of any counts.
+ENGINE_USES = ("used", "unused", "missing")
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -40,7 +43,8 @@ class Layout:
 
     ``notes`` say what is worth knowing about how it was found; ``recorded`` that the same settings
     may not find it again, so that it must be taken from where it is recorded. ``turns`` is the
-    rule for the angles of pieces that it keeps.
+    rule for the angles of pieces that it keeps. ``engine`` says what came of asking an engine, one
+    of ``ENGINE_USES``; None where none was asked.
     """
 
     sheets: tuple[SheetSize, ...]
@@ -50,3 +54,4 @@ class Layout:
     notes: tuple[str, ...] = ()
     recorded: bool = False
     turns: Turns = FREE
+    engine: str | None = None

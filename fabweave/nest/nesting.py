@@ -34,6 +34,15 @@ from fabweave.stock.rotations import FREE, Turns
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import check_stock, usable_size
 
+#: What notes say of an engine, by what came of asking it.
+_ENGINE_NOTES = {
+    "used": "nesting used spyrrow, whose budget is seconds: the same settings may give another "
+    "layout; this one is recorded in crossing_map.json, and job.toml takes it from there",
+    "unused": "nesting had no use for spyrrow: nothing was left over",
+    "missing": "nesting used its own search only: spyrrow might save a sheet; install it with "
+    "pip install 'fabweave[nest]'",
+}
+
 
 def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
     """Return whether a piece alone fits on a sheet, at some multiple of half a degree.
@@ -175,9 +184,10 @@ def nest(
         )
     if plan is None:
         raise RuntimeError("nesting ended without a plan")
-    recorded = bool(notes) or plan.by_engine
+    recorded, engine = bool(notes) or plan.by_engine, None
     if settings.engine_tries and outlines:
-        notes.append(_engine_note(plan))
+        engine = "used" if plan.by_engine else "unused" if engine_is_there() else "missing"
+        notes.append(_ENGINE_NOTES[engine])
     return Layout(
         sheets=tuple(replace(sheets[k], quantity=1) for k in plan.used),
         placements=tuple(plan.placements[piece] for piece in range(len(outlines))),
@@ -186,6 +196,7 @@ def nest(
         turns=turns,
         notes=tuple(notes),
         recorded=recorded,
+        engine=engine,
     )
 
 
@@ -220,18 +231,3 @@ def _plans(job: NestingJob, seed: int, executors: Executors, progress: Progress)
             plan = better
             yield plan
             told(len(plan.used), 0.0)
-
-
-def _engine_note(plan: Plan) -> str:
-    """Say whether an engine helped, and what follows from that."""
-    if plan.by_engine:
-        return (
-            "nesting used spyrrow, whose budget is seconds: the same settings may give another "
-            "layout; this one is recorded in crossing_map.json, and job.toml takes it from there"
-        )
-    if engine_is_there():
-        return "nesting had no use for spyrrow: nothing was left over"
-    return (
-        "nesting used its own search only: spyrrow might save a sheet; install it with "
-        "pip install 'fabweave[nest]'"
-    )

@@ -77,6 +77,7 @@ def read_layout(
             gap_mm=gap_mm,
             notes=tuple(str(note) for note in found["layout"].get("notes", ())),
             recorded=True,
+            engine=found["layout"].get("engine"),
             turns=turns,
         )
         known = {name: np.array(record["outline"], dtype=float) for name, record in records.items()}

@@ -267,6 +267,10 @@ class CrossingMap:
     efforts: tuple[float, float, float]
     #: Mean effort of the last tenth of the pieces, as a multiple of that of all.
     last_tenth: float
+    #: Whether the layout is to be taken from here to make the job again, where that is stated.
+    recorded: bool | None = None
+    #: What came of asking a nesting engine, if one was asked; empty where that is not stated.
+    engine: str | None = ""
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()

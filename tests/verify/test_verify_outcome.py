@@ -8,6 +8,7 @@ import pytest
 
 from fabweave.app.job_folder import run_job
 from fabweave.app.settings import Settings
+from fabweave.nest.layout import ENGINE_USES
 from fabweave.verify import verify_job
 from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.read.job_files import load_job
@@ -74,30 +75,36 @@ def test_notes_must_be_texts_and_the_same_everywhere(job):
     assert "not texts" in findings(job)[0]
 
 
-def test_a_note_must_tell_the_true_number_of_sheets_and_be_recorded(job):
-    tell(job, "nesting was cut short: the pieces are on 1 sheet; there may be fewer")
-    assert findings(job) == ()
-    tell(job, "the same settings may give another layout")
-    assert findings(job) == (
-        "crossing_map.json, layout: the settings may give another layout, and job.toml does not "
-        "take the recorded one",
-    )
+def test_a_layout_that_may_not_be_found_again_is_taken_from_the_map(job):
+    job = replace(job, map=replace(job.map, recorded=True))
+    (finding,) = findings(job)
+    assert "layout: recorded is True, but should be False, as in job.toml" in finding
     job.settings["job"]["layout"] = "crossing_map.json"
     assert findings(job) == ()
-    tell(job, "nesting was cut short: the pieces are on 2 sheets")
-    (finding,) = findings(job)
-    assert "the number of sheets in a note is 2, but should be 1" in finding
+    (finding,) = findings(replace(job, map=replace(job.map, recorded=False)))
+    assert "layout: recorded is False, but should be True, as in job.toml" in finding
 
 
-def test_an_engine_is_named_at_the_best_effort_and_at_no_other(job):
+def test_an_engine_is_asked_at_the_best_effort_and_at_no_other(job):
     job.settings["job"]["effort"] = "best"
     (finding,) = findings(job)
-    assert "whether an engine is named, at effort 'best', is False, but should be True" in finding
-    tell(job, "nesting had no use for spyrrow: nothing was left over")
-    assert findings(job) == ()
-    job.settings["job"]["effort"] = "quick"
-    (finding,) = findings(job)
-    assert "whether an engine is named, at effort 'quick', is True, but should be False" in finding
+    assert "layout: engine is None, at effort 'best'" in finding
+    for engine in ENGINE_USES:
+        asked = replace(job, map=replace(job.map, engine=engine))
+        asked.settings["job"]["effort"] = "best"
+        assert findings(asked) == ()
+        asked.settings["job"]["effort"] = "quick"
+        (finding,) = findings(asked)
+        assert f"layout: engine is {engine!r}, at effort 'quick'" in finding
+    asked.settings["job"]["effort"] = "best"
+    (finding,) = findings(replace(asked, map=replace(asked.map, engine="spyrrow")))
+    assert "layout: engine is 'spyrrow'" in finding
+
+
+def test_the_map_states_what_the_makers_know_of_the_layout(true_job):
+    layout = true_job.document["layout"]
+    assert (layout["recorded"], layout["engine"]) == (False, None)
+    assert (true_job.map.recorded, true_job.map.engine) == (False, None)
 
 
 @pytest.mark.parametrize("name", ["margin", "gap"])
@@ -112,7 +119,7 @@ def test_a_note_of_the_layout_that_is_not_told_is_missed(job):
     job.settings["outcome"]["notes"].pop()
     job.waste["notes"].pop()
     (finding,) = findings(job)
-    assert "job.toml does not tell the note 'nesting is done'" in finding
+    assert "its note 'nesting is done' is not in job.toml" in finding
 
 
 def test_a_spoiled_file_is_found_by_this_check_alone(folder, tmp_path):

@@ -26,7 +26,7 @@ def thread_supplies(options: Mapping[str, Any], plan: CrossingMap) -> dict[int, 
         material, thickness, gap = (
             values.get(thread.bunch, values.get(None)) for values in settings.values()
         )
-        supplies[thread.id] = Supply(material, _length(thickness), _length(gap))
+        supplies[thread.id] = Supply(material, length_of(thickness), length_of(gap))
     return supplies
 
 
@@ -50,7 +50,7 @@ def by_bunch(text: object) -> dict[int | None, str]:
     return values
 
 
-def _length(text: str | None) -> float | None:
+def length_of(text: str | None) -> float | None:
     """Return a length as fabweave writes it."""
     try:
         return None if text is None else float(text.removesuffix("mm"))

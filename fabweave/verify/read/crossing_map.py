@@ -47,7 +47,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
         raise ReadError(f"its units are {root['units'].text()!r}, not 'mm'")
     weave, broken = root["weave"], root["weave"]["broken"]
     sheets = tuple(_sheet(node) for node in root["sheets"].items())
-    rotations = root["layout"]["rotations"]
+    layout, rotations = root["layout"], root["layout"]["rotations"]
     mirrors = {sheet.number: sheet.width_mm for sheet in sheets if sheet.mirrored}
     return CrossingMap(
         pattern=weave["pattern"].text(),
@@ -59,8 +59,10 @@ def read_crossing_map(path: Path) -> CrossingMap:
         ),
         warp=tuple(node.integer() for node in weave.items_of("warp")),
         labels=tuple(node.integer() for node in weave.items_of("labels")),
-        margin_mm=root["layout"]["margin_mm"].number(),
-        gap_mm=root["layout"]["gap_mm"].number(),
+        margin_mm=layout["margin_mm"].number(),
+        gap_mm=layout["gap_mm"].number(),
+        recorded=layout["recorded"].flag() if layout.has("recorded") else None,
+        engine=layout["engine"].maybe(Node.text) if layout.has("engine") else "",
         step_deg=rotations["step_deg"].maybe(Node.number),
         tolerance_deg=rotations["tolerance_deg"].number(),
         cut=_cut(root["cut"]),
