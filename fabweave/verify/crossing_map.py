@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Thread:
     crossings: tuple[int, ...]
     over: tuple[bool, ...]
     pieces: tuple[str, ...]
-    bunch: int = 0
+    bunch: int
 
     @cached_property
     def places(self) -> dict[int, list[int]]:
@@ -104,8 +105,8 @@ class Label:
     x: float
     y: float
     rotation_deg: float
-    length_mm: float
-    box_height_mm: float
+    #: Along the text, and across it.
+    box_mm: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ class Joint:
     id: int
     pieces: tuple[str, str]
     crossing: int
-    holes: Floats
+    holes: Annotated[Floats, (2, 2)]
     kind: str = "rivet"
     hole_mm: float | None = None
     lap_mm: float | None = None
