@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, TypeVar
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.measure.areas import Areas, areas_of
-from fabweave.verify.measure.development import Developed, develop_pieces
+from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.supplies import Supply, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
@@ -114,14 +114,14 @@ class Job:
 
         The thickness is not a number where the settings do not tell that of all threads.
         """
-        found: dict[int, tuple[int, float]] = {}
+        layers: dict[int, tuple[int, float]] = {}
         for piece in self.map.pieces if self.map is not None else ():
             supply = self.supplies.get(piece.thread, Supply())
             thick = math.nan if supply.thickness_mm is None else supply.thickness_mm
             for station in piece.stations:
-                count, total = found.get(station.crossing, (0, 0.0))
-                found[station.crossing] = (count + 1, total + thick)
-        return found
+                count, total = layers.get(station.crossing, (0, 0.0))
+                layers[station.crossing] = (count + 1, total + thick)
+        return layers
 
     @cached_property
     def areas(self) -> dict[str, Areas]:
@@ -139,7 +139,7 @@ class Job:
             return None
 
     @cached_property
-    def developed(self) -> dict[str, Developed]:
+    def developments(self) -> dict[str, Development]:
         """The development of each piece's part of the model, laid on the piece."""
         if self.map is None or self.model is None:
             return {}
@@ -217,8 +217,8 @@ def load_job(directory: Path, tally: Tally) -> Job:
     options = _options(settings)
     templates: dict[int, Template] | None = None
     if options.get("template", "none") != "none":
-        found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
-        templates = {number: one for number, one in found.items() if one is not None}
+        pages = {sheet.number: read(f"sheets/{sheet.name}.pdf", read_template) for sheet in sheets}
+        templates = {number: page for number, page in pages.items() if page is not None}
     read("waste.html", _read_text)
     read("render.png", _read_png)
     model, markers = read("model.glb", read_model) or (None, {})

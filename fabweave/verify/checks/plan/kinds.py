@@ -52,7 +52,7 @@ def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
     )
     for slot in piece.slots:
         ring = shapely.LinearRing(motion.apply(slot))
-        near = (ring.hausdorff_distance(shapely.LinearRing(one)) for one in other.slots)
+        near = (ring.hausdorff_distance(shapely.LinearRing(twin)) for twin in other.slots)
         worst = max(worst, min(map(float, near)))
     if holes:
         places = motion.apply(np.array([(hole.x, hole.y) for hole in holes]))

@@ -91,8 +91,8 @@ def _check_inside(drawing: Drawing, place: Place) -> None:
         ]
         if not groups:
             continue
-        shapes = np.concatenate([own for own, _ in groups])
-        owner = np.repeat([at for _, at in groups], [len(own) for own, _ in groups])
+        shapes = np.concatenate([group for group, _ in groups])
+        owner = np.repeat([at for _, at in groups], [len(group) for group, _ in groups])
         place.count(len(shapes))
         for at in shapes[~inside(drawing, shapes, outlines, owner)].tolist():
             place.fail(f"{drawing.shape(at).where} on {drawing.layer[at]} leaves the outline")
@@ -117,8 +117,8 @@ def _lines_inside(
     shapely.prepare(wide)
     outside[outside] = ~shapely.covers(wide, together[outside])
     for piece in pieces[outside].tolist():
-        own = np.flatnonzero(result & (owner == piece))
-        result[own] = shapely.covers(shapely.buffer(outlines[piece], SAME_MM), lines[own])
+        rows = np.flatnonzero(result & (owner == piece))
+        result[rows] = shapely.covers(shapely.buffer(outlines[piece], SAME_MM), lines[rows])
     return result
 
 

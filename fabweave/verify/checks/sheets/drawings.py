@@ -68,15 +68,15 @@ def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
             + (f"{name}, which is not on this sheet" if name else "no piece"),
         )
     for piece in pieces.values():
-        own = place.at(f"piece {piece.id}")
-        _check_outline(piece, drawing.shapes_of(OUTLINES, piece.id), own)
+        here = place.at(f"piece {piece.id}")
+        _check_outline(piece, drawing.shapes_of(OUTLINES, piece.id), here)
         holes = drawing.of(HOLES, piece.id)
         circle = ~np.isnan(drawing.radius[holes])
-        _check_holes(piece, plan.holes[piece.id], drawing, holes[circle], own)
-        _check_slots(piece, [drawing.shape(at) for at in holes[~circle].tolist()], own)
+        _check_holes(piece, plan.holes[piece.id], drawing, holes[circle], here)
+        _check_slots(piece, [drawing.shape(at) for at in holes[~circle].tolist()], here)
         for layer in ENGRAVE_LAYERS:
             lines = [drawn[at] for at in drawing.of(layer, piece.id).tolist()]
-            own.expect(len(set(lines)) == len(lines), f"it is engraved twice on {layer}")
+            here.expect(len(set(lines)) == len(lines), f"it is engraved twice on {layer}")
 
 
 def _drawn_lines(drawing: Drawing) -> list[bytes]:
@@ -205,13 +205,13 @@ def compare_formats(drawing: Drawing, other: Drawing, place: Place) -> None:
     apart = _apart_in_order(drawing, first, other, second)
     done = 0
     for (layer, name), mine, theirs in pairs:
-        own = place.at(f"{layer} of piece {name}" if name else layer)
-        if own.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
+        here = place.at(f"{layer} of piece {name}" if name else layer)
+        if here.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
             off = float(apart[done : done + len(mine)].max())
             done += len(mine)
             if not off <= SAME_MM:
                 off = _apart_nearest(drawing, mine, other, theirs)
-            own.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
+            here.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
 
 
 def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:

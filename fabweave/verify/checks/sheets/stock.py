@@ -41,10 +41,10 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
     quantities: Counter[tuple[str, float, float]] = Counter()
     for text in options.get("sheet", []):
         # A sheet may be for one bunch only, which is checked with the materials.
-        found = _PLAIN.fullmatch(text.rpartition("=")[2])
-        if not tally.at("job.toml").expect(found, f"sheet {text!r} is no size in mm"):
+        match = _PLAIN.fullmatch(text.rpartition("=")[2])
+        if not tally.at("job.toml").expect(match, f"sheet {text!r} is no size in mm"):
             continue
-        width, height, quantity = found.groups() if found else ("0", "0", None)
+        width, height, quantity = match.groups() if match else ("0", "0", None)
         key = ("", float(width), float(height))
         entries[key] = {}
         quantities[key] += int(quantity) if quantity else 10**9
@@ -52,8 +52,8 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
         for entry in tables:
             points = entry.get("outline")
             if points is None:
-                found = _PLAIN.fullmatch(entry["size"])
-                width, height = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
+                match = _PLAIN.fullmatch(entry["size"])
+                width, height = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
             else:
                 width, height = np.ptp(np.array(points, dtype=float), axis=0).tolist()
             key = (str(entry["name"]), round(width, 6), round(height, 6))
@@ -163,13 +163,13 @@ def _check_notes(sheet: Sheet, drawing: Drawing, place: Place) -> None:
     place.expect(not beside, f"{beside} of {len(notes)} notes are beside the material")
     if not sheet.stock:
         return
-    drawn = [shapely.Polygon(one.points).exterior for one in notes if one.closed]
-    for what, ring in [("outline", sheet.outline), *(("defect", one) for one in sheet.defects)]:
+    drawn = [shapely.Polygon(note.points).exterior for note in notes if note.closed]
+    for what, ring in [("outline", sheet.outline), *(("defect", ring) for ring in sheet.defects)]:
         wanted = shapely.Polygon(ring).exterior
         if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:
             continue
         place.expect(
-            any(shapely.hausdorff_distance(wanted, one) <= _DRAWN_MM for one in drawn),
+            any(shapely.hausdorff_distance(wanted, line) <= _DRAWN_MM for line in drawn),
             f"no closed line in the notes is the {what} in the map",
         )
 
