@@ -215,8 +215,7 @@ def _joined(plans: Sequence[Plan]) -> Plan:
         for piece, placement in plan.placements.items():
             placements[piece] = replace(placement, sheet=placement.sheet + len(used))
         used += plan.used
-    by_engine = any(plan.by_engine for plan in plans)
-    return Plan(used, dict(sorted(placements.items())), by_engine)
+    return Plan(used, dict(sorted(placements.items())))
 
 
 def _pooled(job: NestingJob, plans: list[Plan], seed: int) -> list[Plan]:

@@ -26,8 +26,8 @@ class Effort:
     density : float
         No sheet is emptied if the pieces, grown by half the gap, would take more than this share
         of the others.
-    engine_tries : int
-        How often an engine is asked, if one is installed, when the rounds are over.
+    halvings : int
+        How often what is left of a side of the last sheet is halved, to leave a larger rest.
     """
 
     pixel_mm: float
@@ -37,7 +37,7 @@ class Effort:
     rounds: int
     patience: int
     density: float
-    engine_tries: int
+    halvings: int
 
 
 def effort_named(name: str) -> Effort:
@@ -56,7 +56,7 @@ def effort_named(name: str) -> Effort:
     efforts = {
         "quick": Effort(2.0, 20, 40, 0.9, 0, 0, 0.0, 0),
         "normal": Effort(1.25, 24, 40, 0.9, 200, 40, 0.7, 0),
-        "best": Effort(1.0, 24, 60, 0.93, 900, 120, 0.8, 12),
+        "best": Effort(1.0, 24, 60, 0.93, 900, 120, 0.8, 4),
     }
     if name not in efforts:
         raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")

@@ -13,7 +13,6 @@ from fabweave.nest.place.fill import NestingJob, Plan, filled_sheet
 
 _PULLS = (1.0, 3.0)  # how strongly pieces are drawn aside, in each try
 _MOST_PACKED = 120  # a sheet with more pieces is not packed again
-_HALVINGS = 4  # of what may be left of a side
 
 
 def finished(job: NestingJob, plan: Plan) -> Plan:
@@ -51,10 +50,10 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
                 rest = _rest_mm2(job, stock, found)
                 if rest > best:
                     best, standing = rest, found
-        if job.effort.engine_tries:
+        if job.effort.halvings:
             standing = _narrowed(job, queue, stock, last, standing, best)
     placements = dict(sorted((plan.placements | standing).items()))
-    return Plan((*plan.used[:last], stock), placements, plan.by_engine)
+    return Plan((*plan.used[:last], stock), placements)
 
 
 def _narrowed(
@@ -75,7 +74,7 @@ def _narrowed(
     for axis in (0, 1):
         size = list(area.size_mm)
         most, least = size[axis], ground / size[1 - axis]
-        for _ in range(_HALVINGS):
+        for _ in range(job.effort.halvings):
             size[axis] = (least + most) / 2.0
             part = replace(area, size_mm=(size[0], size[1]))
             found: dict[int, Placement] = {}

@@ -22,7 +22,6 @@ from fabweave.core.parallel.executors import Executors, here
 from fabweave.nest.area import Area, area_of
 from fabweave.nest.batches import batch_count, nested_in_batches
 from fabweave.nest.effort import effort_named
-from fabweave.nest.engine.engine import engine_is_there
 from fabweave.nest.fits import fits_on, fits_rectangle
 from fabweave.nest.item_shape import Pose, Shape, check_outlines, shape_of, shapes_of
 from fabweave.nest.last_sheet import finished
@@ -175,9 +174,6 @@ def nest(
         )
     if plan is None:
         raise RuntimeError("nesting ended without a plan")
-    recorded = bool(notes) or plan.by_engine
-    if settings.engine_tries and outlines:
-        notes.append(_engine_note(plan))
     return Layout(
         sheets=tuple(replace(sheets[k], quantity=1) for k in plan.used),
         placements=tuple(plan.placements[piece] for piece in range(len(outlines))),
@@ -185,7 +181,7 @@ def nest(
         gap_mm=gap_mm,
         turns=turns,
         notes=tuple(notes),
-        recorded=recorded,
+        recorded=bool(notes),
     )
 
 
@@ -220,18 +216,3 @@ def _plans(job: NestingJob, seed: int, executors: Executors, progress: Progress)
             plan = better
             yield plan
             told(len(plan.used), 0.0)
-
-
-def _engine_note(plan: Plan) -> str:
-    """Say whether an engine helped, and what follows from that."""
-    if plan.by_engine:
-        return (
-            "nesting used spyrrow, whose budget is seconds: the same settings may give another "
-            "layout; this one is recorded in crossing_map.json, and job.toml takes it from there"
-        )
-    if engine_is_there():
-        return "nesting had no use for spyrrow: nothing was left over"
-    return (
-        "nesting used its own search only: spyrrow might save a sheet; install it with "
-        "pip install 'fabweave[nest]'"
-    )

@@ -13,6 +13,7 @@ processor: other work does not count. The pieces of the jobs are kept in a tempo
 """
 
 import argparse
+import importlib.util
 import math
 import multiprocessing
 import os
@@ -33,7 +34,6 @@ import shapely
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray
-from fabweave.nest.engine.engine import engine_is_there
 from fabweave.nest.layout import Layout
 from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
@@ -135,7 +135,7 @@ def compare(
             pieces, [sheet], margin_mm=MARGIN, gap_mm=gap, effort=effort, seed=seed), pieces
         )))  # fmt: skip
         walls[effort] = time.perf_counter() - start
-    if engine_is_there():
+    if importlib.util.find_spec("spyrrow") is not None:
         wall = walls.get("normal", walls[efforts[-1]])
         row("spyrrow", timed(lambda: peers["sheets_by_spyrrow"](pieces, usable, gap, wall)))
     return found

@@ -11,10 +11,14 @@ import scipy.fft
 import shapely
 
 from fabweave.core.arrays import FloatArray
-from fabweave.nest.engine.engine import packed
 from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.clearance_proof import missing_mm
 from fabweave.nest.separate.item_field import Body, body_of
+
+#: By how much outlines are inflated, and simplified, for spyrrow.
+OUTLINE_MM = 0.1
+#: A strip that is longer than the sheet by this much may still be pushed together.
+LONGER_MM = 2.0
 
 
 def sheets_by_rectpack(pieces: list[FloatArray], usable: tuple[float, float], gap: float) -> float:
@@ -70,7 +74,7 @@ def sheets_by_spyrrow(
             total = np.cumsum([body.area_mm2 for body in left]) / (usable[0] * usable[1])
             number = max(1, int(np.searchsorted(total, share)))
             chosen = left[:number]
-            poses = packed(chosen, usable, gap, seconds=each, seed=1)
+            poses = _spyrrow_poses(chosen, usable, gap, each)
             if poses is not None and missing_mm(chosen, poses, usable, gap) < 1.0:
                 placed = max(placed, number)
                 if number == len(left):
@@ -84,6 +88,48 @@ def sheets_by_spyrrow(
         left = left[placed:]
         count += 1
     return count - 1 + min(end, 1.0)
+
+
+def _spyrrow_poses(
+    bodies: list[Body], usable: tuple[float, float], gap: float, seconds: int
+) -> FloatArray | None:
+    """Return the poses (N, 3) that spyrrow finds on one sheet; None if it finds no room.
+
+    It panics at outlines that are not simple or just fit: so they are simplified, and a panic
+    counts as no room.
+    """
+    import spyrrow  # noqa: PLC0415 -- the other peers do without
+
+    outlines = []
+    for body in bodies:
+        grown = shapely.buffer(shapely.polygons(body.outline), OUTLINE_MM, quad_segs=2)
+        simple = shapely.simplify(shapely.polygons(grown.exterior.coords), OUTLINE_MM)
+        outlines.append(shapely.get_coordinates(shapely.normalize(simple))[:-1])
+    items = [
+        spyrrow.Item(str(number), [tuple(point) for point in outline], 1, None)
+        for number, outline in enumerate(outlines)
+    ]
+    config = spyrrow.StripPackingConfig(
+        early_termination=True,
+        min_items_separation=gap or None,
+        total_computation_time=seconds,
+        seed=1,
+    )
+    # It keeps the gap from the borders of the strip, too.
+    strip = spyrrow.StripPackingInstance("sheet", usable[1] + 2.0 * gap, items)
+    try:
+        packing = strip.solve(config)
+    except BaseException as panic:
+        if type(panic).__name__ != "PanicException":
+            raise
+        return None
+    if packing.width > usable[0] + 2.0 * gap + LONGER_MM:
+        return None
+    poses = np.zeros((len(bodies), 3))
+    for item in packing.placed_items:
+        x, y = item.translation
+        poses[int(item.id)] = [x - gap, y - gap, np.deg2rad(item.rotation)]
+    return poses
 
 
 def _end(bodies: list[Body], poses: FloatArray) -> float:

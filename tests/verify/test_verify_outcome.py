@@ -86,15 +86,6 @@ def test_a_note_must_tell_the_true_number_of_sheets_and_be_recorded(job):
     assert findings(job) == ("a note says '2 sheets', and there are 1",)
 
 
-def test_an_engine_is_named_at_the_best_effort_and_at_no_other(job):
-    job.settings["job"]["effort"] = "best"
-    assert findings(job) == ("nesting does not name an engine, at effort 'best'",)
-    tell(job, "nesting had no use for spyrrow: nothing was left over")
-    assert findings(job) == ()
-    job.settings["job"]["effort"] = "quick"
-    assert findings(job) == ("nesting names an engine, at effort 'quick'",)
-
-
 @pytest.mark.parametrize("name", ["margin", "gap"])
 def test_margin_and_gap_are_those_that_were_asked_for(job, name):
     job.settings["job"][name] = "1.5mm"

@@ -73,7 +73,6 @@ class Plan:
 
     used: tuple[int, ...]
     placements: dict[int, Placement]
-    by_engine: bool = False
 
     def areas(self, job: NestingJob) -> list[float]:
         """Return the area of the pieces on each sheet, square millimetres."""

@@ -1,13 +1,10 @@
 """Nest a finished plan on fewer sheets, one sheet less at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from fabweave.nest.engine.engine import engine_is_there
-from fabweave.nest.engine.squeeze import compressed, squeezed
 from fabweave.nest.place.coarse_search import Finder
 from fabweave.nest.place.fill import NestingJob, Plan, filled_sheet
 from fabweave.nest.separate.arrangement import NOWHERE, Arrangement, arrangement_of, placement_of
@@ -15,9 +12,6 @@ from fabweave.nest.separate.emptying import Ground, emptied
 from fabweave.nest.separate.item_field import Body, body_of
 from fabweave.nest.separate.obstacle import barrier_of
 
-_ENGINE_SECONDS = 30  # for one try
-_TURNS = 3  # how often engine and rounds take turns, at most
-_SHARE = 3  # of the rounds, one part in so many is done in each turn
 _LAST_PULL = 3.0  # keeps the rest of the last sheet in one piece
 
 #: Told how many sheets there are, and what share of the pieces of one has found room elsewhere.
@@ -46,7 +40,7 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
     if job.effort.rounds == 0 or len(plan.used) < 2:
         return
     bodies = _Bodies(job)
-    finder, engine_used = Finder(), False
+    finder = Finder()
     barriers = {stock: barrier_of(job.areas[stock], job.gap_mm) for stock in set(plan.used)}
     while len(plan.used) > 1:
         sheet = emptiest(job, plan)
@@ -72,61 +66,14 @@ def reduced(job: NestingJob, plan: Plan, seed: int, told: Told) -> Iterator[Plan
             seed=seed + count,
             told=partial(_tell, told, count, whole),
         )
-        if found.on(NOWHERE) and job.effort.engine_tries and engine_is_there():
-            engine_used = True
-            found = _in_turns(job, ground, found, sheet, seed, partial(_tell, told, count, whole))
         left = found.on(NOWHERE)
-        plan_found = _plan(job, plan, found, bodies, [*others, sheet], left)
-        if plan_found is not None and engine_used:
-            plan_found = replace(plan_found, by_engine=True)
-        if plan_found is None:
-            # That the engine found nothing may depend on the machine, too.
-            yield replace(plan, by_engine=plan.by_engine or engine_used)
+        better = _plan(job, plan, found, bodies, [*others, sheet], left)
+        if better is None:
             return
-        plan = plan_found
+        plan = better
         yield plan
         if left:
             return
-
-
-def _in_turns(
-    job: NestingJob,
-    ground: Ground,
-    found: Arrangement,
-    sheet: int,
-    seed: int,
-    told: Callable[[float], None],
-) -> Arrangement:
-    """Let an engine and our own rounds take turns, as long as the pool becomes less."""
-    for turn in range(_TURNS):
-        before = _pooled_mm2(ground, found)
-        ask = {
-            "tries": job.effort.engine_tries,
-            "seconds": _ENGINE_SECONDS,
-            "seed": seed + 1000 * turn,
-        }
-        found = squeezed(ground, found, sheet, **ask)
-        told(_pooled_mm2(ground, found))
-        if not found.on(NOWHERE):
-            break
-        # Free room in one place is what pushing pieces apart cannot bring about by itself.
-        found = emptied(
-            ground,
-            compressed(ground, found, sheet, **ask),
-            sheet,
-            rounds=job.effort.rounds // _SHARE,
-            patience=job.effort.patience // _SHARE,
-            seed=seed + 1000 * turn,
-            told=told,
-        )
-        if not _pooled_mm2(ground, found) < before:
-            break
-    return found
-
-
-def _pooled_mm2(ground: Ground, found: Arrangement) -> float:
-    """Return the area of the pieces that stand nowhere."""
-    return sum(ground.bodies[piece].area_mm2 for piece in found.on(NOWHERE))
 
 
 def emptiest(job: NestingJob, plan: Plan) -> int:

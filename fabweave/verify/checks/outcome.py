@@ -13,8 +13,6 @@ UTILISATION = 6e-5
 _ON_SHEETS = re.compile(r"\b(\d+) sheets?\b")
 #: What a note of a layout that another run may not find again says.
 _MAY_DIFFER = "may give another layout"
-#: What engines are called in notes; only the best effort asks one.
-_ENGINE = "spyrrow"
 
 
 def check_outcome(job: Job, tally: Tally) -> None:
@@ -84,13 +82,6 @@ def _check_layout(
         recorded or not any(_MAY_DIFFER in note for note in told),
         "the settings may give another layout, and job.toml does not take the recorded one",
     )
-    effort = options.get("effort")
-    if not recorded and plan.pieces:
-        asked = any(_ENGINE in note for note in told)
-        tally.expect(
-            asked == (effort == "best"),
-            f"nesting {'names' if asked else 'does not name'} an engine, at effort {effort!r}",
-        )
     for name, stated in (("margin", plan.margin_mm), ("gap", plan.gap_mm)):
         texts = list(by_bunch(options.get(name)).values())
         tally.expect(

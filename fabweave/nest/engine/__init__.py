@@ -1,1 +1,0 @@
-"""Pack sheets with an engine in a child process."""
