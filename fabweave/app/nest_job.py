@@ -53,7 +53,7 @@ def lay_out(
     outlines, ids = [piece.outline for piece in pieces], [piece.id for piece in pieces]
     own = supplies.of(bunches)[[piece.thread for piece in pieces]]
     groups = [np.flatnonzero(own == index).tolist() for index in range(len(supplies.each))]
-    turns = parse_rotations(settings.rotations)
+    rotations = parse_rotations(settings.rotations)
     if settings.layout is not None:
         path, gap = Path(settings.layout), min(supply.gap_mm for supply in supplies.each)
         given = read_layout(
@@ -63,7 +63,7 @@ def lay_out(
             settings.as_nested(supplies.sheets),
             margin_mm=settings.margin_mm,
             gap_mm=gap,
-            turns=turns,
+            rotations=rotations,
         )
         for supply, group in zip(supplies.each, groups, strict=True):
             # The rules of each material, too: its own gap, on its own sheets.
@@ -80,7 +80,7 @@ def lay_out(
             effort=settings.effort,
             seed=settings.seed,
             ids=[ids[piece] for piece in group],
-            turns=turns,
+            rotations=rotations,
             executors=executors,
             progress=progress,
         )

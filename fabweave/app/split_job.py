@@ -13,7 +13,7 @@ from fabweave.flat.split.candidate_costs import Bed, list_candidates
 from fabweave.flat.split.length_curve import LENGTHS, compare_lengths, knee
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
-from fabweave.nest.area import Area, area_of, clear_rectangle
+from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
@@ -58,13 +58,13 @@ def plan_pieces(
     # Long laps go on beyond the panels with which the pieces end that are measured here.
     beyond = lap_beyond(ribbons, settings.lap_mm)
     margin = settings.margin_mm + beyond
-    turns = parse_rotations(settings.rotations)
+    rotations = parse_rotations(settings.rotations)
     # Pieces are planned for rectangles; nesting may find more room beside a defect.
     clear = [
         [
-            Area(clear_rectangle(area, supply.gap_mm), None, area.turns)
+            Container(clear_rectangle(area, supply.gap_mm), None, area.rotations)
             for area in (
-                area_of(sheet, margin, supply.gap_mm, turns)
+                container_of(sheet, margin, supply.gap_mm, rotations)
                 for sheet in settings.as_nested(supply.sheets)
             )
         ]
@@ -83,7 +83,7 @@ def plan_pieces(
             "a smaller margin, or another sheet"
         )
     # Where angles are few, or sheets of several materials differ, each piece must be asked for.
-    easy = turns.step_deg is None and not supplies.several
+    easy = rotations.step_deg is None and not supplies.several
     bed = Bed(fits, tuple(area.size_mm for area in clear[0]) if easy else (), supplies.gap_mm)
     side = min(sides)
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)

@@ -78,8 +78,8 @@ def crossing_map(
             "margin_mm": layout.margin_mm,
             "gap_mm": layout.gap_mm,
             "rotations": {
-                "step_deg": layout.turns.step_deg,
-                "tolerance_deg": layout.turns.tolerance_deg,
+                "step_deg": layout.rotations.step_deg,
+                "tolerance_deg": layout.rotations.tolerance_deg,
             },
             "notes": list(layout.notes),
         },

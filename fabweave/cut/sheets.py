@@ -15,7 +15,7 @@ from fabweave.cut.travel import short_route, spread_heat
 from fabweave.flat.piece import Piece
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
-from fabweave.stock.rotations import HALF_TURN_DEG, Turns
+from fabweave.stock.rotations import HALF_TURN_DEG, Rotations
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -84,7 +84,7 @@ def draw_sheets(
                 sheet.mirrored() if mirrored else sheet,
                 [f"{_lettered(title)} SHEET {number}/{count}{told[number - 1]}", *legend],
                 layout.margin_mm,
-                layout.turns,
+                layout.rotations,
                 left.get(number - 1),
             ),
         )
@@ -96,12 +96,12 @@ def _notes(
     sheet: SheetSize,
     texts: Sequence[str],
     margin_mm: float,
-    turns: Turns,
+    rotations: Rotations,
     offcut: Offcut | None,
 ) -> tuple[Entity, ...]:
     """Return the notes of a sheet as it lies on the bed."""
     grain = sheet.grain_deg
-    if grain is None and turns.step_deg == HALF_TURN_DEG:
+    if grain is None and rotations.step_deg == HALF_TURN_DEG:
         grain = 0.0
     notes = sheet_notes(
         sheet.width_mm,

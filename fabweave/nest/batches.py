@@ -7,37 +7,42 @@ there are depends on the pieces alone, so the layout does not depend on who nest
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.parallel.executors import Executors, finished
-from fabweave.nest.place.fill import KernelCache, NestingJob, Plan
-from fabweave.nest.place.greedy import greedy, require_all
-from fabweave.nest.separate.fewer_sheets import reduced
+from fabweave.nest.place.fill import NestingJob, Plan, kernel_cache
+from fabweave.nest.place.greedy import greedy_plan, require_all
+from fabweave.nest.separate.fewer_sheets import fewer_sheets
 
-_PIECES = 400  # in a batch, or a few more
-_LEAST_BATCHES = 3  # fewer are not worth the sheets that they lose
-_LEAST_SHEETS = 4  # that a batch fills, about
-_FILLED = 0.4  # of a sheet, about
-_RUN = 8  # similar pieces that are dealt together
+#: Pieces in a batch, or a few more.
+_PIECES = 400
+#: Fewer batches are not worth the sheets that they lose.
+_LEAST_BATCHES = 3
+#: Sheets that a batch fills, about, and the share of a sheet that pieces fill, about.
+_LEAST_SHEETS, _FILLED = 4, 0.4
+#: Similar pieces that are dealt together.
+_RUN = 8
+#: Classes of similar pieces: for each doubling of the length, and of the share of the rectangle
+#: that is filled.
+_LENGTH_CLASSES, _BEND_CLASSES = 6.0, 8.0
 
-#: Told how many sheets there are so far, and how many pieces stand on them for good.
-Told = Callable[[Plan, int], None]
+#: Called with the plan so far, and with how many pieces are on its sheets for good.
+Progress = Callable[[Plan, int], None]
 
 
 def batch_count(job: NestingJob) -> int:
     """Return in how many batches the pieces of a job are nested; 1 if they are not very many."""
     area = sum(job.shapes[pose.shape].area_mm2 for pose in job.poses)
-    largest = max(sheet.area_mm2 for sheet in job.sheets)
-    sheets = area / (_FILLED * largest)
+    sheets = area / (_FILLED * max(sheet.area_mm2 for sheet in job.stock))
     count = min(len(job.poses) // _PIECES, int(sheets / _LEAST_SHEETS))
     return count if count >= _LEAST_BATCHES else 1
 
 
-def dealt(job: NestingJob, count: int) -> list[list[int]]:
+def deal(job: NestingJob, count: int) -> list[list[int]]:
     """Deal the pieces to batches of about equal area, similar ones in runs.
 
     Returns
@@ -51,10 +56,10 @@ def dealt(job: NestingJob, count: int) -> list[list[int]]:
         number = job.poses[piece].shape
         shape = shapes[number]
         # Of about equal length; how bent, by the share of the rectangle that is filled; how wide.
-        bent = shape.area_mm2 / (shape.length_mm * shape.width_mm)
+        filled = shape.area_mm2 / (shape.length_mm * shape.width_mm)
         return (
-            -round(6.0 * float(np.log2(shape.length_mm))),
-            round(8.0 * bent),
+            -round(_LENGTH_CLASSES * float(np.log2(shape.length_mm))),
+            round(_BEND_CLASSES * filled),
             round(shape.width_mm, 6),
             number,
             piece,
@@ -71,8 +76,8 @@ def dealt(job: NestingJob, count: int) -> list[list[int]]:
     return [sorted(batch) for batch in batches]
 
 
-def nested_in_batches(
-    job: NestingJob, seed: int, count: int, executors: Executors, told: Told
+def nest_in_batches(
+    job: NestingJob, seed: int, count: int, executors: Executors, progress: Progress
 ) -> Iterator[Plan]:
     """Yield ever better plans of all pieces, nested in batches.
 
@@ -86,7 +91,7 @@ def nested_in_batches(
         How many batches, from `batch_count`.
     executors : callable
         Opens the executor that does the batches; it changes no plan.
-    told : callable
+    progress : callable
         Told of what is complete so far.
 
     Yields
@@ -99,43 +104,42 @@ def nested_in_batches(
     CannotMakeError
         If the sheets run out.
     """
-    batches = dealt(job, count)
-    shares = _shared(job, count)
+    batches = deal(job, count)
     with executors() as executor:
         tasks = [
-            (_part(job, pieces, quantities), seed)
-            for pieces, quantities in zip(batches, shares, strict=True)
+            (_subjob(job, pieces, quantities), seed)
+            for pieces, quantities in zip(batches, _deal_stock(job, count), strict=True)
         ]
         plans = [Plan((), {}) for _ in batches]
-        for number, plan in finished(executor, _greedy_part, tasks):
-            plans[number] = _renamed(plan, batches[number])
-            whole = _joined(plans)
-            told(whole, len(whole.placements))
-        plans = _pooled(job, plans, seed)
-        whole = _joined(plans)
+        for number, plan in finished(executor, greedy_plan, tasks):
+            plans[number] = _numbered(plan, batches[number])
+            whole = _merged(plans)
+            progress(whole, len(whole.placements))
+        plans = _pool_last_sheets(job, plans, seed)
+        whole = _merged(plans)
         if len(whole.placements) < len(job.poses):
             # Scarce stock was dealt badly: one batch of all deals better, if slowly.
-            plans = [greedy(job, seed)]
-            whole = _joined(plans)
+            plans = [greedy_plan(job, seed)]
+            whole = _merged(plans)
             require_all(job, whole)
         yield whole
         if not job.effort.rounds:
             return
-        names = [sorted(plan.placements) for plan in plans]
-        better = [
-            (_part(job, pieces), _numbered(plan, pieces), seed)
-            for pieces, plan in zip(names, plans, strict=True)
-        ]
+        batches = [sorted(plan.placements) for plan in plans]
+        improvements = []
+        for pieces, plan in zip(batches, plans, strict=True):
+            number_in_batch = {piece: number for number, piece in enumerate(pieces)}
+            improvements.append((_subjob(job, pieces), _numbered(plan, number_in_batch), seed))
         done = 0
-        for number, plan in finished(executor, _reduced_part, better):
-            plans[number] = _renamed(plan, names[number])
-            done += len(names[number])
-            told(_joined(plans), done)
-            yield _joined(plans)
-        yield _joined(_pooled(job, plans, seed))
+        for number, plan in finished(executor, _improved, improvements):
+            plans[number] = _numbered(plan, batches[number])
+            done += len(batches[number])
+            progress(_merged(plans), done)
+            yield _merged(plans)
+        yield _merged(_pool_last_sheets(job, plans, seed))
 
 
-def _shared(job: NestingJob, count: int) -> list[list[int | None]]:
+def _deal_stock(job: NestingJob, count: int) -> list[list[int | None]]:
     """Deal scarce sheets evenly: for each batch, how many of each size it may take."""
     return [
         [
@@ -143,23 +147,23 @@ def _shared(job: NestingJob, count: int) -> list[list[int | None]]:
             if sheet.quantity is None
             # Single ones of many sizes go to different batches.
             else (sheet.quantity + count - 1 - (batch + number) % count) // count
-            for number, sheet in enumerate(job.sheets)
+            for number, sheet in enumerate(job.stock)
         ]
         for batch in range(count)
     ]
 
 
-def _part(
+def _subjob(
     job: NestingJob, pieces: Sequence[int], quantities: Sequence[int | None] | None = None
 ) -> NestingJob:
     """Return the job of some pieces alone, numbered anew, with this much of each size."""
     shapes = sorted({job.poses[piece].shape for piece in pieces})
     number = {shape: new for new, shape in enumerate(shapes)}
-    sheets = job.sheets
+    stock = job.stock
     if quantities is not None:
-        sheets = tuple(
+        stock = tuple(
             replace(sheet, quantity=quantity)
-            for sheet, quantity in zip(job.sheets, quantities, strict=True)
+            for sheet, quantity in zip(job.stock, quantities, strict=True)
         )
     return replace(
         job,
@@ -168,83 +172,67 @@ def _part(
             replace(job.poses[piece], shape=number[job.poses[piece].shape]) for piece in pieces
         ),
         names=[job.names[piece] for piece in pieces],
-        sheets=sheets,
+        stock=stock,
         workers=1,
         fits=job.fits[shapes],
-        cache=KernelCache(),
+        cache=kernel_cache(),
     )
 
 
-def _greedy_part(part: NestingJob, seed: int) -> Plan:
-    """Place the pieces of one batch; what the stock has no sheet for is left out."""
-    return greedy(part, seed)
-
-
-def _reduced_part(part: NestingJob, plan: Plan, seed: int) -> Plan:
+def _improved(job: NestingJob, plan: Plan, seed: int) -> Plan:
     """Return the best plan that can be found for one batch."""
     with threadpool_limits(limits=1, user_api="blas"):
-        for better in reduced(part, plan, seed, lambda _count, _share: None):
+        for better in fewer_sheets(job, plan, seed, lambda _count, _share: None):
             plan = better
     return plan
 
 
-def _renamed(plan: Plan, pieces: Sequence[int]) -> Plan:
-    """Return a batch's plan with the numbers that its pieces have in the whole."""
+def _numbered(plan: Plan, numbers: Sequence[int] | Mapping[int, int]) -> Plan:
+    """Return a plan with the numbers that its pieces have in the whole job, or in a batch."""
     placements = {
-        pieces[own]: replace(placement, piece=pieces[own])
-        for own, placement in plan.placements.items()
-    }
-    return replace(plan, placements=placements)
-
-
-def _numbered(plan: Plan, pieces: Sequence[int]) -> Plan:
-    """Return a plan with the numbers that its pieces have in a batch of these alone."""
-    number = {piece: own for own, piece in enumerate(pieces)}
-    placements = {
-        number[piece]: replace(placement, piece=number[piece])
+        numbers[piece]: replace(placement, piece=numbers[piece])
         for piece, placement in plan.placements.items()
     }
     return replace(plan, placements=placements)
 
 
-def _joined(plans: Sequence[Plan]) -> Plan:
+def _merged(plans: Sequence[Plan]) -> Plan:
     """Return one plan of all, sheets after sheets."""
-    used: tuple[int, ...] = ()
+    sheets: tuple[int, ...] = ()
     placements = {}
     for plan in plans:
         for piece, placement in plan.placements.items():
-            placements[piece] = replace(placement, sheet=placement.sheet + len(used))
-        used += plan.used
-    return Plan(used, dict(sorted(placements.items())))
+            placements[piece] = replace(placement, sheet=placement.sheet + len(sheets))
+        sheets += plan.sheets
+    return Plan(sheets, dict(sorted(placements.items())))
 
 
-def _pooled(job: NestingJob, plans: list[Plan], seed: int) -> list[Plan]:
-    """Nest the pieces of the last sheets, and those that stand nowhere, as a batch of their own.
+def _pool_last_sheets(job: NestingJob, plans: list[Plan], seed: int) -> list[Plan]:
+    """Nest the pieces of the last sheets, and those that are unplaced, as a batch of their own.
 
     The plans stay as they are if that takes more sheets, or has no place for more pieces.
     """
-    closed = [_without_last(plan) for plan in plans]
-    standing = {piece for plan in closed for piece in plan.placements}
-    pool = [piece for piece in range(len(job.poses)) if piece not in standing]
-    taken = Counter(number for plan in closed for number in plan.used)
+    full = [_without_last_sheet(plan) for plan in plans]
+    placed = {piece for plan in full for piece in plan.placements}
+    pool = [piece for piece in range(len(job.poses)) if piece not in placed]
+    taken = Counter(number for plan in full for number in plan.sheets)
     left = [
         None if sheet.quantity is None else sheet.quantity - taken[number]
-        for number, sheet in enumerate(job.sheets)
+        for number, sheet in enumerate(job.stock)
     ]
-    part = _part(job, pool, left)
-    found = greedy(part, seed)
-    with threadpool_limits(limits=1, user_api="blas"):
-        if len(found.placements) == len(pool):
-            found = _reduced_part(part, found, seed)
-    better = [*[plan for plan in closed if plan.used], _renamed(found, pool)]
-    before, after = _joined(plans), _joined(better)
-    if (-len(after.placements), len(after.used)) <= (-len(before.placements), len(before.used)):
-        return better
+    subjob = _subjob(job, pool, left)
+    pool_plan = greedy_plan(subjob, seed)
+    if len(pool_plan.placements) == len(pool):
+        pool_plan = _improved(subjob, pool_plan, seed)
+    pooled = [*[plan for plan in full if plan.sheets], _numbered(pool_plan, pool)]
+    before, after = _merged(plans), _merged(pooled)
+    if (-len(after.placements), len(after.sheets)) <= (-len(before.placements), len(before.sheets)):
+        return pooled
     return plans
 
 
-def _without_last(plan: Plan) -> Plan:
+def _without_last_sheet(plan: Plan) -> Plan:
     """Return a plan without its last sheet."""
-    last = len(plan.used) - 1
+    last = len(plan.sheets) - 1
     kept = {piece: place for piece, place in plan.placements.items() if place.sheet != last}
-    return replace(plan, used=plan.used[:last] if plan.used else (), placements=kept)
+    return Plan(plan.sheets[:-1], kept)

@@ -13,8 +13,8 @@ class Effort:
     ----------
     pixel_mm : float
         Side of a pixel.
-    rotations : int
-        Angles that are tried, evenly spread; a divisor of 720 and a multiple of 4.
+    angles : int
+        How many angles are tried, evenly spread: a divisor of 720 and a multiple of 4.
     failures : int
         How many pieces may fail on a sheet before it is closed.
     same_size : float
@@ -27,17 +27,35 @@ class Effort:
         No sheet is emptied if the pieces, grown by half the gap, would take more than this share
         of the others.
     halvings : int
-        How often what is left of a side of the last sheet is halved, to leave a larger rest.
+        How often what may be left of a side of the last sheet is halved, to leave a larger rest.
     """
 
     pixel_mm: float
-    rotations: int
+    angles: int
     failures: int
     same_size: float
     rounds: int
     patience: int
     density: float
     halvings: int
+
+
+#: By name. The figures are choices of ours, between what they gain on the piece sets of
+#: tests/benchmarks/bench_nesting.py and what they cost.
+EFFORTS = {
+    "quick": Effort(
+        pixel_mm=2.0, angles=20, failures=40, same_size=0.9,
+        rounds=0, patience=0, density=0.0, halvings=0,
+    ),
+    "normal": Effort(
+        pixel_mm=1.25, angles=24, failures=40, same_size=0.9,
+        rounds=200, patience=40, density=0.7, halvings=0,
+    ),
+    "best": Effort(
+        pixel_mm=1.0, angles=24, failures=60, same_size=0.93,
+        rounds=900, patience=120, density=0.8, halvings=4,
+    ),
+}  # fmt: skip
 
 
 def effort_named(name: str) -> Effort:
@@ -53,11 +71,6 @@ def effort_named(name: str) -> Effort:
     >>> effort_named("quick").pixel_mm
     2.0
     """
-    efforts = {
-        "quick": Effort(2.0, 20, 40, 0.9, 0, 0, 0.0, 0),
-        "normal": Effort(1.25, 24, 40, 0.9, 200, 40, 0.7, 0),
-        "best": Effort(1.0, 24, 60, 0.93, 900, 120, 0.8, 4),
-    }
-    if name not in efforts:
-        raise InputError(f"no effort is called {name!r}: choose one of {', '.join(efforts)}")
-    return efforts[name]
+    if name not in EFFORTS:
+        raise InputError(f"no effort is called {name!r}: choose one of {', '.join(EFFORTS)}")
+    return EFFORTS[name]

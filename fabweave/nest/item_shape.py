@@ -9,15 +9,20 @@ import shapely
 from fabweave.core.arrays import FloatArray, frozen, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
-from fabweave.stock.rotations import FREE, Turns
+from fabweave.stock.rotations import FREE, Rotations
 
-_CONGRUENT_MM = 1e-6  # vertices that differ less are the same vertex
-_FIT_MM = 1e-7  # what rotation by floating-point numbers may add to a length
-_FIT_STEPS = 720
+#: Vertices that differ less, millimetres, are the same vertex.
+_CONGRUENT_MM = 1e-6
+#: What rotation by floating-point numbers may add to a length, millimetres.
+_FIT_MM = 1e-7
+#: Angles of a fine fan, a multiple of all that are tried otherwise.
+_FINE_ANGLES = 720
+#: Parts of a millimetre to which perimeters of congruent outlines are equal, rounded.
+_PERIMETER_PARTS = 100.0
 
 
 @frozen_value
-class Shape:
+class ItemShape:
     """An outline in its own frame, shared by all pieces that are congruent to it.
 
     Parameters
@@ -58,21 +63,21 @@ def rotated(points: FloatArray, angles_deg: FloatArray) -> FloatArray:
     """
     angles = np.deg2rad(angles_deg)
     cosine, sine = np.cos(angles), np.sin(angles)
-    turns = np.stack([np.stack([cosine, sine], -1), np.stack([-sine, cosine], -1)], -2)
-    result: FloatArray = points[None] @ turns
+    matrices = np.stack([np.stack([cosine, sine], -1), np.stack([-sine, cosine], -1)], -2)
+    result: FloatArray = points[None] @ matrices
     return result
 
 
 @dataclass(frozen=True)
 class Spot:
-    """Where a shape stands: q = R(angle_deg) p + (x, y), from the corner of the usable area."""
+    """Where a shape is: q = R(angle_deg) p + (x, y), from the corner of the usable area."""
 
     angle_deg: float
     x_mm: float
     y_mm: float
 
     def apply(self, points: FloatArray) -> FloatArray:
-        """Return where points (..., 2) of the shape stand.
+        """Return where points (..., 2) of the shape are.
 
         Examples
         --------
@@ -102,25 +107,29 @@ def check_outlines(outlines: Sequence[FloatArray], ids: Sequence[str]) -> None:
     """
     if len(ids) != len(outlines):
         raise InputError(f"{len(outlines)} outlines have {len(ids)} ids: give one id for each")
-    bad: list[str] = []
+    faults: list[str] = []
     for name, outline in zip(ids, outlines, strict=True):
         if outline.ndim != 2 or outline.shape[1] != 2:
-            bad.append(f"{name} (shape {outline.shape}, (K, 2) is needed)")
+            faults.append(f"{name} (shape {outline.shape}, (K, 2) is needed)")
         elif len(outline) < 3:
-            bad.append(f"{name} ({len(outline)} points, 3 are needed)")
+            faults.append(f"{name} ({len(outline)} points, 3 are needed)")
         elif not np.isfinite(outline).all():
-            bad.append(f"{name} (a coordinate is not finite)")
+            faults.append(f"{name} (a coordinate is not finite)")
         else:
             polygon = shapely.polygons(outline)
             if not shapely.is_valid(polygon):
-                bad.append(f"{name} ({shapely.is_valid_reason(polygon)})")
+                faults.append(f"{name} ({shapely.is_valid_reason(polygon)})")
             elif not shapely.area(polygon) > 0.0:
-                bad.append(f"{name} (no area)")
-    if bad:
-        raise InputError(f"{len(bad)} of {len(outlines)} outlines cannot be nested: {few_of(bad)}")
+                faults.append(f"{name} (no area)")
+    if faults:
+        raise InputError(
+            f"{len(faults)} of {len(outlines)} outlines cannot be nested: {few_of(faults)}"
+        )
 
 
-def shape_of(outline: FloatArray, *, upright: bool = False) -> tuple[Shape, float, float, float]:
+def shape_of(
+    outline: FloatArray, *, upright: bool = False
+) -> tuple[ItemShape, float, float, float]:
     """Return the shape of an outline, and the angle and the shift that take it there.
 
     ``upright`` leaves the outline as it is turned: its length and width are those of the rectangle
@@ -146,7 +155,7 @@ def shape_of(outline: FloatArray, *, upright: bool = False) -> tuple[Shape, floa
     shift = -turned.min(axis=0)
     turned_hull = rotated(hull, np.array([angle]))[0] + shift
     length, width = np.ptp(turned, axis=0)
-    shape = Shape(
+    shape = ItemShape(
         outline=frozen(turned + shift),
         hull=frozen(turned_hull),
         area_mm2=float(shapely.area(polygon)),
@@ -158,7 +167,7 @@ def shape_of(outline: FloatArray, *, upright: bool = False) -> tuple[Shape, floa
 
 def shapes_of(
     outlines: Sequence[FloatArray], *, upright: bool = False
-) -> tuple[tuple[Shape, ...], tuple[Pose, ...]]:
+) -> tuple[tuple[ItemShape, ...], tuple[Pose, ...]]:
     """Return the distinct shapes among outlines, and how each outline lies on its shape.
 
     Outlines are congruent if a rotation and a shift take the vertices of one, in order and from
@@ -173,7 +182,7 @@ def shapes_of(
 
     Returns
     -------
-    shapes : tuple of Shape
+    shapes : tuple of ItemShape
         In the order of their first appearance.
     poses : tuple of Pose
         One for each outline.
@@ -186,12 +195,12 @@ def shapes_of(
     >>> len(shapes), [pose.shape for pose in poses]
     (1, [0, 0])
     """
-    shapes: list[Shape] = []
+    shapes: list[ItemShape] = []
     poses: list[Pose] = []
     buckets: dict[tuple[int, int], list[int]] = {}
     for outline in outlines:
         sides = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
-        key = (len(outline), round(float(sides.sum()) * 100.0))
+        key = (len(outline), round(float(sides.sum()) * _PERIMETER_PARTS))
         pose = None
         for number in buckets.get(key, ()):
             pose = _pose_on(outline, shapes[number].outline, number, upright=upright)
@@ -220,28 +229,14 @@ def _pose_on(outline: FloatArray, target: FloatArray, number: int, *, upright: b
     return Pose(number, angle, float(shift[0]), float(shift[1]))
 
 
-def boxes_of(shape: Shape, angles_deg: FloatArray) -> FloatArray:
-    """Return width and height of a shape at each angle, (R, 2), in millimetres.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> shape = shape_of(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0]]))[0]
-    >>> boxes_of(shape, np.array([0.0, 90.0])).round(6).tolist()
-    [[3.0, 1.0], [1.0, 3.0]]
-    """
-    result: FloatArray = np.ptp(rotated(shape.hull, angles_deg), axis=1)
-    return result
-
-
 def fitting_angles(
-    shape: Shape, usable: tuple[float, float], rotations: int, turns: Turns = FREE
+    shape: ItemShape, usable_mm: tuple[float, float], count: int, rotations: Rotations = FREE
 ) -> FloatArray:
     """Return angles at which a shape fits into a usable rectangle, in degrees, maybe none.
 
     These are the evenly spread ones that fit, as far as they are allowed. If none of those does, a
     fine fan of angles is tried and the fitting angle with the most room is returned; so the answer
-    is empty for every number of rotations (a multiple of 4) or for none.
+    is empty for every count (a multiple of 4) or for none.
 
     Examples
     --------
@@ -250,10 +245,18 @@ def fitting_angles(
     >>> fitting_angles(shape, (1.0, 4.0), 4).tolist()
     [90.0, 270.0]
     """
-    for count in (rotations, _FIT_STEPS):
-        angles = turns.angles_deg(count)
-        room = np.min(np.array(usable) - boxes_of(shape, angles), axis=1)
-        if (room >= -_FIT_MM).any():
-            chosen = room >= -_FIT_MM if count != _FIT_STEPS else [int(np.argmax(room.round(6)))]
-            return np.asarray(angles[chosen], dtype=np.float64)
-    return np.empty(0)
+    angles, room = _angles_and_room(shape, usable_mm, rotations, count)
+    if (room >= -_FIT_MM).any():
+        return angles[room >= -_FIT_MM]
+    angles, room = _angles_and_room(shape, usable_mm, rotations, _FINE_ANGLES)
+    best = [int(np.argmax(room.round(6)))] if (room >= -_FIT_MM).any() else []
+    return angles[best]
+
+
+def _angles_and_room(
+    shape: ItemShape, usable_mm: tuple[float, float], rotations: Rotations, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return angles to try, degrees, and the room that they leave on the tighter axis, (R,)."""
+    angles = rotations.angles_deg(count)
+    boxes = np.ptp(rotated(shape.hull, angles), axis=1)
+    return angles, np.min(np.array(usable_mm) - boxes, axis=1)

@@ -1,6 +1,6 @@
 """Finish a plan: the last sheet is as cheap as it may be, and leaves as large a rest as it can."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -9,19 +9,21 @@ from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import rotated
 from fabweave.nest.layout import Placement
 from fabweave.nest.offcut import offcut_of
-from fabweave.nest.place.fill import NestingJob, Plan, filled_sheet
+from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet
 
-_PULLS = (1.0, 3.0)  # how strongly pieces are drawn aside, in each try
-_MOST_PACKED = 120  # a sheet with more pieces is not packed again
+#: How strongly pieces are drawn aside, in each try.
+_PULLS = (1.0, 3.0)
+#: A sheet with more pieces is not packed again.
+_MOST_PACKED = 120
 
 
-def finished(job: NestingJob, plan: Plan) -> Plan:
+def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
     """Return the plan with its last sheet exchanged for a cheaper one, and packed to one side.
 
     The cheapest sheet in stock that takes all its pieces is taken. On it they are packed anew,
-    drawn to the left more strongly; of these packings and the one that was found, the one whose
-    rest holds the largest rectangle stays. At best effort, they are packed into parts of the
-    sheet besides. At quick effort, and where it holds very many pieces, a sheet is left as it is.
+    drawn to the left more strongly; of these packings and the plan's own, the one whose rest holds
+    the largest rectangle stays. At best effort, they are packed into parts of the sheet besides. At
+    quick effort, and where it holds very many pieces, a sheet is left as it is.
 
     Parameters
     ----------
@@ -29,93 +31,81 @@ def finished(job: NestingJob, plan: Plan) -> Plan:
     plan : Plan
         Complete.
     """
-    if not plan.used:
+    if not plan.sheets:
         return plan
-    last = len(plan.used) - 1
-    standing = {piece: at for piece, at in plan.placements.items() if at.sheet == last}
-    queue = sorted(
-        standing, key=lambda piece: (-round(job.shapes[job.poses[piece].shape].length_mm, 6), piece)
-    )
-    stock = plan.used[last]
+    last, number = len(plan.sheets) - 1, plan.sheets[-1]
+    placements = {piece: at for piece, at in plan.placements.items() if at.sheet == last}
+    queue = sorted(placements, key=lambda piece: (-round(job.shape(piece).length_mm, 6), piece))
     for cheaper in _cheaper(job, plan, queue):
-        found = filled_sheet(job, queue, cheaper, last)
-        if len(found) == len(queue):
-            stock, standing = cheaper, found
+        packing = fill_sheet(job, queue, cheaper, last)
+        if len(packing) == len(queue):
+            number, placements = cheaper, packing
             break
     if job.effort.rounds and len(queue) <= _MOST_PACKED:
-        best = _rest_mm2(job, stock, standing)
-        for pull in _PULLS:
-            found = filled_sheet(job, queue, stock, last, pull=pull)
-            if len(found) == len(queue):
-                rest = _rest_mm2(job, stock, found)
-                if rest > best:
-                    best, standing = rest, found
-        if job.effort.halvings:
-            standing = _narrowed(job, queue, stock, last, standing, best)
-    placements = dict(sorted((plan.placements | standing).items()))
-    return Plan((*plan.used[:last], stock), placements)
+        packings = [
+            packing for packing in _packings(job, queue, number, last) if len(packing) == len(queue)
+        ]
+        placements = max(
+            (placements, *packings), key=lambda packing: _rest_mm2(job, number, packing)
+        )
+    merged = dict(sorted((plan.placements | placements).items()))
+    return Plan((*plan.sheets[:last], number), merged)
 
 
-def _narrowed(
-    job: NestingJob,
-    queue: list[int],
-    stock: int,
-    number: int,
-    standing: dict[int, Placement],
-    best: float,
-) -> dict[int, Placement]:
-    """Pack a sheet's pieces into ever less of its width, then of its height, while that pays.
+def _packings(
+    job: NestingJob, queue: list[int], number: int, sheet: int
+) -> Iterator[dict[int, Placement]]:
+    """Yield packings of a sheet's pieces to one side; some may leave pieces out.
 
-    ``best`` is the rest that they leave as they stand.
+    The last ones are into ever less of its width, then of its height, as long as there is room.
     """
-    area = job.areas[stock]
-    shapes = [job.shapes[job.poses[piece].shape] for piece in queue]
-    ground = sum(shape.area_mm2 for shape in shapes)
+    for pull in _PULLS:
+        yield fill_sheet(job, queue, number, sheet, pull=pull)
+    container = job.containers[number]
+    shapes = [job.shape(piece) for piece in queue]
+    pieces_mm2 = sum(shape.area_mm2 for shape in shapes)
     for axis in (0, 1):
-        size = list(area.size_mm)
-        most, least = size[axis], ground / size[1 - axis]
+        size = list(container.size_mm)
+        most, least = size[axis], pieces_mm2 / size[1 - axis]
         for _ in range(job.effort.halvings):
             size[axis] = (least + most) / 2.0
-            part = replace(area, size_mm=(size[0], size[1]))
-            found: dict[int, Placement] = {}
+            part = replace(container, size_mm=(size[0], size[1]))
+            packing: dict[int, Placement] = {}
             if all(fits_rectangle(shape, part) for shape in shapes):
-                areas = (*job.areas[:stock], part, *job.areas[stock + 1 :])
-                found = filled_sheet(replace(job, areas=areas), queue, stock, number)
-            if len(found) < len(queue):
+                containers = (*job.containers[:number], part, *job.containers[number + 1 :])
+                packing = fill_sheet(replace(job, containers=containers), queue, number, sheet)
+                yield packing
+            if len(packing) < len(queue):
                 least = size[axis]
-                continue
-            most = size[axis]
-            rest = _rest_mm2(job, stock, found)
-            if rest > best:
-                best, standing = rest, found
-    return standing
+            else:
+                most = size[axis]
 
 
 def _cheaper(job: NestingJob, plan: Plan, queue: list[int]) -> list[int]:
     """Return the sheets in stock that cost less than the last one and may do, cheapest first."""
-    price = job.sheets[plan.used[-1]].price
-    if price is None or job.sheets[plan.used[-1]].offcut:
+    price = job.stock[plan.sheets[-1]].price
+    if price is None or job.stock[plan.sheets[-1]].offcut:
         return []
     shapes = [job.poses[piece].shape for piece in queue]
     area = sum(job.shapes[shape].area_mm2 for shape in shapes)
-    able: list[tuple[float, int]] = []
-    for number, sheet in enumerate(job.sheets):
-        left = sheet.quantity is None or plan.used.count(number) < sheet.quantity
+    cheaper: list[tuple[float, int]] = []
+    for number, sheet in enumerate(job.stock):
+        left = sheet.quantity is None or plan.sheets.count(number) < sheet.quantity
         cost = 0.0 if sheet.offcut else sheet.price
-        room = area <= job.areas[number].open_mm2 and job.fits[shapes, number].all()
+        room = area <= job.containers[number].open_mm2 and job.fits[shapes, number].all()
         if left and room and cost is not None and cost < price:
-            able.append((cost, number))
-    return [number for _, number in sorted(able)]
+            cheaper.append((cost, number))
+    return [number for _, number in sorted(cheaper)]
 
 
-def _rest_mm2(job: NestingJob, stock: int, standing: Mapping[int, Placement]) -> float:
-    """Return the area of the largest rectangle in what pieces leave of a sheet."""
-    placed = []
-    for piece, at in standing.items():
+def _rest_mm2(job: NestingJob, number: int, placements: Mapping[int, Placement]) -> float:
+    """Return the area of the largest rectangle in what pieces leave of a sheet of the stock."""
+    outlines = []
+    for piece, placement in placements.items():
         pose = job.poses[piece]
         # A shape's outline, back to the piece's own frame, and from there to the sheet.
-        shift = np.array([pose.x_mm, pose.y_mm])
-        own = rotated(job.shapes[pose.shape].outline - shift, np.array([-pose.angle_deg]))[0]
-        placed.append(at.apply(own))
-    rest = offcut_of(job.sheets[stock], 0, placed, job.gap_mm)
+        shifted = job.shapes[pose.shape].outline - np.array([pose.x_mm, pose.y_mm])
+        outline = rotated(shifted, np.array([-pose.angle_deg]))[0]
+        outlines.append(placement.apply(outline))
+    rest = offcut_of(job.stock[number], 0, outlines, job.gap_mm)
     return 0.0 if rest is None else round(float(np.prod(rest.rectangle_mm)), 3)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
-from fabweave.stock.rotations import FREE, Turns
+from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -39,7 +39,7 @@ class Layout:
     """The sheets in use and one placement for each piece, in the order of the pieces.
 
     ``notes`` say what is worth knowing about how it was found; ``recorded`` that the same settings
-    may not find it again, so that it must be taken from where it is recorded. ``turns`` is the
+    may not find it again, so that it must be taken from where it is recorded. ``rotations`` is the
     rule for the angles of pieces that it keeps.
     """
 
@@ -49,4 +49,4 @@ class Layout:
     gap_mm: float
     notes: tuple[str, ...] = ()
     recorded: bool = False
-    turns: Turns = FREE
+    rotations: Rotations = FREE

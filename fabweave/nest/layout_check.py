@@ -10,8 +10,8 @@ from fabweave.core.arrays import FloatArray
 from fabweave.nest.layout import Layout
 from fabweave.stock.sheet_size import SheetSize
 
-_TOLERANCE_MM = 1e-6
-_TOLERANCE_DEG = 1e-6
+#: What is forgiven, millimetres (as an area mm²) and degrees.
+_TOLERANCE_MM, _TOLERANCE_DEG = 1e-6, 1e-6
 
 
 def check_layout(
@@ -81,7 +81,7 @@ def check_layout(
                 f"the margin is {layout.margin_mm:.3f} mm"
             )
         off = float(
-            layout.turns.along(sheet.grain_deg).off_deg(np.array([placement.rotation_deg]))[0]
+            layout.rotations.along(sheet.grain_deg).off_deg(np.array([placement.rotation_deg]))[0]
         )
         if off > _TOLERANCE_DEG:
             faults.append(

@@ -3,9 +3,9 @@
 The sheets are filled one after another. On each, piece after piece is tried at every rotation and
 every free position; it is put where it has the most contact, and slides to where the gap is exact.
 A piece that does not fit is left for a later sheet, and so are those of nearly its size; smaller
-ones fill up. Then whole sheets are emptied (`reduce`), as far as the effort goes. Very many pieces
-are nested in batches. Everything is counted, never timed: same input, same settings and same seed,
-same layout.
+ones fill up. Then whole sheets are emptied (`fewer_sheets`), as far as the effort goes. Very many
+pieces are nested in batches. Everything is counted, never timed: same input, same settings and same
+seed, same layout.
 """
 
 import math
@@ -19,17 +19,22 @@ from fabweave.core.arrays import FloatArray, Progress, no_progress
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, here
-from fabweave.nest.area import Area, area_of
-from fabweave.nest.batches import batch_count, nested_in_batches
+from fabweave.nest.batches import batch_count, nest_in_batches
+from fabweave.nest.container import Container, container_of
 from fabweave.nest.effort import effort_named
 from fabweave.nest.fits import fits_on, fits_rectangle
-from fabweave.nest.item_shape import Pose, Shape, check_outlines, shape_of, shapes_of
-from fabweave.nest.last_sheet import finished
+from fabweave.nest.item_shape import ItemShape, Pose, check_outlines, shape_of, shapes_of
+from fabweave.nest.last_sheet import repack_last_sheet
 from fabweave.nest.layout import Layout
 from fabweave.nest.place.fill import NestingJob, Plan
-from fabweave.nest.place.greedy import greedy, require_all, require_fitting, stage
-from fabweave.nest.separate.fewer_sheets import reduced
-from fabweave.stock.rotations import FREE, Turns
+from fabweave.nest.place.greedy import (
+    greedy_plan,
+    progress_text,
+    require_all,
+    require_fitting,
+)
+from fabweave.nest.separate.fewer_sheets import fewer_sheets
+from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import check_stock, usable_size
 
@@ -65,7 +70,7 @@ def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm:
     """
     check_outlines([outline], ["the piece"])
     shape = shape_of(outline)[0]
-    return any(fits_rectangle(shape, Area(usable_size(sheet, margin_mm))) for sheet in sheets)
+    return any(fits_rectangle(shape, Container(usable_size(sheet, margin_mm))) for sheet in sheets)
 
 
 def nest(
@@ -77,7 +82,7 @@ def nest(
     effort: str = "normal",
     seed: int = 0,
     ids: Sequence[str] | None = None,
-    turns: Turns = FREE,
+    rotations: Rotations = FREE,
     workers: int = -1,
     executors: Executors = here,
     progress: Progress = no_progress,
@@ -100,7 +105,7 @@ def nest(
         Another seed tries the pieces in a slightly different order; 0 is strictly by length.
     ids : sequence of str, optional
         What the pieces are called in messages; else their numbers.
-    turns : Turns
+    rotations : Rotations
         The angles at which pieces may stand, on each sheet from its grain on.
     workers : int
         Threads for the transforms, -1 for one for each core; does not change the layout.
@@ -140,21 +145,21 @@ def nest(
     check_stock(sheets, margin_mm)
     if not (math.isfinite(gap_mm) and gap_mm >= 0.0):
         raise InputError(f"gap of {gap_mm} mm must be zero or more")
-    settings = effort_named(effort)
-    shapes, poses = shapes_of(outlines, upright=turns.step_deg is not None)
-    areas = tuple(area_of(sheet, margin_mm, gap_mm, turns) for sheet in sheets)
+    counts = effort_named(effort)
+    shapes, poses = shapes_of(outlines, upright=rotations.step_deg is not None)
+    containers = tuple(container_of(sheet, margin_mm, gap_mm, rotations) for sheet in sheets)
     job = NestingJob(
         shapes=shapes,
         poses=poses,
         names=names,
-        sheets=tuple(sheets),
+        stock=tuple(sheets),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
         near_mm=_near_mm(shapes, poses, gap_mm),
-        effort=settings,
+        effort=counts,
         workers=workers,
-        areas=areas,
-        fits=fits_on(shapes, areas, gap_mm, settings),
+        containers=containers,
+        fits=fits_on(shapes, containers, gap_mm, counts),
     )
     require_fitting(job)
     plan: Plan | None = None
@@ -163,29 +168,29 @@ def nest(
         for better in _plans(job, seed, executors, progress):
             plan = better
         if plan is not None:
-            plan = finished(job, plan)
+            plan = repack_last_sheet(job, plan)
     except KeyboardInterrupt:
         if plan is None:
             raise
-        # What has been found so far is complete: it is kept.
+        # The best plan so far is complete: it is kept.
         notes.append(
-            f"nesting was cut short: the pieces are on {agree(len(plan.used), '{n} sheet[|s]')}; "
+            f"nesting was cut short: the pieces are on {agree(len(plan.sheets), '{n} sheet[|s]')}; "
             "with more time there might be fewer, and the same settings may give another layout"
         )
     if plan is None:
         raise RuntimeError("nesting ended without a plan")
     return Layout(
-        sheets=tuple(replace(sheets[k], quantity=1) for k in plan.used),
+        sheets=tuple(replace(sheets[number], quantity=1) for number in plan.sheets),
         placements=tuple(plan.placements[piece] for piece in range(len(outlines))),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
-        turns=turns,
+        rotations=rotations,
         notes=tuple(notes),
         recorded=bool(notes),
     )
 
 
-def _near_mm(shapes: Sequence[Shape], poses: Sequence[Pose], gap_mm: float) -> float:
+def _near_mm(shapes: Sequence[ItemShape], poses: Sequence[Pose], gap_mm: float) -> float:
     """Return within what distance neighbours count: the gap, and a piece's width on the mean."""
     widths = [shapes[pose.shape].area_mm2 / shapes[pose.shape].length_mm for pose in poses]
     return round(float(np.mean(widths)), 6) + gap_mm if widths else gap_mm
@@ -196,23 +201,23 @@ def _plans(job: NestingJob, seed: int, executors: Executors, progress: Progress)
     pieces = len(job.poses)
 
     def placed(plan: Plan, done: int) -> None:
-        progress(stage(job, plan, len(plan.used)), done, pieces)
+        progress(progress_text(job, plan, len(plan.sheets)), done, pieces)
 
     count = batch_count(job)
     if count > 1:
-        yield from nested_in_batches(job, seed, count, executors, placed)
+        yield from nest_in_batches(job, seed, count, executors, placed)
         return
-    plan = greedy(job, seed, progress)
+    plan = greedy_plan(job, seed, progress)
     require_all(job, plan)
     yield plan
 
-    def told(sheets: int, share: float) -> None:
-        progress(stage(job, plan, sheets), round(share * pieces), pieces)
+    def emptied(sheets: int, share: float) -> None:
+        progress(progress_text(job, plan, sheets), round(share * pieces), pieces)
 
     # One thread: with more, sums are rounded otherwise, and these matrices are too small to gain
     # by it.
     with threadpool_limits(limits=1, user_api="blas"):
-        for better in reduced(job, plan, seed, told):
+        for better in fewer_sheets(job, plan, seed, emptied):
             plan = better
             yield plan
-            told(len(plan.used), 0.0)
+            emptied(len(plan.sheets), 0.0)

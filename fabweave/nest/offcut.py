@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabweave.core.arrays import FloatArray, frozen, frozen_value
@@ -12,11 +13,18 @@ from fabweave.nest.layout import Layout
 from fabweave.nest.place.rectangle import largest_rectangle
 from fabweave.stock.sheet_size import SheetSize
 
-_ARM_MM = 10.0  # narrower arms of an offcut are of no use
-_SPARE_MM = 0.25  # beyond the gap, so that roundings and short sides do not count
-_SHORT_MM = 0.12  # no side is shorter
-_SIMPLE_MM = 0.5  # how far its border may be from where it might be
-_GRAIN_MM = 1e-4  # coordinates are rounded to this, as in drawings
+#: Narrower arms of an offcut, millimetres, are of no use.
+_ARM_MM = 10.0
+#: Kept beyond the gap, millimetres, so that roundings and short sides do not count.
+_SPARE_MM = 0.25
+#: No side is shorter, millimetres: drawings have no segment below 0.1 mm.
+_SHORT_MM = 0.12
+#: How far its border may be from where it might be, millimetres.
+_SIMPLE_MM = 0.5
+#: Coordinates are rounded to this, millimetres, as in drawings.
+_GRAIN_MM = 1e-4
+#: Chords in a quarter circle.
+_ARC_STEPS = 8
 #: An offcut is worth keeping if it holds a square of this side,
 KEPT_SIDE_MM = 100.0
 #: or if it is this share of its sheet, and
@@ -110,11 +118,13 @@ def offcut_of(
     if sheet.outline:
         # Short sides of a bent edge are left out, which must not lead beyond it.
         whole = shapely.buffer(whole, -2.0 * _SHORT_MM, join_style="mitre")
-    taken = [shapely.polygons(outline) for outline in placed]
-    grown = shapely.union_all(shapely.buffer(np.array(taken), gap_mm + _SPARE_MM, quad_segs=8))
+    pieces = np.array([shapely.polygons(outline) for outline in placed])
+    grown = shapely.union_all(shapely.buffer(pieces, gap_mm + _SPARE_MM, quad_segs=_ARC_STEPS))
     # Closing: what is nearer than this to pieces on both sides is no longer free.
     arm = _ARM_MM / 2.0
-    closed = shapely.buffer(shapely.buffer(grown, arm + _SIMPLE_MM, quad_segs=8), -arm, quad_segs=8)
+    closed = shapely.buffer(
+        shapely.buffer(grown, arm + _SIMPLE_MM, quad_segs=_ARC_STEPS), -arm, quad_segs=_ARC_STEPS
+    )
     covered = shapely.simplify(shapely.union(closed, grown), _SIMPLE_MM - _SPARE_MM)
     rest = shapely.difference(whole, shapely.union(covered, grown))
     # Opening, with corners kept: arms along the edge of the sheet go, too.
@@ -122,17 +132,16 @@ def offcut_of(
     parts = shapely.get_parts(core)
     if len(parts) == 0:
         return None
-    largest = parts[int(np.argmax(np.round(shapely.area(parts), 6)))]
-    body = shapely.intersection(shapely.buffer(largest, arm, join_style="mitre"), rest)
-    flaws = [shapely.make_valid(shapely.Polygon(ring)) for ring in sheet.defects]
-    spoilt = shapely.union_all(shapely.buffer(np.array(flaws), _SPARE_MM)) if flaws else None
-    body = body if spoilt is None else shapely.difference(body, spoilt)
-    bodies = shapely.get_parts(shapely.set_precision(body, _GRAIN_MM))
-    bodies = bodies[shapely.area(bodies) > _ARM_MM**2]
-    if len(bodies) == 0:
+    opened = shapely.intersection(shapely.buffer(_largest(parts), arm, join_style="mitre"), rest)
+    defects = [shapely.make_valid(shapely.Polygon(ring)) for ring in sheet.defects]
+    if defects:
+        spoilt = shapely.union_all(shapely.buffer(np.array(defects), _SPARE_MM))
+        opened = shapely.difference(opened, spoilt)
+    parts = shapely.get_parts(shapely.set_precision(opened, _GRAIN_MM))
+    parts = parts[shapely.area(parts) > _ARM_MM**2]
+    if len(parts) == 0:
         return None
-    body = bodies[int(np.argmax(np.round(shapely.area(bodies), 6)))]
-    simple = shapely.simplify(body, _SHORT_MM)
+    simple = shapely.simplify(_largest(parts), _SHORT_MM)
     outline, *holes = (_tidy(ring) for ring in (simple.exterior, *simple.interiors))
     tidy = shapely.Polygon(outline, holes)
     size = (sheet.width_mm, sheet.height_mm)
@@ -141,6 +150,11 @@ def offcut_of(
     if rectangle is None or not tidy.is_valid:
         return None
     return Offcut(number, outline, tuple(holes), rectangle)
+
+
+def _largest(polygons: npt.NDArray[np.object_]) -> shapely.Polygon:
+    """Return the first of the largest polygons."""
+    return polygons[int(np.argmax(np.round(shapely.area(polygons), 6)))]
 
 
 def _tidy(ring: shapely.LinearRing) -> FloatArray:
@@ -187,12 +201,12 @@ def usable_offcuts(layout: Layout, outlines: Sequence[FloatArray]) -> tuple[Offc
     for placement in layout.placements:
         placed[placement.sheet].append(placement.apply(outlines[placement.piece]))
     kept: list[Offcut] = []
-    for number, (sheet, here) in enumerate(zip(layout.sheets, placed, strict=True)):
-        free = sheet.area_mm2 - float(shapely.area([shapely.polygons(one) for one in here]).sum())
-        # What leaves no room for the least square need not be looked at.
-        if free < KEPT_WIDTH_MM**2:
+    for number, (sheet, pieces) in enumerate(zip(layout.sheets, placed, strict=True)):
+        taken_mm2 = float(shapely.area([shapely.polygons(outline) for outline in pieces]).sum())
+        # A sheet without room for the least square need not be looked at.
+        if sheet.area_mm2 - taken_mm2 < KEPT_WIDTH_MM**2:
             continue
-        offcut = offcut_of(sheet, number, here, layout.gap_mm)
+        offcut = offcut_of(sheet, number, pieces, layout.gap_mm)
         if offcut is not None and worth_keeping(offcut, sheet):
             kept.append(replace(offcut, name=f"offcut_{len(kept) + 1:02d}"))
     return tuple(kept)

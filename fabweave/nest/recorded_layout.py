@@ -14,12 +14,16 @@ from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.layout_check import check_layout
-from fabweave.stock.rotations import FREE, Turns
+from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import format_stock
 
-_ROUNDED_MM = 2e-6  # outlines in a crossing map are rounded to a millionth
+#: Outlines in a crossing map are rounded to a millionth of a millimetre.
+_ROUNDED_MM = 2e-6
+#: Sheets whose sides differ by less, together, have one size.
 _SAME_MM = 1e-6
+#: How many faults of a layout a message names.
+_NAMED = 4
 
 
 def read_layout(
@@ -30,7 +34,7 @@ def read_layout(
     *,
     margin_mm: float,
     gap_mm: float,
-    turns: Turns = FREE,
+    rotations: Rotations = FREE,
 ) -> Layout:
     """Return the layout that a crossing map records, checked from scratch.
 
@@ -46,7 +50,7 @@ def read_layout(
         The stock.
     margin_mm, gap_mm : float
         What the layout must keep.
-    turns : Turns
+    rotations : Rotations
         The angles that it must keep.
 
     Returns
@@ -60,13 +64,13 @@ def read_layout(
         If the file is no crossing map, holds other pieces or sheets, or breaks a rule.
     """
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        records = {str(record["id"]): record for record in found["pieces"]}
-        used = _taken(found["sheets"], sheets)
+        document = json.loads(path.read_text(encoding="utf-8"))
+        records = {str(record["id"]): record for record in document["pieces"]}
+        recorded = _stock_numbers(document["sheets"], sheets)
         layout = Layout(
             sheets=tuple(
-                replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
-                for number in used
+                replace(sheets[sheet], quantity=1, bunch="") if isinstance(sheet, int) else sheet
+                for sheet in recorded
             ),
             placements=tuple(
                 _placement(number, records[name])
@@ -75,11 +79,13 @@ def read_layout(
             ),
             margin_mm=margin_mm,
             gap_mm=gap_mm,
-            notes=tuple(str(note) for note in found["layout"].get("notes", ())),
+            notes=tuple(str(note) for note in document["layout"].get("notes", ())),
             recorded=True,
-            turns=turns,
+            rotations=rotations,
         )
-        known = {name: np.array(record["outline"], dtype=float) for name, record in records.items()}
+        recorded_outlines = {
+            name: np.array(record["outline"], dtype=float) for name, record in records.items()
+        }
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read the layout in {path}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -87,17 +93,17 @@ def read_layout(
             f"{path} is no crossing map with a layout ({type(error).__name__}: {error}); name the "
             "crossing_map.json of a finished job"
         ) from error
-    other = [
+    differing = [
         name
         for name, outline in zip(ids, outlines, strict=True)
-        if name not in known
-        or known[name].shape != outline.shape
-        or np.abs(known[name] - outline).max() > _ROUNDED_MM
-    ] + sorted(set(known) - set(ids))
-    if other:
+        if name not in recorded_outlines
+        or recorded_outlines[name].shape != outline.shape
+        or np.abs(recorded_outlines[name] - outline).max() > _ROUNDED_MM
+    ] + sorted(set(recorded_outlines) - set(ids))
+    if differing:
         raise InputError(
-            f"the layout in {path} is of other pieces: {agree(len(other), '{n} differ[s|]')} "
-            f"({few_of(other)}); leave out --layout, or "
+            f"the layout in {path} is of other pieces: {agree(len(differing), '{n} differ[s|]')} "
+            f"({few_of(differing)}); leave out --layout, or "
             "give the settings of that job"
         )
     require_kept(path, layout, outlines, ids, sheets)
@@ -112,7 +118,7 @@ def require_kept(
     sheets: Sequence[SheetSize],
 ) -> None:
     """Raise InputError if a layout that was read breaks a rule, or takes what is not in stock."""
-    used = _taken(
+    used = _stock_numbers(
         [
             {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm, "stock": sheet.name}
             for sheet in layout.sheets
@@ -123,39 +129,39 @@ def require_kept(
     if faults:
         raise InputError(
             f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
-            + "; ".join(faults[:4])
+            + "; ".join(faults[:_NAMED])
         )
 
 
 def _placement(number: int, record: Any) -> Placement:
-    """Return the placement that a piece's record tells."""
-    stands = record["placement"]
+    """Return the placement in a piece's record."""
+    motion = record["placement"]
     return Placement(
         number,
         int(record["sheet"]) - 1,
-        float(stands["rotation_deg"]),
-        float(stands["x_mm"]),
-        float(stands["y_mm"]),
+        float(motion["rotation_deg"]),
+        float(motion["x_mm"]),
+        float(motion["y_mm"]),
     )
 
 
-def _taken(records: Any, stock: Sequence[SheetSize]) -> list[int | SheetSize]:
-    """Return which sheets of the stock records tell of; the size of one that is not there."""
+def _stock_numbers(records: Any, stock: Sequence[SheetSize]) -> list[int | SheetSize]:
+    """Return the stock's number of each sheet of records; the size of one that is not there."""
     taken: Counter[int] = Counter()
-    used: list[int | SheetSize] = []
+    numbers: list[int | SheetSize] = []
     for record in records:
         width, height = float(record["width_mm"]), float(record["height_mm"])
         name = str(record.get("stock", ""))
-        for number, one in enumerate(stock):
-            near = abs(one.width_mm - width) + abs(one.height_mm - height) < _SAME_MM
-            left = one.quantity is None or taken[number] < one.quantity
-            if near and left and one.name == name:
+        for number, sheet in enumerate(stock):
+            same = abs(sheet.width_mm - width) + abs(sheet.height_mm - height) < _SAME_MM
+            left = sheet.quantity is None or taken[number] < sheet.quantity
+            if same and left and sheet.name == name:
                 taken[number] += 1
-                used.append(number)
+                numbers.append(number)
                 break
         else:
-            used.append(SheetSize(width, height, 1, name=name))
-    return used
+            numbers.append(SheetSize(width, height, 1, name=name))
+    return numbers
 
 
 def _stock_faults(used: Sequence[int | SheetSize]) -> list[str]:

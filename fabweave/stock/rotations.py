@@ -16,7 +16,7 @@ MOST_TOLERANCE_DEG = 45.0
 
 
 @dataclass(frozen=True)
-class Turns:
+class Rotations:
     """The angles at which pieces may stand.
 
     A piece may be turned by ``base_deg`` and any multiple of ``step_deg``, and by up to
@@ -41,7 +41,7 @@ class Turns:
         """Whether a piece must not turn a little."""
         return self.step_deg is not None and self.tolerance_deg == 0.0
 
-    def along(self, grain_deg: float | None) -> "Turns":
+    def along(self, grain_deg: float | None) -> "Rotations":
         """Return the same rule on a sheet whose grain runs this way."""
         return replace(self, base_deg=grain_deg or 0.0)
 
@@ -52,9 +52,9 @@ class Turns:
 
         Examples
         --------
-        >>> Turns().angles_deg(4).tolist()
+        >>> Rotations().angles_deg(4).tolist()
         [0.0, 90.0, 180.0, 270.0]
-        >>> Turns(180.0, 4.0, 90.0).angles_deg(24).tolist()
+        >>> Rotations(180.0, 4.0, 90.0).angles_deg(24).tolist()
         [86.0, 88.0, 90.0, 92.0, 94.0, 266.0, 268.0, 270.0, 272.0, 274.0]
         """
         if self.step_deg is None:
@@ -70,7 +70,7 @@ class Turns:
         Examples
         --------
         >>> import numpy as np
-        >>> Turns(180.0, 5.0).off_deg(np.array([0.0, 187.0, -4.0])).tolist()
+        >>> Rotations(180.0, 5.0).off_deg(np.array([0.0, 187.0, -4.0])).tolist()
         [0.0, 2.0, 0.0]
         """
         if self.step_deg is None:
@@ -83,7 +83,7 @@ class Turns:
         Examples
         --------
         >>> import numpy as np
-        >>> np.rad2deg(Turns(90.0).nearest(np.deg2rad([1.0, 92.0]))).round(6).tolist()
+        >>> np.rad2deg(Rotations(90.0).nearest(np.deg2rad([1.0, 92.0]))).round(6).tolist()
         [0.0, 90.0]
         """
         if self.step_deg is None:
@@ -98,7 +98,7 @@ class Turns:
 
         Examples
         --------
-        >>> Turns(180.0, 5.0).swing_deg(184.0)
+        >>> Rotations(180.0, 5.0).swing_deg(184.0)
         (-9.0, 1.0)
         """
         if self.step_deg is None:
@@ -113,10 +113,10 @@ class Turns:
 
 
 #: Any angle is allowed.
-FREE = Turns()
+FREE = Rotations()
 
 
-def parse_rotations(text: str) -> Turns:
+def parse_rotations(text: str) -> Rotations:
     """Return the rule that a text such as ``free``, ``90``, ``180`` or ``grain:5deg`` means.
 
     Raises
@@ -127,13 +127,13 @@ def parse_rotations(text: str) -> Turns:
     Examples
     --------
     >>> parse_rotations("grain:5deg")
-    Turns(step_deg=180.0, tolerance_deg=5.0, base_deg=0.0)
+    Rotations(step_deg=180.0, tolerance_deg=5.0, base_deg=0.0)
     """
     word = text.strip().lower()
     if word == "free":
         return FREE
     if word.removesuffix("deg").removesuffix("°").strip() in ("90", "180"):
-        return Turns(float(word.removesuffix("deg").removesuffix("°")))
+        return Rotations(float(word.removesuffix("deg").removesuffix("°")))
     grain = _GRAIN.fullmatch(word)
     if grain is not None:
         try:
@@ -141,7 +141,7 @@ def parse_rotations(text: str) -> Turns:
         except ValueError:
             tolerance = np.inf
         if tolerance <= MOST_TOLERANCE_DEG:
-            return Turns(HALF_TURN_DEG, tolerance)
+            return Rotations(HALF_TURN_DEG, tolerance)
     raise InputError(
         f"rotations {text!r} are none of free, 90, 180 and grain:5deg (up to "
         f"grain:{MOST_TOLERANCE_DEG:g}deg)"

@@ -12,8 +12,8 @@ import shapely
 
 from fabweave.core.arrays import FloatArray
 from fabweave.nest.item_shape import rotated, shape_of
-from fabweave.nest.separate.clearance_proof import missing_mm
-from fabweave.nest.separate.item_field import Body, body_of
+from fabweave.nest.separate.clearance_proof import shortfall_mm
+from fabweave.nest.separate.item_field import ItemField, item_field
 
 #: By how much outlines are inflated, and simplified, for spyrrow.
 OUTLINE_MM = 0.1
@@ -61,9 +61,9 @@ def sheets_by_spyrrow(
     Each sheet takes three tries to find how many pieces it holds, and more until it holds some; the
     time is shared evenly by the first three.
     """
-    bodies = [body_of(shape_of(piece)[0], gap) for piece in pieces]
-    left = sorted(bodies, key=lambda body: -float(np.ptp(body.outline, axis=0).max()))
-    area = sum(body.area_mm2 for body in bodies)
+    items = [item_field(shape_of(piece)[0], gap) for piece in pieces]
+    left = sorted(items, key=lambda item: -float(np.ptp(item.outline, axis=0).max()))
+    area = sum(item.area_mm2 for item in items)
     guess = max(1, math.ceil(area / (0.45 * usable[0] * usable[1])))
     each = max(1, round(seconds / (3 * guess)))
     share, count, end = 0.45, 0, 1.0
@@ -71,11 +71,11 @@ def sheets_by_spyrrow(
         placed, tries, end = 0, 0, 1.0
         while tries < 3 or placed == 0:
             tries += 1
-            total = np.cumsum([body.area_mm2 for body in left]) / (usable[0] * usable[1])
+            total = np.cumsum([item.area_mm2 for item in left]) / (usable[0] * usable[1])
             number = max(1, int(np.searchsorted(total, share)))
             chosen = left[:number]
             poses = _spyrrow_poses(chosen, usable, gap, each)
-            if poses is not None and missing_mm(chosen, poses, usable, gap) < 1.0:
+            if poses is not None and shortfall_mm(chosen, poses, usable, gap) < 1.0:
                 placed = max(placed, number)
                 if number == len(left):
                     end = _end(chosen, poses) / usable[0]
@@ -91,7 +91,7 @@ def sheets_by_spyrrow(
 
 
 def _spyrrow_poses(
-    bodies: list[Body], usable: tuple[float, float], gap: float, seconds: int
+    items: list[ItemField], usable: tuple[float, float], gap: float, seconds: int
 ) -> FloatArray | None:
     """Return the poses (N, 3) that spyrrow finds on one sheet; None if it finds no room.
 
@@ -101,11 +101,11 @@ def _spyrrow_poses(
     import spyrrow  # noqa: PLC0415 -- the other peers do without
 
     outlines = []
-    for body in bodies:
-        grown = shapely.buffer(shapely.polygons(body.outline), OUTLINE_MM, quad_segs=2)
+    for item in items:
+        grown = shapely.buffer(shapely.polygons(item.outline), OUTLINE_MM, quad_segs=2)
         simple = shapely.simplify(shapely.polygons(grown.exterior.coords), OUTLINE_MM)
         outlines.append(shapely.get_coordinates(shapely.normalize(simple))[:-1])
-    items = [
+    strip_items = [
         spyrrow.Item(str(number), [tuple(point) for point in outline], 1, None)
         for number, outline in enumerate(outlines)
     ]
@@ -116,7 +116,7 @@ def _spyrrow_poses(
         seed=1,
     )
     # It keeps the gap from the borders of the strip, too.
-    strip = spyrrow.StripPackingInstance("sheet", usable[1] + 2.0 * gap, items)
+    strip = spyrrow.StripPackingInstance("sheet", usable[1] + 2.0 * gap, strip_items)
     try:
         packing = strip.solve(config)
     except BaseException as panic:
@@ -125,18 +125,18 @@ def _spyrrow_poses(
         return None
     if packing.width > usable[0] + 2.0 * gap + LONGER_MM:
         return None
-    poses = np.zeros((len(bodies), 3))
-    for item in packing.placed_items:
-        x, y = item.translation
-        poses[int(item.id)] = [x - gap, y - gap, np.deg2rad(item.rotation)]
+    poses = np.zeros((len(items), 3))
+    for placed in packing.placed_items:
+        x, y = placed.translation
+        poses[int(placed.id)] = [x - gap, y - gap, np.deg2rad(placed.rotation)]
     return poses
 
 
-def _end(bodies: list[Body], poses: FloatArray) -> float:
-    """Return how far to the right bodies come."""
+def _end(items: list[ItemField], poses: FloatArray) -> float:
+    """Return how far to the right items come."""
     return max(
-        float((rotated(body.outline, np.rad2deg(pose[2:]))[0, :, 0] + pose[0]).max())
-        for body, pose in zip(bodies, poses, strict=True)
+        float((rotated(item.outline, np.rad2deg(pose[2:]))[0, :, 0] + pose[0]).max())
+        for item, pose in zip(items, poses, strict=True)
     )
 
 
@@ -148,8 +148,8 @@ def sheets_by_raster(
     rotations: int = 24,
 ) -> float:
     """Return the sheets of the plain raster greedy: longest first, most contact."""
-    bodies = [body_of(shape_of(piece)[0], gap) for piece in pieces]
-    left = sorted(bodies, key=lambda body: -float(np.ptp(body.outline, axis=0).max()))
+    items = [item_field(shape_of(piece)[0], gap) for piece in pieces]
+    left = sorted(items, key=lambda item: -float(np.ptp(item.outline, axis=0).max()))
     radius = gap / 2.0 + pixel * math.sqrt(0.5)
     rows, columns = int(usable[1] / pixel), int(usable[0] / pixel)
     pad = math.ceil(radius / pixel) + 2
@@ -159,14 +159,14 @@ def sheets_by_raster(
         wall = np.ones_like(full)
         wall[pad:-pad, pad:-pad] = 0.0
         rest, smallest = [], math.inf
-        for body in left:
+        for item in left:
             placed = False
-            if body.area_mm2 < 0.95 * smallest:
-                placed = _put(body, full, wall, usable, pixel, rotations, radius, pad)
+            if item.area_mm2 < 0.95 * smallest:
+                placed = _put(item, full, wall, usable, pixel, rotations, radius, pad)
                 if not placed:
-                    smallest = body.area_mm2
+                    smallest = item.area_mm2
             if not placed:
-                rest.append(body)
+                rest.append(item)
         if len(rest) == len(left):
             raise SystemExit("the raster greedy cannot place a piece")
         left = rest
@@ -175,11 +175,11 @@ def sheets_by_raster(
     return count - 1 + columns_used / columns
 
 
-def _put(body, full, wall, usable, pixel, rotations, radius, pad) -> bool:
-    grown = shapely.get_coordinates(shapely.buffer(shapely.polygons(body.outline), radius).exterior)
+def _put(item, full, wall, usable, pixel, rotations, radius, pad) -> bool:
+    grown = shapely.get_coordinates(shapely.buffer(shapely.polygons(item.outline), radius).exterior)
     best = None
     for angle in np.arange(rotations) * (360.0 / rotations):
-        outline = rotated(body.outline, np.array([angle]))[0]
+        outline = rotated(item.outline, np.array([angle]))[0]
         low, size = outline.min(axis=0), np.ptp(outline, axis=0)
         if (size > np.array(usable)).any():
             continue

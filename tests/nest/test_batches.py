@@ -10,7 +10,7 @@ import pytest
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import processes
 from fabweave.nest import batches, nesting
-from fabweave.nest.area import area_of
+from fabweave.nest.container import container_of
 from fabweave.nest.effort import effort_named
 from fabweave.nest.fits import fits_on
 from fabweave.nest.item_shape import shapes_of
@@ -45,17 +45,17 @@ def strips(piece_sets, count, seed=0):
 
 def job_of(pieces, stock=STOCK):
     shapes, poses = shapes_of(pieces)
-    areas = tuple(area_of(sheet, 3.0, 1.0, FREE) for sheet in stock)
+    containers = tuple(container_of(sheet, 3.0, 1.0, FREE) for sheet in stock)
     effort = effort_named("quick")
     return NestingJob(
         shapes=shapes,
         poses=poses,
         names=[str(number) for number in range(len(pieces))],
-        sheets=tuple(stock),
+        stock=tuple(stock),
         effort=effort,
         workers=1,
-        areas=areas,
-        fits=fits_on(shapes, areas, 1.0, effort),
+        containers=containers,
+        fits=fits_on(shapes, containers, 1.0, effort),
         near_mm=10.0,
         **RULES,
     )
@@ -64,7 +64,7 @@ def job_of(pieces, stock=STOCK):
 def test_every_piece_is_dealt_once_and_batches_are_about_equal(piece_sets):
     pieces = strips(piece_sets, 240)
     job = job_of(pieces)
-    dealt = batches.dealt(job, 5)
+    dealt = batches.deal(job, 5)
     assert sorted(piece for batch in dealt for piece in batch) == list(range(240))
     area = [sum(job.shapes[job.poses[piece].shape].area_mm2 for piece in batch) for batch in dealt]
     longest = [max(np.ptp(pieces[piece], axis=0).max() for piece in batch) for batch in dealt]
@@ -79,7 +79,7 @@ def test_congruent_pieces_stay_together_as_far_as_batches_are_equal():
     ]
     order = np.random.default_rng(2).permutation(len(bars))
     job = job_of([bars[number] for number in order])
-    for batch in batches.dealt(job, 4):
+    for batch in batches.deal(job, 4):
         counts = Counter(job.poses[piece].shape for piece in batch)
         assert set(counts.values()) == {8}
 

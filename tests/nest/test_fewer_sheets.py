@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 
 from fabweave.nest import nesting
-from fabweave.nest.area import area_of
+from fabweave.nest.container import container_of
 from fabweave.nest.item_shape import shape_of
 from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
-from fabweave.nest.place.coarse_search import Finder
-from fabweave.nest.separate import emptying as improve
-from fabweave.nest.separate.clearance_proof import missing_mm
-from fabweave.nest.separate.emptying import Ground
-from fabweave.nest.separate.item_field import body_of
+from fabweave.nest.place.coarse_search import CoarseSearch
+from fabweave.nest.separate import emptying
+from fabweave.nest.separate.clearance_proof import shortfall_mm
+from fabweave.nest.separate.emptying import SeparationProblem
+from fabweave.nest.separate.item_field import item_field
 from fabweave.stock.rotations import FREE
 from fabweave.stock.sheet_size import SheetSize
 
@@ -25,7 +25,7 @@ def test_emptying_sheets_never_takes_more_and_keeps_every_rule(piece_sets, monke
     pieces = strips(piece_sets, 45, 1)
     stock = [SheetSize(240, 160)]
     found = nest(pieces, stock, margin_mm=4, gap_mm=1, effort="normal")
-    monkeypatch.setattr(nesting, "reduced", lambda *_: iter(()))
+    monkeypatch.setattr(nesting, "fewer_sheets", lambda *_: iter(()))
     greedy = nest(pieces, stock, margin_mm=4, gap_mm=1, effort="normal")
     assert check_layout(found, pieces) == []
     assert len(found.sheets) <= len(greedy.sheets)
@@ -83,17 +83,17 @@ def test_last_sheet_is_packed_to_the_left(piece_sets):
 
 def test_pieces_far_from_those_that_move_stay_and_change_nothing(monkeypatch):
     bar = shape_of(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 6.0], [0.0, 6.0]]))[0]
-    area = area_of(SheetSize(410, 260), 5.0, 1.0, FREE)
-    bodies = [body_of(bar, 1.0)] * 101
-    ground = Ground(bodies, [area], [None], 1.0, Finder())
+    container = container_of(SheetSize(410, 260), 5.0, 1.0, FREE)
+    items = [item_field(bar, 1.0)] * 101
+    problem = SeparationProblem(items, [container], [None], 1.0, CoarseSearch())
     # Ten columns of ten, and one more that lies across a few at their upper end.
     rows, columns = np.divmod(np.arange(100), 10)
     poses = np.column_stack([20.0 + 39.0 * columns, 10.0 + 8.6 * rows, np.zeros(100)])
     poses = np.concatenate([poses, [[25.0, 93.0, 0.1]]])
     moving = np.hypot(*(poses[:, :2] - poses[-1, :2]).T) < 90.0
     assert 10 < moving.sum() < 60
-    found = ground.settled(range(101), poses, 0, None, moving)
-    monkeypatch.setattr(improve, "_AWAY_MM", 1e6)
-    assert np.array_equal(found, ground.settled(range(101), poses, 0, None, moving))
-    assert np.array_equal(found[~moving], poses[~moving])
-    assert missing_mm(bodies, found, area.size_mm, 1.0) <= 1e-9
+    separated = problem.separated(range(101), poses, 0, moving=moving)
+    monkeypatch.setattr(emptying, "_AWAY_MM", 1e6)
+    assert np.array_equal(separated, problem.separated(range(101), poses, 0, moving=moving))
+    assert np.array_equal(separated[~moving], poses[~moving])
+    assert shortfall_mm(items, separated, container.size_mm, 1.0) <= 1e-9

@@ -9,12 +9,12 @@ import shapely
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.nest import nesting
-from fabweave.nest.area import area_of
+from fabweave.nest.container import container_of
 from fabweave.nest.effort import effort_named
 from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
-from fabweave.nest.separate.obstacle import barrier_of
-from fabweave.stock.rotations import FREE, Turns, parse_rotations
+from fabweave.nest.separate.obstacle import obstacle_field
+from fabweave.stock.rotations import FREE, Rotations, parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 
 MARGIN, GAP = 4.0, 1.0
@@ -31,17 +31,17 @@ SHEETS = {
 }
 
 
-def require_kept(layout, pieces, sheet, turns=FREE):
-    """Check margin, gap and angles with nothing of the package but where pieces stand."""
+def require_kept(layout, pieces, sheet, rotations=FREE):
+    """Check margin, gap and angles with nothing of the package but where pieces placed."""
     inside = shapely.Polygon(sheet.outline or sheet.ring).buffer(-MARGIN + 1e-6)
     for placement in layout.placements:
         polygon = shapely.Polygon(placement.apply(pieces[placement.piece]))
         assert inside.buffer(1e-4).covers(polygon)
         for defect in sheet.defects:
             assert polygon.distance(shapely.Polygon(defect)) >= GAP - 1e-6
-        if turns.step_deg is not None:
-            aside = (placement.rotation_deg - (sheet.grain_deg or 0.0)) % turns.step_deg
-            assert min(aside, turns.step_deg - aside) <= turns.tolerance_deg + 1e-6
+        if rotations.step_deg is not None:
+            aside = (placement.rotation_deg - (sheet.grain_deg or 0.0)) % rotations.step_deg
+            assert min(aside, rotations.step_deg - aside) <= rotations.tolerance_deg + 1e-6
     assert check_layout(layout, pieces) == []
 
 
@@ -71,13 +71,15 @@ def test_pieces_keep_the_margin_inside_and_the_gap_from_defects(piece_sets, kind
 @pytest.mark.parametrize("text", ["90", "180", "grain:8deg"])
 @pytest.mark.parametrize("effort", ["quick", "normal"])
 def test_every_effort_keeps_the_angles(piece_sets, text, effort):
-    pieces, turns = strips(piece_sets, 24, 2), parse_rotations(text)
+    pieces, rotations = strips(piece_sets, 24, 2), parse_rotations(text)
     # Turned as a caller may have them: angles are those of the pieces as given.
     pieces[::3] = [piece @ np.array([[0.0, 1.0], [-1.0, 0.0]]) for piece in pieces[::3]]
     for grain in (None, 30.0):
         sheet = SheetSize(200.0, 150.0, grain_deg=grain, defects=(DISC,))
-        layout = nest(pieces, [sheet], margin_mm=MARGIN, gap_mm=GAP, effort=effort, turns=turns)
-        require_kept(layout, pieces, sheet, turns)
+        layout = nest(
+            pieces, [sheet], margin_mm=MARGIN, gap_mm=GAP, effort=effort, rotations=rotations
+        )
+        require_kept(layout, pieces, sheet, rotations)
         if text == "grain:8deg" and effort == "normal":
             # The tolerance is used, not only allowed.
             aside = np.array([p.rotation_deg for p in layout.placements]) - (grain or 0.0)
@@ -99,7 +101,7 @@ def test_a_checker_of_layouts_objects_to_each_fault(piece_sets):
     x, y = first.apply(pieces[0]).mean(axis=0)
     knot = ((x - 30, y - 30), (x + 30, y - 30), (x + 30, y + 30), (x - 30, y + 30))
     assert "from a defect of sheet 1; the gap is 1.000 mm" in faults(defects=(knot,))
-    turned = " ".join(check_layout(replace(layout, turns=Turns(90.0)), pieces))
+    turned = " ".join(check_layout(replace(layout, rotations=Rotations(90.0)), pieces))
     assert "is turned" in turned
 
 
@@ -119,9 +121,9 @@ def test_grain_bars_a_piece_that_would_fit_across_it():
     sheet = SheetSize(100.0, 200.0)
     assert nest([bar], [sheet], margin_mm=4, gap_mm=1).placements
     with pytest.raises(CannotMakeError, match="on no sheet"):
-        nest([bar], [sheet], margin_mm=4, gap_mm=1, turns=parse_rotations("grain:5deg"))
+        nest([bar], [sheet], margin_mm=4, gap_mm=1, rotations=parse_rotations("grain:5deg"))
     upright = SheetSize(100.0, 200.0, grain_deg=90.0)
-    layout = nest([bar], [upright], margin_mm=4, gap_mm=1, turns=parse_rotations("180"))
+    layout = nest([bar], [upright], margin_mm=4, gap_mm=1, rotations=parse_rotations("180"))
     assert layout.placements[0].rotation_deg in (90.0, 270.0)
 
 
@@ -129,7 +131,7 @@ def test_the_usable_area_of_an_outline_is_what_the_margin_leaves():
     # A point of the area is usable for a dot if it is the gap from what is barred.
     rng = np.random.default_rng(0)
     for sheet in SHEETS.values():
-        area = area_of(sheet, MARGIN, GAP)
+        area = container_of(sheet, MARGIN, GAP)
         points = rng.uniform(0.0, 1.0, (4000, 2)) * np.array(area.size_mm)
         dots = shapely.points(points)
         usable = shapely.distance(dots, area.barred) >= GAP
@@ -148,7 +150,7 @@ def test_the_usable_area_of_an_outline_is_what_the_margin_leaves():
         assert np.array_equal(usable[~unsure], true[~unsure])
         assert unsure.mean() < 0.01
         assert not np.any(usable & ~true)  # never less than the margin
-        field, _ = barrier_of(area, GAP).distances(points)
+        field, _ = obstacle_field(area, GAP).distances(points)
         signed = shapely.distance(dots, area.barred)
         out = signed > 0.0
         assert np.abs(field - signed)[out].max() < 1.0

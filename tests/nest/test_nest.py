@@ -233,8 +233,8 @@ def test_stock_that_runs_out_says_what_is_left_and_what_is_missing():
 
 def test_efforts_divide_the_fan_of_fitting_angles():
     for name in ("quick", "normal", "best"):
-        assert 720 % effort_named(name).rotations == 0
-        assert effort_named(name).rotations % 4 == 0
+        assert 720 % effort_named(name).angles == 0
+        assert effort_named(name).angles % 4 == 0
 
 
 @pytest.mark.slow

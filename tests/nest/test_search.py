@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.nest.area import Area
+from fabweave.nest.container import Container
 from fabweave.nest.effort import effort_named
 from fabweave.nest.item_shape import shape_of
 from fabweave.nest.place.search import SheetPixels, grid_of, kernels_of
@@ -30,7 +30,7 @@ def filled(seed, area, gap, count=12):
     placed = []
     for number in range(count):
         shape = shape_of(strip(seed + number))[0]
-        kernels = kernels_of(shape, grid, effort.rotations)
+        kernels = kernels_of(shape, grid, effort.angles)
         spot = pixels.place(kernels, np.array([shape.length_mm, shape.width_mm]))
         if spot is not None:
             pixels.put(kernels, spot)
@@ -41,7 +41,7 @@ def filled(seed, area, gap, count=12):
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**6), st.floats(0.0, 8.0), st.floats(0.3, 3.0))
 def test_radii_prove_that_shapes_do_not_meet_and_keep_off_what_is_barred(seed, gap, pixel):
-    grid = grid_of(Area(SHEET), gap, pixel, 8.0)
+    grid = grid_of(Container(SHEET), gap, pixel, 8.0)
     rng = np.random.default_rng(seed)
     piece = rng.uniform(0.0, pixel, (50, 2))
     away = rng.uniform(0.0, 2.0 * np.pi, 50)
@@ -58,7 +58,7 @@ def test_radii_prove_that_shapes_do_not_meet_and_keep_off_what_is_barred(seed, g
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 1.0, 4.0]))
 def test_whatever_is_placed_keeps_the_gap_and_stays_on_the_sheet(seed, gap):
     knot = shapely.Point(70.0, 50.0).buffer(15.0)
-    placed = filled(seed, Area(SHEET, knot), gap)
+    placed = filled(seed, Container(SHEET, knot), gap)
     polygons = shapely.polygons([shapely.linearrings(one) for one in placed])
     assert len(placed) >= 3
     assert shapely.covers(shapely.box(-1e-9, -1e-9, *np.add(SHEET, 1e-9)), polygons).all()
@@ -72,10 +72,10 @@ def test_pieces_are_placed_at_the_gap_not_a_pixel_further():
     bar = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 9.3], [0.0, 9.3]])
     effort = effort_named("quick")
     # Five bars and the gaps between them, and one pixel more for all; pixels alone take one each.
-    grid = grid_of(Area((80.2, 5 * 9.3 + 4 * 2.0 + 2.0)), 2.0, effort.pixel_mm, 8.0)
+    grid = grid_of(Container((80.2, 5 * 9.3 + 4 * 2.0 + 2.0)), 2.0, effort.pixel_mm, 8.0)
     pixels = SheetPixels(grid, effort, workers=1)
     shape = shape_of(bar)[0]
-    kernels = kernels_of(shape, grid, effort.rotations)
+    kernels = kernels_of(shape, grid, effort.angles)
     size = np.array([80.0, 9.3])
     for _ in range(5):
         spot = pixels.place(kernels, size)
@@ -88,8 +88,8 @@ def test_pieces_are_placed_at_the_gap_not_a_pixel_further():
 def test_a_shape_that_fits_an_empty_sheet_exactly_has_its_place(effort):
     settings_ = effort_named(effort)
     bar = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 9.3], [0.0, 9.3]])
-    grid = grid_of(Area((80.0, 9.3)), 2.0, settings_.pixel_mm, 8.0)
+    grid = grid_of(Container((80.0, 9.3)), 2.0, settings_.pixel_mm, 8.0)
     shape = shape_of(bar)[0]
-    kernels = kernels_of(shape, grid, settings_.rotations)
+    kernels = kernels_of(shape, grid, settings_.angles)
     spot = SheetPixels(grid, settings_, workers=1).place(kernels, np.array([80.0, 9.3]))
     assert np.abs(spot.apply(shape.outline).min(axis=0)).max() < 1e-6

@@ -7,123 +7,121 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabweave.nest.item_shape import rotated, shape_of
-from fabweave.nest.separate.clearance_proof import missing_mm
-from fabweave.nest.separate.item_field import body_of
-from fabweave.nest.separate.overlap import crowd_of, distances, near_pairs, stand_at
-from fabweave.nest.separate.separation import settle
+from fabweave.nest.separate.clearance_proof import shortfall_mm
+from fabweave.nest.separate.item_field import item_field
+from fabweave.nest.separate.overlap import distances, item_arrays, near_samples, place_items
+from fabweave.nest.separate.separation import separate
 
 GAP = 2.0
 
 
-def bodies_of(seed, count, size=30.0):
+def random_items(seed, count, size=30.0):
     """Return stars and bars, with vertices at random distances from the middle."""
     rng = np.random.default_rng(seed)
-    found = []
+    items = []
     for _ in range(count):
         angle = np.linspace(0, 2 * math.pi, 9, endpoint=False)
         radius = size * rng.uniform(0.4, 1.0, 9)
         star = np.stack([radius * np.cos(angle), 0.5 * radius * np.sin(angle)], axis=1)
-        found.append(body_of(shape_of(star)[0], GAP))
-    return found
+        items.append(item_field(shape_of(star)[0], GAP))
+    return items
 
 
-def placed(bodies, poses):
+def polygons_of(items, poses):
     return [
-        shapely.polygons(rotated(body.outline, np.array([math.degrees(pose[2])]))[0] + pose[:2])
-        for body, pose in zip(bodies, poses, strict=True)
+        shapely.polygons(rotated(item.outline, np.array([math.degrees(pose[2])]))[0] + pose[:2])
+        for item, pose in zip(items, poses, strict=True)
     ]
 
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10**6), st.integers(2, 6))
-def test_field_is_the_distance_of_shapely_and_near_pairs_misses_nothing(seed, count):
+def test_field_is_the_distance_of_shapely_and_near_samples_misses_nothing(seed, count):
     rng = np.random.default_rng(seed)
-    bodies = bodies_of(seed, count)
+    items = random_items(seed, count)
     poses = np.column_stack([rng.uniform(0, 90, (count, 2)), rng.uniform(0, 7, count)])
-    crowd = crowd_of(bodies)
-    stand = stand_at(crowd, poses)
-    polygons = placed(bodies, poses)
+    arrays = item_arrays(items)
+    placed = place_items(arrays, poses)
+    polygons = polygons_of(items, poses)
     moving = rng.random(count) < 0.7
-    pairs = zip(*near_pairs(crowd, stand, 6.0, moving), strict=True)
-    near = {(int(sample), int(body)) for sample, body in pairs}
-    assert all(moving[body] or moving[crowd.owner[sample]] for sample, body in near)
+    pairs = zip(*near_samples(placed, 6.0, moving), strict=True)
+    near = {(int(sample), int(item)) for sample, item in pairs}
+    assert all(moving[item] or moving[arrays.owner[sample]] for sample, item in near)
     for number, polygon in enumerate(polygons):
-        inside = shapely.contains_xy(polygon, *stand.world.T)
-        points = shapely.points(stand.world)
+        inside = shapely.contains_xy(polygon, *placed.points.T)
+        points = shapely.points(placed.points)
         exact = np.where(inside, -1.0, 1.0) * shapely.distance(points, polygon.exterior)
-        found, gradient = distances(crowd, stand, stand.world, np.full(len(points), number))
-        close = (exact < 12.0) & (crowd.owner != number)
-        step = bodies[number].step_mm
-        assert np.abs(found - exact)[close & (exact > -4.0)].max(initial=0.0) < 0.5 * step
+        distance, gradient = distances(placed, placed.points, np.full(len(points), number))
+        close = (exact < 12.0) & (arrays.owner != number)
+        step = items[number].step_mm
+        assert np.abs(distance - exact)[close & (exact > -4.0)].max(initial=0.0) < 0.5 * step
         assert np.hypot(*gradient[close].T).max(initial=0.0) < 1.6
-        wanted = (exact < 6.0 - 0.5 * step) & (crowd.owner != number)
-        for sample in np.flatnonzero(wanted & (moving[number] | moving[crowd.owner])):
+        wanted = (exact < 6.0 - 0.5 * step) & (arrays.owner != number)
+        for sample in np.flatnonzero(wanted & (moving[number] | moving[arrays.owner])):
             assert (int(sample), number) in near
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 7))
-def test_settled_bodies_keep_the_gap_and_stay_inside(seed, count):
+def test_separated_items_keep_the_gap_and_stay_inside(seed, count):
     rng = np.random.default_rng(seed)
-    bodies = bodies_of(seed, count)
+    items = random_items(seed, count)
     poses = np.column_stack([rng.uniform(20, 160, (count, 2)), rng.uniform(0, 7, count)])
-    found = settle(crowd_of(bodies), poses, (180.0, 180.0), GAP, steps=200)
-    if found.ok:
+    separated = separate(item_arrays(items), poses, (180.0, 180.0), GAP, steps=200)
+    if separated is not None:
         # What the samples cannot see is small.
-        assert missing_mm(bodies, found.poses, (180.0, 180.0), GAP) < 0.5
+        assert shortfall_mm(items, separated, (180.0, 180.0), GAP) < 0.5
     else:
-        assert missing_mm(bodies, poses, (180.0, 180.0), GAP) > 0.0
+        assert shortfall_mm(items, poses, (180.0, 180.0), GAP) > 0.0
 
 
 def test_what_does_not_move_stays_and_the_others_make_room():
-    bar = body_of(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
+    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
     poses = np.array([[60.0, 40.0, 0.0], [60.0, 46.0, 0.0], [60.0, 70.0, 0.0]])
-    crowd, usable = crowd_of([bar] * 3), (120.0, 90.0)
+    arrays, usable = item_arrays([bar] * 3), (120.0, 90.0)
     for moving in ([True, False, False], [False, True, True]):
         chosen = np.array(moving)
-        found = settle(crowd, poses, usable, GAP, steps=60, moving=chosen)
-        assert found.ok
-        assert found.poses[~chosen] == pytest.approx(poses[~chosen], abs=0.0)
-        assert missing_mm([bar] * 3, found.poses, usable, GAP) < 0.05
+        separated = separate(arrays, poses, usable, GAP, steps=60, moving=chosen)
+        assert separated is not None
+        assert separated[~chosen] == pytest.approx(poses[~chosen], abs=0.0)
+        assert shortfall_mm([bar] * 3, separated, usable, GAP) < 0.05
     # All together it is what it was without being asked.
-    everyone = settle(crowd, poses, usable, GAP, steps=60, moving=np.ones(3, dtype=bool))
-    assert everyone.poses == pytest.approx(
-        settle(crowd, poses, usable, GAP, steps=60).poses, abs=0.0
-    )
+    everyone = separate(arrays, poses, usable, GAP, steps=60, moving=np.ones(3, dtype=bool))
+    assert everyone == pytest.approx(separate(arrays, poses, usable, GAP, steps=60), abs=0.0)
 
 
 def test_two_bars_that_overlap_part_by_the_least_motion():
-    bar = body_of(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
+    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
     poses = np.array([[50.0, 50.0, 0.0], [50.0, 55.0, 0.0]])
-    found = settle(crowd_of([bar, bar]), poses, (100.0, 100.0), GAP, steps=60)
-    assert found.ok
+    separated = separate(item_arrays([bar, bar]), poses, (100.0, 100.0), GAP, steps=60)
+    assert separated is not None
     # They are 8 mm high and 5 mm apart: each moves half of the 5 mm that are missing.
-    np.testing.assert_allclose(found.poses[:, 1], [47.5, 57.5], atol=0.1)
-    np.testing.assert_allclose(found.poses[:, 0], 50.0, atol=0.1)
-    np.testing.assert_allclose(found.poses[:, 2], 0.0, atol=0.01)
+    np.testing.assert_allclose(separated[:, 1], [47.5, 57.5], atol=0.1)
+    np.testing.assert_allclose(separated[:, 0], 50.0, atol=0.1)
+    np.testing.assert_allclose(separated[:, 2], 0.0, atol=0.01)
 
 
-def test_pull_takes_a_free_body_to_the_border():
-    bar = body_of(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
+def test_pull_takes_a_free_item_to_the_border():
+    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
     start = np.array([[50.0, 50.0, 0.0]])
-    found = settle(
-        crowd_of([bar]), start, (100.0, 100.0), GAP, steps=40, pull=(0.0, -3.0), pulls=25
+    separated = separate(
+        item_arrays([bar]), start, (100.0, 100.0), GAP, steps=40, pull_mm=(0.0, -3.0), pulls=25
     )
-    assert found.ok
-    assert found.poses[0, 1] == pytest.approx(4.0, abs=0.1)
+    assert separated is not None
+    assert separated[0, 1] == pytest.approx(4.0, abs=0.1)
 
 
-def test_too_many_bodies_are_given_up():
-    bodies = bodies_of(1, 9)
+def test_too_many_items_are_given_up():
+    items = random_items(1, 9)
     poses = np.tile([30.0, 30.0, 0.0], (9, 1)) + np.arange(9)[:, None]
-    assert not settle(crowd_of(bodies), poses, (60.0, 60.0), GAP, steps=60).ok
+    assert separate(item_arrays(items), poses, (60.0, 60.0), GAP, steps=60) is None
 
 
 def test_missing_tells_overlap_gap_and_border_apart():
-    bar = body_of(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
+    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
 
     def missing(*poses):
-        return missing_mm([bar] * len(poses), np.array(poses), (100.0, 100.0), GAP)
+        return shortfall_mm([bar] * len(poses), np.array(poses), (100.0, 100.0), GAP)
 
     assert missing([50.0, 50.0, 0.0]) == pytest.approx(-30.0)
     assert missing([50.0, 3.0, 0.0]) == pytest.approx(1.0)

@@ -8,10 +8,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.nest.area import Area
+from fabweave.nest.container import Container
 from fabweave.nest.item_shape import Spot, rotated
-from fabweave.nest.place.slide import Standing, slid
-from fabweave.stock.rotations import Turns
+from fabweave.nest.place.slide import PlacedOutlines, slide
+from fabweave.stock.rotations import Rotations
 
 BAR = np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 8.0], [0.0, 8.0]])
 GAP = 2.0
@@ -21,11 +21,11 @@ def at(outline, x, y):
     return outline + np.array([x, y])
 
 
-def standing_with(*outlines, area=None, gap=GAP):
-    standing = Standing(area or Area((200.0, 120.0)), gap)
+def placed_with(*outlines, container=None, gap=GAP):
+    placed = PlacedOutlines(container or Container((200.0, 120.0)), gap)
     for outline in outlines:
-        standing.add(outline)
-    return standing
+        placed.add(outline)
+    return placed
 
 
 def crescent(seed):
@@ -43,7 +43,7 @@ def apart(one, other):
 
 def test_a_slanted_bar_comes_to_lie_along_another_at_the_gap():
     below = at(BAR, 20.0, 20.0)
-    spot = slid(Spot(2.0, 21.0, 31.0), BAR, standing_with(below))
+    spot = slide(Spot(2.0, 21.0, 31.0), BAR, placed_with(below))
     placed = spot.apply(BAR)
     assert abs(spot.angle_deg) < 0.02
     assert apart(placed, below) == pytest.approx(GAP, abs=0.01)
@@ -51,7 +51,7 @@ def test_a_slanted_bar_comes_to_lie_along_another_at_the_gap():
 
 
 def test_a_bar_in_a_corner_ends_at_the_border():
-    spot = slid(Spot(0.5, 1.5, 1.2), BAR, standing_with())
+    spot = slide(Spot(0.5, 1.5, 1.2), BAR, placed_with())
     placed = spot.apply(BAR)
     assert (placed.min(axis=0) >= 0.0).all()
     assert (placed.min(axis=0) < 0.01).all()
@@ -61,41 +61,44 @@ def test_a_bar_in_a_corner_ends_at_the_border():
 def test_a_piece_that_stands_too_near_makes_room():
     below = at(BAR, 20.0, 20.0)
     start = Spot(0.0, 20.0, 28.5)
-    assert not standing_with(below).has_room(start.apply(BAR))
-    spot = slid(start, BAR, standing_with(below))
+    assert not placed_with(below).has_room(start.apply(BAR))
+    spot = slide(start, BAR, placed_with(below))
     assert GAP <= apart(spot.apply(BAR), below) < GAP + 0.01
 
 
 def test_where_a_slot_is_too_narrow_there_is_no_room():
-    around = standing_with(at(BAR, 20.0, 20.0), at(BAR, 20.0, 20.0 + 8.0 + 11.8))
-    assert slid(Spot(0.0, 20.0, 20.0 + 8.0 + 1.9), BAR, around) is None
-    wider = standing_with(at(BAR, 20.0, 20.0), at(BAR, 20.0, 20.0 + 8.0 + 12.1))
-    assert slid(Spot(0.0, 20.0, 20.0 + 8.0 + 1.9), BAR, wider) is not None
+    around = placed_with(at(BAR, 20.0, 20.0), at(BAR, 20.0, 20.0 + 8.0 + 11.8))
+    assert slide(Spot(0.0, 20.0, 20.0 + 8.0 + 1.9), BAR, around) is None
+    wider = placed_with(at(BAR, 20.0, 20.0), at(BAR, 20.0, 20.0 + 8.0 + 12.1))
+    assert slide(Spot(0.0, 20.0, 20.0 + 8.0 + 1.9), BAR, wider) is not None
 
 
 def test_a_piece_that_fits_its_sheet_exactly_stays():
-    area = Area((60.0, 8.0))
-    assert slid(Spot(0.0, 0.0, 0.0), BAR, standing_with(area=area)) == Spot(0.0, 0.0, 0.0)
+    container = Container((60.0, 8.0))
+    assert slide(Spot(0.0, 0.0, 0.0), BAR, placed_with(container=container)) == Spot(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("turns", "most"), [(Turns(90.0), 0.0), (Turns(180.0, 1.0), 1.0), (Turns(180.0, 5.0), 3.0)]
+    ("rotations", "most"),
+    [(Rotations(90.0), 0.0), (Rotations(180.0, 1.0), 1.0), (Rotations(180.0, 5.0), 3.0)],
 )
-def test_a_rule_for_turns_holds(turns, most):
+def test_a_rule_for_rotations_holds(rotations, most):
     slanted = at(rotated(BAR, np.array([3.0]))[0], 20.0, 20.0)
-    spot = slid(
-        Spot(0.0, 19.0, 32.5), BAR, standing_with(slanted, area=Area((200, 120), None, turns))
+    spot = slide(
+        Spot(0.0, 19.0, 32.5),
+        BAR,
+        placed_with(slanted, container=Container((200, 120), None, rotations)),
     )
-    assert float(turns.off_deg(np.array([spot.angle_deg]))[0]) < 1e-9
+    assert float(rotations.off_deg(np.array([spot.angle_deg]))[0]) < 1e-9
     assert spot.angle_deg == pytest.approx(most, abs=0.05)
 
 
 def test_what_is_barred_is_kept_the_gap_from():
     knot = shapely.Point(60.0, 60.0).buffer(20.0).difference(shapely.Point(60.0, 60.0).buffer(5.0))
-    standing = standing_with(area=Area((200.0, 120.0), knot))
-    spot = slid(Spot(0.0, 30.0, 83.5), BAR, standing)
+    placed = placed_with(container=Container((200.0, 120.0), knot))
+    spot = slide(Spot(0.0, 30.0, 83.5), BAR, placed)
     assert GAP <= shapely.distance(shapely.polygons(spot.apply(BAR)), knot) < GAP + 0.01
-    assert not standing.has_room(at(BAR, 30.0, 81.5))
+    assert not placed.has_room(at(BAR, 30.0, 81.5))
 
 
 @pytest.mark.parametrize(
@@ -109,39 +112,39 @@ def test_what_is_barred_is_kept_the_gap_from():
     ],
 )
 def test_has_room_objects(outline):
-    standing = standing_with(at(BAR, 20.0, 20.0))
-    assert standing.has_room(at(BAR, 20.0, 30.0))
-    assert not standing.has_room(outline)
+    placed = placed_with(at(BAR, 20.0, 20.0))
+    assert placed.has_room(at(BAR, 20.0, 30.0))
+    assert not placed.has_room(outline)
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 2.0, 6.0]))
 def test_no_slide_breaks_the_gap_or_goes_far(seed, gap):
     rng = np.random.default_rng(seed)
-    area = Area((160.0, 120.0))
-    standing = Standing(area, gap)
-    placed = []
+    container = Container((160.0, 120.0))
+    placed = PlacedOutlines(container, gap)
+    outlines = []
     for number in range(12):
         outline = crescent(seed + number)
         outline -= outline.min(axis=0)
         start = Spot(float(rng.uniform(0, 360)), *rng.uniform(0, 150, 2).tolist())
-        meets = any(apart(start.apply(outline), other) == 0.0 for other in placed)
+        meets = any(apart(start.apply(outline), other) == 0.0 for other in outlines)
         if meets:
             continue
-        spot = slid(start, outline, standing)
+        spot = slide(start, outline, placed)
         if spot is None:
             continue
         there = spot.apply(outline)
         moved = np.hypot(*(there - start.apply(outline)).T).max()
         assert moved < 8.1
         assert there.min() >= -1e-9
-        assert (there.max(axis=0) <= np.array(area.size_mm) + 1e-9).all()
-        assert all(apart(there, other) >= gap - 1e-9 for other in placed)
+        assert (there.max(axis=0) <= np.array(container.size_mm) + 1e-9).all()
+        assert all(apart(there, other) >= gap - 1e-9 for other in outlines)
         assert all(
-            shapely.disjoint(shapely.polygons(there), shapely.polygons(other)) for other in placed
+            shapely.disjoint(shapely.polygons(there), shapely.polygons(other)) for other in outlines
         )
-        standing.add(there)
-        placed.append(there)
+        placed.add(there)
+        outlines.append(there)
 
 
 def test_an_arc_nests_into_a_congruent_one():
@@ -151,9 +154,8 @@ def test_an_arc_nests_into_a_congruent_one():
     middle = (np.arctan2(*arc[0][::-1]) + np.arctan2(*arc[23][::-1])) / 2.0
     away = (thick + GAP + 1.5) * np.array([math.cos(middle), math.sin(middle)])
     start = Spot(1.0, *(away + 0.2).tolist())
-    standing = standing_with(one)
-    placed = slid(start, one, standing).apply(one)
-    assert GAP <= apart(placed, one) < GAP + 0.02
+    moved = slide(start, one, placed_with(one)).apply(one)
+    assert GAP <= apart(moved, one) < GAP + 0.02
     # The inner side of one is bent more than the outer side of the other: they meet at both ends.
-    near = shapely.polygons(placed).buffer(GAP + 0.05).intersection(shapely.polygons(one))
+    near = shapely.polygons(moved).buffer(GAP + 0.05).intersection(shapely.polygons(one))
     assert shapely.length(shapely.minimum_rotated_rectangle(near)) > 2 * 50.0

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.nest.area import Area, clear_rectangle
+from fabweave.nest.container import Container, clear_rectangle
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
@@ -81,7 +81,7 @@ def test_a_piece_too_large_is_told_what_would_take_it():
     assert nested([bar(500, 20.4)], [SheetSize(510, 31)]).placements
     assert nested([bar(290, 20.4)], [SheetSize(300, 200)]).placements
     with pytest.raises(CannotMakeError, match="--rotations free"):
-        nested([bar(180, 20)], [SheetSize(100, 200)], turns=parse_rotations("180"))
+        nested([bar(180, 20)], [SheetSize(100, 200)], rotations=parse_rotations("180"))
 
 
 def brute(size, barred, step=10):
@@ -110,7 +110,7 @@ def test_the_largest_rectangle_is_free_and_as_large_as_any_on_a_grid(seed):
 def test_what_fits_the_clear_rectangle_can_be_nested_there():
     knot = ((90.0, 60.0), (110.0, 60.0), (110.0, 80.0), (90.0, 80.0))
     sheet = SheetSize(220, 160, defects=(knot,))
-    area = Area((210.0, 150.0), shapely.box(85.0, 55.0, 105.0, 75.0))
+    area = Container((210.0, 150.0), shapely.box(85.0, 55.0, 105.0, 75.0))
     wide, high = clear_rectangle(area, 2.0)
     assert wide > 80.0
     assert nested([bar(wide, high)], [sheet]).placements

@@ -1,4 +1,4 @@
-"""Place pieces greedily: the sheets are filled one after another, largest pieces first."""
+"""Place pieces greedily: sheets are filled one after another, largest pieces first."""
 
 import numpy as np
 
@@ -7,13 +7,14 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Placement
 from fabweave.nest.next_sheet import next_sheet
-from fabweave.nest.place.fill import NestingJob, Plan, filled_sheet
-from fabweave.nest.refusal import run_out, too_large
+from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet
+from fabweave.nest.refusal import out_of_sheets_message, too_large_message
 
-_JITTER = 0.05  # how much a seed may change the length by which pieces are ordered
+#: How much a seed may change the length by which pieces are ordered, as a share.
+_JITTER = 0.05
 
 
-def greedy(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan:
+def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan:
     """Place pieces, sheet after sheet, and never move one again.
 
     Parameters
@@ -32,24 +33,23 @@ def greedy(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan
     """
     queue = _ordered(job, seed)
     placements: dict[int, Placement] = {}
-    used: list[int] = []
+    sheets: list[int] = []
     while queue:
-        choice = next_sheet(job, queue, used)
-        if choice is None:
+        number = next_sheet(job, queue, sheets)
+        if number is None:
             break
-        placed = filled_sheet(job, queue, choice, len(used))
-        placements.update(placed)
-        queue = [piece for piece in queue if piece not in placed]
-        used.append(choice)
-        plan = Plan(tuple(used), placements)
-        progress(stage(job, plan, len(used)), len(placements), len(job.poses))
-    return Plan(tuple(used), placements)
+        placements.update(fill_sheet(job, queue, number, len(sheets)))
+        queue = [piece for piece in queue if piece not in placements]
+        sheets.append(number)
+        plan = Plan(tuple(sheets), placements)
+        progress(progress_text(job, plan, len(sheets)), len(placements), len(job.poses))
+    return Plan(tuple(sheets), placements)
 
 
-def stage(job: NestingJob, plan: Plan, count: int) -> str:
+def progress_text(job: NestingJob, plan: Plan, count: int) -> str:
     """Say how many sheets there are, and how much of them is used."""
-    whole = sum(job.sheets[k].area_mm2 for k in plan.used)
-    share = sum(plan.areas(job)) / whole if whole else 0.0
+    sheets_mm2 = sum(job.stock[number].area_mm2 for number in plan.sheets)
+    share = sum(plan.areas_mm2(job)) / sheets_mm2 if sheets_mm2 else 0.0
     return f"nesting: {agree(count, '{n} sheet[|s]')}, {share:.0%} used"
 
 
@@ -75,11 +75,11 @@ def require_fitting(job: NestingJob) -> None:
     fitting = job.fits.sum(axis=1)
     stranded = [piece for piece, pose in enumerate(job.poses) if fitting[pose.shape] == 0]
     if stranded:
-        raise CannotMakeError(too_large(job, stranded))
+        raise CannotMakeError(too_large_message(job, stranded))
 
 
 def require_all(job: NestingJob, plan: Plan) -> None:
     """Raise CannotMakeError if the sheets ran out before every piece had a place."""
     queue = [piece for piece in _ordered(job, 0) if piece not in plan.placements]
     if queue:
-        raise CannotMakeError(run_out(job, queue, plan.used))
+        raise CannotMakeError(out_of_sheets_message(job, queue, plan.sheets))

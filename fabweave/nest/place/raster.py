@@ -11,7 +11,8 @@ import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray
 
-_ARC_STEPS = 16  # chords in a quarter circle of a buffered corner
+#: Chords in a quarter circle of a buffered corner.
+_ARC_STEPS = 16
 
 
 def closed_sides(outline: FloatArray) -> FloatArray:
@@ -62,8 +63,7 @@ def region_sides(region: shapely.Geometry, radius_mm: float) -> FloatArray:
     # The corners of a buffer are chords of arcs, and GEOS rounds their number, so that a chord
     # may span up to one and a half steps; the factor puts every chord outside its arc.
     reach = radius_mm / math.cos(1.5 * math.pi / (4.0 * _ARC_STEPS))
-    body = shapely.buffer(region, reach, quad_segs=_ARC_STEPS)
-    return ring_sides(body)
+    return ring_sides(shapely.buffer(region, reach, quad_segs=_ARC_STEPS))
 
 
 def ring_sides(region: shapely.Geometry) -> FloatArray:

@@ -8,8 +8,10 @@ import shapely
 from fabweave.core.arrays import BoolArray, FloatArray, frozen
 from fabweave.nest.place.raster import filled_pixels, region_sides
 
+#: Pixels of the larger rectangle, about.
 _MOST_CELLS = 40_000
-_INSET_MM = 1e-6  # what touches does not bar
+#: What touches a side by less, millimetres, does not bar it.
+_INSET_MM = 1e-6
 
 
 def largest_rectangle(
@@ -79,14 +81,13 @@ def _grown(corners: FloatArray, whole: FloatArray, barred: shapely.Geometry) -> 
     for axis in (0, 1):
         for end in (0, 1):
             reach = result.copy()
-            # What lies beside this side, but for what only touches its ends.
+            # The strip beside this side, but for what only touches its ends.
             reach[1 - end, axis], reach[end, axis] = result[end, axis], whole[end, axis]
             reach[0, 1 - axis] += _INSET_MM
             reach[1, 1 - axis] -= _INSET_MM
             met = shapely.intersection(barred, shapely.box(*reach.ravel()))
-            found = whole[end, axis]
+            result[end, axis] = whole[end, axis]
             if not met.is_empty:
                 low, high = np.reshape(met.bounds, (2, 2))[:, axis]
-                found = high if end == 0 else low
-            result[end, axis] = found
+                result[end, axis] = high if end == 0 else low
     return result

@@ -17,23 +17,29 @@ import scipy.fft
 from scipy.ndimage import distance_transform_edt
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.nest.area import Area
+from fabweave.nest.container import Container
 from fabweave.nest.effort import Effort
-from fabweave.nest.item_shape import Shape, Spot, fitting_angles, rotated
+from fabweave.nest.item_shape import ItemShape, Spot, fitting_angles, rotated
 from fabweave.nest.place.raster import (
     filled_pixels,
     inflated_sides,
     region_sides,
 )
-from fabweave.nest.place.slide import Standing, slid
+from fabweave.nest.place.slide import PlacedOutlines, slide
 
-_SLACK_MM = 1e-4  # congruent pieces and floating-point rotations differ by less
-#: How much more contact a position at the far end of the sheet must have.
-PULL = 0.1
-_SLIDES = 4  # of a tile's best positions: how many are tried
-_CACHED = 250_000  # numbers that are transformed together, about: what a cache holds
-_LEAST_TILE = 48  # positions on a side of the smallest tiles
-_LARGEST_TILE = 0.3  # tiles larger than this share of the sheet do not pay: it is searched whole
+#: Congruent pieces and floating-point rotations differ by less, millimetres.
+_SLACK_MM = 1e-4
+#: How much more contact a position at the right end of the sheet must have, as a share of a shape's
+#: rim; and how much of that counts towards its upper end.
+PULL, _UPWARD = 0.1, 0.1
+#: Of a tile's best positions, how many are tried.
+_SLIDES = 4
+#: Numbers that are transformed together, about: what a processor's cache holds.
+_CACHED = 250_000
+#: Positions on a side of the smallest tiles.
+_LEAST_TILE = 48
+#: Tiles larger than this share of the sheet do not pay: it is searched whole.
+_LARGEST_TILE = 0.3
 
 _Spectrum = npt.NDArray[np.complex64]
 _Cells = npt.NDArray[np.float32]
@@ -44,7 +50,7 @@ class Kernels:
     """The pixels of one shape at each of R angles.
 
     ``pixels`` are (R, h, w); ``corners`` (R, 2) is the least corner of the rotated outline, which
-    stands at pixel (pad, pad); ``sizes`` (R, 2) is its width and height; ``sides`` (E, 2, 2) are
+    is at pixel (pad, pad); ``sizes`` (R, 2) is its width and height; ``sides`` (E, 2, 2) are
     those of the outline as pixels see it, inflated.
     """
 
@@ -72,7 +78,7 @@ class Grid:
     reaches: a position is the better, the more of its pixels are in one.
     """
 
-    area: Area
+    container: Container
     gap_mm: float
     pixel_mm: float
     radius_mm: float
@@ -83,7 +89,7 @@ class Grid:
     @property
     def usable_mm(self) -> tuple[float, float]:
         """Width and height of the usable area."""
-        return self.area.size_mm
+        return self.container.size_mm
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -95,12 +101,12 @@ class Grid:
         )
 
 
-def grid_of(area: Area, gap_mm: float, pixel_mm: float, near_mm: float) -> Grid:
+def grid_of(container: Container, gap_mm: float, pixel_mm: float, near_mm: float) -> Grid:
     """Return the grid of a sheet for a gap; what is nearer than ``near_mm`` counts as contact.
 
     Examples
     --------
-    >>> grid_of(Area((580.0, 380.0)), 3.0, 2.0, 20.0).shape
+    >>> grid_of(Container((580.0, 380.0)), 3.0, 2.0, 20.0).shape
     (196, 300)
     """
     # Half the gap, so that no position is lost that has it; more, where shapes would meet else.
@@ -110,12 +116,12 @@ def grid_of(area: Area, gap_mm: float, pixel_mm: float, near_mm: float) -> Grid:
     barred = gap_mm + math.sqrt(2.0) * pixel_mm - radius + 2.0 * _SLACK_MM
     pad = int(np.ceil(radius / pixel_mm)) + 1
     near = max(1, round(near_mm / pixel_mm))
-    return Grid(area, gap_mm, pixel_mm, radius, barred, pad, near)
+    return Grid(container, gap_mm, pixel_mm, radius, barred, pad, near)
 
 
-def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
+def kernels_of(shape: ItemShape, grid: Grid, count: int) -> Kernels:
     """Return the pixels of a shape at every angle at which it fits the grid's usable area."""
-    angles = fitting_angles(shape, grid.usable_mm, rotations, grid.area.turns)
+    angles = fitting_angles(shape, grid.usable_mm, count, grid.container.rotations)
     outlines = rotated(shape.outline, angles)
     corners = outlines.min(axis=1)
     sizes = outlines.max(axis=1) - corners
@@ -131,7 +137,7 @@ def kernels_of(shape: Shape, grid: Grid, rotations: int) -> Kernels:
 
 
 @frozen_value
-class _Waves:
+class _Spectra:
     """Kernels at all angles, transformed for patches of one size."""
 
     shape: tuple[int, int]
@@ -149,8 +155,7 @@ class _Tile:
 class _Tiling:
     """The positions of a sheet in square tiles, from left to right, with what failed in each.
 
-    Part of a search's state: pieces that found no room in a tile are remembered there, as are
-    tiles that are full.
+    Part of a search's state: it remembers the sizes for which there is no room in a tile.
     """
 
     def __init__(self, shape: tuple[int, int], side: int) -> None:
@@ -170,12 +175,12 @@ class _Tiling:
                 yield number
 
     def close(self, number: int, size: FloatArray) -> None:
-        """Remember that a piece of this size has no room in a tile."""
+        """Remember that there is no room for a piece of this size in a tile."""
         self._failed[number] = np.concatenate((self._failed[number], size[None]))
 
 
 class SheetPixels:
-    """The occupied pixels of one sheet, and the outlines that stand there.
+    """The occupied pixels of one sheet, and the outlines that are placed there.
 
     The state of a search, not a value: it changes as pieces are put down.
     """
@@ -192,13 +197,13 @@ class SheetPixels:
         inner = np.s_[grid.near : rows - grid.near, grid.near : columns - grid.near]
         self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns][inner] = 0.0
         self._tilings: dict[int, _Tiling] = {}
-        self._standing = Standing(grid.area, grid.gap_mm)
-        if grid.area.barred is not None:
-            self._occupy(region_sides(grid.area.barred, grid.barred_mm))
+        self._placed = PlacedOutlines(grid.container, grid.gap_mm)
+        if grid.container.barred is not None:
+            self._occupy(region_sides(grid.container.barred, grid.barred_mm))
 
     def put(self, kernels: Kernels, spot: Spot) -> None:
         """Put a shape down."""
-        self._standing.add(spot.apply(kernels.outline))
+        self._placed.add(spot.apply(kernels.outline))
         self._occupy(spot.apply(kernels.sides))
 
     def _occupy(self, sides: FloatArray) -> None:
@@ -219,11 +224,11 @@ class SheetPixels:
         self._touched[here][distance_transform_edt(~inside) <= self.grid.near] = 1.0
 
     def place(self, kernels: Kernels, size: FloatArray) -> Spot | None:
-        """Return where a shape stands with much contact and the gap, or None if nowhere.
+        """Return a spot with much contact, where a shape keeps the gap; None if there is none.
 
         The sheet is searched tile by tile from the left, up to the first that has room. Tiles where
-        a piece of nearly this size (length and width) has failed before are passed over. What the
-        pixels have found is slid to where it is exact.
+        a piece of nearly this size (length and width) has failed before are passed over. Positions
+        of pixels are slid to where they are exact.
         """
         tiling = self._tiling(kernels)
         steps = np.floor(
@@ -231,7 +236,7 @@ class SheetPixels:
         )
         last = np.maximum(steps.astype(np.int64), 0)
         least = int(kernels.pixels.sum(axis=(1, 2)).min())
-        waves: _Waves | None = None
+        spectra: _Spectra | None = None
         for number in tiling.open_to(size, self.effort.same_size):
             tile = tiling.tiles[number]
             if tile.row > last[:, 1].max() or tile.column > last[:, 0].max():
@@ -244,9 +249,9 @@ class SheetPixels:
             patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
             occupied = self._occupied[patch]
             if occupied.size - int(occupied.sum()) >= least:
-                waves = waves or self._waves(kernels, shape)
-                for found in self._free_in(kernels, waves, tile, tiling.side, last)[:_SLIDES]:
-                    spot = slid(found, kernels.outline, self._standing)
+                spectra = spectra or self._spectra(kernels, shape)
+                for free in self._free_spots(kernels, spectra, tile, tiling.side, last)[:_SLIDES]:
+                    spot = slide(free, kernels.outline, self._placed)
                     if spot is not None:
                         return spot
             tiling.close(number, size)
@@ -262,45 +267,47 @@ class SheetPixels:
             self._tilings[side] = _Tiling(self.grid.shape, side)
         return self._tilings[side]
 
-    def _waves(self, kernels: Kernels, shape: tuple[int, int]) -> _Waves:
+    def _spectra(self, kernels: Kernels, shape: tuple[int, int]) -> _Spectra:
         """Transform kernels for correlation with patches of at least this shape."""
         fast = (
             int(scipy.fft.next_fast_len(shape[0], real=False)),
             int(scipy.fft.next_fast_len(shape[1], real=True)),
         )
-        return _Waves(fast, self._transform(kernels.pixels, fast))
+        return _Spectra(fast, self._transform(kernels.pixels, fast))
 
     def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
         """Return conjugate spectra of kernels; rows of zeros are not transformed."""
         result = np.empty((len(pixels), shape[0], shape[1] // 2 + 1), dtype=np.complex64)
-        for some in _few(len(pixels), shape[0] * shape[1]):
+        for some in _cached_slices(len(pixels), shape[0] * shape[1]):
             rows = pixels[some].astype(np.float32)
-            wave = scipy.fft.rfft(rows, n=shape[1], axis=2, workers=self.workers)
-            wave = scipy.fft.fft(wave, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
-            np.conj(wave, out=result[some])
+            half = scipy.fft.rfft(rows, n=shape[1], axis=2, workers=self.workers)
+            whole = scipy.fft.fft(half, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
+            np.conj(whole, out=result[some])
         return result
 
-    def _free_in(
-        self, kernels: Kernels, waves: _Waves, tile: _Tile, side: int, last: IntArray
+    def _free_spots(
+        self, kernels: Kernels, spectra: _Spectra, tile: _Tile, side: int, last: IntArray
     ) -> list[Spot]:
-        """Return a tile's free position with the most contact at each angle, the best first."""
+        """Return a tile's free spot with the most contact at each angle, the best first."""
         rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
         columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
         extent = (len(rows), len(columns))
-        free = self._correlation(self._occupied, waves.pixels, tile, waves.shape, extent) < 0.5
+        free = self._correlation(self._occupied, spectra.pixels, tile, spectra.shape, extent) < 0.5
         free &= rows[None, :, None] <= last[:, 1][:, None, None]
         free &= columns[None, None, :] <= last[:, 0][:, None, None]
         able = np.flatnonzero(free.any(axis=(1, 2)))
         if len(able) == 0:
             return []
-        score = self._correlation(self._touched, waves.pixels[able], tile, waves.shape, extent)
+        score = self._correlation(self._touched, spectra.pixels[able], tile, spectra.shape, extent)
         np.rint(score, out=score)
         score /= np.float32(kernels.rim)
         # How far to the right its far side comes, as a share of the sheet; less so upwards.
         right = columns * self.grid.pixel_mm + kernels.sizes[able, 0][:, None]
         up = rows * self.grid.pixel_mm
         score -= (self.pull * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
-        score -= (0.1 * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[None, :, None]
+        score -= (_UPWARD * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[
+            None, :, None
+        ]
         score = np.where(free[able], score, np.float32(-np.inf))
         flat = score.reshape(len(able), -1)
         where = np.argmax(flat, axis=1)
@@ -313,24 +320,25 @@ class SheetPixels:
     def _correlation(
         self,
         cells: _Cells,
-        waves: _Spectrum,
+        spectra: _Spectrum,
         tile: _Tile,
         shape: tuple[int, int],
         extent: tuple[int, int],
     ) -> _Cells:
         """Correlate the patch at a tile with kernels, for the positions of the tile."""
         patch = cells[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
-        own = scipy.fft.rfft2(patch, s=shape, workers=self.workers)
-        result = np.empty((len(waves), *extent), dtype=np.float32)
-        for some in _few(len(waves), shape[0] * shape[1]):
-            wave = scipy.fft.ifft(own * waves[some], axis=1, overwrite_x=True, workers=self.workers)
-            wave = wave[:, : extent[0]]
-            whole = scipy.fft.irfft(wave, n=shape[1], axis=2, workers=self.workers)
+        patch_spectrum = scipy.fft.rfft2(patch, s=shape, workers=self.workers)
+        result = np.empty((len(spectra), *extent), dtype=np.float32)
+        for some in _cached_slices(len(spectra), shape[0] * shape[1]):
+            product = patch_spectrum * spectra[some]
+            rows = scipy.fft.ifft(product, axis=1, overwrite_x=True, workers=self.workers)
+            rows = rows[:, : extent[0]]
+            whole = scipy.fft.irfft(rows, n=shape[1], axis=2, workers=self.workers)
             result[some] = whole[:, :, : extent[1]]
         return result
 
 
-def _few(count: int, each: int) -> list[slice]:
+def _cached_slices(count: int, each: int) -> list[slice]:
     """Return slices of a few transforms of so many numbers: they stay in a processor's cache."""
-    few = max(2, _CACHED // each)
-    return [slice(begin, begin + few) for begin in range(0, count, few)]
+    step = max(2, _CACHED // each)
+    return [slice(begin, begin + step) for begin in range(0, count, step)]

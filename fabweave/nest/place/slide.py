@@ -1,10 +1,10 @@
-"""Slide a piece against what stands on a sheet, exactly: pixels leave a little room around it.
+"""Slide a piece against those on a sheet, exactly: pixels leave a little room around it.
 
 The least distance of two polygons that do not meet is that of a corner of one from a side of the
 other. So a small motion of a piece keeps the gap if all such pairs near it keep it, and to first
 order each pair is one linear inequality in three unknowns, a shift and a turn. A step goes as far
-as these inequalities let it towards what stands near, and to the left; what it comes to is
-measured again, so that what is kept is exact.
+as these inequalities let it towards what is near, and to the left; where it comes to is measured
+again, so that what is kept is exact.
 """
 
 import math
@@ -15,23 +15,30 @@ import shapely
 from scipy.optimize import nnls
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
-from fabweave.nest.area import Area
+from fabweave.nest.container import Container
 from fabweave.nest.item_shape import Spot
 from fabweave.nest.place.raster import closed_sides, ring_sides
 
-_SPARE_MM = 0.005  # aimed at beyond the gap: what is not linear takes of it
-_NEAR_MM = 4.0  # beyond the gap: what is nearer draws the piece to it
-_STEP_MM = 1.5  # how far a step moves the centre, or turns the farthest point, at most
-_FAR_MM = 4.0  # all steps together
-_STEPS = 6
-_DONE_MM = 0.02  # a step that gains less is the last
-_LEFT = 0.1  # of how much being near draws: how much the left does
-_DOWN = 0.01
-_REACHED = 1.5  # steps: what is nearer limits one
-_NOTHING = 1e-12
-_PROOF_MM = 1e-9
-_SWINGS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
-_GRAIN = 65536.0  # motions are rounded to this fraction, so that no last bit is carried on
+#: Aimed at beyond the gap, millimetres: what is not linear takes of it.
+_SPARE_MM = 0.005
+#: What is nearer than the gap and this, millimetres, draws the outline to it.
+_NEAR_MM = 4.0
+#: How far a step moves the centre, or turns the farthest point, at most, and how many there are;
+_STEP_MM, _STEPS = 1.5, 6
+#: how far all steps together move it; a step that gains less is the last.
+_FAR_MM, _DONE_MM = 4.0, 0.02
+#: How strongly an outline is drawn to the left and down, as a share of what being near does.
+_LEFT, _DOWN = 0.1, 0.01
+#: What is nearer than so many steps limits a step.
+_REACHED = 1.5
+#: Lengths that are none, and what a proof forgives, millimetres.
+_NOTHING, _PROOF_MM = 1e-12, 1e-9
+#: Least lengths to divide by, millimetres, and mm².
+_LEAST_MM, _LEAST_MM2 = 1e-9, 1e-18
+#: Rows of the two limits of a turn.
+_TURN_LIMITS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+#: Motions are rounded to this fraction of a millimetre, so that no last bit is carried on.
+_GRAIN = 65536.0
 
 
 @frozen_value
@@ -60,7 +67,7 @@ def _sides(ends: FloatArray) -> _Sides:
     return _Sides(ends[:, 0], along, weight, ends.min(axis=1), ends.max(axis=1))
 
 
-def _joined(parts: Sequence[_Sides]) -> _Sides:
+def _concatenated(parts: Sequence[_Sides]) -> _Sides:
     """Return the sides of all parts."""
     if not parts:
         return _sides(np.empty((0, 2, 2)))
@@ -71,17 +78,17 @@ def _joined(parts: Sequence[_Sides]) -> _Sides:
     return _Sides(start, along, weight, low, high)
 
 
-class Standing:
-    """The outlines that stand on a sheet: a search's state, which grows as pieces are put down."""
+class PlacedOutlines:
+    """The outlines on a sheet: a search's state, which grows as pieces are put down."""
 
-    def __init__(self, area: Area, gap_mm: float) -> None:
+    def __init__(self, container: Container, gap_mm: float) -> None:
         """Start with what is barred."""
-        self.area = area
+        self.container = container
         self.gap_mm = gap_mm
         self._rings: list[_Sides] = []
         self._geometries: list[shapely.Geometry] = []
         self._low, self._high = np.empty((0, 2)), np.empty((0, 2))
-        for ring in shapely.get_rings(shapely.get_parts(area.barred)):
+        for ring in shapely.get_rings(shapely.get_parts(container.barred)):
             self._add(ring_sides(shapely.Polygon(ring)), ring)
 
     def add(self, outline: FloatArray) -> None:
@@ -97,15 +104,16 @@ class Standing:
 
     def near(self, low: FloatArray, high: FloatArray) -> _Sides:
         """Return the sides whose rectangles meet one."""
-        return _joined([self._rings[k].within(low, high) for k in self._meeting(low, high)])
+        rings = self._meeting(low, high)
+        return _concatenated([self._rings[number].within(low, high) for number in rings])
 
     def has_room(self, outline: FloatArray) -> bool:
         """Return whether an outline is inside the usable area and keeps the gap, exactly."""
         low, high = outline.min(axis=0), outline.max(axis=0)
-        if min(low.min(), (self.area.size_mm - high).min()) < -_PROOF_MM:
+        if min(low.min(), (self.container.size_mm - high).min()) < -_PROOF_MM:
             return False
         near = self._meeting(low - self.gap_mm, high + self.gap_mm)
-        others = np.array([self._geometries[k] for k in near], dtype=object)
+        others = np.array([self._geometries[number] for number in near], dtype=object)
         # Touching is no room even where the gap is zero.
         least = max(self.gap_mm - _PROOF_MM, 0.0)
         return not bool(shapely.dwithin(shapely.polygons(outline), others, least).any())
@@ -115,7 +123,7 @@ class Standing:
         return np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
 
 
-def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
+def slide(spot: Spot, outline: FloatArray, placed: PlacedOutlines) -> Spot | None:
     """Return a spot near this one where an outline keeps the gap, as near as it can to others.
 
     Parameters
@@ -124,9 +132,9 @@ def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
         Where the outline overlaps nothing; it need not keep the gap.
     outline : (K, 2) float array
         Of the shape, in its own frame.
-    standing : Standing
-        What stands on the sheet already; the border of its usable area counts as something that
-        stands, and its rule for turns holds.
+    placed : PlacedOutlines
+        What is on the sheet already; the border of its usable area counts as well, and its rule for
+        rotations holds.
 
     Returns
     -------
@@ -136,16 +144,16 @@ def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
     Examples
     --------
     >>> bar = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [0.0, 10.0]])
-    >>> standing = Standing(Area((100.0, 50.0)), 2.0)
-    >>> standing.add(bar)
-    >>> spot = slid(Spot(0.0, 1.0, 13.0), bar, standing)
+    >>> placed = PlacedOutlines(Container((100.0, 50.0)), 2.0)
+    >>> placed.add(bar)
+    >>> spot = slide(Spot(0.0, 1.0, 13.0), bar, placed)
     >>> round(spot.x_mm, 1), round(spot.y_mm, 1)
     (0.0, 12.0)
     """
-    piece = _Piece(spot.apply(outline), standing)
-    least, most = np.deg2rad(standing.area.turns.swing_deg(spot.angle_deg)) * piece.radius
+    moving = _MovingOutline(spot.apply(outline), placed)
+    least, most = np.deg2rad(placed.container.rotations.swing_deg(spot.angle_deg)) * moving.radius
     motion = np.zeros(3)
-    contacts = piece.contacts(motion)
+    contacts = moving.contacts(motion)
     best = motion if contacts.kept else None
     for _ in range(_STEPS):
         move = _step(contacts, (least - motion[2], most - motion[2]))
@@ -155,7 +163,7 @@ def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
         motion[2] = min(max(motion[2], least), most)
         if math.hypot(motion[0], motion[1]) + abs(motion[2]) > _FAR_MM:
             break
-        contacts = piece.contacts(motion)
+        contacts = moving.contacts(motion)
         if contacts.kept:
             gained = math.inf if best is None else float(np.abs(motion - best).max())
             best = motion
@@ -163,16 +171,15 @@ def slid(spot: Spot, outline: FloatArray, standing: Standing) -> Spot | None:
                 break
     if best is None:
         return None
-    moved = piece.moved(spot, best)
-    for found in (moved, spot):
-        if standing.has_room(found.apply(outline)):
-            return found
+    for candidate in (moving.spot_after(best, spot), spot):
+        if placed.has_room(candidate.apply(outline)):
+            return candidate
     return None
 
 
 @frozen_value
 class _Contacts:
-    """What a piece is near to: M places, each with the room that is left there.
+    """What an outline is near to: M places, each with the room that is left there.
 
     ``rows`` (M, 3) say how much the room grows with a motion, all in millimetres.
     """
@@ -187,63 +194,67 @@ class _Contacts:
         return float(self.room.min(initial=0.0)) >= -_PROOF_MM
 
 
-class _Piece:
+class _MovingOutline:
     """An outline that moves, and the pairs of corners and sides that it may come near to.
 
     A motion is a shift of the centre, and a turn as the way of the point farthest from it, (3,).
     """
 
-    def __init__(self, outline: FloatArray, standing: Standing) -> None:
-        """Look for the pairs around where the outline stands."""
-        reach = standing.gap_mm + _NEAR_MM + _FAR_MM
+    def __init__(self, outline: FloatArray, placed: PlacedOutlines) -> None:
+        """Look for the pairs around where the outline is."""
+        reach = placed.gap_mm + _NEAR_MM + _FAR_MM
         low, high = outline.min(axis=0), outline.max(axis=0)
-        self.gap_mm = standing.gap_mm
-        self.usable = np.array(standing.area.size_mm)
+        self.gap_mm = placed.gap_mm
+        self.usable = np.array(placed.container.size_mm)
         self.centre = (low + high) / 2.0
         self.arms = outline - self.centre
         self.radius = float(np.hypot(*self.arms.T).max())
         self.sides = _sides(closed_sides(outline))
-        self.others = standing.near(low - reach, high + reach)
+        self.others = placed.near(low - reach, high + reach)
         #: A corner of this outline with a side of another; a corner of another with a side of this.
-        self.out = _near_pairs(outline, self.others, reach)
-        self.back = _near_pairs(self.others.start, self.sides, reach)
+        self.corner_pairs = _near_pairs(outline, self.others, reach)
+        self.side_pairs = _near_pairs(self.others.start, self.sides, reach)
 
     def contacts(self, motion: FloatArray) -> _Contacts:
-        """Return what the piece is near to after a motion."""
-        turn = _turning(motion[2] / self.radius)
+        """Return what the outline is near to after a motion."""
+        turn = _turn_matrix(motion[2] / self.radius)
         arms = self.arms @ turn
-        middle = self.centre + motion[:2]
-        mine, theirs = self.out
-        out, way_out = _apart(arms[mine] + middle, self.others, theirs)
-        corner, side = self.back
-        away = self.others.start[corner] - middle
-        back, way_back = _apart(away @ turn.T + self.centre, self.sides, side)
-        way_back = way_back @ turn
+        centre = self.centre + motion[:2]
+        corner, other_side = self.corner_pairs
+        corner_apart, corner_way = _apart(arms[corner] + centre, self.others, other_side)
+        other_corner, side = self.side_pairs
+        other_arms = self.others.start[other_corner] - centre
+        side_apart, side_way = _apart(other_arms @ turn.T + self.centre, self.sides, side)
+        side_way = side_way @ turn
         # The border: the room of each corner to each of the four sides.
-        place = arms + middle
-        border = np.concatenate([place, self.usable - place], axis=1)
-        who, wall = np.nonzero(border < _NEAR_MM)
+        corners = arms + centre
+        border = np.concatenate([corners, self.usable - corners], axis=1)
+        border_corner, wall = np.nonzero(border < _NEAR_MM)
         inward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[wall]
-        normal = np.concatenate([way_out / _least(out), -way_back / _least(back), inward])
-        arm = np.concatenate([arms[mine], away - way_back, arms[who]])
+        normal = np.concatenate(
+            [corner_way / _divisor(corner_apart), -side_way / _divisor(side_apart), inward]
+        )
+        arm = np.concatenate([arms[corner], other_arms - side_way, arms[border_corner]])
         swing = (arm[:, 0] * normal[:, 1] - arm[:, 1] * normal[:, 0]) / self.radius
+        rooms = (corner_apart - self.gap_mm, side_apart - self.gap_mm, border[border_corner, wall])
+        weights = (
+            self.sides.weight[corner],
+            self.others.weight[other_corner],
+            self.sides.weight[border_corner],
+        )
         return _Contacts(
-            np.column_stack([normal, swing]),
-            np.concatenate([out - self.gap_mm, back - self.gap_mm, border[who, wall]]),
-            np.concatenate(
-                [self.sides.weight[mine], self.others.weight[corner], self.sides.weight[who]]
-            ),
+            np.column_stack([normal, swing]), np.concatenate(rooms), np.concatenate(weights)
         )
 
-    def moved(self, spot: Spot, motion: FloatArray) -> Spot:
-        """Return the spot to which a motion takes what stands at one."""
+    def spot_after(self, motion: FloatArray, spot: Spot) -> Spot:
+        """Return the spot to which a motion takes what is at one."""
         turn = float(motion[2] / self.radius)
         away = np.array([spot.x_mm, spot.y_mm]) - self.centre
-        x, y = away @ _turning(turn) + self.centre + motion[:2]
+        x, y = away @ _turn_matrix(turn) + self.centre + motion[:2]
         return Spot(spot.angle_deg + math.degrees(turn), float(x), float(y))
 
 
-def _step(contacts: _Contacts, swing: tuple[float, float]) -> FloatArray | None:
+def _step(contacts: _Contacts, turn_limits: tuple[float, float]) -> FloatArray | None:
     """Return the motion (3,) that goes as far as there is room towards what is near.
 
     It is the point nearest to where the draw goes, of those that keep the gap to first order: the
@@ -256,8 +267,8 @@ def _step(contacts: _Contacts, swing: tuple[float, float]) -> FloatArray | None:
     goal -= (_LEFT, _DOWN, 0.0)
     goal *= _STEP_MM / max(float(np.sqrt(goal @ goal)), _NOTHING)
     tight = contacts.room < _REACHED * _STEP_MM
-    rows = np.concatenate([contacts.rows[tight], _SWINGS])
-    room = np.concatenate([contacts.room[tight] - _SPARE_MM, [-swing[0], swing[1]]])
+    rows = np.concatenate([contacts.rows[tight], _TURN_LIMITS])
+    room = np.concatenate([contacts.room[tight] - _SPARE_MM, [-turn_limits[0], turn_limits[1]]])
     bounded = np.isfinite(room)
     rows, room = rows[bounded], room[bounded]
     if len(rows) == 0:
@@ -287,18 +298,18 @@ def _near_pairs(points: FloatArray, sides: _Sides, reach: float) -> tuple[IntArr
 def _apart(points: FloatArray, sides: _Sides, which: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return how far points (M, 2) are from one side each, and the way to them from there."""
     along, away = sides.along[which], points - sides.start[which]
-    length2 = np.maximum((along * along).sum(axis=1), 1e-18)
+    length2 = np.maximum((along * along).sum(axis=1), _LEAST_MM2)
     share = ((away * along).sum(axis=1) / length2).clip(0.0, 1.0)
     way = away - share[:, None] * along
     return np.hypot(way[:, 0], way[:, 1]), way
 
 
-def _least(distance: FloatArray) -> FloatArray:
-    """Return distances (M, 1) to divide by."""
-    return np.maximum(distance, 1e-9)[:, None]
+def _divisor(distance: FloatArray) -> FloatArray:
+    """Return distances as (M, 1), none of them too small to divide by."""
+    return np.maximum(distance, _LEAST_MM)[:, None]
 
 
-def _turning(angle: float) -> FloatArray:
+def _turn_matrix(angle: float) -> FloatArray:
     """Return the matrix that turns rows of points."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, s], [-s, c]])

@@ -1,4 +1,4 @@
-"""Hold where pieces stand while they are still being moved, and turn that into placements."""
+"""Hold where pieces are while they are still being moved, and turn that into placements."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -8,15 +8,15 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.nest.item_shape import Pose, rotated
 from fabweave.nest.layout import Placement
-from fabweave.nest.separate.item_field import Body
+from fabweave.nest.separate.item_field import ItemField
 
-#: The sheet of a piece that stands on none.
-NOWHERE = -1
+#: The sheet of a piece that is on none.
+UNPLACED = -1
 
 
 @dataclass(eq=False)
 class Arrangement:
-    """The sheet of each of P pieces, (P,), and the pose of its body there, (P, 3).
+    """The sheet of each of P pieces, (P,), and the pose of its item there, (P, 3).
 
     The state of a search, not a value: both arrays change as pieces are moved.
 
@@ -24,53 +24,56 @@ class Arrangement:
     angle of the shape in radians.
     """
 
-    where: IntArray
+    sheet_of: IntArray
     poses: FloatArray
 
     def copy(self) -> "Arrangement":
         """Return another one that may be changed."""
-        return Arrangement(self.where.copy(), self.poses.copy())
+        return Arrangement(self.sheet_of.copy(), self.poses.copy())
 
-    def on(self, sheet: int) -> list[int]:
+    def pieces_on(self, sheet: int) -> list[int]:
         """Return the pieces on a sheet."""
-        return [int(piece) for piece in np.flatnonzero(self.where == sheet)]
+        return [int(piece) for piece in np.flatnonzero(self.sheet_of == sheet)]
 
 
 def arrangement_of(
-    placements: Iterable[Placement], poses: Sequence[Pose], bodies: Sequence[Body], margin_mm: float
+    placements: Iterable[Placement],
+    poses: Sequence[Pose],
+    items: Sequence[ItemField],
+    margin_mm: float,
 ) -> Arrangement:
-    """Return the arrangement that placements describe; pieces without one stand nowhere.
+    """Return the arrangement that placements describe; pieces without one are unplaced.
 
     Parameters
     ----------
     placements : iterable of Placement
     poses : sequence of Pose
         How each piece lies on its shape.
-    bodies : sequence of Body
-        The body of each piece's shape.
+    items : sequence of ItemField
+        The field of each piece's shape.
     margin_mm : float
         Of the sheets.
     """
-    where = np.full(len(poses), NOWHERE, dtype=np.int64)
-    stands = np.zeros((len(poses), 3))
+    sheet_of = np.full(len(poses), UNPLACED, dtype=np.int64)
+    item_poses = np.zeros((len(poses), 3))
     for placement in placements:
-        pose = poses[placement.piece]
-        angle = placement.rotation_deg - pose.angle_deg
+        piece = placement.piece
+        pose = poses[piece]
         # The centroid in the piece's own frame, and from there to the sheet.
-        centre = bodies[placement.piece].centre - np.array([pose.x_mm, pose.y_mm])
-        own = rotated(centre[None], np.array([-pose.angle_deg]))[0]
-        where[placement.piece] = placement.sheet
-        stands[placement.piece, :2] = placement.apply(own)[0] - margin_mm
-        stands[placement.piece, 2] = np.deg2rad(angle)
-    return Arrangement(where, stands)
+        shifted = items[piece].centre - np.array([pose.x_mm, pose.y_mm])
+        centroid = rotated(shifted[None], np.array([-pose.angle_deg]))[0]
+        sheet_of[piece] = placement.sheet
+        item_poses[piece, :2] = placement.apply(centroid)[0] - margin_mm
+        item_poses[piece, 2] = np.deg2rad(placement.rotation_deg - pose.angle_deg)
+    return Arrangement(sheet_of, item_poses)
 
 
 def placement_of(
-    piece: int, sheet: int, stand: FloatArray, pose: Pose, body: Body, margin_mm: float
+    piece: int, sheet: int, item_pose: FloatArray, pose: Pose, item: ItemField, margin_mm: float
 ) -> Placement:
-    """Return the placement of a piece whose body stands at a pose (3,) on a sheet."""
-    angle = float(np.rad2deg(stand[2]))
-    shift = np.array([pose.x_mm, pose.y_mm]) - body.centre
-    moved = rotated(shift[None], np.array([angle]))[0, 0] + stand[:2] + margin_mm
+    """Return the placement of a piece whose item is at a pose (3,) on a sheet."""
+    angle = float(np.rad2deg(item_pose[2]))
+    shift = np.array([pose.x_mm, pose.y_mm]) - item.centre
+    moved = rotated(shift[None], np.array([angle]))[0, 0] + item_pose[:2] + margin_mm
     rotation = (angle + pose.angle_deg) % 360.0
     return Placement(piece, sheet, rotation, float(moved[0]), float(moved[1]))
