@@ -20,10 +20,10 @@ from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.nest.batches import batch_count, nest_in_batches
-from fabweave.nest.container import Container, container_of
+from fabweave.nest.container import container_of
 from fabweave.nest.effort import effort_named
-from fabweave.nest.fits import fits_on, fits_rectangle
-from fabweave.nest.item_shape import ItemShape, Pose, check_outlines, shape_of, shapes_of
+from fabweave.nest.fits import fits_on
+from fabweave.nest.item_shape import ItemShape, Pose, check_outlines, shapes_of
 from fabweave.nest.last_sheet import repack_last_sheet
 from fabweave.nest.layout import Layout
 from fabweave.nest.place.fill import NestingJob, Plan
@@ -36,41 +36,7 @@ from fabweave.nest.place.greedy import (
 from fabweave.nest.separate.fewer_sheets import fewer_sheets
 from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.sheet_text import check_stock, usable_size
-
-
-def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:
-    """Return whether a piece alone fits on a sheet, at some multiple of half a degree.
-
-    Whatever this accepts, `nest` can put on an empty sheet of that size, at every effort, if it
-    may turn freely and nothing is barred there.
-
-    Parameters
-    ----------
-    outline : (K, 2) float array
-        Simple polygon, millimetres.
-    sheets : sequence of SheetSize
-        The stock; quantities do not matter.
-    margin_mm : float
-        Border of each sheet that stays free.
-
-    Returns
-    -------
-    bool
-        True if it fits on at least one of them.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> bar = np.array([[0.0, 0.0], [0.0, 5.0], [400.0, 5.0], [400.0, 0.0]])
-    >>> fits_some_sheet(bar, [SheetSize(300.0, 300.0)], 0.0)
-    True
-    >>> fits_some_sheet(bar, [SheetSize(300.0, 300.0)], 10.0)
-    False
-    """
-    check_outlines([outline], ["the piece"])
-    shape = shape_of(outline)[0]
-    return any(fits_rectangle(shape, Container(usable_size(sheet, margin_mm))) for sheet in sheets)
+from fabweave.stock.sheet_text import check_stock
 
 
 def nest(

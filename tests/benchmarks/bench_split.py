@@ -34,12 +34,15 @@ from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.splitting import choose_runs
 from fabweave.flat.unfold.development import Strips, unfold_threads
 from fabweave.mesh.io.files import write_mesh
-from fabweave.nest.nesting import fits_some_sheet, nest
+from fabweave.nest.container import Container
+from fabweave.nest.fits import fits_rectangle
+from fabweave.nest.item_shape import shape_of
+from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize
 
 SHEET, MARGIN, GAP = SheetSize(600.0, 400.0), 10.0, 2.0
 USABLE = (580.0, 380.0)
-BED = Bed(lambda outline: fits_some_sheet(outline, [SHEET], MARGIN), (USABLE,), GAP)
+BED = Bed(lambda outline: fits_rectangle(shape_of(outline)[0], Container(USABLE)), (USABLE,), GAP)
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "meshes"
 #: Worth of a joint in crossings of ribbon, where joints are to be few.
 DEAR = 1000.0

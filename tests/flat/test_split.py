@@ -5,6 +5,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from sheet_fit import fits_some_sheet
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError
@@ -19,7 +20,6 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.nest.nesting import fits_some_sheet
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.weave.pattern import Weave, plain_weave

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from regular_maps import dual_map, slit_map
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
@@ -16,7 +17,6 @@ from fabweave.mesh.resize import largest_dimension
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import closed_frame, reach_of, torus_knot
-from fabweave.mesh.shapes.regular_map import dual_map, slit_map
 from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes, spread
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions

@@ -5,11 +5,12 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sheet_fit import fits_some_sheet
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.effort import effort_named
 from fabweave.nest.layout_check import check_layout
-from fabweave.nest.nesting import fits_some_sheet, nest
+from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize
 
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from fabric_oracle import broken_floats
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import merged, shuffled
@@ -16,7 +17,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.weave.fabric.fabrics import FabricWeave, weave_fabric
 from fabweave.weave.fabric.labelling import Labelling, label_body, sort_crossings
-from fabweave.weave.fabric.repeat import Fabric, broken_floats, parse_fabric
+from fabweave.weave.fabric.repeat import Fabric, parse_fabric
 from fabweave.weave.fabric.warp_and_weft import part_strands
 from fabweave.weave.pattern import over_of_passes, plain_weave
 from fabweave.weave.thread_labels import thread_labels

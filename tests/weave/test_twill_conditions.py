@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import merged, shuffled
-from twill_oracle import brute_force, conditions_of, real_mesh, refined, small_meshes
+from twill_oracle import (
+    brute_force,
+    conditions_of,
+    proves,
+    real_mesh,
+    refined,
+    small_meshes,
+)
 from weaving_meshes import meshes
 
 from fabweave.mesh.halfedge import build_halfedges
@@ -17,7 +24,7 @@ from fabweave.weave.pattern import over_of_passes
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken, twill_conditions
-from fabweave.weave.twill.decide import Decision, decide_twill, proves
+from fabweave.weave.twill.decide import Decision, decide_twill
 from fabweave.weave.twill.obstruction import explain
 
 

@@ -18,10 +18,9 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray, frozen
 from fabweave.core.errors import InputError
 
-#: Grid units from the baseline to the top of a capital, between glyphs, and below the baseline.
+#: Grid units from the baseline to the top of a capital, and between glyphs.
 CAP_UNITS = 12
 GAP_UNITS = 3
-DESCENT_UNITS = 3
 
 # A character, its width, and its strokes; a stroke is a run of grid points.
 _DATA = """

@@ -4,11 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 
-import numpy as np
-
-from fabweave.core.arrays import BoolArray, IntArray
 from fabweave.core.errors import InputError
-from fabweave.weave.threads import Threads
 
 #: Longest repeat; a window of passes fits a 64-bit integer.
 _LONGEST = 60
@@ -76,18 +72,6 @@ class Fabric:
         """Whether the fabric differs from its mirror image."""
         return 2 * self.shift != self.repeat
 
-    @property
-    def warp_sequences(self) -> BoolArray:
-        """Over (true) and under along the warp, for each label it may start with, (N, N)."""
-        steps = np.arange(self.repeat)
-        return (steps[:, None] + self.shift * steps) % self.repeat < self.over
-
-    @property
-    def weft_sequences(self) -> BoolArray:
-        """Over (true) and under along the weft, for each label it may start with, (N, N)."""
-        steps = np.arange(self.repeat)
-        return (steps[:, None] + steps) % self.repeat >= self.over
-
     def __str__(self) -> str:
         """Write the fabric as :func:`parse_fabric` reads it."""
         if self.shift != 1:
@@ -141,62 +125,3 @@ def parse_fabric(text: str) -> Fabric:
             + (f"; shifts that {ends} allows: {', '.join(good)}" if ends >= 3 else "")
         )
     return Fabric(ends - 1, 1, shift) if satin[1] == "satin" else Fabric(1, ends - 1, shift)
-
-
-def broken_floats(threads: Threads, over: BoolArray, warp: BoolArray, fabric: Fabric) -> int:
-    """Count the passes at which a thread leaves the fabric's sequence of over and under.
-
-    A pass is broken if it and those that follow, a repeat in all, are not the sequence of warp
-    (or weft) from any start, walked either way. Rings are counted round the end; near the ends of
-    an open thread, windows that do not fit are not counted.
-
-    Parameters
-    ----------
-    threads : Threads
-        The walks.
-    over : (P,) bool array
-        Whether each pass lies on top.
-    warp : (T,) bool array
-        Whether each thread belongs to the warp.
-    fabric : Fabric
-        What should be woven.
-
-    Returns
-    -------
-    int
-        Broken passes; 0 for an exact weave.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.mesh.shapes.solids import cube
-    >>> from fabweave.weave.pattern import plain_weave
-    >>> from fabweave.weave.threads import trace_threads
-    >>> weave = plain_weave(trace_threads(build_halfedges(cube())))
-    >>> both = np.array([True, True, False, False])
-    >>> broken_floats(weave.threads, weave.over, both, Fabric(1, 1))
-    0
-    >>> broken_floats(weave.threads, weave.over, both, Fabric(2, 2))
-    24
-    """
-    size = fabric.repeat
-    thread = threads.thread_of_pass
-    start = threads.offsets[thread]
-    length = threads.lengths[thread]
-    place = np.arange(len(thread)) - start
-    code = np.zeros(len(thread), dtype=np.int64)
-    for step in range(size):
-        code |= over[start + (place + step) % length].astype(np.int64) << step
-    counted = threads.closed[thread] | (place + size <= length)
-    fits = np.where(
-        warp[thread],
-        np.isin(code, _codes(fabric.warp_sequences)),
-        np.isin(code, _codes(fabric.weft_sequences)),
-    )
-    return int(np.count_nonzero(counted & ~fits))
-
-
-def _codes(sequences: BoolArray) -> IntArray:
-    """Return the windows of sequences, forwards and backwards, as integers."""
-    both = np.concatenate((sequences, sequences[:, ::-1])).astype(np.int64)
-    return np.unique((both << np.arange(both.shape[1])).sum(axis=1))

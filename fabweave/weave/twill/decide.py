@@ -5,7 +5,7 @@ from scipy import optimize, sparse
 from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
-from fabweave.weave.twill.conditions import TwillConditions, count_broken
+from fabweave.weave.twill.conditions import TwillConditions
 from fabweave.weave.twill.parity import ParityClasses, solve_parity
 
 #: With at most this many free bits in a body of the mesh, all their choices are tried.
@@ -190,38 +190,3 @@ def _solve_integer(
     if result.x is None:
         return None, np.arange(len(windows))
     return np.asarray(np.round(result.x) > 0.5), windows[:0, 0]
-
-
-def proves(conditions: TwillConditions, decision: Decision) -> bool:
-    """Check a decision by its certificate alone, without deciding again.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.shapes import solids
-    >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.weave.twill.conditions import twill_conditions
-    >>> from fabweave.weave.threads import trace_threads
-    >>> halfedges = build_halfedges(solids.cube())
-    >>> conditions = twill_conditions(halfedges, trace_threads(halfedges))
-    >>> decision = decide_twill(conditions)
-    >>> decision.twillable, len(decision.contradiction), proves(conditions, decision)
-    (False, 3, True)
-    """
-    if decision.twist is not None:
-        return count_broken(conditions, decision.twist).total == 0
-    if len(decision.contradiction):
-        return _is_odd_ring(conditions.edge, decision.contradiction)
-    linked = _classes(conditions)
-    if linked.odd_ring or not len(decision.clauses):
-        return False
-    gaps = conditions.gaps[decision.clauses]
-    bits, local = np.unique(linked.classes[gaps], return_inverse=True)
-    solve = _enumerate if len(bits) <= _ENUMERATED_BITS else _solve_integer
-    return solve(local.reshape(-1, 4), linked.opposite[gaps], len(bits))[0] is None
-
-
-def _is_odd_ring(pairs: IntArray, ring: IntArray) -> bool:
-    """Return whether a ring of odd length goes along pairs."""
-    known = {frozenset(pair) for pair in pairs[np.isin(pairs, ring).all(axis=1)].tolist()}
-    steps = zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)
-    return len(ring) % 2 == 1 and all(frozenset(step) in known for step in steps)
