@@ -6,35 +6,21 @@ import numpy as np
 from PIL import Image
 
 from fabweave.core.errors import InputError
-from fabweave.mesh.resize import Up
 from fabweave.model.bodies import Body
-from fabweave.picture.camera import View, choose_view
+from fabweave.picture.camera import View
 from fabweave.picture.render import render_scene
 from fabweave.picture.shading import smooth_normals
 
 
-def bodies_picture(
-    bodies: Sequence[Body],
-    *,
-    size_px: tuple[int, int] = (1000, 800),
-    view: View | None = None,
-    up: Up = "z",
-    samples: int = 2,
-) -> Image.Image:
+def bodies_picture(bodies: Sequence[Body], view: View | None = None) -> Image.Image:
     """Make a picture of bodies, each in its colour, on a floor.
 
     Parameters
     ----------
     bodies : sequence of Body
         Those with normals look round; others are smoothed by area.
-    size_px : (int, int)
-        Width and height.
     view : View or None
         From where; None chooses.
-    up : {"z", "y", "x"}
-        The axis that points up in a view that is chosen.
-    samples : int
-        Samples of a pixel along each side.
 
     Returns
     -------
@@ -44,7 +30,7 @@ def bodies_picture(
     Raises
     ------
     InputError
-        If there are no bodies, or the picture would be empty or too large.
+        If there are no bodies.
     """
     if not bodies:
         raise InputError("there is no body to show: nothing crosses anything on this mesh")
@@ -67,9 +53,7 @@ def bodies_picture(
         vertices,
         triangles,
         colours,
-        size_px=size_px,
-        view=choose_view(vertices, triangles, up=up) if view is None else view,
+        view=view,
         normals=np.concatenate(normals),
         floor=True,
-        samples=samples,
     )

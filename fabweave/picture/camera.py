@@ -6,8 +6,8 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
-from fabweave.mesh.resize import Up
 
+#: A picture has no more pixels.
 _MOST_PIXELS = 60_000_000
 #: Share of the picture left free around the object.
 _MARGIN = 0.05
@@ -27,12 +27,10 @@ class View:
     Parameters
     ----------
     azimuth_deg : float
-        Where the eye stands around the upward axis. With z up, 0 is on the x axis and -90 in
-        front, where x points right; so it is with y up, and z comes forward.
+        Where the eye is around the z axis, which points up: 0 is on the x axis, and -90 in front,
+        where x points right.
     elevation_deg : float
-        How high the eye stands over the horizon, -90 to 90.
-    up : {"z", "y", "x"}
-        The axis of the model that points up.
+        How high the eye is over the horizon, -90 to 90.
 
     Examples
     --------
@@ -42,12 +40,9 @@ class View:
 
     azimuth_deg: float = -60.0
     elevation_deg: float = 30.0
-    up: Up = "z"
 
     def axes(self) -> FloatArray:
         """Return the unit vectors to the right, up and towards the eye as rows, (3, 3)."""
-        if self.up not in ("x", "y", "z"):
-            raise InputError(f"up is {str(self.up)[:20]!r}; it must be x, y or z")
         if not (np.isfinite(self.azimuth_deg) and -90.0 <= self.elevation_deg <= 90.0):
             raise InputError(
                 f"the view has azimuth {self.azimuth_deg} and elevation {self.elevation_deg}; "
@@ -56,11 +51,7 @@ class View:
         turn, rise = np.radians((self.azimuth_deg, self.elevation_deg))
         towards = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
         right = np.array([-np.sin(turn), np.cos(turn), 0.0])
-        axes = np.stack((right, np.cross(towards, right), towards))
-        if self.up == "y":
-            # As graphics programs have it: x still points right, and z comes forward.
-            return axes[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
-        return np.roll(axes, 1, axis=1) if self.up == "x" else axes
+        return np.stack((right, np.cross(towards, right), towards))
 
 
 @frozen_value
@@ -76,7 +67,7 @@ class Frame:
     pixels_per_mm : float
         Scale.
     left_px, top_px : float
-        Where the model's origin stands.
+        Where the model's origin is.
     """
 
     width_px: int
@@ -147,7 +138,7 @@ def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Fr
     )
 
 
-def choose_view(points: FloatArray, triangles: IntArray, *, up: Up = "z") -> View:
+def choose_view(points: FloatArray, triangles: IntArray) -> View:
     """Choose a three-quarter view from above that shows much of an object.
 
     Of a few views, that is taken which turns the largest area towards the eye; of nearly equal
@@ -161,8 +152,6 @@ def choose_view(points: FloatArray, triangles: IntArray, *, up: Up = "z") -> Vie
         Positions.
     triangles : (T, 3) int array
         Corners.
-    up : {"z", "y", "x"}
-        The axis of the model that points up.
 
     Returns
     -------
@@ -170,10 +159,10 @@ def choose_view(points: FloatArray, triangles: IntArray, *, up: Up = "z") -> Vie
     """
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    best, most = View(up=up), -1.0
+    best, most = View(), -1.0
     for elevation in _ELEVATIONS_DEG:
         for azimuth in _TURNS_DEG:
-            view = View(azimuth, elevation, up)
+            view = View(azimuth, elevation)
             area = _shown(normal, view.axes()[2])
             first = elevation == _ELEVATIONS_DEG[0] or best.elevation_deg == elevation
             if area > most * (_WORTH_A_TURN if first else _WORTH_A_RISE):

@@ -9,6 +9,8 @@ from fabweave.core.errors import InputError
 
 _Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
+#: Space between tiles, and around.
+_GAP_PX = 12
 _INK, _PALE_INK = (38, 43, 51), (98, 106, 118)
 #: Where captions may be broken besides at spaces: before these.
 _BREAKS = "&?/"
@@ -32,8 +34,6 @@ def contact_sheet(
     captions: Sequence[str],
     *,
     columns: int = 4,
-    heading: str = "",
-    gap_px: int = 12,
 ) -> Image.Image:
     """Put pictures side by side in rows, each with its caption below.
 
@@ -45,10 +45,6 @@ def contact_sheet(
         One each. The first line is written larger, and lines that are too long are broken.
     columns : int
         How many stand in a row.
-    heading : str
-        Written over all, if it is not empty.
-    gap_px : int
-        Space between tiles, and around.
 
     Returns
     -------
@@ -69,21 +65,17 @@ def contact_sheet(
     wide, high = max(tile.width for tile in tiles), max(tile.height for tile in tiles)
     size = max(wide // 24, 11)
     written = [_broken(caption, wide, size) for caption in captions]
-    room = max(sum(line.height for line in lines) for lines in written) + gap_px
+    room = max(sum(line.height for line in lines) for lines in written) + _GAP_PX
     rows = -(-len(tiles) // columns)
-    top = gap_px + (2 * size + gap_px if heading else 0)
     sheet = Image.new(
         "RGB",
-        (gap_px + columns * (wide + gap_px), top + rows * (high + room + gap_px)),
+        (_GAP_PX + columns * (wide + _GAP_PX), _GAP_PX + rows * (high + room + _GAP_PX)),
         (255, 255, 255),
     )
     draw = ImageDraw.Draw(sheet)
-    if heading:
-        font = ImageFont.load_default(size=1.5 * size)
-        draw.text((sheet.width / 2, gap_px + size), heading, fill=_INK, font=font, anchor="mm")
     for index, (tile, lines) in enumerate(zip(tiles, written, strict=True)):
-        left = gap_px + index % columns * (wide + gap_px)
-        y = top + index // columns * (high + room + gap_px)
+        left = _GAP_PX + index % columns * (wide + _GAP_PX)
+        y = _GAP_PX + index // columns * (high + room + _GAP_PX)
         sheet.paste(tile, (left + (wide - tile.width) // 2, y + (high - tile.height) // 2))
         y += high
         for line in lines:

@@ -39,7 +39,7 @@ def floor_points(vertices: FloatArray, view: View) -> FloatArray:
     >>> points[0].tolist(), float(points[1, 2])
     ([0.0, 0.0, 0.0], 0.0)
     """
-    return _fallen(vertices, key_direction() @ view.axes(), _up(view))
+    return _fallen(vertices, key_direction() @ view.axes())
 
 
 def floor_light(
@@ -65,23 +65,17 @@ def floor_light(
     """
     used, corners = np.unique(triangles, return_inverse=True)
     points, corners = vertices[used], corners.reshape(-1, 3)
-    up, small = _up(view), min(frame.width_px, frame.height_px)
+    small = min(frame.width_px, frame.height_px)
     key = _covered(frame.pixels(floor_points(points, view)), corners, frame, 1)
     shadow = _KEY_SHADE * _blurred(key, _KEY_BLUR * small, frame)
-    first, second = _level(up)
     lean = np.radians(_SKY_LEAN_DEG)
     sky = np.zeros_like(_covered(points[:0], corners[:0], frame, _COARSER))
     for turn in 2.0 * np.pi * np.arange(_SKY_TURNS) / _SKY_TURNS:
-        aside = np.cos(turn) * first + np.sin(turn) * second
-        fallen = _fallen(points, np.cos(lean) * up + np.sin(lean) * aside, up)
+        aside = np.array([np.cos(turn), np.sin(turn), 0.0])
+        fallen = _fallen(points, np.sin(lean) * aside + (0.0, 0.0, np.cos(lean)))
         sky += _covered(frame.pixels(fallen), corners, frame, _COARSER) / _SKY_TURNS
     shadow += _SKY_SHADE * _blurred(sky, _SKY_BLUR * small / _COARSER, frame)
     return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
-
-
-def _up(view: View) -> FloatArray:
-    """Return the upward axis of the object."""
-    return np.eye(3)["xyz".index(view.up)]
 
 
 def _faded(frame: Frame) -> FloatArray:
@@ -95,16 +89,10 @@ def _faded(frame: Frame) -> FloatArray:
     return np.asarray(np.outer(*shares), dtype=np.float64)
 
 
-def _level(up: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two level directions at right angles."""
-    first = np.roll(up, 1)
-    return first, np.cross(up, first)
-
-
-def _fallen(points: FloatArray, towards: FloatArray, up: FloatArray) -> FloatArray:
-    """Return where shadows of points fall, with the light in the given direction."""
-    high = points @ up
-    return points - np.outer((high - high.min(initial=np.inf)) / (towards @ up), towards)
+def _fallen(points: FloatArray, towards: FloatArray) -> FloatArray:
+    """Return where shadows of points fall, with the light in this direction."""
+    high = points[:, 2]
+    return points - np.outer((high - high.min(initial=np.inf)) / towards[2], towards)
 
 
 def _covered(

@@ -4,7 +4,6 @@ import io
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
@@ -13,7 +12,6 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import Up
 from fabweave.mesh.shapes.catalogue import SHAPES, Shape
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet
@@ -32,10 +30,7 @@ def mesh_picture(
     *,
     size_px: tuple[int, int] = (1000, 800),
     view: View | None = None,
-    up: Up = "z",
-    colours: npt.ArrayLike = _STONE,
     marks: Marks | None = None,
-    samples: int = 2,
 ) -> Image.Image:
     """Make a picture of a polygon mesh with its edges.
 
@@ -47,14 +42,8 @@ def mesh_picture(
         Width and height.
     view : View or None
         From where; None chooses.
-    up : {"z", "y", "x"}
-        The axis that points up in a view that is chosen.
-    colours : (F, 3) or (3,) uint8 array
-        The colour of each face, or of all.
     marks : Marks or None
         Marked points, such as ``irregular_marks``.
-    samples : int
-        Samples of a pixel along each side.
 
     Returns
     -------
@@ -68,20 +57,18 @@ def mesh_picture(
     """
     vertices, triangles, sides, face = polygon_triangles(mesh)
     if view is None:
-        view = choose_view(vertices, triangles, up=up)
-    shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (mesh.n_faces, 3))
+        view = choose_view(vertices, triangles)
     normals = np.repeat(face_normals(mesh)[face][:, None, :], 3, axis=1)
     return render_scene(
         vertices,
         triangles,
-        shown[face],
+        _STONE,
         size_px=size_px,
         view=view,
         normals=normals,
         edges=sides,
         line_px=_line_width(vertices, triangles, sides, view, size_px, 0.09),
         marks=marks,
-        samples=samples,
     )
 
 
@@ -120,7 +107,6 @@ def weave_picture(
     *,
     size_px: tuple[int, int] = (1000, 800),
     view: View | None = None,
-    up: Up = "z",
     floor: bool = True,
     samples: int = 2,
 ) -> Image.Image:
@@ -136,8 +122,6 @@ def weave_picture(
         Width and height.
     view : View or None
         From where; None chooses.
-    up : {"z", "y", "x"}
-        The axis that points up in a view that is chosen.
     floor : bool
         Whether the object stands on a floor, seen by the shadow on it.
     samples : int
@@ -164,7 +148,7 @@ def weave_picture(
     if len(triangles) == 0:
         raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
     if view is None:
-        view = choose_view(vertices, triangles, up=up)
+        view = choose_view(vertices, triangles)
     # Even numbers are on the right rail, odd ones on the left: sides between alikes lie on rails.
     rails = triangles % 2 == np.roll(triangles, -1, axis=1) % 2
     frame = object_frame(vertices, triangles, view, size_px, floor=floor)

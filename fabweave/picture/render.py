@@ -5,6 +5,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.core.errors import InputError
 from fabweave.picture.camera import Frame, View, choose_view, frame_object
 from fabweave.picture.floor import floor_light, floor_points, has_floor
@@ -17,12 +18,10 @@ from fabweave.picture.shading import (
 )
 from fabweave.picture.zbuffer import nearest_triangles, planes_through
 
-#: Bytes of red, green and blue.
-Colours = npt.NDArray[np.uint8]
-
-_WHITE = (255, 255, 255)
-#: About 80 bytes of memory each.
+#: A picture has no more samples: each takes about 80 bytes of memory.
 _MOST_SAMPLES = 50_000_000
+#: Steps of light from black to white, for which bytes are looked up.
+_LIGHT_STEPS = 4095
 #: Lines are this dark, as a share of the surface's own light.
 _LINE_SHADE = 0.16
 #: How far narrow places are looked for, as a share of the picture's smaller side.
@@ -60,7 +59,6 @@ def render_scene(
     line_px: float = 1.2,
     reach_px: float | None = None,
     marks: Marks | None = None,
-    background: tuple[int, int, int] = _WHITE,
     floor: bool = False,
     lit: bool = True,
     samples: int = 2,
@@ -92,8 +90,6 @@ def render_scene(
         How far the dark of narrow places reaches; None takes a share of the picture.
     marks : Marks or None
         Marked points.
-    background : (int, int, int)
-        What is seen beside the object.
     floor : bool
         Whether the object stands on a floor, seen by the shadow on it; not in views from below.
     lit : bool
@@ -140,14 +136,13 @@ def render_scene(
     shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (len(triangles), 3))
     light = np.ones(len(triangle))
     if lit:
-        given = facet_normals(vertices, triangles) if normals is None else normals
-        light = _light(frame, view, points, triangles, given, triangle, places)
+        normals = facet_normals(vertices, triangles) if normals is None else normals
+        light = _light(frame, points, triangles, normals, triangle, places)
         reach = _REACH * min(size_px) if reach_px is None else reach_px
         light *= narrow_places(nearness, reach * samples)[covered]
     if edges is not None:
         light *= _lines(points[triangles], edges, triangle, places, line_px * samples)
-    picture = np.empty((frame.height_px, frame.width_px, 3), dtype=np.float32)
-    picture[:] = _linear(np.array(background, dtype=np.uint8))
+    picture = np.ones((frame.height_px, frame.width_px, 3), dtype=np.float32)
     if floor:
         light_below = floor_light(vertices, triangles, view, small)
         picture *= light_below.repeat(samples, axis=0).repeat(samples, axis=1)[:, :, None]
@@ -174,7 +169,6 @@ def object_frame(
 
 def _light(
     frame: Frame,
-    view: View,
     points: FloatArray,
     triangles: IntArray,
     normals: FloatArray,
@@ -182,8 +176,7 @@ def _light(
     places: FloatArray,
 ) -> FloatArray:
     """Return the light at every covered sample."""
-    up = frame.axes[:, "xyz".index(view.up)]
-    light = corner_light(points[triangles], normals @ frame.axes.T, up)
+    light = corner_light(points[triangles], normals @ frame.axes.T, frame.axes[:, 2])
     x, y = places[:, 0], places[:, 1]
     shadow = key_shadow(
         points, triangles, triangle, places, width=frame.width_px, height=frame.height_px
@@ -252,16 +245,13 @@ def _mark(
 
 def _linear(colours: Colours) -> npt.NDArray[np.float32]:
     """Return light, 0 to 1, of bytes of sRGB."""
-    share = np.arange(256) / 255.0
-    table = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
-    return table.astype(np.float32)[colours]
+    return light_of(np.arange(256)).astype(np.float32)[colours]
 
 
 def _encoded(light: npt.NDArray[np.float32], samples: int) -> Image.Image:
     """Average the samples of each pixel, and return the picture in sRGB."""
     high, wide, _ = light.shape
     mean = light.reshape(high // samples, samples, wide // samples, samples, 3).mean(axis=(1, 3))
-    steps = np.arange(4096) / 4095.0
-    curve = np.where(steps <= 0.0031308, 12.92 * steps, 1.055 * steps ** (1 / 2.4) - 0.055)
-    table = np.round(255.0 * curve).astype(np.uint8)
-    return Image.fromarray(table[np.clip(np.round(mean * 4095.0), 0, 4095).astype(np.int64)])
+    table = bytes_of(np.arange(_LIGHT_STEPS + 1) / _LIGHT_STEPS)
+    step = np.clip(np.round(mean * _LIGHT_STEPS), 0, _LIGHT_STEPS).astype(np.int64)
+    return Image.fromarray(table[step])

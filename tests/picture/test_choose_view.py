@@ -21,15 +21,14 @@ def seen_faces(mesh: PolyMesh, view: View) -> np.ndarray:
     return np.sort(area[area > 1e-9])[::-1] / area.sum()
 
 
-@pytest.mark.parametrize("up", ["x", "y", "z"])
 @pytest.mark.parametrize(
     "name", ["tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron"]
 )
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
-def test_a_solid_shows_three_faces_at_least(name, size, up) -> None:
+def test_a_solid_shows_three_faces_at_least(name, size) -> None:
     mesh, _ = resize_mesh(getattr(solids, name)(), size_mm=size)
     points, triangles, _, _ = polygon_triangles(mesh)
-    shares = seen_faces(mesh, choose_view(points, triangles, up=up))
+    shares = seen_faces(mesh, choose_view(points, triangles))
     assert len(shares) >= 3
     assert shares[2] > 0.05
 

@@ -61,7 +61,7 @@ def test_the_second_view_is_from_behind_and_higher():
              (first, opposite_view(first))]  # fmt: skip
     assert level[0] @ level[1] < np.cos(np.radians(150.0))
     assert opposite_view(first).elevation_deg > first.elevation_deg
-    assert opposite_view(View(170.0, 30.0, "y")) == View(-35.0, 52.0, "y")
+    assert opposite_view(View(170.0, 30.0)) == View(-35.0, 52.0)
 
 
 def test_the_file_is_a_png_of_both_views_and_always_the_same():

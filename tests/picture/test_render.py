@@ -24,12 +24,7 @@ from fabweave.weave.threads import trace_threads
 
 FRONT = View(-90.0, 0.0)
 SIZE = (240, 200)
-views = st.builds(
-    View,
-    st.floats(-360.0, 360.0),
-    st.floats(-90.0, 90.0),
-    st.sampled_from(["x", "y", "z"]),
-)
+views = st.builds(View, st.floats(-360.0, 360.0), st.floats(-90.0, 90.0))
 
 
 def naive_nearest(points, triangles, width, height):
@@ -116,8 +111,7 @@ def test_views_are_right_handed_and_up_is_up(view):
     axes = view.axes()
     assert np.allclose(axes @ axes.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(axes) > 0
-    up = np.eye(3)["xyz".index(view.up)]
-    right, high, near = axes @ up
+    right, high, near = axes[:, 2]
     assert abs(right) < 1e-12
     assert high >= -1e-12
     assert np.isclose(near, np.sin(np.radians(view.elevation_deg)))
@@ -455,8 +449,6 @@ def test_nothing_to_show_and_wrong_arguments_are_refused():
         render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), size_px=(5000, 5000), samples=3)
     with pytest.raises(InputError, match="at least one"):
         render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), samples=0)
-    with pytest.raises(InputError, match="must be x, y or z"):
-        View(up="w").axes()
     with pytest.raises(InputError, match="elevation"):
         View(0.0, 91.0).axes()
     _, ribbons = woven("cube")
