@@ -30,7 +30,7 @@ with tempfile.TemporaryDirectory() as folder:
     render = Image.open(job / "render.png")
     parts = [
         # It shows the object twice; once is enough.
-        scaled(render.crop((60, 0, render.width // 2 - 90, render.height))),
+        scaled(render.crop((render.width // 24, 0, render.width * 7 // 16, render.height))),
         scaled(Image.open(job / "sheets" / "sheet_01.png")),
         scaled(Image.open(f"{folder}/page.png")),
     ]

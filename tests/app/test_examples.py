@@ -2,13 +2,16 @@
 
 import re
 import runpy
+import shutil
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PIL import Image
 
+import fabweave as fw
 from fabweave.verify.report import MEANINGS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -90,3 +93,54 @@ def test_make_pictures(tmp_path, monkeypatch):
     )
     # Other versions of numpy and Pillow may differ in the last bits, and so in single pixels.
     assert np.abs(made - kept).mean() < 1.0
+
+
+def test_make_lampshade(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["make_lampshade.py", str(tmp_path / "lampshade.obj")])
+    runpy.run_path(str(EXAMPLES / "make_lampshade.py"))
+    made, kept = tmp_path / "lampshade.obj", EXAMPLES / "lampshade.obj"
+    assert made.read_bytes() == kept.read_bytes()
+    facts = fw.inspect(kept, boundary="turn").facts
+    # As the README says: 16 × 6 quads, two rims, an exact twill, no ribbon that is too narrow.
+    assert facts["mesh"]["faces"] == 16 * 6
+    assert facts["mesh"]["boundary_loops"] == 2
+    assert facts["twill"]["exact"]
+    assert facts["threads"] | {"count": 4, "crossings": 176} == facts["threads"]
+
+
+def test_make_glossary(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["make_glossary.py", str(tmp_path)])
+    runpy.run_path(str(EXAMPLES / "make_glossary.py"))
+    kept = sorted((EXAMPLES / "glossary").iterdir())
+    assert [path.name for path in kept] == sorted(path.name for path in tmp_path.iterdir())
+    for path in kept:
+        assert (tmp_path / path.name).read_bytes() == path.read_bytes()
+        root = ElementTree.fromstring(path.read_text("utf-8"))  # noqa: S314 - it is ours
+        assert root.get("viewBox") == "0 0 160 120"
+        # Something is marked, and nothing is there twice.
+        drawn = [ElementTree.tostring(element) for element in root]
+        assert len(drawn) == len(set(drawn)) > 3
+
+
+@pytest.mark.apt
+@pytest.mark.skipif(not shutil.which("pdftoppm"), reason="poppler-utils is not installed")
+def test_make_job_picture(tmp_path, monkeypatch, finished):
+    job = finished("shape:octahedron", "--size", "200mm", "--effort", "quick")
+    target = tmp_path / "job.png"
+    monkeypatch.setattr(sys, "argv", ["make_job_picture.py", str(job), "1", str(target)])
+    runpy.run_path(str(EXAMPLES / "make_job_picture.py"))
+    pixels, sheet, kept = (
+        np.asarray(Image.open(path).convert("L"), dtype=float)
+        for path in (target, job / "sheets" / "sheet_01.png", EXAMPLES / "lampshade.png")
+    )
+    assert len(pixels) == len(kept) == 400
+    # Object, sheet and page, with white between them; each shows something.
+    wide, page, space = round(sheet.shape[1] * 400 / len(sheet)), 283, 12
+    object_wide = pixels.shape[1] - wide - page - 2 * space
+    assert object_wide > 200
+    left = 0
+    for width in (object_wide, wide, page):
+        assert pixels[:, left : left + width].std() > 5.0
+        left += width
+        assert (pixels[:, left : left + space] > 250.0).all()
+        left += space
