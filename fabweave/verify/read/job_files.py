@@ -4,7 +4,7 @@ import csv
 import json
 import math
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -28,7 +28,7 @@ from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally
 
 Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
@@ -159,14 +159,20 @@ def required(value: _Value | None) -> _Value:
     return value
 
 
-def sheet_drawing(
-    drawings: dict[int, Drawing], sheet: Sheet, suffix: str, tally: Tally
-) -> Drawing | None:
-    """Return what was read of a sheet's file; its absence is a finding."""
-    drawing = drawings.get(sheet.number)
-    if drawing is None:
-        tally.fail(f"{sheet.name}.{suffix} is not checked, because it could not be read")
-    return drawing
+def sheet_drawings(
+    job: Job, kind: str, tally: Tally, *, needed: bool = False
+) -> Iterator[tuple[Sheet, Drawing, Place]]:
+    """Yield each sheet with its drawing of a kind, ``dxf`` or ``svg``, and the name of that file.
+
+    One that could not be read is left out, and a finding where it is needed.
+    """
+    drawings = job.dxf if kind == "dxf" else job.svg
+    for sheet in required(job.map).sheets:
+        drawing = drawings.get(sheet.number)
+        if drawing is not None:
+            yield sheet, drawing, tally.at(f"{sheet.name}.{kind}")
+        elif needed:
+            tally.fail(f"{sheet.name}.{kind} is not checked, because it could not be read")
 
 
 def load_job(directory: Path, tally: Tally) -> Job:

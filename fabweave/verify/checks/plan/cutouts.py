@@ -7,6 +7,7 @@ from fabweave.verify.crossing_map import CrossingMap, Cutout, Joint, Piece
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import ring_points
 from fabweave.verify.measure.development import Development
+from fabweave.verify.measure.geometry import distances, widest_miss
 from fabweave.verify.measure.joint_kinds import kind_of
 from fabweave.verify.statement import Place, Tally
 
@@ -63,10 +64,9 @@ def _check_station(
         f"its holes have diameters {sorted(set(holes[:, 2].tolist()))}, but should have {diameter}",
     )
     if np.all(np.isfinite(wanted)):
-        apart = np.hypot(*(wanted[:, None] - holes[None, :, :2]).transpose(2, 0, 1))
         place.at_most(
             "record_mm",
-            float(max(apart.min(axis=0).max(), apart.min(axis=1).max())),
+            widest_miss(distances(wanted, holes[:, :2])),
             SAME_MM,
             "a hole is cut {} from where its station or joint says",
         )
@@ -135,10 +135,9 @@ def check_layers(plan: CrossingMap, developments: dict[str, Development], tally:
                 continue
             apart = points[None, :] - first[:, None]
             apart = apart - (apart @ normal)[:, :, None] * normal
-            distance = np.linalg.norm(apart, axis=2)
             place.at_most(
                 "layer_mm",
-                float(max(distance.min(axis=0).max(), distance.min(axis=1).max())),
+                widest_miss(np.linalg.norm(apart, axis=2)),
                 LAYER_MM + slack + more,
                 f"a hole of {other} is {{}} off that of {name}",
             )

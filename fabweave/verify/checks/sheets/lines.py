@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.drawing import NOTES, Drawing, Floats, Ints
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.read.kerfed_sheets import FOLDER
 from fabweave.verify.statement import Place, Tally
 
@@ -21,12 +21,11 @@ def check_lines(job: Job, tally: Tally) -> None:
 
     Of sheets that are written once more to be cut, those are checked, too.
     """
+    for _, drawing, place in sheet_drawings(job, "dxf", tally):
+        _check_segments(drawing, place)
     for sheet in required(job.map).sheets:
-        # What could not be read is told where its outlines are checked.
-        if (drawing := job.dxf.get(sheet.number)) is not None:
-            _check_segments(drawing, tally.at(f"{sheet.name}.dxf"))
-        if job.ready is not None and (drawing := job.ready.dxf.get(sheet.number)) is not None:
-            _check_segments(drawing, tally.at(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf"))
+        if job.ready is not None and (ready := job.ready.dxf.get(sheet.number)) is not None:
+            _check_segments(ready, tally.at(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf"))
 
 
 def _check_segments(drawing: Drawing, place: Place) -> None:

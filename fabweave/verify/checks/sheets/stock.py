@@ -9,7 +9,7 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, corners_apart, traced
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.statement import Place, Tally
 
 _SAME_MM = 1e-3
@@ -28,9 +28,9 @@ def check_stock(job: Job, tally: Tally) -> None:
     _check_angles(plan, options, tally)
     for sheet in plan.sheets:
         _check_shape(sheet, tally.at(sheet.name))
-        for kind, drawings in (("dxf", job.dxf), ("svg", job.svg)):
-            if (drawing := drawings.get(sheet.number)) is not None:
-                _check_notes(sheet, drawing, tally.at(f"{sheet.name}.{kind}"))
+    for kind in ("dxf", "svg"):
+        for sheet, drawing, place in sheet_drawings(job, kind, tally):
+            _check_notes(sheet, drawing, place)
     if job.waste is not None:
         _check_prices(plan, job.waste, tally.at("waste.json").against("crossing_map.json"))
 
