@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
-from fabweave.verify.checks.preflight import check_preflight
+from fabweave.verify.checks.reports.preflight import check_preflight
 
 from fabweave.app.options.user_files import FOLDER_VARIABLE, user_file
 from fabweave.app.settings import settings_from_job, settings_from_options
