@@ -233,7 +233,7 @@ def test_blocks_of_toml_can_be_read(topic):
 
 
 def messages() -> list[str]:
-    blocks = re.findall(r"```text\n(.*?)```", page("troubleshooting"), re.DOTALL)
+    blocks = re.findall(r"```text\n(.*?)```", "".join(map(page, TOPICS)), re.DOTALL)
     return [block.strip() for block in blocks]
 
 
