@@ -117,6 +117,7 @@ def build_crossing_map(
                 step_deg=layout.rotations.step_deg, tolerance_deg=layout.rotations.tolerance_deg
             ),
             notes=layout.notes,
+            recorded=layout.recorded,
         ),
         cut=cut,
         sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=mirrored),

@@ -138,7 +138,7 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
 def _say(piece: str, names: dict[str, list[str]], joined: Sequence[str], *, closes: bool) -> str:
     """Say in plain words how a piece is placed."""
     if not joined and not any(names.values()):
-        return f"Begin with {piece}, its engraved side outward."
+        return f"Begin with {piece}, its outer face up."
     over = list(dict.fromkeys(names["over"]))
     said = [f"Lay {piece} over {_list(over)}" if over else f"Take {piece}"]
     for end in ("start", "end"):
@@ -174,8 +174,8 @@ def last_tenth(steps: Sequence[StepRecord]) -> float:
 def order_note(order: Order, steps: Sequence[StepRecord]) -> str:
     """Say what the order costs, what naive orders would, and how hard the end is."""
     return (
-        f"assembly: effort {order.total:.0f}, where 1 is a strand laid over another, "
+        f"assembly: effort {order.total:.0f}, where laying one strand over another counts 1: "
         f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
         f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
-        f"takes {last_tenth(steps):.1f} times the mean"
+        f"takes {last_tenth(steps):.1f} times the average effort"
     )

@@ -50,12 +50,16 @@ class RotationRecord:
 
 @record
 class LayoutRecord:
-    """What the layout keeps: margin of sheets, gap between pieces, angles; and notes about it."""
+    """What the layout keeps: margin of sheets, gap between pieces, angles; and notes about it.
+
+    ``recorded`` says that another run may not find it again, so that it is to be taken from here.
+    """
 
     margin_mm: float
     gap_mm: float
     rotations: RotationRecord
     notes: tuple[str, ...]
+    recorded: bool | None = optional()
 
 
 @record

@@ -28,10 +28,9 @@ def problem(
     remedy: str,
     *,
     fatal: bool,
-    count: int | None = None,
 ) -> Iterator[Problem]:
     """Give a problem if it occurs; the message agrees with the count, as ``agree`` does it."""
-    number = len(places) if count is None else count
+    number = len(places)
     if number:
         rows = np.reshape(places[:_LISTED], (len(places[:_LISTED]), -1)).tolist()
         where = tuple(tuple(row) for row in rows)

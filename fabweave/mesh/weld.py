@@ -1,4 +1,4 @@
-"""Join vertices that stand at the same place."""
+"""Join vertices that are at the same place."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -6,26 +6,23 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, offsets_of
-from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 
 #: Vertices closer than this share of the bounding box's diagonal are one vertex.
 WELD_TOLERANCE = 1e-8
 
 
-def weld_mesh(mesh: PolyMesh, *, tolerance: float = WELD_TOLERANCE) -> tuple[PolyMesh, int, int]:
-    """Join vertices that stand at the same place, and drop what collapses.
+def weld_mesh(mesh: PolyMesh) -> tuple[PolyMesh, int, int]:
+    """Join vertices that are at the same place, and drop what collapses.
 
-    A corner that repeats the vertex before it is dropped from its face; a face that then has
-    fewer than three corners is dropped.
+    Vertices that are linked by a chain of steps within `WELD_TOLERANCE` become one, at the place of
+    the first. A corner that repeats the vertex before it is dropped from its face; a face that then
+    has fewer than three corners is dropped.
 
     Parameters
     ----------
     mesh : PolyMesh
         Any mesh whose faces name vertices that exist.
-    tolerance : float
-        How close is the same place, as a share of the bounding box's diagonal; vertices that
-        are linked by a chain of such steps become one, at the place of the first.
 
     Returns
     -------
@@ -36,11 +33,6 @@ def weld_mesh(mesh: PolyMesh, *, tolerance: float = WELD_TOLERANCE) -> tuple[Pol
     dropped : int
         How many faces disappeared.
 
-    Raises
-    ------
-    InputError
-        If the tolerance is negative or no number.
-
     Examples
     --------
     >>> two = PolyMesh.from_faces(
@@ -50,9 +42,7 @@ def weld_mesh(mesh: PolyMesh, *, tolerance: float = WELD_TOLERANCE) -> tuple[Pol
     >>> mesh.faces(), joined, dropped
     ([[0, 1, 2], [1, 3, 2]], 2, 0)
     """
-    if not tolerance >= 0:
-        raise InputError(f"the weld tolerance must be zero or more, and is {tolerance}")
-    leader, label = _first_of_each(_coincident_groups(mesh.vertices, tolerance))
+    leader, label = _first_of_each(_coincident_groups(mesh.vertices))
     indices = label[mesh.indices]
     face = face_of_corner(mesh)
     previous = np.arange(mesh.n_corners) - 1
@@ -67,16 +57,16 @@ def weld_mesh(mesh: PolyMesh, *, tolerance: float = WELD_TOLERANCE) -> tuple[Pol
     return welded, mesh.n_vertices - len(leader), int(np.count_nonzero(~stays))
 
 
-def _coincident_groups(vertices: FloatArray, tolerance: float) -> IntArray:
+def _coincident_groups(vertices: FloatArray) -> IntArray:
     """Label vertices so that those at the same place share a label, (V,)."""
     group = same_position_groups(vertices)
     leader, label = _first_of_each(group)
     finite = np.flatnonzero(np.isfinite(vertices[leader]).all(axis=1))
     points = vertices[leader[finite]]
-    if len(points) < 2 or tolerance == 0:
+    if len(points) < 2:
         return group
     with np.errstate(over="ignore"):
-        reach = tolerance * float(np.linalg.norm(np.ptp(points, axis=0)))
+        reach = WELD_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
     if not 0 < reach < np.inf:
         return group
     pairs = finite[KDTree(points).query_pairs(reach, output_type="ndarray")]

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -39,15 +40,15 @@ class Thread:
     crossings: tuple[int, ...]
     over: tuple[bool, ...]
     pieces: tuple[str, ...]
-    bunch: int = 0
+    bunch: int
 
     @cached_property
     def places(self) -> dict[int, list[int]]:
         """Where along the thread each crossing stands."""
-        found: dict[int, list[int]] = {}
+        places: dict[int, list[int]] = {}
         for at, crossing in enumerate(self.crossings):
-            found.setdefault(crossing, []).append(at)
-        return found
+            places.setdefault(crossing, []).append(at)
+        return places
 
 
 @dataclass(frozen=True)
@@ -104,8 +105,8 @@ class Label:
     x: float
     y: float
     rotation_deg: float
-    length_mm: float
-    box_height_mm: float
+    #: Along the text, and across it.
+    box_mm: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -145,12 +146,12 @@ class Piece:
     @property
     def points(self) -> Floats:
         """Where its stations are, (N, 2)."""
-        return np.array([(one.x, one.y) for one in self.stations]).reshape(-1, 2)
+        return np.array([(station.x, station.y) for station in self.stations]).reshape(-1, 2)
 
     @property
     def slots(self) -> list[Floats]:
         """The cut-outs that are no circles."""
-        return [one.ring for one in self.cutouts or () if one.ring is not None]
+        return [cutout.ring for cutout in self.cutouts or () if cutout.ring is not None]
 
     def placed(self, points: Floats) -> Floats:
         """Return points of the piece where they stand on its sheet."""
@@ -177,7 +178,7 @@ class Joint:
     id: int
     pieces: tuple[str, str]
     crossing: int
-    holes: Floats
+    holes: Annotated[Floats, (2, 2)]
     kind: str = "rivet"
     hole_mm: float | None = None
     lap_mm: float | None = None
@@ -267,6 +268,8 @@ class CrossingMap:
     efforts: tuple[float, float, float]
     #: Mean effort of the last tenth of the pieces, as a multiple of that of all.
     last_tenth: float
+    #: Whether the layout is to be taken from here to make the job again, where that is stated.
+    recorded: bool | None = None
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
@@ -290,10 +293,10 @@ class CrossingMap:
 
     @cached_property
     def _by_sheet(self) -> dict[int, list[Piece]]:
-        found: dict[int, list[Piece]] = {}
+        pieces: dict[int, list[Piece]] = {}
         for piece in self.pieces:
-            found.setdefault(piece.sheet, []).append(piece)
-        return found
+            pieces.setdefault(piece.sheet, []).append(piece)
+        return pieces
 
     @cached_property
     def holes(self) -> dict[str, list[Hole]]:
@@ -308,7 +311,7 @@ class CrossingMap:
     def _holes(self, piece: Piece) -> list[Hole]:
         """Return the holes of one piece."""
         if piece.cutouts is not None:
-            return [Hole(*one.circle) for one in piece.cutouts if one.circle is not None]
+            return [Hole(*cutout.circle) for cutout in piece.cutouts if cutout.circle is not None]
         holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
         for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
             joint = self.joint.get(joint_id) if joint_id is not None else None

@@ -123,15 +123,15 @@ class Drawing:
 
     def shape(self, at: int) -> Shape:
         """Return one shape by itself."""
-        own = slice(int(self.start[at]), int(self.start[at + 1]))
+        rows = slice(int(self.start[at]), int(self.start[at + 1]))
         radius = None if np.isnan(self.radius[at]) else float(self.radius[at])
         return Shape(
             layer=self.layer[at],
             piece=self.piece[at],
-            points=self.points[own],
+            points=self.points[rows],
             closed=bool(self.closed[at]),
             radius=radius,
-            bulges=self.bulges[own] if np.any(self.bulges[own]) else None,
+            bulges=self.bulges[rows] if np.any(self.bulges[rows]) else None,
             name=self.name[at],
         )
 

@@ -185,8 +185,8 @@ class Place:
         good = self._tally.measure(quantity, value, limit, least=least)
         if not good:
             unit = _UNITS.get(quantity[quantity.rfind("_") :], "")
-            told = meaning.replace("{}", f"{value:.4f}{unit}")
-            self.fail(f"{told} (at {'least' if least else 'most'} {limit:g}{unit})")
+            finding = meaning.replace("{}", f"{value:.4f}{unit}")
+            self.fail(f"{finding} (at {'least' if least else 'most'} {limit:g}{unit})")
         return good
 
     def _judge(self, name: str, stated: object, wanted: object, *, good: bool) -> bool:

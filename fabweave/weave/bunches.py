@@ -63,7 +63,7 @@ def thread_graph(threads: Threads) -> sparse.csr_array:
     return sparse.coo_array((counts, (rows, columns)), shape=(size, size)).tocsr()
 
 
-def find_bunches(threads: Threads, *, effort: int = _EFFORT) -> Bunches:
+def find_bunches(threads: Threads) -> Bunches:
     """Part the threads into as few bunches as can be found, and say how few there could be.
 
     Two bunches, warp and weft, are found whenever two suffice. Otherwise the graph of threads
@@ -73,13 +73,11 @@ def find_bunches(threads: Threads, *, effort: int = _EFFORT) -> Bunches:
     ----------
     threads : Threads
         The walks.
-    effort : int
-        How long to search for fewer bunches and for a proof, in threads looked at.
 
     Returns
     -------
     Bunches
-        The same for the same threads and effort.
+        The same for the same threads.
 
     References
     ----------
@@ -103,7 +101,7 @@ def find_bunches(threads: Threads, *, effort: int = _EFFORT) -> Bunches:
     neighbours = [
         sorted(other for other in row if other != thread) for thread, row in enumerate(rows)
     ]
-    found = colour_graph(neighbours, effort=effort)
+    found = colour_graph(neighbours, effort=_EFFORT)
     colours = np.array(found.colours, dtype=np.int64)
     return Bunches(_longest_first(colours, threads.lengths), found.at_least, own)
 

@@ -165,8 +165,8 @@ def test_the_time_is_that_of_every_act():
 
 @pytest.mark.slow
 def test_inside_lettering_is_told():
-    assert "It is the inside of the object" in section("How to read", label_side="inside")
-    assert "It is the outside of the object" in section("How to read")
+    assert "This is the inside of the object" in section("How to read", label_side="inside")
+    assert "This is the outside of the object" in section("How to read")
 
 
 def test_only_pieces_in_place_are_named():
@@ -268,8 +268,8 @@ def test_turns_are_told_when_the_view_changes():
 
 def test_turn_words_name_each_view_differently():
     assert len({turn_words(view) for view in VIEWS}) == len(VIEWS)
-    assert turn_words(View(0.0, 20.0)) == "Turn the object: seen from the right, above."
-    assert turn_words(View(-90.0, -20.0)) == "Turn the object: seen from the front, below."
+    assert turn_words(View(0.0, 20.0)) == "Turn the object to see it from the right and above."
+    assert turn_words(View(-90.0, -20.0)) == "Turn the object to see it from the front and below."
 
 
 def brute_force(lost, turn):

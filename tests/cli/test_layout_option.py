@@ -42,6 +42,7 @@ def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(tmp_p
     assert "job.toml" in differing
     assert differing <= {"job.toml", *coded}
     plans = [json.loads((folder / "crossing_map.json").read_text()) for folder in (first, again)]
+    assert [plan["layout"].pop("recorded") for plan in plans] == [False, True]
     for plan in plans:
         del plan["cut"]["code"]
         for sheet in plan["sheets"]:

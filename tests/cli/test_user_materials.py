@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
-from fabweave.verify.checks.own_materials import check_own_materials
-from fabweave.verify.checks.preflight import check_preflight
+from fabweave.verify.checks.reports.preflight import check_preflight
 
 from fabweave.app.options.user_files import FOLDER_VARIABLE, user_file
 from fabweave.app.settings import settings_from_job, settings_from_options
@@ -15,8 +14,9 @@ from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.stock.material import material_named, material_table
 from fabweave.verify import verify_job
+from fabweave.verify.checks.reports.own_materials import check_own_materials
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.report import Tally
+from fabweave.verify.statement import Tally
 
 #: One material is new; the other stands in for one of ours, and bends by a table.
 MATERIALS = """

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import shapely
 from click.testing import CliRunner
-from fabweave.cli.commands import cli
 from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
+from fabweave.cli.main import cli
 from fabweave.core.errors import InputError
 from fabweave.flat.joint.drill import SLIDE_D, slot_path
 from fabweave.flat.joint.holes import PITCH_D, HoleRule, group_offsets

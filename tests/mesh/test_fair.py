@@ -18,6 +18,7 @@ from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.fair import feature_lines
 from fabweave.mesh.fair.fairing import ON_SURFACE, fair_mesh
 from fabweave.mesh.fair.fairness import Fairness
 from fabweave.mesh.fair.feature_lines import find_lines
@@ -168,7 +169,7 @@ def test_any_mesh_keeps_what_it_is(mesh, seed) -> None:
             assert np.linalg.norm(foot - point, axis=1).min() < 1e-9 * size
 
 
-def test_sharp_edges_and_corners_stay() -> None:
+def test_sharp_edges_and_corners_stay(monkeypatch) -> None:
     mesh = cube()
     for _ in range(3):
         mesh = split_to_quads(mesh)
@@ -185,7 +186,8 @@ def test_sharp_edges_and_corners_stay() -> None:
     assert faired.centres_off < 1e-9 * corner
     assert faired.after.turning_deg < faired.before.turning_deg
     # Without sharp edges it would be rounded off: the angle decides.
-    assert fair_mesh(mesh, 30, sharp_deg=120.0).centres_off > 1e-3 * corner
+    monkeypatch.setattr(feature_lines, "SHARP_DEG", 120.0)
+    assert fair_mesh(mesh, 30).centres_off > 1e-3 * corner
 
 
 # Symmetry.
@@ -336,7 +338,7 @@ def test_vertices_slide_round_a_ring() -> None:
     assert np.allclose(np.linalg.norm(lines.directions(lines.place), axis=1), 1)
 
 
-def test_lines_end_where_they_turn_or_meet() -> None:
+def test_lines_end_where_they_turn_or_meet(monkeypatch) -> None:
     mesh = cube()
     mesh = split_to_quads(split_to_quads(mesh))
     lines = find_lines(mesh, build_halfedges(mesh))
@@ -347,7 +349,8 @@ def test_lines_end_where_they_turn_or_meet() -> None:
     # Past its end a line goes no further.
     ends = lines.at(lines.start + 2 * lines.length)
     assert np.allclose(np.abs(ends), np.abs(mesh.vertices).max())
-    assert not len(find_lines(mesh, build_halfedges(mesh), 100.0).sliding)
+    monkeypatch.setattr(feature_lines, "SHARP_DEG", 100.0)
+    assert not len(find_lines(mesh, build_halfedges(mesh)).sliding)
 
 
 # Limits, and what is refused.

@@ -73,19 +73,19 @@ def test_notes_must_be_texts_and_the_same_everywhere(job):
     assert "not texts" in findings(job)[0]
 
 
-def test_a_note_must_tell_the_true_number_of_sheets_and_be_recorded(job):
-    tell(job, "nesting was cut short: the pieces are on 1 sheet; there may be fewer")
-    assert findings(job) == ()
-    tell(job, "the same settings may give another layout")
-    assert findings(job) == (
-        "crossing_map.json, layout: the settings may give another layout, and job.toml does not "
-        "take the recorded one",
-    )
+def test_a_layout_that_may_not_be_found_again_is_taken_from_the_map(job):
+    job = replace(job, map=replace(job.map, recorded=True))
+    (finding,) = findings(job)
+    assert "layout: recorded is True, but should be False, as in job.toml" in finding
     job.settings["job"]["layout"] = "crossing_map.json"
     assert findings(job) == ()
-    tell(job, "nesting was cut short: the pieces are on 2 sheets")
-    (finding,) = findings(job)
-    assert "the number of sheets in a note is 2, but should be 1" in finding
+    (finding,) = findings(replace(job, map=replace(job.map, recorded=False)))
+    assert "layout: recorded is False, but should be True, as in job.toml" in finding
+
+
+def test_the_map_states_what_the_makers_know_of_the_layout(true_job):
+    assert true_job.document["layout"]["recorded"] is False
+    assert true_job.map.recorded is False
 
 
 @pytest.mark.parametrize("name", ["margin", "gap"])
@@ -100,7 +100,7 @@ def test_a_note_of_the_layout_that_is_not_told_is_missed(job):
     job.settings["outcome"]["notes"].pop()
     job.waste["notes"].pop()
     (finding,) = findings(job)
-    assert "job.toml does not tell the note 'nesting is done'" in finding
+    assert "its note 'nesting is done' is not in job.toml" in finding
 
 
 def test_a_spoiled_file_is_found_by_this_check_alone(folder, tmp_path):

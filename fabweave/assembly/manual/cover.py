@@ -90,7 +90,9 @@ def difficulty(crossing_map: CrossingMap) -> str:
     share = under / max(over + under, 1)
     points = (pieces > 60) + (pieces > 300) + (share > 0.35)
     word = ("easy", "moderate", "demanding", "very demanding")[points]
-    return f"{word}: {pieces} pieces, and {share:.0%} of all crossings are slid under"
+    return (
+        f"{word}: {pieces} pieces; at {share:.0%} of the crossings, a strip is slid under another"
+    )
 
 
 def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
@@ -150,15 +152,15 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
         f"{quick:g} to {slow:g} min {_EFFORTS[name]}" for name, (quick, slow) in _MINUTES.items()
     )
     lines += [
-        ("Tools", "; ".join([*tools, "clips or soft clamps, a pencil for the boxes"])),
+        ("Tools", "; ".join([*tools, "clips or soft clamps", "a pencil to tick the boxes"])),
         ("Difficulty", difficulty(crossing_map)),
-        ("Time", f"{_hours(low)} to {_hours(high)}; assumed: {pace}"),
+        ("Time", f"{_hours(low)} to {_hours(high)}; assuming {pace}"),
         (
-            "How to go on",
-            "Peel the pieces sheet by sheet and sort them by thread. Then follow the steps; set "
-            "fasteners loosely where a later strand still has to come, and where the manual says "
-            "that all layers are there, set them for good. The same steps turn and zoom in "
-            "assembly.html.",
+            "How to proceed",
+            "Take the pieces out of their sheets, one sheet after another, and sort them by "
+            "thread. Then follow the steps. Leave a fastener loose as long as a layer is still to "
+            "come, and tighten it when the step says that all layers are in place. assembly.html "
+            "shows the same steps on an object that you can turn and zoom.",
         ),
     ]
     return lines
@@ -253,47 +255,55 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
     signs = []
     face = "inside" if inside else "outside"
     if labels:
-        signs.append(("Engraved face", f"It is the {face} of the object."))
+        signs.append(("Engraved face", f"This is the {face} of the object."))
     else:
-        signs.append(("No lettering", f"Pieces carry no marks. The upper face is the {face}."))
+        signs.append(
+            (
+                "No lettering",
+                f"The pieces are not engraved. The face that is up on the sheet is the {face}.",
+            )
+        )
     if "id" in labels:
         signs.append(
             (
                 "1 Id",
-                f"{piece.id}: the letters name the thread, the number the piece along it. The "
-                "arrow shows the way along the thread: stations are counted along it from 0.",
+                f"{piece.id}: the letters name the thread, and the number counts its pieces. The "
+                "arrow points along the thread; stations are counted in its direction, from 0.",
             )
         )
     if "joint" in labels:
         key = next(key for key in piece.joints if key is not None)
         mate = next(joint for joint in crossing_map.joints if joint.id == key).mate(piece.id)
-        signs.append(
-            ("2 Joint", f"#{key}>{mate}: at this end joint {key} is made, with piece {mate}.")
-        )
+        signs.append(("2 Joint", f"#{key}>{mate}: joint {key} joins this end to piece {mate}."))
     station = piece.stations[0]
     if "partner" in labels or "sign" in labels:
         word = "over" if station.over else "under"
         signs.append(
             (
                 "3 Crossing",
-                "At each crossing stands whom the piece meets, after a small picture of the "
-                "crossing with this piece along the text: whole where it passes over, interrupted "
-                f"where it passes under. At its first station {piece.id} passes {word} "
-                f"{station.partner}.",
+                "Each crossing is marked with the piece that is met there. The sign before its id "
+                "is a small picture of the crossing, in which this piece runs along the text: "
+                "unbroken where it passes over, broken where it passes under. At its first "
+                f"station, {piece.id} passes {word} {station.partner}.",
             )
         )
     if len(labels) > 1:
         signs.append(
-            ("4 Ticks", "At both edges beside a crossing: one tick means over, two mean under.")
+            (
+                "4 Ticks",
+                "On both edges beside a crossing: one tick means over, two ticks mean under.",
+            )
         )
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         signs.append(
             (
                 "Cross",
-                "A cross in place of a hole marks a glued lap: lay cross on cross; the other "
-                "piece's end comes to lie at the long ticks.",
+                "A cross in place of a hole marks a glued lap: lay cross on cross, so that the end "
+                "of the other piece lies at the long ticks.",
             )
         )
     if any(station.hole_mm for station in piece.stations):
-        signs.append(("5 Hole", "A fastener holds all layers of the crossing: hole upon hole."))
+        signs.append(
+            ("5 Hole", "A fastener goes through all layers of the crossing: line up their holes.")
+        )
     return signs

@@ -80,10 +80,10 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
     book.y = book.block(
         book.left,
         book.y,
-        agree(len(level), "{n} [piece|pieces], the engraved face up, all")
-        + f" to the scale 1 : {72.0 / 25.4 / scale:.1f}. Places are those of the middle of the "
-        "piece on its sheet, in mm from the left and from the lower edge; pieces of one kind are "
-        "cut alike, and there are so many (x) of it.",
+        agree(len(level), "{n} [piece|pieces], engraved face up, drawn at a scale of")
+        + f" 1 : {72.0 / 25.4 / scale:.1f}. Each place is that of the middle of the piece on its "
+        "sheet, in mm from the left edge and from the lower edge. Pieces of the same kind are cut "
+        "alike; the number after x says how many there are.",
         book.right - book.left,
         size=SMALL,
     )
@@ -130,7 +130,7 @@ def levelled(outline: FloatArray) -> FloatArray:
 
 
 def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
-    """Draw every sheet with the names of its pieces, and list them to be ticked when peeled."""
+    """Draw every sheet with the names of its pieces, and list them to be ticked off."""
     margin_mm = crossing_map.layout.margin_mm
     several = len({(sheet.material, sheet.thickness_mm) for sheet in crossing_map.sheets}) > 1
     for sheet, drawing in zip(crossing_map.sheets, drawings, strict=True):
@@ -148,7 +148,7 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
             part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
             mirrored = ", mirrored, as it is cut" if sheet.mirrored else ""
             material = f", {sheet.material} {sheet.thickness_mm:g} mm" if several else ""
-            turned = ", its left edge below" if frame.quarter else ""
+            turned = ", left edge at the bottom" if frame.quarter else ""
             book.text(
                 book.left,
                 book.y,
@@ -256,7 +256,7 @@ class _Frame:
 def write_ticks(book: Book, name: str, keys: Sequence[str]) -> None:
     """Write the list of a sheet's pieces, each with a box to tick."""
     book.y -= 14.0
-    book.text(book.left, book.y, f"Peeled from {name}:", bold=True)
+    book.text(book.left, book.y, f"Pieces of {name}, to tick off as you take them out:", bold=True)
     book.y -= 16.0
     columns = _tick_columns(book, keys)
     for number, key in enumerate(keys):

@@ -34,9 +34,9 @@ def write_steps(book: Book, crossing_map: CrossingMap, pictures: list[StepPictur
     book.y = book.block(
         book.left,
         book.y,
-        "New pieces are dark, those in place are light, and what is still to come is a faint "
-        "ground. Black tags name new pieces, white ones joints. Tick the box when a step is done. "
-        "Numbers after crossings and joints are those of the crossing tables.",
+        "New pieces are dark, pieces in place are light, and pieces still to come are faint. Black "
+        "tags name new pieces, white tags joints. Tick the box when a step is done. Crossings and "
+        "joints are numbered as in the crossing tables.",
         book.right - book.left,
         size=SMALL,
     )
@@ -137,18 +137,18 @@ def _met(
 
 
 def turn_words(view: View) -> str:
-    """Say from where the object is seen after it was turned.
+    """Say how the object is to be turned.
 
     Examples
     --------
     >>> turn_words(View(-60.0, 28.0))
-    'Turn the object: seen from the front right, above.'
+    'Turn the object to see it from the front right and above.'
     """
     high = "above" if view.elevation_deg > 0 else "below"
     if abs(view.elevation_deg) > 60.0:
-        return f"Turn the object: seen from straight {high}."
+        return f"Turn the object to see it from straight {high}."
     side = _SIDES[math.floor((view.azimuth_deg + 90.0) / 45.0 + 0.5) % 8]
-    return f"Turn the object: seen from the {side}, {high}."
+    return f"Turn the object to see it from the {side} and {high}."
 
 
 def _fastening(step: StepRecord) -> str:
@@ -156,7 +156,7 @@ def _fastening(step: StepRecord) -> str:
     if not step.fasten:
         return ""
     listed = ", ".join(str(key) for key in step.fasten)
-    return agree(len(step.fasten), f"All layers are there at [crossing|crossings] {listed}.")
+    return agree(len(step.fasten), f"All layers are now in place at [crossing|crossings] {listed}.")
 
 
 def _lines(text: str, width: float, *, bold: bool = False) -> float:

@@ -19,8 +19,8 @@ def write_tables(book: Book, crossing_map: CrossingMap) -> None:
         book.left,
         book.y,
         "For each piece, station by station along its arrow: the crossing, the distance from the "
-        "first station, over or under whom the piece passes, the joint with its mate, and the "
-        "step in which the crossing is made.",
+        "first station, the piece that it passes over or under, the joint and the piece that is "
+        "joined there, and the step in which the crossing is made.",
         book.right - book.left,
         size=SMALL,
     )

@@ -58,10 +58,10 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
     book.y = book.block(
         book.left,
         book.y,
-        "Each thread is a band with its colour in the pictures: above it its pieces and, at a "
-        "line, the joints (#) between them; below it the number of each crossing, o where the "
-        "thread goes over and u where it goes under the strand that is drawn across. A ring ends "
-        "with the joint at which it begins.",
+        "Each thread is drawn as a band in the colour that it has on the cover. Above the band are "
+        "its pieces, with a line at each joint (#) between them; below it are the numbers of its "
+        "crossings, with o where the thread goes over, and u where it goes under, the strand drawn "
+        "across it. A ring ends with the joint at which it begins.",
         book.right - book.left,
         size=SMALL,
     )

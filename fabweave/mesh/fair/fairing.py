@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import InputError
 from fabweave.mesh.fair.fairness import Fairness, Slope
-from fabweave.mesh.fair.feature_lines import SHARP_DEG, find_lines
+from fabweave.mesh.fair.feature_lines import find_lines
 from fabweave.mesh.fair.surface_constraints import Ground
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.nearest import Surface, face_fans
@@ -92,13 +92,7 @@ class Faired:
         return text + (f"; {self.n_fixed} corners stay" if self.n_fixed else "")
 
 
-def fair_mesh(
-    mesh: PolyMesh,
-    iterations: int,
-    *,
-    sharp_deg: float = SHARP_DEG,
-    progress: Progress = no_progress,
-) -> Faired:
+def fair_mesh(mesh: PolyMesh, iterations: int, *, progress: Progress = no_progress) -> Faired:
     """Move the vertices of a mesh along its surface so that threads run straighter and evener.
 
     The surface is that of the triangles between each face's edges and its centre, on which
@@ -113,8 +107,6 @@ def fair_mesh(
         An oriented manifold mesh.
     iterations : int
         How many steps, 0 or more.
-    sharp_deg : float
-        Edges are sharp where their faces turn by more, and corners where lines do.
     progress : callable
 
     Returns
@@ -143,7 +135,7 @@ def fair_mesh(
         surface = Surface(*face_fans(mesh, halfedges))
     except ValueError as error:
         raise InputError(f"the mesh cannot be faired: {error}") from error
-    lines = find_lines(mesh, halfedges, sharp_deg)
+    lines = find_lines(mesh, halfedges)
     ground = Ground(mesh, surface, lines)
     footing = ground.start()
     slope = fairness.at(footing.positions)

@@ -81,19 +81,17 @@ class Lines:
         return np.where(self.closed, round_it, np.clip(place, self.start, self.start + self.length))
 
 
-def find_lines(mesh: PolyMesh, halfedges: Halfedges, sharp_deg: float = SHARP_DEG) -> Lines:
+def find_lines(mesh: PolyMesh, halfedges: Halfedges) -> Lines:
     """Find the lines of a mesh along which its vertices may slide.
 
-    Lines are boundary edges and edges whose faces turn by more than the given angle. A vertex
-    slides if just two of these edges meet there and turn by no more than that angle; other
-    vertices of lines are fixed.
+    Lines are boundary edges and edges whose faces turn by more than `SHARP_DEG`. A vertex slides if
+    just two of these edges meet there and turn by no more than that angle; other vertices of lines
+    are fixed.
 
     Parameters
     ----------
     mesh, halfedges
         An oriented manifold mesh.
-    sharp_deg : float
-        The angle.
 
     Returns
     -------
@@ -108,7 +106,7 @@ def find_lines(mesh: PolyMesh, halfedges: Halfedges, sharp_deg: float = SHARP_DE
     >>> int(lines.fixed.sum()), len(lines.sliding)
     (4, 8)
     """
-    edges = _line_edges(mesh, halfedges, sharp_deg)
+    edges = _line_edges(mesh, halfedges)
     ends = np.column_stack([halfedges.tail[edges], halfedges.head[edges]])
     number = np.bincount(ends.reshape(-1), minlength=mesh.n_vertices)
     pairs: list[list[int]] = [[] for _ in range(mesh.n_vertices)] if len(ends) else []
@@ -122,11 +120,11 @@ def find_lines(mesh: PolyMesh, halfedges: Halfedges, sharp_deg: float = SHARP_DE
         inward = unit(mesh.vertices[two] - mesh.vertices[sides[:, 0]])
         outward = unit(mesh.vertices[sides[:, 1]] - mesh.vertices[two])
         straight = np.einsum("nd,nd->n", inward, outward)
-        fixed[two[~(straight >= np.cos(np.radians(sharp_deg)) - 1e-9)]] = True
+        fixed[two[~(straight >= np.cos(np.radians(SHARP_DEG)) - 1e-9)]] = True
     return _laid_out(mesh, _chains(pairs, fixed, number > 0), fixed)
 
 
-def _line_edges(mesh: PolyMesh, halfedges: Halfedges, sharp_deg: float) -> IntArray:
+def _line_edges(mesh: PolyMesh, halfedges: Halfedges) -> IntArray:
     """Return a half-edge of each edge that is on the boundary or sharp."""
     centres = face_centres(mesh)[halfedges.face]
     spans = np.cross(
@@ -136,7 +134,7 @@ def _line_edges(mesh: PolyMesh, halfedges: Halfedges, sharp_deg: float) -> IntAr
     first = halfedges.edge_halfedge
     twin = halfedges.twin[first]
     cosine = np.einsum("nd,nd->n", normal[halfedges.face[first]], normal[halfedges.face[twin]])
-    return first[(twin < 0) | (cosine < np.cos(np.radians(sharp_deg)) - 1e-9)]
+    return first[(twin < 0) | (cosine < np.cos(np.radians(SHARP_DEG)) - 1e-9)]
 
 
 def _chains(pairs: list[list[int]], fixed: BoolArray, on: BoolArray) -> list[list[int]]:

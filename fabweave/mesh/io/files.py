@@ -95,13 +95,10 @@ def read_mesh(path: str | Path) -> MeshFile:
     return MeshFile(mesh, kind, unit, notes)
 
 
-def write_mesh(
-    path: str | Path, mesh: PolyMesh, *, binary: bool = False, comment: str = ""
-) -> None:
-    """Write a mesh file; the same mesh gives the same bytes.
+def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
+    """Write a mesh file, as text; the same mesh gives the same bytes.
 
-    Reading the file gives the same faces and exactly the same positions; only binary OFF, which
-    holds 32-bit floats by definition, rounds them.
+    Reading the file gives the same faces and exactly the same positions.
 
     Parameters
     ----------
@@ -109,10 +106,6 @@ def write_mesh(
         Where to; the extension tells the format: one of `WRITABLE`.
     mesh : PolyMesh
         What to write.
-    binary : bool
-        Whether to write the format's binary kind (OFF and PLY).
-    comment : str
-        Text for the head of a text file, or of any PLY file.
 
     Raises
     ------
@@ -128,14 +121,7 @@ def write_mesh(
             f"{len(wrong)} corners name vertices that are not there (first: vertex "
             f"{mesh.indices[wrong[0]]} of {mesh.n_vertices}); check the mesh before writing it"
         )
-    if kind == "obj":
-        if binary:
-            raise InputError(f"{path.name}: OBJ has no binary kind; write OFF or PLY")
-        data = obj_bytes(mesh, comment)
-    elif kind == "off":
-        data = off_bytes(mesh, comment, binary=binary)
-    else:
-        data = ply_bytes(mesh, comment, binary=binary)
+    data = {"obj": obj_bytes, "off": off_bytes, "ply": ply_bytes}[kind](mesh)
     try:
         path.write_bytes(data)
     except OSError as error:

@@ -68,15 +68,13 @@ def read_obj(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     return PolyMesh(vertices, offsets_of(sizes), indices), ()
 
 
-def obj_bytes(mesh: PolyMesh, comment: str = "") -> bytes:
+def obj_bytes(mesh: PolyMesh) -> bytes:
     r"""Return the bytes of an OBJ file; reading them gives the same numbers back.
 
     Parameters
     ----------
     mesh : PolyMesh
         Any mesh whose faces have corners.
-    comment : str
-        Text for the head of the file.
 
     Returns
     -------
@@ -99,8 +97,7 @@ def obj_bytes(mesh: PolyMesh, comment: str = "") -> bytes:
             f"{len(empty)} faces have no corners (first: face {empty[0]}); OBJ cannot hold them, "
             "remove them first"
         )
-    lines = [f"# {line}" for line in comment.encode("ascii", "replace").decode().splitlines()]
-    lines += vertex_lines(mesh, "v ")
+    lines = vertex_lines(mesh, "v ")
     lines += ["f " + face for face in _face_lines(mesh.indices + 1, mesh.offsets)]
     return ("\n".join(lines) + "\n").encode("ascii")
 

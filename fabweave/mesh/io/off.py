@@ -192,19 +192,13 @@ def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMes
     return PolyMesh(vertices, offsets, indices), ()
 
 
-def off_bytes(mesh: PolyMesh, comment: str = "", *, binary: bool = False) -> bytes:
-    r"""Return the bytes of an OFF file.
-
-    Text gives the same numbers back when read; binary OFF holds 32-bit floats by definition.
+def off_bytes(mesh: PolyMesh) -> bytes:
+    r"""Return the bytes of an OFF text file; reading them gives the same numbers back.
 
     Parameters
     ----------
     mesh : PolyMesh
         Any mesh.
-    comment : str
-        Text for the head of a text file.
-    binary : bool
-        Whether to write ``OFF BINARY``.
 
     Returns
     -------
@@ -216,18 +210,6 @@ def off_bytes(mesh: PolyMesh, comment: str = "", *, binary: bool = False) -> byt
     >>> off_bytes(PolyMesh.from_faces([[0, 0, 0], [0.1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     b'OFF\n3 1 0\n0.0 0.0 0.0\n0.1 0.0 0.0\n0.0 1.0 0.0\n3 0 1 2\n'
     """
-    if not binary:
-        notes = comment.encode("ascii", "replace").decode().splitlines()
-        lines = ["OFF", *(f"# {line}" for line in notes)]
-        lines.append(f"{mesh.n_vertices} {mesh.n_faces} 0")
-        lines += vertex_lines(mesh) + counted_face_lines(mesh)
-        return ("\n".join(lines) + "\n").encode("ascii")
-    sizes, offsets = mesh.face_sizes, mesh.offsets
-    faces = np.zeros(mesh.n_corners + 2 * mesh.n_faces, dtype=">i4")  # size, corners, no colour
-    head = offsets[:-1] + 2 * np.arange(mesh.n_faces)
-    faces[head] = sizes
-    faces[np.arange(mesh.n_corners) + np.repeat(head + 1 - offsets[:-1], sizes)] = mesh.indices
-    counts = np.array([mesh.n_vertices, mesh.n_faces, 0], dtype=">i4")
-    with np.errstate(over="ignore"):
-        vertices = mesh.vertices.astype(">f4")
-    return b"OFF BINARY\n" + counts.tobytes() + vertices.tobytes() + faces.tobytes()
+    lines = ["OFF", f"{mesh.n_vertices} {mesh.n_faces} 0"]
+    lines += vertex_lines(mesh) + counted_face_lines(mesh)
+    return ("\n".join(lines) + "\n").encode("ascii")

@@ -1,16 +1,11 @@
-"""Read and write polygon meshes in PLY, as text and as binary."""
-
-from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
+"""Read polygon meshes in PLY, text or binary, and write them as text."""
 
 from fabweave.core.arrays import FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.mesh.io.obj import counted_face_lines, vertex_lines
 from fabweave.mesh.io.off import check_range
 from fabweave.mesh.io.ply_body import BinaryBody, TextBody
-from fabweave.mesh.io.ply_head import ORDERS, Element, read_head
+from fabweave.mesh.io.ply_head import Element, read_head
 from fabweave.mesh.polymesh import PolyMesh
 
 _FACE_LISTS = ("vertex_indices", "vertex_index")
@@ -105,28 +100,13 @@ def _face_list(element: Element, name: str) -> int:
     )
 
 
-@dataclass(frozen=True)
-class _Types:
-    """Names and codes of the types in which a mesh is written."""
-
-    count: str
-    count_code: str
-    index_code: str = "i4"
-
-
-def ply_bytes(
-    mesh: PolyMesh, comment: str = "", *, binary: bool = False, big_endian: bool = False
-) -> bytes:
-    r"""Return the bytes of a PLY file with double precision: reading gives the numbers back.
+def ply_bytes(mesh: PolyMesh) -> bytes:
+    r"""Return the bytes of a PLY text file; reading them gives the same numbers back.
 
     Parameters
     ----------
     mesh : PolyMesh
         Any mesh.
-    comment : str
-        Text for the head of the file.
-    binary, big_endian : bool
-        Whether to write binary, and in which byte order.
 
     Returns
     -------
@@ -136,42 +116,14 @@ def ply_bytes(
     Examples
     --------
     >>> mesh = PolyMesh.from_faces([[0, 0, 0], [0.1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    >>> ply_bytes(mesh).splitlines()[-1], len(ply_bytes(mesh, binary=True).splitlines()[-1])
-    (b'3 0 1 2', 85)
+    >>> ply_bytes(mesh).splitlines()[-1]
+    b'3 0 1 2'
     """
     small = mesh.n_faces == 0 or int(mesh.face_sizes.max()) < 256
-    types = _Types("uchar", "u1") if small else _Types("int", "i4")
-    order = "binary_big_endian" if big_endian else "binary_little_endian"
-    lines = ["ply", f"format {order if binary else 'ascii'} 1.0"]
-    lines += [
-        f"comment {line}" for line in comment.encode("ascii", "replace").decode().splitlines()
-    ]
-    lines.append(f"element vertex {mesh.n_vertices}")
+    lines = ["ply", "format ascii 1.0", f"element vertex {mesh.n_vertices}"]
     lines += [f"property double {axis}" for axis in "xyz"]
     lines.append(f"element face {mesh.n_faces}")
-    lines.append(f"property list {types.count} int vertex_indices")
+    lines.append(f"property list {'uchar' if small else 'int'} int vertex_indices")
     lines.append("end_header")
-    if not binary:
-        lines += vertex_lines(mesh) + counted_face_lines(mesh)
-        return ("\n".join(lines) + "\n").encode("ascii")
-    head = ("\n".join(lines) + "\n").encode("ascii")
-    mark = ORDERS[order]
-    return head + mesh.vertices.astype(f"{mark}f8").tobytes() + _packed_faces(mesh, types, mark)
-
-
-def _packed_faces(mesh: PolyMesh, types: _Types, mark: str) -> bytes:
-    counts = mesh.face_sizes.astype(mark + types.count_code)
-    numbers = mesh.indices.astype(mark + types.index_code)
-    width, step = counts.itemsize, numbers.itemsize
-    heads = mesh.offsets[:-1] * step + np.arange(mesh.n_faces) * width
-    packed = np.zeros(len(counts) * width + len(numbers) * step, dtype=np.uint8)
-    _put(packed, heads, counts.view(np.uint8).reshape(-1, width))
-    places = np.arange(mesh.n_corners) * step + np.repeat(
-        (np.arange(mesh.n_faces) + 1) * width, mesh.face_sizes
-    )
-    _put(packed, places, numbers.view(np.uint8).reshape(-1, step))
-    return packed.tobytes()
-
-
-def _put(packed: npt.NDArray[np.uint8], places: IntArray, rows: npt.NDArray[np.uint8]) -> None:
-    packed[places[:, None] + np.arange(rows.shape[1])] = rows
+    lines += vertex_lines(mesh) + counted_face_lines(mesh)
+    return ("\n".join(lines) + "\n").encode("ascii")

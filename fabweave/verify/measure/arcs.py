@@ -93,9 +93,9 @@ def along(points: Floats, bulges: Floats) -> tuple[Floats, Ints]:
     share = (np.arange(len(after)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[after]
     result = place[after]
     curved = bent[after] & (share > 0.0)
-    own = after[curved]
-    result[curved] = centre[own] + (place[own] - centre[own]) * np.exp(
-        1j * share[curved] * turn[own]
+    side = after[curved]
+    result[curved] = centre[side] + (place[side] - centre[side]) * np.exp(
+        1j * share[curved] * turn[side]
     )
     return np.column_stack([result.real, result.imag]), after
 

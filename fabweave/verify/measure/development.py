@@ -21,7 +21,7 @@ from fabweave.verify.read.glb import Strip
 
 
 @dataclass(frozen=True, eq=False)
-class Developed:
+class Development:
     """A piece's part of the model, unfolded and laid on the piece.
 
     Parameters
@@ -55,12 +55,12 @@ class Developed:
         return np.concatenate([self.rungs[:, 0], self.rungs[::-1, 1]])
 
 
-def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Developed]:
+def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Development]:
     """Unfold each piece's part of the model and lay it on the piece without reflection.
 
     A piece whose stations are no run of its thread is left out.
     """
-    laid: dict[str, Steps] = {}
+    steps_of: dict[str, Steps] = {}
     result = {}
     for piece in plan.pieces:
         thread = plan.thread.get(piece.thread)
@@ -72,15 +72,17 @@ def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Deve
         start = station_run(thread, piece)
         if start is None:
             continue
-        if thread.label not in laid:
-            laid[thread.label] = lay_steps(strip)
-        result[piece.id] = _develop(piece, strip, laid[thread.label], start, reaches(plan, piece))
+        if thread.label not in steps_of:
+            steps_of[thread.label] = lay_steps(strip)
+        result[piece.id] = _develop(
+            piece, strip, steps_of[thread.label], start, reaches(plan, piece)
+        )
     return result
 
 
 def _develop(
     piece: Piece, strip: Strip, steps: Steps, start: int, ends: tuple[Reach, Reach]
-) -> Developed:
+) -> Development:
     """Unfold one piece and lay it on itself by its stations."""
     begin, end = panel_bounds(strip, start, len(piece.stations))
     first = int(begin[0])
@@ -114,7 +116,7 @@ def _develop(
     length = float(np.sum(np.hypot(*np.diff(rungs.mean(axis=1), axis=0).T)))
     # Each rung's direction is uncertain by about grain / width; the errors walk at random.
     slack = strip.grain_mm * (1.0 + np.sqrt(len(rungs)) * length / max(2.0 * width, 1e-9))
-    return Developed(
+    return Development(
         rungs=motion.apply(rungs.reshape(-1, 2)).reshape(rungs.shape),
         panels=motion.apply(panels.reshape(-1, 2)).reshape(panels.shape),
         space=space,

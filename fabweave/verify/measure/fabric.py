@@ -22,11 +22,11 @@ def read_fabric(pattern: str) -> tuple[int, int, int] | None:
     >>> read_fabric("3/1"), read_fabric("2/2/3"), read_fabric("satin:5/2"), read_fabric("knit")
     ((3, 1, 1), (2, 2, 3), (4, 1, 2), None)
     """
-    if found := _TWILL.fullmatch(pattern):
-        over, under, shift = (int(word) for word in found.groups(default="1"))
-    elif found := _SATIN.fullmatch(pattern):
-        size, shift = int(found[2]), int(found[3])
-        over, under = (size - 1, 1) if found[1] == "satin" else (1, size - 1)
+    if match := _TWILL.fullmatch(pattern):
+        over, under, shift = (int(word) for word in match.groups(default="1"))
+    elif match := _SATIN.fullmatch(pattern):
+        size, shift = int(match[2]), int(match[3])
+        over, under = (size - 1, 1) if match[1] == "satin" else (1, size - 1)
     else:
         return None
     if over < 1 or under < 1 or math.gcd(shift, over + under) > min(over, under):

@@ -78,6 +78,16 @@ def farthest(points: Floats, others: Floats) -> float:
     return float(np.max(np.hypot(*(points - others).T), initial=0.0))
 
 
+def distances(points: Floats, others: Floats) -> Floats:
+    """Return the distance of each of some points from each of others, (N, M)."""
+    return np.hypot(*(points[:, None] - others[None, :]).transpose(2, 0, 1))
+
+
+def widest_miss(distance: Floats) -> float:
+    """Return how far the loneliest point of two sets is from the other set, given (N, M)."""
+    return float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
+
+
 @dataclass(frozen=True, eq=False)
 class Steps:
     """Each step of a strip laid in the plane, in the frame of its first rung.

@@ -20,14 +20,14 @@ class Supply:
 
 def thread_supplies(options: Mapping[str, Any], plan: CrossingMap) -> dict[int, Supply]:
     """Return the supply of each thread, by its id."""
-    told = {key: by_bunch(options.get(key)) for key in ("material", "thickness", "gap")}
-    found = {}
+    settings = {key: by_bunch(options.get(key)) for key in ("material", "thickness", "gap")}
+    supplies = {}
     for thread in plan.threads:
         material, thickness, gap = (
-            values.get(thread.bunch, values.get(None)) for values in told.values()
+            values.get(thread.bunch, values.get(None)) for values in settings.values()
         )
-        found[thread.id] = Supply(material, _length(thickness), _length(gap))
-    return found
+        supplies[thread.id] = Supply(material, length_of(thickness), length_of(gap))
+    return supplies
 
 
 def by_bunch(text: object) -> dict[int | None, str]:
@@ -42,15 +42,15 @@ def by_bunch(text: object) -> dict[int | None, str]:
         return {}
     if "=" not in text:
         return {None: text}
-    found: dict[int | None, str] = {}
+    values: dict[int | None, str] = {}
     for part in text.split(","):
         name, _, value = (word.strip() for word in part.partition("="))
         number = _NAMES.index(name) if name in _NAMES else int(name) if name.isdecimal() else -1
-        found[number] = value
-    return found
+        values[number] = value
+    return values
 
 
-def _length(text: str | None) -> float | None:
+def length_of(text: str | None) -> float | None:
     """Return a length as fabweave writes it."""
     try:
         return None if text is None else float(text.removesuffix("mm"))

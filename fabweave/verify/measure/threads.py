@@ -22,8 +22,8 @@ def edge_of_crossings(plan: CrossingMap, mesh: LoadedMesh) -> dict[int, int]:
         frozenset((int(mesh.corner[side]), int(mesh.corner[mesh.next[side]]))): int(side)
         for side in mesh.inner
     }
-    found = {crossing.id: ends.get(frozenset(crossing.edge)) for crossing in plan.crossings}
-    return {key: side for key, side in found.items() if side is not None}
+    sides = {crossing.id: ends.get(frozenset(crossing.edge)) for crossing in plan.crossings}
+    return {key: side for key, side in sides.items() if side is not None}
 
 
 def thread_passes(
@@ -60,9 +60,9 @@ def thread_passes(
             continue
         walks = shelf.get((thread.closed, canonical(claimed, thread.closed)[0]), [])
         ways = [
-            (at, laid)
+            (at, passes)
             for at, walk in enumerate(walks)
-            for laid in lay_walk(claimed, walk, keys, mesh)
+            for passes in lay_walk(claimed, walk, keys, mesh)
         ]
         if ways:
             at, result[thread.id] = _followed(ways, thread, mesh, model or {})
@@ -95,7 +95,7 @@ def station_run(thread: Thread, piece: Piece) -> int | None:
     limit = count + 1 if thread.closed else count
     if not 0 < size <= limit:
         return None
-    found: list[tuple[bool, int]] = []
+    starts: list[tuple[bool, int]] = []
     for start in thread.places.get(piece.stations[0].crossing, ()):
         if not thread.closed and start + size > count:
             continue
@@ -103,5 +103,5 @@ def station_run(thread: Thread, piece: Piece) -> int | None:
             thread.crossings[(start + at) % count] == station.crossing
             for at, station in enumerate(piece.stations)
         ):
-            found.append((thread.over[start] != piece.stations[0].over, start))
-    return min(found)[1] if found else None
+            starts.append((thread.over[start] != piece.stations[0].over, start))
+    return min(starts)[1] if starts else None

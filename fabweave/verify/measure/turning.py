@@ -50,18 +50,18 @@ def check_turns(
     turns: list[Turn] = []
     rungs, owners = [], []
     for at in _places_before_turns(passes, mesh) if turning else ():
-        own = turns_after(passes[at], mesh)
+        bends = turns_after(passes[at], mesh)
         first = int(strip.exit[at]) + 1
         between = (int(strip.entry[(at + 1) % len(passes)]) - first) % count
         if not place.expect(
-            between >= 2 * len(own) and between % len(own) == 0,
-            f"between its places {at} and {at + 1} it turns at {len(own)} boundary edges, but its "
-            f"ribbon has {between} rungs there",
+            between >= 2 * len(bends) and between % len(bends) == 0,
+            f"between its places {at} and {at + 1} it turns at {len(bends)} boundary edges, but "
+            f"its ribbon has {between} rungs there",
         ):
             continue
-        owners.append(len(turns) + np.repeat(np.arange(len(own)), between // len(own)))
+        owners.append(len(turns) + np.repeat(np.arange(len(bends)), between // len(bends)))
         rungs.append((first + np.arange(between)) % count)
-        turns += own
+        turns += bends
     if not turns:
         return
     owner = np.concatenate(owners)

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from fabweave.verify.crossing_map import (
     Sheet,
     Station,
     Step,
-    Strand,
     Thread,
 )
 from fabweave.verify.drawing import Floats, ReadError
@@ -47,7 +45,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
         raise ReadError(f"its units are {root['units'].text()!r}, not 'mm'")
     weave, broken = root["weave"], root["weave"]["broken"]
     sheets = tuple(_sheet(node) for node in root["sheets"].items())
-    rotations = root["layout"]["rotations"]
+    layout, rotations = root["layout"], root["layout"]["rotations"]
     mirrors = {sheet.number: sheet.width_mm for sheet in sheets if sheet.mirrored}
     return CrossingMap(
         pattern=weave["pattern"].text(),
@@ -59,17 +57,18 @@ def read_crossing_map(path: Path) -> CrossingMap:
         ),
         warp=tuple(node.integer() for node in weave.items_of("warp")),
         labels=tuple(node.integer() for node in weave.items_of("labels")),
-        margin_mm=root["layout"]["margin_mm"].number(),
-        gap_mm=root["layout"]["gap_mm"].number(),
+        margin_mm=layout["margin_mm"].number(),
+        gap_mm=layout["gap_mm"].number(),
+        recorded=layout["recorded"].flag() if layout.has("recorded") else None,
         step_deg=rotations["step_deg"].maybe(Node.number),
         tolerance_deg=rotations["tolerance_deg"].number(),
         cut=_cut(root["cut"]),
         sheets=sheets,
-        threads=tuple(_thread(node) for node in root["threads"].items()),
-        crossings=tuple(_crossing(node) for node in root["crossings"].items()),
+        threads=tuple(node.record(Thread) for node in root["threads"].items()),
+        crossings=tuple(node.record(Crossing) for node in root["crossings"].items()),
         pieces=tuple(_piece(node, mirrors) for node in root["pieces"].items()),
-        joints=tuple(_joint(node) for node in root["joints"].items()),
-        steps=tuple(_step(node) for node in root["steps"].items()),
+        joints=tuple(node.record(Joint) for node in root["joints"].items()),
+        steps=tuple(node.record(Step) for node in root["steps"].items()),
         efforts=(
             root["assembly"]["effort"].number(),
             root["assembly"]["by_thread"].number(),
@@ -127,44 +126,6 @@ def _cut(node: Node) -> Cut:
     return Cut(profile, preset, dxf, units, node["hairline_mm"].number(), colours, code)
 
 
-def _step(node: Node) -> Step:
-    """Read a step."""
-    crossings, over, under, joints, fasten = (
-        tuple(item.integer() for item in node[key].items())
-        for key in ("crossings", "over", "under", "joints", "fasten")
-    )
-    return Step(
-        step=node["step"].integer(),
-        pieces=tuple(item.text() for item in node["pieces"].items()),
-        crossings=crossings,
-        over=over,
-        under=under,
-        joints=joints,
-        fasten=fasten,
-        closes=node["closes"].flag(),
-        effort=node["effort"].number(),
-        text=node["text"].text(),
-    )
-
-
-def _joint(node: Node) -> Joint:
-    """Read a joint; of what it need not state, what it states."""
-
-    def stated(key: str) -> Any:
-        return node[key].maybe(Node.number) if node.has(key) else None
-
-    return Joint(
-        node["id"].integer(),
-        _pair(node["pieces"]),
-        node["crossing"].integer(),
-        node["holes"].points(2, 2),
-        kind=node["kind"].text() if node.has("kind") else "rivet",
-        hole_mm=stated("hole_mm"),
-        lap_mm=stated("lap_mm"),
-        grip_mm=stated("grip_mm"),
-    )
-
-
 def _cutout(node: Node) -> Cutout:
     """Read what is cut out of a piece."""
     station, kind = node["station"].integer(), node["kind"].text()
@@ -177,36 +138,6 @@ def _cutout(node: Node) -> Cutout:
     if len(ring) < 3:
         raise ReadError(f"{node.path}.path has fewer than three points")
     return Cutout(station, None, ring)
-
-
-def _pair(node: Node) -> tuple[str, str]:
-    """Read two piece ids."""
-    first, second = node.items(2)
-    return first.text(), second.text()
-
-
-def _thread(node: Node) -> Thread:
-    """Read a thread."""
-    return Thread(
-        node["id"].integer(),
-        node["label"].text(),
-        node["closed"].flag(),
-        tuple(item.integer() for item in node["crossings"].items()),
-        tuple(item.flag() for item in node["over"].items()),
-        tuple(item.text() for item in node["pieces"].items()),
-        node["bunch"].integer(),
-    )
-
-
-def _crossing(node: Node) -> Crossing:
-    """Read a crossing."""
-    start, end = node["edge"].items(2)
-    x, y, z = (item.number() for item in node["position"].items(3))
-    over, under = (
-        Strand(side["thread"].integer(), side["piece"].text(), side["station"].integer())
-        for side in (node["over"], node["under"])
-    )
-    return Crossing(node["id"].integer(), (start.integer(), end.integer()), (x, y, z), over, under)
 
 
 def _piece(node: Node, mirrors: Mapping[int, float]) -> Piece:
@@ -231,42 +162,12 @@ def _piece(node: Node, mirrors: Mapping[int, float]) -> Piece:
         joints=(start, end),
         outline=outline,
         path=path,
-        stations=tuple(
-            Station(
-                crossing=item["crossing"].integer(),
-                over=item["over"].flag(),
-                partner=item["partner"].text(),
-                x=item["x"].number(),
-                y=item["y"].number(),
-                hole_mm=item["hole_mm"].maybe(Node.number),
-                joint=item["joint"].maybe(Node.integer),
-            )
-            for item in node["stations"].items()
-        ),
-        labels=tuple(_label(item) for item in node["labels"].items()),
-        dropped=tuple(
-            Dropped(item["kind"].text(), item["text"].text(), item["station"].maybe(Node.integer))
-            for item in node["dropped"].items()
-        ),
+        stations=tuple(item.record(Station) for item in node["stations"].items()),
+        labels=tuple(item.record(Label) for item in node["labels"].items()),
+        dropped=tuple(item.record(Dropped) for item in node["dropped"].items()),
         cutouts=tuple(_cutout(item) for item in node["cutouts"].items())
         if node.has("cutouts")
         else None,
         mirror_mm=mirrors.get(node["sheet"].integer()),
         kind=node["kind"].integer(),
-    )
-
-
-def _label(node: Node) -> Label:
-    """Read a label."""
-    wide, high = (item.number() for item in node["box_mm"].items(2))
-    return Label(
-        kind=node["kind"].text(),
-        text=node["text"].text(),
-        station=node["station"].maybe(Node.integer),
-        height_mm=node["height_mm"].number(),
-        x=node["x"].number(),
-        y=node["y"].number(),
-        rotation_deg=node["rotation_deg"].number(),
-        length_mm=wide,
-        box_height_mm=high,
     )

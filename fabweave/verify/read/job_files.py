@@ -4,7 +4,7 @@ import csv
 import json
 import math
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, TypeVar
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.measure.areas import Areas, areas_of
-from fabweave.verify.measure.development import Developed, develop_pieces
+from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.supplies import Supply, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
@@ -28,7 +28,7 @@ from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally
 
 Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
@@ -114,14 +114,14 @@ class Job:
 
         The thickness is not a number where the settings do not tell that of all threads.
         """
-        found: dict[int, tuple[int, float]] = {}
+        layers: dict[int, tuple[int, float]] = {}
         for piece in self.map.pieces if self.map is not None else ():
             supply = self.supplies.get(piece.thread, Supply())
             thick = math.nan if supply.thickness_mm is None else supply.thickness_mm
             for station in piece.stations:
-                count, total = found.get(station.crossing, (0, 0.0))
-                found[station.crossing] = (count + 1, total + thick)
-        return found
+                count, total = layers.get(station.crossing, (0, 0.0))
+                layers[station.crossing] = (count + 1, total + thick)
+        return layers
 
     @cached_property
     def areas(self) -> dict[str, Areas]:
@@ -139,7 +139,7 @@ class Job:
             return None
 
     @cached_property
-    def developed(self) -> dict[str, Developed]:
+    def developments(self) -> dict[str, Development]:
         """The development of each piece's part of the model, laid on the piece."""
         if self.map is None or self.model is None:
             return {}
@@ -159,14 +159,20 @@ def required(value: _Value | None) -> _Value:
     return value
 
 
-def sheet_drawing(
-    drawings: dict[int, Drawing], sheet: Sheet, suffix: str, tally: Tally
-) -> Drawing | None:
-    """Return what was read of a sheet's file; its absence is a finding."""
-    drawing = drawings.get(sheet.number)
-    if drawing is None:
-        tally.fail(f"{sheet.name}.{suffix} is not checked, because it could not be read")
-    return drawing
+def sheet_drawings(
+    job: Job, kind: str, tally: Tally, *, needed: bool = False
+) -> Iterator[tuple[Sheet, Drawing, Place]]:
+    """Yield each sheet with its drawing of a kind, ``dxf`` or ``svg``, and the name of that file.
+
+    One that could not be read is left out, and a finding where it is needed.
+    """
+    drawings = job.dxf if kind == "dxf" else job.svg
+    for sheet in required(job.map).sheets:
+        drawing = drawings.get(sheet.number)
+        if drawing is not None:
+            yield sheet, drawing, tally.at(f"{sheet.name}.{kind}")
+        elif needed:
+            tally.fail(f"{sheet.name}.{kind} is not checked, because it could not be read")
 
 
 def load_job(directory: Path, tally: Tally) -> Job:
@@ -217,8 +223,8 @@ def load_job(directory: Path, tally: Tally) -> Job:
     options = _options(settings)
     templates: dict[int, Template] | None = None
     if options.get("template", "none") != "none":
-        found = {one.number: read(f"sheets/{one.name}.pdf", read_template) for one in sheets}
-        templates = {number: one for number, one in found.items() if one is not None}
+        pages = {sheet.number: read(f"sheets/{sheet.name}.pdf", read_template) for sheet in sheets}
+        templates = {number: page for number, page in pages.items() if page is not None}
     read("waste.html", _read_text)
     read("render.png", _read_png)
     model, markers = read("model.glb", read_model) or (None, {})

@@ -3,11 +3,17 @@
 import contextlib
 import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from fabweave.verify.drawing import Floats, ReadError
+
+_Record = TypeVar("_Record")
+_Read: TypeAlias = "Callable[[Node], Any]"
 
 
 class Node:
@@ -88,6 +94,50 @@ class Node:
             raise ReadError(f"{self.path} is not a list of points of shape {inner}")
         return result
 
-    def maybe(self, read: "Callable[[Node], Any]") -> Any:
+    def maybe(self, read: _Read) -> Any:
         """Return null as None, anything else as read."""
         return None if self.value is None else read(self)
+
+    def record(self, kind: Callable[..., _Record]) -> _Record:
+        """Return an object as a dataclass: its fields by their names, as their types want them.
+
+        What has a default may be absent.
+        """
+        return kind(
+            **{
+                name: read(self[name])
+                for name, read, needed in _readers(kind)
+                if needed or self.has(name)
+            }
+        )
+
+
+@cache
+def _readers(kind: Any) -> list[tuple[str, _Read, bool]]:
+    """Return for each field of a dataclass its name, what reads it, and whether it is needed."""
+    hints = get_type_hints(kind, include_extras=True)
+    return [
+        (field.name, _reader(hints[field.name]), field.default is MISSING) for field in fields(kind)
+    ]
+
+
+def _reader(hint: Any) -> _Read:
+    """Return what reads a value of a type; an array is annotated with the shape of its items."""
+    simple = {int: Node.integer, float: Node.number, str: Node.text, bool: Node.flag}
+    if hint in simple:
+        return simple[hint]
+    inner = get_args(hint)
+    if isinstance(hint, type) and is_dataclass(hint):
+        return lambda node: node.record(hint)
+    if get_origin(hint) is Annotated:
+        return lambda node: node.points(*inner[1])
+    if isinstance(hint, UnionType):
+        (kind,) = (_reader(part) for part in inner if part is not NoneType)
+        return lambda node: node.maybe(kind)
+    if inner[-1] is Ellipsis:
+        item = _reader(inner[0])
+        return lambda node: tuple(item(part) for part in node.items())
+    each = [_reader(part) for part in inner]
+    return lambda node: tuple(
+        read(part) for read, part in zip(each, node.items(len(each)), strict=True)
+    )

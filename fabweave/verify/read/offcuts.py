@@ -40,6 +40,6 @@ def read_offcuts(
     if not (directory / FOLDER).is_dir():
         return None
     names = sorted(f"{FOLDER}/{path.name}" for path in (directory / FOLDER).iterdir())
-    found = {name: read(name, read_dxf) for name in names if name != STOCK}
-    drawings = {name: drawing for name, drawing in found.items() if drawing is not None}
+    files = {name: read(name, read_dxf) for name in names if name != STOCK}
+    drawings = {name: drawing for name, drawing in files.items() if drawing is not None}
     return Offcuts(drawings, read(STOCK, read_toml))

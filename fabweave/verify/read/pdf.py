@@ -43,12 +43,12 @@ def read_contents(path: Path) -> tuple[bytes, tuple[bytes, ...]]:
         raise ReadError("it is not a complete PDF")
     contents, at = [], 0
     # From stream to stream: what is packed may look like anything, and is passed over.
-    while (found := _STREAM.search(data, at)) is not None:
-        description = data[max(data.rfind(b"obj", at, found.start()), at) : found.start()]
-        end = data.find(b"endstream", found.end())
+    while (match := _STREAM.search(data, at)) is not None:
+        description = data[max(data.rfind(b"obj", at, match.start()), at) : match.start()]
+        end = data.find(b"endstream", match.end())
         at = end if end >= 0 else len(data)
         if not _IMAGE.search(description):
-            contents.append(_unpacked(description, data[found.end() : at]))
+            contents.append(_unpacked(description, data[match.end() : at]))
     return data, tuple(contents)
 
 
@@ -67,8 +67,8 @@ def _unpacked(description: bytes, content: bytes) -> bytes:
 def _plain(shown: bytes) -> str:
     """Return a text without escapes."""
 
-    def sign(found: re.Match[bytes]) -> bytes:
-        name = found[1]
+    def sign(match: re.Match[bytes]) -> bytes:
+        name = match[1]
         return bytes([int(name, 8) % 256]) if name.isdigit() else _SIGNS.get(name, name)
 
     return _ESCAPED.sub(sign, shown).decode("cp1252", "replace")

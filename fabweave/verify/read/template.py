@@ -41,10 +41,10 @@ def read_template(path: Path) -> Template:
         drawn = max(contents, key=len, default=b"")
         ends = [[float(word) for word in step[1].split()[-2:]] for step in _STEP.finditer(drawn)]
         shifts = [
-            [float(found[1]), float(found[2])]
+            [float(match[1]), float(match[2])]
             for content in contents
-            for found in [_SHIFT.search(content)]
-            if found is not None
+            for match in [_SHIFT.search(content)]
+            if match is not None
         ]
     except ValueError as error:
         raise ReadError(f"it has a number that is none: {error}") from error

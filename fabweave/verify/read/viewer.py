@@ -70,11 +70,11 @@ class _Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """Look at an element's attributes."""
-        told = {name: value or "" for name, value in attrs}
-        if tag == "meta" and told.get("http-equiv", "").lower() == "content-security-policy":
-            self.policies.append(told.get("content", ""))
-        self.loads += [told[name] for name in _LOADS if name in told]
-        if tag == "script" and told.get("id") == "data":
+        values = {name: value or "" for name, value in attrs}
+        if tag == "meta" and values.get("http-equiv", "").lower() == "content-security-policy":
+            self.policies.append(values.get("content", ""))
+        self.loads += [values[name] for name in _LOADS if name in values]
+        if tag == "script" and values.get("id") == "data":
             self.documents += 1
             self._in_data = True
 

@@ -23,13 +23,12 @@ class VotingRule:
     groups : bool
         Whether crossings are decided bunch pair by bunch pair, the longest bunches first, and the
         votes along a thread weigh as much as its bunch is long (section 6.3).
-    edge, gap : float
-        Weight of an edge vote, and of a face or vertex vote (section 6.4).
+    gap : float
+        Weight of a face or vertex vote (section 6.4); that of an edge vote is 1.
     """
 
     name: str
     groups: bool = False
-    edge: float = 1.0
     gap: float = 1.0
 
 
@@ -151,7 +150,7 @@ def _weights(
     conditions: TwillConditions, bunches: IntArray, rule: VotingRule
 ) -> tuple[list[float], float]:
     """Return the weight of each edge vote, and of every face or vertex vote."""
-    weight: FloatArray = np.full(len(conditions.edge), rule.edge)
+    weight: FloatArray = np.ones(len(conditions.edge))
     if rule.groups and len(weight):
         length = np.bincount(bunches[conditions.thread], minlength=int(bunches.max()) + 1)
         own = length[bunches[conditions.thread]]

@@ -18,16 +18,16 @@ function pieceDrawing(plan, index, chosen) {
   const shownWide = Math.max(330, 37 * stations.length);
   const unit = (right - left) / (shownWide - 24);
   const r = 10 * unit, pad = 12 * unit;
-  const holes = stations.filter((one) => one.hole_mm !== null)
-    .map((one) => `<circle class="hole" cx="${one.x}" cy="${-one.y}" r="${one.hole_mm / 2}"/>`);
+  const holes = stations.filter((station) => station.hole_mm !== null)
+    .map((station) => `<circle class="hole" cx="${station.x}" cy="${-station.y}" r="${station.hole_mm / 2}"/>`);
   const line = stations.map(({ x, y }) => `${x} ${-y}`).join("L");
-  const dots = stations.map((one, k) => `
-    <g class="station${one.over ? " over" : " under"}${k === chosen ? " chosen" : ""}" data-station="${k}"
-       transform="translate(${one.x} ${-one.y})">
+  const dots = stations.map((station, k) => `
+    <g class="station${station.over ? " over" : " under"}${k === chosen ? " chosen" : ""}" data-station="${k}"
+       transform="translate(${station.x} ${-station.y})">
       <circle class="reach" r="${2 * r}"/><circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
       <text font-size="${11 * unit}" dy="${3.9 * unit}">${k}</text></g>`);
-  const names = stations.map((one) => `<text class="partner" x="${one.x}" y="${-low + 15 * unit}"
-    font-size="${11 * unit}">${escaped(one.partner)}</text>`);
+  const names = stations.map((station) => `<text class="partner" x="${station.x}" y="${-low + 15 * unit}"
+    font-size="${11 * unit}">${escaped(station.partner)}</text>`);
   const ends = [[0, left], [1, right]].flatMap(([end, x]) => piece.joints[end] === null ? [] : [
     `<text class="joint" x="${x}" y="${-high - 7 * unit}" font-size="${12 * unit}"
       text-anchor="${end ? "end" : "start"}">#${piece.joints[end]} &#8594; ${escaped(plan.mate(piece, piece.joints[end]))}</text>`]);
@@ -43,14 +43,14 @@ function pieceDrawing(plan, index, chosen) {
 /** List a piece's stations: how far along, over or under which piece, joint and mate. */
 function stationTable(plan, index, chosen) {
   const piece = plan.pieces[index], far = plan.distances(piece);
-  const rows = piece.stations.map((one, k) => `
+  const rows = piece.stations.map((station, k) => `
     <tr data-station="${k}"${k === chosen ? ' class="chosen"' : ""}><td>${k}</td><td>${far[k].toFixed(1)}</td>
-      <td>${sideSign(one.over)}${one.over ? "over" : "under"}</td>
-      <td><button type="button" class="link" data-piece="${escaped(one.partner)}">${escaped(one.partner)}</button></td>
-      <td>${one.joint === null ? "" : `#${one.joint} <button type="button" class="link" data-piece="${
-        escaped(plan.mate(piece, one.joint))}">${escaped(plan.mate(piece, one.joint))}</button>`}</td>
-      <td>${one.hole_mm === null ? "" : one.hole_mm}</td></tr>`);
-  return `<div class="scroll"><table><thead><tr><th>No.</th><th>mm</th><th>goes</th><th>piece</th><th>joint, mate</th><th>hole</th></tr></thead>
+      <td>${sideSign(station.over)}${station.over ? "over" : "under"}</td>
+      <td><button type="button" class="link" data-piece="${escaped(station.partner)}">${escaped(station.partner)}</button></td>
+      <td>${station.joint === null ? "" : `#${station.joint} <button type="button" class="link" data-piece="${
+        escaped(plan.mate(piece, station.joint))}">${escaped(plan.mate(piece, station.joint))}</button>`}</td>
+      <td>${station.hole_mm === null ? "" : station.hole_mm}</td></tr>`);
+  return `<div class="scroll"><table><thead><tr><th>No.</th><th>mm</th><th>passes</th><th>piece</th><th>joint, mate</th><th>hole</th></tr></thead>
     <tbody>${rows.join("")}</tbody></table></div>`;
 }
 

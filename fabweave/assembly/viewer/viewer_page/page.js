@@ -13,7 +13,7 @@
   const space = makeSpace(by("object"), by("labels"), plan, { chosen: (piece) => choose(piece) });
   const shown = { piece: null, sheet: null };
 
-  /** The piece that is spoken of: the chosen one, or the first of this step; -1 for none. */
+  /** The piece that the panels show: the chosen one, or the first of this step; -1 for none. */
   function subject() {
     if (state.piece >= 0 || !state.stepwise) return state.piece;
     return plan.pieceAt.get(plan.steps[state.step - 1].pieces[0]) ?? -1;
@@ -36,7 +36,7 @@
   function labels(how) {
     const order = plan.pieces.map((piece, index) => ({ piece: index, text: piece.id, code: how[index] }));
     const wanted = order.filter(({ code }) => code >= FRESH || (state.labels && code !== HIDDEN));
-    return wanted.sort((a, b) => b.code - a.code).map((one) => ({ ...one, strong: one.code >= FRESH }));
+    return wanted.sort((a, b) => b.code - a.code).map((label) => ({ ...label, strong: label.code >= FRESH }));
   }
 
   function update() {
@@ -75,7 +75,7 @@
     shown.piece = key;
     const panel = by("panel-piece");
     if (chosen < 0) {
-      panel.innerHTML = `<p class="hint">Choose a strip: tap it in space or on its sheet, or search for its label.</p>`;
+      panel.innerHTML = `<p class="hint">Choose a piece: tap it on the object or on its sheet, or search for its label.</p>`;
       return;
     }
     const piece = plan.pieces[chosen], thread = plan.thread(piece), bunch = plan.bunchName(thread);
@@ -98,12 +98,12 @@
     if (panel.hidden && !printing) return;
     if (shown.sheet !== state.sheet) {
       shown.sheet = state.sheet;
-      panel.innerHTML = `<p class="turner"><button type="button" data-turn="-1" aria-label="Sheet before">&#9664;</button>
+      panel.innerHTML = `<p class="turner"><button type="button" data-turn="-1" aria-label="Previous sheet">&#9664;</button>
         <span>Sheet ${sheet.sheet} of ${plan.sheets.length}<br><small>${sheet.width_mm} × ${sheet.height_mm} mm${
           sheet.stock ? `, ${escaped(sheet.stock)}` : ""}</small></span>
-        <button type="button" data-turn="1" aria-label="Sheet after">&#9654;</button>
-        <button type="button" data-zoom="0.5" aria-label="Smaller">&minus;</button>
-        <button type="button" data-zoom="2" aria-label="Larger">+</button></p><div id="sheet-box">${sheetDrawing(plan, state.sheet)}</div>
+        <button type="button" data-turn="1" aria-label="Next sheet">&#9654;</button>
+        <button type="button" data-zoom="0.5" aria-label="Zoom out">&minus;</button>
+        <button type="button" data-zoom="2" aria-label="Zoom in">+</button></p><div id="sheet-box">${sheetDrawing(plan, state.sheet)}</div>
         <p class="hint" id="sheet-hint"></p>`;
     }
     const box = by("sheet-box"), drawing = box.firstChild;
@@ -123,10 +123,10 @@
     }
     shown.sought = key;
     by("sheet-hint").textContent = [
-      sheet.mirrored ? "Pieces lie on their outer faces here: the inner ones are engraved." : "",
+      sheet.mirrored ? "The pieces lie on their outer faces: their inner faces are engraved." : "",
       sheet.defects.length ? "Hatched: defects." : "",
       sheet.rest ? `Dashed: ${sheet.rest.name}, to be kept.` : "",
-      state.stepwise ? "Ringed: this step. Pale: laid before. White: later." : "",
+      state.stepwise ? "Ringed: this step. Pale: in place. White: still to come." : "",
     ].filter(Boolean).join(" ");
   }
 
@@ -162,7 +162,7 @@
     if (space && look && state.follow && piece >= 0) space.face(piece, station);
   }
 
-  /** Point out a station of the piece that is spoken of. */
+  /** Point out a station of the piece that the panels show. */
   function mark(station) {
     state.station = state.station === station ? -1 : station;
     update();
@@ -206,7 +206,7 @@
     return hits;
   }
 
-  // What is tapped anywhere says by its data what it stands for.
+  // Whatever is tapped says by its data what it stands for.
   document.addEventListener("click", (event) => {
     const hit = event.target.closest("[data-piece], [data-station], [data-sheet], [data-turn], [data-zoom], button[data-step]");
     if (!event.target.closest("#search")) find(false);
@@ -290,8 +290,8 @@
     document.body.classList.add("flat");
     by("no-space").hidden = false;
     by("no-space").textContent = typeof THREE === "undefined"
-      ? "This page was made without its 3-D library: pieces, sheets and steps are here, the view in space is not."
-      : "This browser shows no 3-D (WebGL is off or missing): pieces, sheets and steps work without it.";
+      ? "This page was made without its 3-D library: it shows pieces, sheets and steps, but not the object."
+      : "This browser cannot show 3-D (WebGL is off or missing); pieces, sheets and steps work without it.";
   }
   update();
   // For those who test the page or build on it.

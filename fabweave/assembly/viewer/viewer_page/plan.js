@@ -1,6 +1,6 @@
 "use strict";
 
-/** Read what the page holds, and find one's way in it. */
+/** Read what the page holds, and index it. */
 function readPlan(text) {
   const data = JSON.parse(text);
   const { pieces, joints, steps, threads, sheets } = data.plan;
@@ -48,10 +48,10 @@ function readPlan(text) {
       return [...new Set(joint.pieces)].map((id) => ({ piece: pieceAt.get(id), why: `joint #${joint.id}` }));
     }
     const exact = pieceAt.has(wanted) ? [pieceAt.get(wanted)] : [];
-    const thread = threads.find((one) => one.label.toUpperCase() === wanted);
-    const own = thread ? thread.pieces.map((id) => pieceAt.get(id)) : [];
-    const begun = pieces.flatMap((one, index) => (one.id.toUpperCase().startsWith(wanted) ? [index] : []));
-    return [...new Set([...exact, ...own, ...begun])].slice(0, most).map((piece) => ({
+    const thread = threads.find(({ label }) => label.toUpperCase() === wanted);
+    const ofThread = thread ? thread.pieces.map((id) => pieceAt.get(id)) : [];
+    const begun = pieces.flatMap(({ id }, index) => (id.toUpperCase().startsWith(wanted) ? [index] : []));
+    return [...new Set([...exact, ...ofThread, ...begun])].slice(0, most).map((piece) => ({
       piece,
       why: `thread ${threads[threadOf.get(pieces[piece].thread)].label}, sheet ${pieces[piece].sheet}`,
     }));

@@ -71,8 +71,8 @@ function readStrips(space, plan) {
   let first = 0;
   space.counts.forEach((count, number) => {
     const piece = plan.pieces[number], panels = space.panels[number], last = first + count - 1;
-    const middles = Array.from({ length: count }, (_, k) => middle(first + k)), own = [];
-    quads.push(own);
+    const middles = Array.from({ length: count }, (_, k) => middle(first + k)), triangles = [];
+    quads.push(triangles);
     let run = 0;
     for (let k = 0; k < count; k++) {
       const rung = first + k;
@@ -88,7 +88,7 @@ function readStrips(space, plan) {
       }
       if (rung === last) break;
       const [a, b, c, d] = [2 * rung, 2 * rung + 2, 2 * rung + 3, 2 * rung + 1];
-      own.push(...(fromRight[rung] ? [a, c, d, a, b, c] : [a, b, d, b, c, d]));
+      triangles.push(...(fromRight[rung] ? [a, c, d, a, b, c] : [a, b, d, b, c, d]));
     }
     // How far the strip is over (1) or under (-1), from panel to panel.
     const height = new Float32Array(count);
@@ -222,8 +222,8 @@ function makeSpace(canvas, over, plan, tell) {
   }
 
   /** The range that reaches over two of them; an empty one is [0, 0]. */
-  function joined(one, other) {
-    return one[1] ? [Math.min(one[0], other[0]), Math.max(one[1], other[1])] : other;
+  function joined(range, other) {
+    return range[1] ? [Math.min(range[0], other[0]), Math.max(range[1], other[1])] : other;
   }
 
   /** The range of triangles of all that is shown. */
@@ -322,7 +322,7 @@ function makeSpace(canvas, over, plan, tell) {
 
   return {
     home: camera.home, lens: camera.lens,
-    /** Show pieces as told: one code for each; labels in order of weight; a station ringed. */
+    /** Show pieces: one code for each; labels in order of weight; a station ringed. */
     show(codes, labels, station) {
       codes.forEach((code, piece) => {
         const rgb = parseInt(plan.colour[piece].slice(1), 16);
@@ -330,7 +330,7 @@ function makeSpace(canvas, over, plan, tell) {
       });
       states.needsUpdate = true;
       wanted = labels;
-      anchors = anchors.filter((one) => labels.some((label) => label.piece === one.piece));
+      anchors = anchors.filter((anchor) => labels.some((label) => label.piece === anchor.piece));
       mark = station ? spots[station[0]][station[1]].point : null;
       // Nothing moved: it is enough to draw what looks another way, unless something goes away.
       const changed = codes.flatMap((code, piece) => (code === before[piece] ? [] : [piece]));

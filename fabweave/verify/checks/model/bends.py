@@ -119,7 +119,8 @@ def _held(bending: Bending, widths: Floats, wanted: dict[str, float]) -> dict[st
 def _check_rule(rule: str, each: list[_Held], ribbons: dict[str, Any], place: Place) -> None:
     """Check the finding about a rule, or that it holds if there is none."""
     value, limit, slack = (
-        np.concatenate([getattr(one, name) for one in each]) for name in ("value", "limit", "slack")
+        np.concatenate([getattr(held, name) for held in each])
+        for name in ("value", "limit", "slack")
     )
     given = np.isfinite(value) & np.isfinite(limit)
     value, limit, slack = value[given], limit[given], slack[given]

@@ -65,12 +65,14 @@ def _thicknesses(plan: CrossingMap, ribbons: dict[str, Any]) -> dict[int, float]
     One that is stated for a thread by itself counts more than one for all.
     """
     common = stated_number(ribbons.get("limits"), "thickness_mm")
-    own = {
+    by_label = {
         str(record.get("thread")): stated_number(record["limits"], "thickness_mm")
         for record in ribbons["threads"]
         if "limits" in record
     }
-    return {thread.id: own.get(thread.label, common) for thread in plan.threads if thread.crossings}
+    return {
+        thread.id: by_label.get(thread.label, common) for thread in plan.threads if thread.crossings
+    }
 
 
 def _check_finding(finding: dict[str, Any], near: Near, wanted: Floats, place: Place) -> None:
@@ -101,6 +103,6 @@ def _names(plan: CrossingMap, near: Near, at: int) -> str:
     """Name the two ribbons of a pair and the places where they are."""
     places = []
     for thread, part in near.parts[at].reshape(2, 2).tolist():
-        own = plan.thread[thread]
-        places.append(f"thread {own.label} after crossing {own.crossings[max(part, 0) // 2]}")
+        label, crossings = plan.thread[thread].label, plan.thread[thread].crossings
+        places.append(f"thread {label} after crossing {crossings[max(part, 0) // 2]}")
     return " and ".join(places)

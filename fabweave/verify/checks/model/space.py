@@ -40,10 +40,10 @@ def check_space(job: Job, tally: Tally) -> None:
             continue
         panels[thread.id] = measure_panels(strip)
         if thread.id in passes:
-            own = passes[thread.id]
+            walk = passes[thread.id]
             place = tally.at(f"thread {thread.label}")
-            _check_course(thread.crossings, panels[thread.id], own, mesh, place)
-            check_turns(strip, own, mesh, tally, turning=job.boundary == "turn")
+            _check_course(thread.crossings, panels[thread.id], walk, mesh, place)
+            check_turns(strip, walk, mesh, tally, turning=job.boundary == "turn")
         else:
             tally.fail(f"thread {thread.label} is not checked: it is no walk of the mesh")
 

@@ -7,7 +7,7 @@ import shapely
 from fabweave.verify.checks.model.ribbons import check_ribbon_figures
 from fabweave.verify.crossing_map import Piece
 from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.development import Developed
+from fabweave.verify.measure.development import Development
 from fabweave.verify.measure.ends import Reach, reaches, ring_of_rungs
 from fabweave.verify.measure.geometry import farthest
 from fabweave.verify.read.job_files import Job, required
@@ -23,58 +23,61 @@ def check_unfolding(job: Job, tally: Tally) -> None:
 
     The figures that are stated of whole ribbons are checked, too.
     """
-    plan, developed = required(job.map), job.developed
+    plan, developments = required(job.map), job.developments
     for piece in plan.pieces:
-        own = developed.get(piece.id)
-        if own is None:
+        development = developments.get(piece.id)
+        if development is None:
             tally.fail(
                 f"piece {piece.id} is not unfolded: its stations are no run of its thread, or the "
                 "model has not that thread's panels"
             )
             continue
-        _check_piece(piece, own, reaches(plan, piece), tally.at(f"piece {piece.id}"))
+        _check_piece(piece, development, reaches(plan, piece), tally.at(f"piece {piece.id}"))
     check_ribbon_figures(job, tally)
 
 
-def _check_piece(piece: Piece, own: Developed, ends: tuple[Reach, Reach], place: Place) -> None:
+def _check_piece(
+    piece: Piece, development: Development, ends: tuple[Reach, Reach], place: Place
+) -> None:
     """Check one piece against its development."""
     stations = piece.points
     place.at_most(
         "station_mm",
-        farthest(own.stations, stations),
-        STATION_MM + own.slack_mm,
+        farthest(development.stations, stations),
+        STATION_MM + development.slack_mm,
         "a station stands {} from where the unfolded model has it",
     )
     if len(stations) > 1:
-        change = np.hypot(*np.diff(stations, axis=0).T) - np.hypot(*np.diff(own.stations, axis=0).T)
+        stated, true = (np.diff(points, axis=0) for points in (stations, development.stations))
+        change = np.hypot(*stated.T) - np.hypot(*true.T)
         worst = int(np.argmax(np.abs(change)))
         place.at_most(
             "length_mm",
             abs(float(change[worst])),
-            LENGTH_MM + own.slack_mm,
+            LENGTH_MM + development.slack_mm,
             f"stations {worst} and {worst + 1} are {{}} "
             + ("further apart" if change[worst] > 0.0 else "nearer to each other")
             + " than in the model",
         )
-    rails = own.outline
+    rails = development.outline
     border, ring = shapely.LinearRing(piece.outline), shapely.LinearRing(rails)
     wanted, there = _along(rails), _along(piece.outline)
     outside = np.concatenate([shapely.distance(wanted, border), shapely.distance(there, ring)])
     # Where a joint shapes an end, its outline stays in the ribbon; how it fits is the joint's.
     shaped = [
-        shapely.Polygon(own.panels[at][[0, 2, 3, 1]])
+        shapely.Polygon(development.panels[at][[0, 2, 3, 1]])
         for at, end in zip((0, -1), ends, strict=True)
         if end.shaped
     ]
     if shaped:
-        whole = shapely.make_valid(shapely.Polygon(ring_of_rungs(own.window)))
+        whole = shapely.make_valid(shapely.Polygon(ring_of_rungs(development.window)))
         points = np.concatenate([wanted, there])
         free = shapely.dwithin(points, shapely.union_all(shaped), OUTLINE_MM)
         outside[free] = shapely.distance(points[free], whole)
     place.at_most(
         "outline_mm",
         float(np.max(outside)),
-        OUTLINE_MM + own.slack_mm,
+        OUTLINE_MM + development.slack_mm,
         "its outline leaves the unfolded ribbon by {}",
     )
 

@@ -6,7 +6,8 @@ import shapely
 from fabweave.verify.crossing_map import CrossingMap, Cutout, Joint, Piece
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import ring_points
-from fabweave.verify.measure.development import Developed
+from fabweave.verify.measure.development import Development
+from fabweave.verify.measure.geometry import distances, widest_miss
 from fabweave.verify.measure.joint_kinds import kind_of
 from fabweave.verify.statement import Place, Tally
 
@@ -63,10 +64,9 @@ def _check_station(
         f"its holes have diameters {sorted(set(holes[:, 2].tolist()))}, but should have {diameter}",
     )
     if np.all(np.isfinite(wanted)):
-        apart = np.hypot(*(wanted[:, None] - holes[None, :, :2]).transpose(2, 0, 1))
         place.at_most(
             "record_mm",
-            float(max(apart.min(axis=0).max(), apart.min(axis=1).max())),
+            widest_miss(distances(wanted, holes[:, :2])),
             SAME_MM,
             "a hole is cut {} from where its station or joint says",
         )
@@ -101,40 +101,43 @@ def _check_slide(ring: Floats, middle: tuple[float, float], diameter: float, pla
     place.at_most("slot_mm", off, _ROUND_MM, "its slot is {} off its station")
 
 
-def check_layers(plan: CrossingMap, developed: dict[str, Developed], tally: Tally) -> None:
+def check_layers(plan: CrossingMap, developments: dict[str, Development], tally: Tally) -> None:
     """Check in space that the holes of all layers of a crossing lie on one another."""
     layers: dict[int, list[tuple[str, Floats, Floats, float]]] = {}
     for piece in plan.pieces:
-        own = developed.get(piece.id)
-        if piece.cutouts is None or own is None:
+        development = developments.get(piece.id)
+        if piece.cutouts is None or development is None:
             continue
         of_station: dict[int, list[tuple[float, float]]] = {}
-        for one in piece.cutouts:
-            station = piece.stations[one.station] if one.station < len(piece.stations) else None
-            if one.circle is not None or (station is not None and station.hole_mm is not None):
-                of_station.setdefault(one.station, []).append(one.centre)
+        for cutout in piece.cutouts:
+            station = (
+                piece.stations[cutout.station] if cutout.station < len(piece.stations) else None
+            )
+            if cutout.circle is not None or (station is not None and station.hole_mm is not None):
+                of_station.setdefault(cutout.station, []).append(cutout.centre)
         for at, centres in of_station.items():
-            if at < len(own.space):
-                panel = own.space[at]
-                there = _lifted(np.array(centres), own.panels[at], panel)
+            if at < len(development.space):
+                panel = development.space[at]
+                there = _lifted(np.array(centres), development.panels[at], panel)
                 crossing = piece.stations[at].crossing
-                layers.setdefault(crossing, []).append((piece.id, there, panel, own.slack_mm))
-    for crossing, found in layers.items():
+                layers.setdefault(crossing, []).append(
+                    (piece.id, there, panel, development.slack_mm)
+                )
+    for crossing, strands in layers.items():
         place = tally.at(f"crossing {crossing}")
-        name, first, panel, slack = found[0]
+        name, first, panel, slack = strands[0]
         normal = np.cross(panel[2] - panel[0], panel[1] - panel[0])
         normal = normal / np.linalg.norm(normal)
-        for other, points, _, more in found[1:]:
+        for other, points, _, more in strands[1:]:
             if not place.equal(
                 f"the number of holes of {other}, which lies on {name},", len(points), len(first)
             ):
                 continue
             apart = points[None, :] - first[:, None]
             apart = apart - (apart @ normal)[:, :, None] * normal
-            distance = np.linalg.norm(apart, axis=2)
             place.at_most(
                 "layer_mm",
-                float(max(distance.min(axis=0).max(), distance.min(axis=1).max())),
+                widest_miss(np.linalg.norm(apart, axis=2)),
                 LAYER_MM + slack + more,
                 f"a hole of {other} is {{}} off that of {name}",
             )

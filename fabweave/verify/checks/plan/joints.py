@@ -11,7 +11,7 @@ from fabweave.verify.checks.plan.cutouts import check_layers
 from fabweave.verify.crossing_map import CrossingMap, Joint
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import ring_points
-from fabweave.verify.measure.development import Developed
+from fabweave.verify.measure.development import Development
 from fabweave.verify.measure.ends import lap_rungs, ring_of_rungs
 from fabweave.verify.measure.geometry import Motion, farthest, fit_motion
 from fabweave.verify.measure.joint_kinds import KINDS, kind_of
@@ -35,9 +35,9 @@ _HOLD_MM2 = 0.1
 def check_joints(job: Job, tally: Tally) -> None:
     """Check every joint by laying its second piece on its first, panel on panel."""
     plan = required(job.map)
-    developed = job.developed
+    developments = job.developments
     for joint in plan.joints:
-        first, second = (developed.get(name) for name in joint.pieces)
+        first, second = (developments.get(name) for name in joint.pieces)
         if first is None or second is None:
             tally.fail(f"joint {joint.id} is not checked: pieces {joint.pieces} are not unfolded")
             continue
@@ -60,7 +60,7 @@ def check_joints(job: Job, tally: Tally) -> None:
             pair = _Pair(plan, joint, first, motion, slack, thickness)
             for fit in kind_of(joint).fits:
                 _FITS[fit](pair, place)
-    check_layers(plan, developed, tally)
+    check_layers(plan, developments, tally)
 
 
 def _check_holes(
@@ -112,12 +112,12 @@ class _Pair:
         self,
         plan: CrossingMap,
         joint: Joint,
-        first: Developed,
+        first: Development,
         motion: Motion,
         slack: float,
         thickness: float | None,
     ) -> None:
-        one, two = (plan.piece[name] for name in joint.pieces)
+        ends, begins = (plan.piece[name] for name in joint.pieces)
         self.slack, self.thickness, self.lap_mm = slack, thickness, joint.lap_mm
         self.panel = first.panels[-1]
         middle = self.panel.reshape(2, 2, 2).mean(axis=1)
@@ -129,10 +129,10 @@ class _Pair:
         halves = np.hypot(*(self.panel - self.centre).T).max()
         reach = max(halves, (joint.lap_mm or 0.0) / 2.0) + 0.5 * self.width
         near = shapely.Point(self.centre).buffer(reach)
-        self.first = _intersection(_area(one.outline), near)
-        self.second = _intersection(_area(motion.apply(two.outline)), near)
+        self.first = _intersection(_area(ends.outline), near)
+        self.second = _intersection(_area(motion.apply(begins.outline)), near)
         self.lap = _area(ring_of_rungs(lap_rungs(first.window, self.panel, joint)))
-        self.slots = [motion.apply(ring_points(slot)) for slot in two.slots[:1]]
+        self.slots = [motion.apply(ring_points(slot)) for slot in begins.slots[:1]]
 
 
 def _areas_only(figure: shapely.Geometry) -> shapely.Geometry:

@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
-from fabweave.verify.measure.geometry import farthest, fit_motion
+from fabweave.verify.measure.geometry import distances, farthest, fit_motion
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Tally
 
@@ -52,13 +52,13 @@ def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
     )
     for slot in piece.slots:
         ring = shapely.LinearRing(motion.apply(slot))
-        near = (ring.hausdorff_distance(shapely.LinearRing(one)) for one in other.slots)
+        near = (ring.hausdorff_distance(shapely.LinearRing(twin)) for twin in other.slots)
         worst = max(worst, min(map(float, near)))
     if holes:
         places = motion.apply(np.array([(hole.x, hole.y) for hole in holes]))
         sizes = np.array([hole.diameter or 0.0 for hole in holes])
         wanted = np.array([(hole.x, hole.y, hole.diameter or 0.0) for hole in there])
-        off = np.hypot(*(places[:, None] - wanted[None, :, :2]).transpose(2, 0, 1))
-        off = np.maximum(off, np.abs(sizes[:, None] - wanted[None, :, 2]))
+        wider = np.abs(sizes[:, None] - wanted[None, :, 2])
+        off = np.maximum(distances(places, wanted[:, :2]), wider)
         worst = max(worst, float(off.min(axis=1).max()))
     return worst

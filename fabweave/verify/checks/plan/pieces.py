@@ -9,6 +9,7 @@ from fabweave.verify.checks.plan.cutouts import SAME_MM, check_cutouts
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Thread
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import chords_of, ring_area, ring_points
+from fabweave.verify.measure.geometry import distances
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
@@ -212,8 +213,7 @@ def _check_webs(polygon: shapely.Polygon, holes: list[Hole], place: Place) -> No
             f"the hole at ({hole.x:.3f}, {hole.y:.3f}) is {{}} clear of the outline",
         )
     if len(holes) > 1:
-        apart = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
-        apart = apart - radii[:, None] - radii[None, :]
+        apart = distances(centres, centres) - radii[:, None] - radii[None, :]
         first, second = np.triu_indices(len(holes), 1)
         worst = int(np.argmin(apart[first, second]))
         place.at_least(

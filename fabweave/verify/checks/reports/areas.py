@@ -147,17 +147,17 @@ def _check_masses(
 
 def _weight(settings: dict[str, Any]) -> float | None:
     """Return grams for a square millimetre, if thickness and density are stated once each."""
-    found: dict[str, set[float]] = {"thickness_mm": set(), "density_kg_m3": set()}
+    values_of: dict[str, set[float]] = {"thickness_mm": set(), "density_kg_m3": set()}
 
     def search(node: object) -> None:
         """Collect both keys at any depth."""
         if isinstance(node, dict):
             for key, value in node.items():
-                if key in found and isinstance(value, int | float):
-                    found[key].add(float(value))
+                if key in values_of and isinstance(value, int | float):
+                    values_of[key].add(float(value))
                 search(value)
 
     search(settings)
-    if all(len(values) == 1 for values in found.values()):
-        return found["thickness_mm"].pop() * found["density_kg_m3"].pop() * 1e-6
+    if all(len(values) == 1 for values in values_of.values()):
+        return values_of["thickness_mm"].pop() * values_of["density_kg_m3"].pop() * 1e-6
     return None

@@ -73,28 +73,28 @@ def _check_fasteners(job: Job, rows: list[dict[str, Any]], place: Place) -> None
 
 def _fasteners(job: Job) -> Counter[tuple[float, int, float | None]]:
     """Count fasteners by diameter, layers and grip, from the holes of the uppermost layers."""
-    found: Counter[tuple[float, int, float | None]] = Counter()
+    fasteners: Counter[tuple[float, int, float | None]] = Counter()
     for piece in job.map.pieces if job.map is not None else ():
-        for one in piece.cutouts or ():
-            station = piece.stations[one.station]
-            if one.circle is not None and station.over:
+        for cutout in piece.cutouts or ():
+            station = piece.stations[cutout.station]
+            if cutout.circle is not None and station.over:
                 count, thick = job.layers[station.crossing]
                 grip = None if math.isnan(thick) else round(thick, _GRIP_DECIMALS)
-                found[round(one.circle[2], 3), count, grip] += 1
-    return found
+                fasteners[round(cutout.circle[2], 3), count, grip] += 1
+    return fasteners
 
 
 def _laps(plan: CrossingMap, job: Job) -> tuple[float, float, float]:
     """Return the area of all glued laps, the length of their edges, and that of all seams."""
     area = edge = length = 0.0
     for joint in plan.joints:
-        own = job.developed.get(joint.pieces[0])
-        if own is None:
+        development = job.developments.get(joint.pieces[0])
+        if development is None:
             continue
-        panel = own.panels[-1]
+        panel = development.panels[-1]
         bought = kind_of(joint).bought
         if bought == "glue":
-            lap = shapely.Polygon(ring_of_rungs(lap_rungs(own.window, panel, joint)))
+            lap = shapely.Polygon(ring_of_rungs(lap_rungs(development.window, panel, joint)))
             area += lap.area
             edge += lap.length
         elif bought == "tape":

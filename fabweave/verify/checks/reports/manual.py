@@ -61,7 +61,9 @@ def _check_map(plan: CrossingMap, texts: tuple[str, ...], place: Place) -> None:
         crossings, joints = [], []
         for number, key in enumerate(thread.pieces):
             piece = plan.piece[key]
-            ways = [f"{one.crossing} {'o' if one.over else 'u'}" for one in piece.stations]
+            ways = [
+                f"{station.crossing} {'o' if station.over else 'u'}" for station in piece.stations
+            ]
             shared = number > 0 and piece.joints[0] is not None
             crossings += ways[1:] if shared else ways
             joints += [f"#{key}" for key in piece.joints[shared:] if key is not None]
@@ -86,14 +88,14 @@ def _check_parts(plan: CrossingMap, texts: tuple[str, ...], place: Place) -> Non
         many = alike[piece.kind] > 1
         kind = rf", kind {piece.kind} \(x {alike[piece.kind]}\)" if many else ""
         name = plan.sheet[piece.sheet].name if piece.sheet in plan.sheet else "?"
-        found = re.fullmatch(rf"{re.escape(name)} at (-?\d+), (-?\d+){kind}", spot)
+        match = re.fullmatch(rf"{re.escape(name)} at (-?\d+), (-?\d+){kind}", spot)
         outline = piece.placed(piece.outline)
         middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
         place.at(f"piece {piece.id}").expect(
-            found is not None
+            match is not None
             and all(
                 abs(float(text) - at) <= _SAME_PLACE_MM
-                for text, at in zip(found.groups(), middle.tolist(), strict=True)
+                for text, at in zip(match.groups(), middle.tolist(), strict=True)
             )
             and re.search(rf" {len(piece.stations)} stations?$", size) is not None,
             f"it says {size!r}, {spot!r}, but the piece has {len(piece.stations)} stations, its "

@@ -35,7 +35,7 @@ def check_materials(job: Job, tally: Tally) -> None:
                     f"{sheet.name} of {sheet.material}, {sheet.thickness_mm} mm",
                 )
     _check_sheets_of_bunches(job, plan, tally)
-    gaps = [own.gap_mm for own in job.supplies.values() if own.gap_mm is not None]
+    gaps = [supply.gap_mm for supply in job.supplies.values() if supply.gap_mm is not None]
     least = min(gaps, default=plan.gap_mm)
     place = tally.at("crossing_map.json").against("job.toml")
     place.number("the least gap", plan.gap_mm, least, within=1e-6)
@@ -47,12 +47,14 @@ def check_materials(job: Job, tally: Tally) -> None:
     check_own_materials(job, tally)
 
 
-def _agree(own: Supply, material: object, thickness: object) -> bool:
+def _agree(supply: Supply, material: object, thickness: object) -> bool:
     """Say whether what is stated is what the settings say, as far as they say it."""
-    same = own.material is None or own.material == material
-    if own.thickness_mm is None:
+    same = supply.material is None or supply.material == material
+    if supply.thickness_mm is None:
         return same
-    return same and isinstance(thickness, float | int) and abs(thickness - own.thickness_mm) < 1e-9
+    return (
+        same and isinstance(thickness, float | int) and abs(thickness - supply.thickness_mm) < 1e-9
+    )
 
 
 def _check_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
@@ -77,9 +79,9 @@ def _check_sheets_of_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
     for text in job.options.get("sheet", ()):
         # All sizes for one bunch, or for all under None.
         for bunch, size in by_bunch(text).items():
-            found = _SIZE.match(size)
-            if found is not None:
-                kept.append((bunch, float(found[1]), float(found[2])))
+            match = _SIZE.match(size)
+            if match is not None:
+                kept.append((bunch, float(match[1]), float(match[2])))
     for sheet in plan.sheets if any(bunch is not None for bunch, *_ in kept) else ():
         fits = {
             bunch

@@ -15,6 +15,8 @@ _ROUNDED_MM = 1e-4
 def check_own_materials(job: Job, tally: Tally) -> None:
     """Check that entries are of materials in use, and density, price, speed and bend are theirs."""
     entries = job.options.get("materials", {})
+    if not entries:
+        return
     used = {_plain(supply.material) for supply in job.supplies.values()}
     strange = sorted(set(entries) - used)
     tally.at("job.toml").equal("entries of materials that are not used", strange, [])

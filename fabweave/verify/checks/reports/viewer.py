@@ -23,7 +23,7 @@ def check_viewer(job: Job, tally: Tally) -> None:
     """Check assembly.html against the crossing map and the model."""
     viewer, plan, place = required(job.viewer), required(job.map), tally.at("assembly.html")
     place.expect(
-        viewer.policies == (POLICY,) and all(one.startswith("#") for one in viewer.loads),
+        viewer.policies == (POLICY,) and all(address.startswith("#") for address in viewer.loads),
         f"it could load something: its policy is {viewer.policies}, its addresses are "
         f"{viewer.loads[:3]}",
     )
@@ -59,16 +59,16 @@ def _difference(shown: Any, true: Any, where: str) -> str | None:
         return None if good else where
     else:
         return None if type(shown) is type(true) and shown == true else where
-    found = (_difference(*pair) for pair in pairs)
-    return next((where for where in found if where is not None), None)
+    places = (_difference(*pair) for pair in pairs)
+    return next((place for place in places if place is not None), None)
 
 
 def _check_space(plan: CrossingMap, model: dict[str, Strip], viewer: Viewer, place: Place) -> None:
     """Check every piece's stretch of ribbon against the model."""
     first = 0
     for number, piece in enumerate(plan.pieces):
-        own = slice(first, first + int(viewer.counts[number]))
-        first = own.stop
+        rows = slice(first, first + int(viewer.counts[number]))
+        first = rows.stop
         thread = plan.thread.get(piece.thread)
         strip = model.get(thread.label) if thread is not None else None
         if thread is None or strip is None or len(strip.entry) != len(thread.crossings):
@@ -78,7 +78,7 @@ def _check_space(plan: CrossingMap, model: dict[str, Strip], viewer: Viewer, pla
         if begin is None:
             continue  # its stations are no run of its thread: another check says so
         here = place.at(f"piece {piece.id}")
-        _check_piece(piece, thread, strip, begin, viewer, own, number, here)
+        _check_piece(piece, thread, strip, begin, viewer, rows, number, here)
 
 
 def _check_piece(
@@ -87,7 +87,7 @@ def _check_piece(
     strip: Strip,
     begin: int,
     viewer: Viewer,
-    own: slice,
+    rows: slice,
     number: int,
     place: Place,
 ) -> None:
@@ -100,18 +100,19 @@ def _check_piece(
         end = len(strip.rungs) - 1
     rung = np.arange(start, end + 1) % len(strip.rungs)
     if not place.expect(
-        own.stop - own.start == len(rung) and np.array_equal(viewer.panels[number], entry - start),
-        f"it has {own.stop - own.start} rungs, the model {len(rung)}; or its stations are not at "
+        rows.stop - rows.start == len(rung)
+        and np.array_equal(viewer.panels[number], entry - start),
+        f"it has {rows.stop - rows.start} rungs, the model {len(rung)}; or its stations are not at "
         "the model's panels",
     ):
         return
     place.expect(
-        np.array_equal(viewer.from_right[own][:-1] != 0, strip.from_right[rung[:-1]]),
+        np.array_equal(viewer.from_right[rows][:-1] != 0, strip.from_right[rung[:-1]]),
         "a quad has the other diagonal than in the model",
     )
     place.at_most(
         "viewer_mm",
-        float(np.abs(viewer.rungs[own] - strip.rungs[rung]).max()),
+        float(np.abs(viewer.rungs[rows] - strip.rungs[rung]).max()),
         min(viewer.step_mm, COARSE_MM) + strip.grain_mm,
         "it stands {} from its place in the model",
     )

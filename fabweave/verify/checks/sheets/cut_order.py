@@ -17,7 +17,7 @@ from fabweave.verify.drawing import (
     Flags,
     Ints,
 )
-from fabweave.verify.read.job_files import Job, required, sheet_drawing
+from fabweave.verify.read.job_files import Job, sheet_drawings
 from fabweave.verify.statement import Place, Tally
 
 _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
@@ -25,20 +25,14 @@ _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
 
 def check_order(job: Job, tally: Tally) -> None:
     """Check the order of cutting, and that a piece's holes and engraving are inside its outline."""
-    for sheet in required(job.map).sheets:
-        drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
-        if drawing is not None:
-            place = tally.at(f"{sheet.name}.dxf")
-            _check_sequence(drawing, place)
-            _check_inside(drawing, place)
-        drawing = sheet_drawing(job.svg, sheet, "svg", tally)
-        if drawing is not None:
-            place = tally.at(f"{sheet.name}.svg")
-            layers = [layer for layer in drawing.layers if layer in LAYERS]
-            place.equal(
-                "the order of its layers", layers, [layer for layer in LAYERS if layer in layers]
-            )
-            _check_inside(drawing, place)
+    for _, drawing, place in sheet_drawings(job, "dxf", tally, needed=True):
+        _check_sequence(drawing, place)
+        _check_inside(drawing, place)
+    for _, drawing, place in sheet_drawings(job, "svg", tally, needed=True):
+        layers = [layer for layer in drawing.layers if layer in LAYERS]
+        wanted = [layer for layer in LAYERS if layer in layers]
+        place.equal("the order of its layers", layers, wanted)
+        _check_inside(drawing, place)
 
 
 def _check_sequence(drawing: Drawing, place: Place) -> None:
@@ -91,8 +85,8 @@ def _check_inside(drawing: Drawing, place: Place) -> None:
         ]
         if not groups:
             continue
-        shapes = np.concatenate([own for own, _ in groups])
-        owner = np.repeat([at for _, at in groups], [len(own) for own, _ in groups])
+        shapes = np.concatenate([group for group, _ in groups])
+        owner = np.repeat([at for _, at in groups], [len(group) for group, _ in groups])
         place.count(len(shapes))
         for at in shapes[~inside(drawing, shapes, outlines, owner)].tolist():
             place.fail(f"{drawing.shape(at).where} on {drawing.layer[at]} leaves the outline")
@@ -117,8 +111,8 @@ def _lines_inside(
     shapely.prepare(wide)
     outside[outside] = ~shapely.covers(wide, together[outside])
     for piece in pieces[outside].tolist():
-        own = np.flatnonzero(result & (owner == piece))
-        result[own] = shapely.covers(shapely.buffer(outlines[piece], SAME_MM), lines[own])
+        rows = np.flatnonzero(result & (owner == piece))
+        result[rows] = shapely.covers(shapely.buffer(outlines[piece], SAME_MM), lines[rows])
     return result
 
 

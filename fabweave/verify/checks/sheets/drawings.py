@@ -17,7 +17,8 @@ from fabweave.verify.drawing import (
     Shape,
 )
 from fabweave.verify.measure.arcs import chords_of
-from fabweave.verify.read.job_files import Job, required, sheet_drawing
+from fabweave.verify.measure.geometry import distances
+from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.statement import Place, Tally
 
 SAME_MM = 0.01
@@ -26,20 +27,14 @@ SAME_MM = 0.01
 def check_dxf(job: Job, tally: Tally) -> None:
     """Check that every DXF sheet declares millimetres and cuts what the map says."""
     plan = required(job.map)
-    for sheet in plan.sheets:
-        drawing = sheet_drawing(job.dxf, sheet, "dxf", tally)
-        if drawing is not None:
-            _check_cuts(drawing, sheet, plan, tally.at(f"{sheet.name}.dxf"))
+    for sheet, drawing, place in sheet_drawings(job, "dxf", tally, needed=True):
+        _check_cuts(drawing, sheet, plan, place)
 
 
 def check_svg(job: Job, tally: Tally) -> None:
     """Check that every SVG sheet has its size, cuts what the map says and draws what DXF draws."""
     plan = required(job.map)
-    for sheet in plan.sheets:
-        drawing = sheet_drawing(job.svg, sheet, "svg", tally)
-        if drawing is None:
-            continue
-        place = tally.at(f"{sheet.name}.svg")
+    for sheet, drawing, place in sheet_drawings(job, "svg", tally, needed=True):
         sizes = (drawing.width_mm or 0.0, drawing.height_mm or 0.0)
         place.expect(
             np.allclose(sizes, (sheet.width_mm, sheet.height_mm), rtol=0, atol=1e-3),
@@ -68,15 +63,15 @@ def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
             + (f"{name}, which is not on this sheet" if name else "no piece"),
         )
     for piece in pieces.values():
-        own = place.at(f"piece {piece.id}")
-        _check_outline(piece, drawing.shapes_of(OUTLINES, piece.id), own)
+        here = place.at(f"piece {piece.id}")
+        _check_outline(piece, drawing.shapes_of(OUTLINES, piece.id), here)
         holes = drawing.of(HOLES, piece.id)
         circle = ~np.isnan(drawing.radius[holes])
-        _check_holes(piece, plan.holes[piece.id], drawing, holes[circle], own)
-        _check_slots(piece, [drawing.shape(at) for at in holes[~circle].tolist()], own)
+        _check_holes(piece, plan.holes[piece.id], drawing, holes[circle], here)
+        _check_slots(piece, [drawing.shape(at) for at in holes[~circle].tolist()], here)
         for layer in ENGRAVE_LAYERS:
             lines = [drawn[at] for at in drawing.of(layer, piece.id).tolist()]
-            own.expect(len(set(lines)) == len(lines), f"it is engraved twice on {layer}")
+            here.expect(len(set(lines)) == len(lines), f"it is engraved twice on {layer}")
 
 
 def _drawn_lines(drawing: Drawing) -> list[bytes]:
@@ -115,7 +110,7 @@ def _check_slots(piece: Piece, shapes: list[Shape], place: Place) -> None:
         return
     for slot in slots:
         wanted = piece.placed_ring(slot)
-        distances = [ring_off(shape.ring, wanted) for shape in shapes]
+        distances = [_side_distance(shape.ring, wanted) for shape in shapes]
         nearest = int(np.argmin(distances))
         del shapes[nearest]
         place.at_most(
@@ -123,16 +118,14 @@ def _check_slots(piece: Piece, shapes: list[Shape], place: Place) -> None:
         )
 
 
-def ring_off(ring: Floats, wanted: Floats) -> float:
-    """Return how far a ring is from another, side by side; infinite for another number of sides."""
-    return _side_distance(ring, wanted) if len(ring) == len(wanted) else float("inf")
-
-
 def ring_distance(ring: Floats, wanted: Floats) -> float:
     """Return the largest distance of two rings, whatever their start and direction.
 
-    Rings are (N, 3): points and bulges. Vertices and the tops of arcs are compared.
+    Rings are (N, 3): points and bulges. Vertices and the tops of arcs are compared; rings of
+    unlike numbers of vertices are infinitely far apart.
     """
+    if len(ring) != len(wanted):
+        return float("inf")
     start = int(np.argmin(np.hypot(*(ring - wanted[0])[:, :2].T)))
     there = _side_distance(np.roll(ring, -start, axis=0), wanted)
     if there <= SAME_MM:
@@ -145,6 +138,8 @@ def ring_distance(ring: Floats, wanted: Floats) -> float:
 
 def _side_distance(ring: Floats, wanted: Floats) -> float:
     """Return the largest distance of corresponding vertices, and of the tops of arcs over them."""
+    if len(ring) != len(wanted):
+        return float("inf")
     vertices = np.hypot(*(ring - wanted)[:, :2].T)
     chords = np.hypot(*chords_of(wanted[:, :2]).T)
     return float(np.max(vertices + np.abs(ring[:, 2] - wanted[:, 2]) * chords / 2.0, initial=0.0))
@@ -158,7 +153,7 @@ def _check_holes(
         return
     wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
     centres = drawing.points[drawing.start[shapes]]
-    distance = np.hypot(*(wanted[:, None] - centres[None, :]).transpose(2, 0, 1))
+    distance = distances(wanted, centres)
     nearest = np.argmin(distance, axis=1)
     place.expect(
         len(set(nearest.tolist())) == len(holes), "two of its holes are drawn in one place"
@@ -205,13 +200,13 @@ def compare_formats(drawing: Drawing, other: Drawing, place: Place) -> None:
     apart = _apart_in_order(drawing, first, other, second)
     done = 0
     for (layer, name), mine, theirs in pairs:
-        own = place.at(f"{layer} of piece {name}" if name else layer)
-        if own.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
+        here = place.at(f"{layer} of piece {name}" if name else layer)
+        if here.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
             off = float(apart[done : done + len(mine)].max())
             done += len(mine)
             if not off <= SAME_MM:
                 off = _apart_nearest(drawing, mine, other, theirs)
-            own.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
+            here.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
 
 
 def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:
@@ -257,8 +252,6 @@ def _apart_nearest(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -
 
 def _shape_distance(one: Shape, two: Shape) -> float:
     """Return the largest distance between corresponding sides; infinite for other shapes."""
-    if one.points.shape != two.points.shape or one.closed != two.closed:
-        return float("inf")
-    if (one.radius is None) != (two.radius is None):
+    if one.closed != two.closed or (one.radius is None) != (two.radius is None):
         return float("inf")
     return _side_distance(one.ring, two.ring) + abs((one.radius or 0.0) - (two.radius or 0.0))

@@ -74,16 +74,16 @@ def _check_piece(
     if _check_runs(runs, ready, place):
         ring = piece.placed_ring(piece.path)
         _check_offset(_joined(runs), ring, half, place.at("outline"))
-    cut, whole = (one.shapes_of(HOLES, piece.id) for one in (drawing, nominal))
+    cut, whole = (sheet.shapes_of(HOLES, piece.id) for sheet in (drawing, nominal))
     if not place.equal("the number of cut-outs", len(cut), len(whole)):
         return
-    for one, other in zip(cut, whole, strict=True):
-        if one.radius is not None and other.radius is not None:
-            off = float(np.hypot(*(one.points[0] - other.points[0])))
-            off += abs(other.radius - half - one.radius)
+    for hole, wanted in zip(cut, whole, strict=True):
+        if hole.radius is not None and wanted.radius is not None:
+            off = float(np.hypot(*(hole.points[0] - wanted.points[0])))
+            off += abs(wanted.radius - half - hole.radius)
             place.at_most("hole_mm", off, SAME_MM, "a hole is {} off")
-        elif place.expect(one.closed and other.radius is None, "a cut-out is open"):
-            _check_offset(_joined([one]), other.ring, -half, place.at("slot"))
+        elif place.expect(hole.closed and wanted.radius is None, "a cut-out is open"):
+            _check_offset(_joined([hole]), wanted.ring, -half, place.at("slot"))
 
 
 def _check_runs(runs: list[Shape], ready: Ready, place: Place) -> bool:

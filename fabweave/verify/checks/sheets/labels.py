@@ -75,11 +75,11 @@ def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> 
         ("id", None, f"[{name.text}]"): (name,),
         ("arrow", None, arrow.text): (arrow,),
     }
-    for one, other in pairs:
-        both = other.text + one.text if other.kind == "sign" else one.text + other.text
-        ways[one.kind, one.station, both] = (one, other)
-        ways[one.kind, one.station, one.text] = (one,)
-    lettered = Counter(_Fact(one.kind, one.text, one.station) for one in piece.dropped)
+    for fact, more in pairs:
+        both = more.text + fact.text if more.kind == "sign" else fact.text + more.text
+        ways[fact.kind, fact.station, both] = (fact, more)
+        ways[fact.kind, fact.station, fact.text] = (fact,)
+    lettered = Counter(_Fact(lost.kind, lost.text, lost.station) for lost in piece.dropped)
     for label in piece.labels:
         facts = ways.get((label.kind, label.station, label.text))
         if place.expect(facts, f"{_named(label)} is none of what it should tell"):
@@ -135,7 +135,7 @@ def _check_strokes(piece: Piece, drawing: Drawing, glyphs: Glyphs, place: Place)
         return
     points, stroke = drawing.traced(shapes)
     local = np.stack([_in_box(piece, label, points) for label in piece.labels] or [points[:0]])
-    half = np.array([(label.length_mm, label.box_height_mm) for label in piece.labels]) / 2
+    half = np.array([label.box_mm for label in piece.labels]) / 2
     held = np.all(np.abs(local) <= half.reshape(-1, 1, 2) + SAME_MM, axis=2)
     starts = np.searchsorted(stroke, np.arange(len(shapes)))
     owned = np.logical_and.reduceat(held, starts, axis=1) if held.size else held
@@ -159,12 +159,12 @@ def _check_strokes(piece: Piece, drawing: Drawing, glyphs: Glyphs, place: Place)
         high = _box_height(label)
         here.at_most(
             "box_height_mm",
-            abs(label.box_height_mm - high),
+            abs(label.box_mm[1] - high),
             SAME_MM,
-            f"its box is {label.box_height_mm:g} mm high instead of {high:g} mm: {{}} off",
+            f"its box is {label.box_mm[1]:g} mm high instead of {high:g} mm: {{}} off",
         )
         runs = [local[number][stroke == at] for at in strokes.tolist()]
-        top = max(label.box_height_mm, label.height_mm) / 2
+        top = max(label.box_mm[1], label.height_mm) / 2
         glyphs.read(label.text, label.height_mm, top, runs, str(here))
 
 
@@ -262,8 +262,8 @@ def _check_apart(pieces: Sequence[Piece], place: Place) -> None:
 def _box(piece: Piece, label: Label) -> shapely.Polygon:
     """Return the box of a label on its sheet."""
     angle = np.deg2rad(label.rotation_deg)
-    along = np.array([np.cos(angle), np.sin(angle)]) * label.length_mm / 2
-    up = np.array([-np.sin(angle), np.cos(angle)]) * label.box_height_mm / 2
+    along = np.array([np.cos(angle), np.sin(angle)]) * label.box_mm[0] / 2
+    up = np.array([-np.sin(angle), np.cos(angle)]) * label.box_mm[1] / 2
     middle = np.array([label.x, label.y])
     corners = [middle - along - up, middle + along - up, middle + along + up, middle - along + up]
     return shapely.Polygon(piece.placed(np.array(corners)))

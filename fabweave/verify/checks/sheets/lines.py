@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.drawing import NOTES, Drawing, Floats, Ints
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.read.kerfed_sheets import FOLDER
 from fabweave.verify.statement import Place, Tally
 
@@ -21,12 +21,11 @@ def check_lines(job: Job, tally: Tally) -> None:
 
     Of sheets that are written once more to be cut, those are checked, too.
     """
+    for _, drawing, place in sheet_drawings(job, "dxf", tally):
+        _check_segments(drawing, place)
     for sheet in required(job.map).sheets:
-        # What could not be read is told where its outlines are checked.
-        if (drawing := job.dxf.get(sheet.number)) is not None:
-            _check_segments(drawing, tally.at(f"{sheet.name}.dxf"))
-        if job.ready is not None and (drawing := job.ready.dxf.get(sheet.number)) is not None:
-            _check_segments(drawing, tally.at(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf"))
+        if job.ready is not None and (ready := job.ready.dxf.get(sheet.number)) is not None:
+            _check_segments(ready, tally.at(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf"))
 
 
 def _check_segments(drawing: Drawing, place: Place) -> None:
@@ -37,15 +36,15 @@ def _check_segments(drawing: Drawing, place: Place) -> None:
     last = np.zeros(len(owner), dtype=bool)
     last[drawing.start[1:] - 1] = True
     drawn = np.flatnonzero((~last | drawing.closed[owner]) & np.isnan(drawing.radius[owner]))
-    one, two = drawing.points[drawn], drawing.points[following[drawn]]
-    length = np.hypot(*(two - one).T)
+    start, end = drawing.points[drawn], drawing.points[following[drawn]]
+    length = np.hypot(*(end - start).T)
     if len(length):
         at = int(np.argmin(length))
         name = drawing.shape(int(owner[drawn[at]])).where
         place.at_least("segment_mm", float(length[at]), LEAST_MM, f"a side of {name} is {{}} long")
     # From either end; from the other one, left is right.
-    back = (one[:, 0] > two[:, 0]) | ((one[:, 0] == two[:, 0]) & (one[:, 1] > two[:, 1]))
-    low, high = (np.where(back[:, None], b, a) for a, b in ((one, two), (two, one)))
+    back = (start[:, 0] > end[:, 0]) | ((start[:, 0] == end[:, 0]) & (start[:, 1] > end[:, 1]))
+    low, high = (np.where(back[:, None], b, a) for a, b in ((start, end), (end, start)))
     height = np.where(back, -1.0, 1.0) * drawing.bulges[drawn] * length / 2.0
     keys = np.rint(np.column_stack([low, high, height]) / _GRID_MM).astype(np.int64)
     _, first, counts = np.unique(keys, axis=0, return_index=True, return_counts=True)
@@ -56,32 +55,32 @@ def _check_segments(drawing: Drawing, place: Place) -> None:
     # Nobody burns notes: what is dashed there may lie along an edge.
     burnt = np.array([layer != NOTES for layer in drawing.layer], dtype=bool)
     straight = burnt[owner[drawn]] & (drawing.bulges[drawn] == 0.0)
-    for at in drawn[straight][_on_others(one[straight], two[straight])].tolist():
+    for at in drawn[straight][_on_others(start[straight], end[straight])].tolist():
         name = drawing.shape(int(owner[at])).where
         place.fail(f"a side of {name} lies on another line for a part of its length")
 
 
-def _on_others(one: Floats, two: Floats) -> Ints:
+def _on_others(start: Floats, end: Floats) -> Ints:
     """Return which of some segments share more than their ends with one that stands before them.
 
     Segments that do have an end of one on the other, and the same direction.
     """
-    lines = shapely.linestrings(np.stack([one, two], axis=1))
+    lines = shapely.linestrings(np.stack([start, end], axis=1))
     first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=_GRID_MM)
     first, second = first[first < second], second[first < second]
-    found = []
+    covered = []
     for a, b in ((first, second), (second, first)):
         # What of b is within the grid of a is as long as what they share.
-        way = two[a] - one[a]
+        way = end[a] - start[a]
         square = np.maximum(np.einsum("sd,sd->s", way, way), _GRID_MM**2)
         share, off = [], []
-        for end in (one[b], two[b]):
-            share.append(np.einsum("sd,sd->s", end - one[a], way) / square)
-            cross = way[:, 0] * (end - one[a])[:, 1] - way[:, 1] * (end - one[a])[:, 0]
+        for tip in (start[b], end[b]):
+            share.append(np.einsum("sd,sd->s", tip - start[a], way) / square)
+            cross = way[:, 0] * (tip - start[a])[:, 1] - way[:, 1] * (tip - start[a])[:, 0]
             off.append(np.abs(cross) / np.sqrt(square))
         low, high = np.sort(np.clip(share, 0.0, 1.0), axis=0)
-        longer = square >= np.einsum("sd,sd->s", two[b] - one[b], two[b] - one[b])
+        longer = square >= np.einsum("sd,sd->s", end[b] - start[b], end[b] - start[b])
         common = (high - low) * np.sqrt(square)
         near = np.max(off, axis=0) <= _GRID_MM
-        found.append(second[longer & near & (common > _COMMON_MM)])
-    return np.unique(np.concatenate(found))
+        covered.append(second[longer & near & (common > _COMMON_MM)])
+    return np.unique(np.concatenate(covered))

@@ -7,7 +7,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import Cut
 from fabweave.verify.drawing import LAYERS, NOTES, Drawing
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.statement import Place, Tally
 
 _VERSIONS = {"R2010": "AC1024", "R2000": "AC1015", "R12": "AC1009"}
@@ -20,18 +20,12 @@ _WIDTH_MM = 1e-4
 
 def check_looks(job: Job, tally: Tally) -> None:
     """Check every sheet's looks against the map, and the map against the settings."""
-    plan = required(job.map)
-    cut, place = plan.cut, tally.at("crossing_map.json", "cut")
+    cut, place = required(job.map).cut, tally.at("crossing_map.json", "cut")
     _check_settings(cut, job.options, place.against("job.toml"))
     place.same("layers with colours", cut.colours, LAYERS)
-    for sheet in plan.sheets:
-        # What could not be read is told where its outlines are checked.
-        if (drawing := job.dxf.get(sheet.number)) is not None:
-            place = tally.at(f"{sheet.name}.dxf").against("crossing_map.json")
-            check_dxf_looks(drawing, cut, cut.colours, place)
-        if (drawing := job.svg.get(sheet.number)) is not None:
-            place = tally.at(f"{sheet.name}.svg").against("crossing_map.json")
-            check_svg_looks(drawing, cut, cut.colours, place)
+    for kind, check in (("dxf", check_dxf_looks), ("svg", check_svg_looks)):
+        for _, drawing, place in sheet_drawings(job, kind, tally):
+            check(drawing, cut, cut.colours, place.against("crossing_map.json"))
 
 
 def _check_settings(cut: Cut, options: dict[str, Any], place: Place) -> None:

@@ -70,7 +70,7 @@ def _check_text(text: str, options: dict[str, Any], place: Place) -> None:
         value = options.get(key)
         wanted = value if isinstance(value, list) else [] if value is True else [value]
         place.expect(
-            values == [str(one) for one in wanted] and key in options,
+            values == [str(word) for word in wanted] and key in options,
             f"it says {' '.join([key, *values])}, and job.toml {value!r}",
         )
 
@@ -92,8 +92,8 @@ def _check_dots(text: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, pl
     near = np.abs(grid - np.rint(grid)).max(axis=(1, 2), initial=0.0) * dot <= SAME_MM
     level = np.ptp(grid[:, :, 1], axis=1) * dot <= SAME_MM
     inside = (grid > -0.5).all(axis=(1, 2)) & (grid < _MOST_DOTS).all(axis=(1, 2))
-    own = near & level & inside
-    runs = np.rint(grid[own]).astype(np.int64)
+    dotted = near & level & inside
+    runs = np.rint(grid[dotted]).astype(np.int64)
     size = int(runs.max(initial=0))
     dots = np.zeros((size, size), dtype=bool)
     for (left, row), (right, _) in runs.tolist():
@@ -107,8 +107,8 @@ def _check_dots(text: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, pl
     box = shapely.box(*low, *(low + side))
     material = shapely.make_valid(shapely.Polygon(sheet.outline))
     place.expect(material.covers(box), "the code leaves the sheet")
-    others = [drawing.shape(at) for at in np.setdiff1d(notes, two[own]).tolist()]
-    on = [one.name for one in others if box.intersects(_line(one.points, closed=one.closed))]
+    others = [drawing.shape(at) for at in np.setdiff1d(notes, two[dotted]).tolist()]
+    on = [note.name for note in others if box.intersects(_line(note.points, closed=note.closed))]
     on += [
         piece.id
         for piece in plan.on_sheet(sheet.number)

@@ -149,7 +149,7 @@ def _check_drawing(
     rings = [shape.ring + shift for shape in shapes]
     place.at_most(
         "outline_mm",
-        _off(rings[-1], piece.path) if shapes[-1].radius is None else np.inf,
+        ring_distance(rings[-1], piece.path) if shapes[-1].radius is None else np.inf,
         SAME_MM,
         f"its last shape is {{}} off the outline of piece {piece.id}",
     )
@@ -162,13 +162,8 @@ def _check_drawing(
     _check_holes(wanted, np.array(drawn).reshape(-1, 3), place)
     slots = [ring for ring, shape in zip(rings[:-1], shapes, strict=False) if shape.radius is None]
     for slot in piece.slots:
-        nearest = min((_off(ring, slot) for ring in slots), default=np.inf)
+        nearest = min((ring_distance(ring, slot) for ring in slots), default=np.inf)
         place.at_most("slot_mm", nearest, SAME_MM, f"a slot of piece {piece.id} is {{}} off")
-
-
-def _off(ring: Floats, wanted: Floats) -> float:
-    """Return how far a ring is from another; infinite if it has not as many corners."""
-    return ring_distance(ring, wanted) if len(ring) == len(wanted) else float("inf")
 
 
 def _check_holes(wanted: Floats, drawn: Floats, place: Place) -> None:

@@ -9,7 +9,7 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, corners_apart, traced
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.statement import Place, Tally
 
 _SAME_MM = 1e-3
@@ -28,9 +28,9 @@ def check_stock(job: Job, tally: Tally) -> None:
     _check_angles(plan, options, tally)
     for sheet in plan.sheets:
         _check_shape(sheet, tally.at(sheet.name))
-        for kind, drawings in (("dxf", job.dxf), ("svg", job.svg)):
-            if (drawing := drawings.get(sheet.number)) is not None:
-                _check_notes(sheet, drawing, tally.at(f"{sheet.name}.{kind}"))
+    for kind in ("dxf", "svg"):
+        for sheet, drawing, place in sheet_drawings(job, kind, tally):
+            _check_notes(sheet, drawing, place)
     if job.waste is not None:
         _check_prices(plan, job.waste, tally.at("waste.json").against("crossing_map.json"))
 
@@ -41,10 +41,10 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
     quantities: Counter[tuple[str, float, float]] = Counter()
     for text in options.get("sheet", []):
         # A sheet may be for one bunch only, which is checked with the materials.
-        found = _PLAIN.fullmatch(text.rpartition("=")[2])
-        if not tally.at("job.toml").expect(found, f"sheet {text!r} is no size in mm"):
+        match = _PLAIN.fullmatch(text.rpartition("=")[2])
+        if not tally.at("job.toml").expect(match, f"sheet {text!r} is no size in mm"):
             continue
-        width, height, quantity = found.groups() if found else ("0", "0", None)
+        width, height, quantity = match.groups() if match else ("0", "0", None)
         key = ("", float(width), float(height))
         entries[key] = {}
         quantities[key] += int(quantity) if quantity else 10**9
@@ -52,8 +52,8 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
         for entry in tables:
             points = entry.get("outline")
             if points is None:
-                found = _PLAIN.fullmatch(entry["size"])
-                width, height = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
+                match = _PLAIN.fullmatch(entry["size"])
+                width, height = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
             else:
                 width, height = np.ptp(np.array(points, dtype=float), axis=0).tolist()
             key = (str(entry["name"]), round(width, 6), round(height, 6))
@@ -163,13 +163,13 @@ def _check_notes(sheet: Sheet, drawing: Drawing, place: Place) -> None:
     place.expect(not beside, f"{beside} of {len(notes)} notes are beside the material")
     if not sheet.stock:
         return
-    drawn = [shapely.Polygon(one.points).exterior for one in notes if one.closed]
-    for what, ring in [("outline", sheet.outline), *(("defect", one) for one in sheet.defects)]:
+    drawn = [shapely.Polygon(note.points).exterior for note in notes if note.closed]
+    for what, ring in [("outline", sheet.outline), *(("defect", ring) for ring in sheet.defects)]:
         wanted = shapely.Polygon(ring).exterior
         if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:
             continue
         place.expect(
-            any(shapely.hausdorff_distance(wanted, one) <= _DRAWN_MM for one in drawn),
+            any(shapely.hausdorff_distance(wanted, line) <= _DRAWN_MM for line in drawn),
             f"no closed line in the notes is the {what} in the map",
         )
 
