@@ -23,7 +23,9 @@ from fabweave.core.errors import CannotMakeError, FabweaveError
 def cli() -> None:
     """Turn a polygon mesh into a woven object that a person can cut and assemble.
 
-    Try:  fabweave make "shape:torus?m=24&n=12" --size 300mm -o out
+    Try:   fabweave make "shape:torus?m=24&n=12" --size 300mm -o out
+
+    Read:  fabweave guide
     """
 
 

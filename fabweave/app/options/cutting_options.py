@@ -159,8 +159,8 @@ CUTTING_OPTIONS = (
         "preset",
         CUTTER,
         preset(),
-        "Colours of the layers, as a program knows them: {choices}; or a file of your own (the "
-        "README shows one), which job.toml then holds.",
+        "Colours of the layers, as a program knows them: {choices}; or a file of your own "
+        "(fabweave guide machines shows one), which job.toml then holds.",
         default="lightburn",
         making=True,
     ),
