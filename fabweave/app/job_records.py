@@ -9,7 +9,8 @@ from fabweave.assembly.map_builder import build_crossing_map
 from fabweave.assembly.viewer.page import viewer_page
 from fabweave.assembly.viewer.space import space_record
 from fabweave.flat.bill_of_materials import BillOfMaterials
-from fabweave.flat.crossing_map import CrossingMap, CutRecord, LayerRecord
+from fabweave.flat.crossing_map import CrossingMap
+from fabweave.flat.file_records import CutRecord, LayerRecord
 from fabweave.picture.camera import choose_view
 from fabweave.picture.surfaces import ribbon_triangles
 

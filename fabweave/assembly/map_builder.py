@@ -20,23 +20,20 @@ from fabweave.flat.crossing_map import (
     Corner,
     CrossingMap,
     CrossingRecord,
-    CutRecord,
     DroppedRecord,
     HoleRecord,
     JointRecord,
     LabelRecord,
-    LayoutRecord,
     PieceRecord,
     PlacementRecord,
     RestRecord,
-    RotationRecord,
     SheetRecord,
     SlotRecord,
     StationRecord,
     StrandRecord,
     ThreadRecord,
-    WeaveRecord,
 )
+from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, WeaveRecord
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet

@@ -14,74 +14,12 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
-from fabweave.core.records import from_json, key, optional, read_json, record, to_json
-from fabweave.weave.twill.conditions import Broken
+from fabweave.core.records import from_json, key, read_json, record, to_json
+from fabweave.flat.file_records import CutRecord, LayoutRecord, WeaveRecord
 
 #: x and y, or x, y and the bulge of the side that leaves the corner.
 Point: TypeAlias = tuple[float, float]
 Corner: TypeAlias = tuple[float, float, float]
-
-
-@record
-class WeaveRecord:
-    """The weave: its pattern, whether it is exact, and how many conditions of a twill it breaks.
-
-    ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
-    where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
-    each crossing.
-    """
-
-    pattern: str
-    exact: bool
-    broken: Broken
-    voted: Broken | None = optional(default=None)
-    at_least_broken: int | None = optional(default=None)
-    warp: tuple[int, ...] | None = optional(default=None)
-    labels: tuple[int, ...] | None = optional(default=None)
-
-
-@record
-class RotationRecord:
-    """The angles at which pieces may lie: multiples of a step, None for any, give or take."""
-
-    step_deg: float | None
-    tolerance_deg: float
-
-
-@record
-class LayoutRecord:
-    """What the layout keeps: margin of sheets, gap between pieces, angles; and notes about it.
-
-    ``recorded`` says that another run may not find it again, so that it is to be taken from here.
-    """
-
-    margin_mm: float
-    gap_mm: float
-    rotations: RotationRecord
-    notes: tuple[str, ...]
-    recorded: bool | None = optional()
-
-
-@record
-class LayerRecord:
-    """The colour of a layer, ``#RRGGBB``, and as an AutoCAD colour index."""
-
-    layer: str
-    colour: str
-    aci: int
-
-
-@record
-class CutRecord:
-    """What the files for the cutter are like; ``code`` is the text of the sheets' QR code."""
-
-    profile: str
-    preset: str
-    dxf: str
-    svg_units: str
-    hairline_mm: float
-    layers: tuple[LayerRecord, ...]
-    code: str
 
 
 @record

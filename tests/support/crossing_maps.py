@@ -3,17 +3,14 @@
 from fabweave.flat.crossing_map import (
     AssemblyRecord,
     CrossingMap,
-    CutRecord,
     HoleRecord,
-    LayoutRecord,
     PieceRecord,
     PlacementRecord,
-    RotationRecord,
     SheetRecord,
     StationRecord,
     StepRecord,
-    WeaveRecord,
 )
+from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, WeaveRecord
 from fabweave.weave.twill.conditions import Broken
 
 

@@ -1,0 +1,66 @@
+"""Hold what the crossing map says of the weave, the layout and the files for the cutter."""
+
+from fabweave.core.records import optional, record
+from fabweave.weave.twill.conditions import Broken
+
+
+@record
+class WeaveRecord:
+    """The weave: its pattern, whether it is exact, and how many conditions of a twill it breaks.
+
+    ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
+    where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
+    each crossing.
+    """
+
+    pattern: str
+    exact: bool
+    broken: Broken
+    voted: Broken | None = optional(default=None)
+    at_least_broken: int | None = optional(default=None)
+    warp: tuple[int, ...] | None = optional(default=None)
+    labels: tuple[int, ...] | None = optional(default=None)
+
+
+@record
+class RotationRecord:
+    """The angles at which pieces may lie: multiples of a step, None for any, give or take."""
+
+    step_deg: float | None
+    tolerance_deg: float
+
+
+@record
+class LayoutRecord:
+    """What the layout keeps: margin of sheets, gap between pieces, angles; and notes about it.
+
+    ``recorded`` says that another run may not find it again, so that it is to be taken from here.
+    """
+
+    margin_mm: float
+    gap_mm: float
+    rotations: RotationRecord
+    notes: tuple[str, ...]
+    recorded: bool | None = optional()
+
+
+@record
+class LayerRecord:
+    """The colour of a layer, ``#RRGGBB``, and as an AutoCAD colour index."""
+
+    layer: str
+    colour: str
+    aci: int
+
+
+@record
+class CutRecord:
+    """What the files for the cutter are like; ``code`` is the text of the sheets' QR code."""
+
+    profile: str
+    preset: str
+    dxf: str
+    svg_units: str
+    hairline_mm: float
+    layers: tuple[LayerRecord, ...]
+    code: str
