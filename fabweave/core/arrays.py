@@ -93,3 +93,28 @@ def offsets_of(counts: npt.NDArray[Any]) -> IntArray:
     offsets = np.zeros(len(counts) + 1, dtype=np.int64)
     np.cumsum(counts, out=offsets[1:])
     return offsets
+
+
+def places_in_groups(counts: npt.NDArray[Any]) -> IntArray:
+    """Return 0, 1, … for the members of each group, groups of the given sizes one after another.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> places_in_groups(np.array([2, 0, 3])).tolist()
+    [0, 1, 0, 1, 2]
+    """
+    return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return vectors (..., D) at length one; zero stays zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> unit(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]])).tolist()
+    [[0.0, 0.6, 0.8], [0.0, 0.0, 0.0]]
+    """
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, places_in_groups
 from fabweave.core.messages import agree
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import Problem
@@ -169,7 +169,7 @@ def _really_alike(mesh: PolyMesh, one: IntArray, two: IntArray) -> IntArray:
     members = sorted_faces(some)[1]
     sizes = mesh.face_sizes[one]
     bounds = np.cumsum(sizes) - sizes
-    inner = np.arange(sizes.sum()) - np.repeat(bounds, sizes)
+    inner = places_in_groups(sizes)
     differs = (
         members[np.repeat(some.offsets[number[one]], sizes) + inner]
         != members[np.repeat(some.offsets[number[two]], sizes) + inner]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, unit
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_centres
@@ -145,15 +145,3 @@ def _barycentric(points: FloatArray, corners: FloatArray) -> FloatArray:
     second, third = (c * p - b * q) / det, (a * q - b * p) / det
     shares = np.clip(np.column_stack([1 - second - third, second, third]), 0.0, 1.0)
     return shares / np.maximum(shares.sum(axis=1, keepdims=True), 1e-300)
-
-
-def unit(vectors: FloatArray) -> FloatArray:
-    """Return vectors at length one; zero stays zero.
-
-    Examples
-    --------
-    >>> unit(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]])).tolist()
-    [[0.0, 0.6, 0.8], [0.0, 0.0, 0.0]]
-    """
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1.0)

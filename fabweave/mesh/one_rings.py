@@ -74,32 +74,37 @@ def find_rim(halfedges: Halfedges, n_vertices: int) -> Rim:
     return Rim(on=on, corner=on & (faces == 1), before=before, after=after)
 
 
-def smooth_curve(
-    positions: FloatArray, rim: Rim, kept: BoolArray, weight: float
-) -> tuple[IntArray, FloatArray]:
-    """Average boundary vertices with their two boundary neighbours.
+def with_rim_curve(
+    points: FloatArray,
+    mesh: PolyMesh,
+    rim: Rim,
+    corner: BoolArray,
+    valence: IntArray,
+    weight: float,
+) -> FloatArray:
+    """Return new points of vertices, where the boundary follows its curve and the rest stays.
 
     Parameters
     ----------
-    positions : (V, 3) float array
-        Positions of all vertices.
+    points : (V, 3) float array
+        Where inner vertices go.
+    mesh : PolyMesh
+        The mesh before: vertices without edges, and corners, stay where they are.
     rim : Rim
-        The boundary.
-    kept : (V,) bool array
-        Vertices that stay where they are.
+        Its boundary.
+    corner : (V,) bool array
+        Boundary vertices that stay.
+    valence : (V,) int array
+        Number of edges at each vertex.
     weight : float
-        Weight of each neighbour: 1/8 for a step of the cubic B-spline curve, 1/6 for its limit.
-
-    Returns
-    -------
-    vertices : (N,) int array
-        The boundary vertices that move.
-    points : (N, 3) float array
-        Where they go.
+        Weight of each of the two boundary neighbours: 1/8 for a step of the cubic B-spline curve,
+        1/6 for its limit.
     """
-    moving = np.flatnonzero(rim.on & ~kept)
-    sides = positions[rim.before[moving]] + positions[rim.after[moving]]
-    return moving, (1 - 2 * weight) * positions[moving] + weight * sides
+    result = np.where((rim.on | (valence == 0))[:, None], mesh.vertices, points)
+    moving = np.flatnonzero(rim.on & ~corner)
+    sides = mesh.vertices[rim.before[moving]] + mesh.vertices[rim.after[moving]]
+    result[moving] = (1 - 2 * weight) * mesh.vertices[moving] + weight * sides
+    return result
 
 
 def sum_at(groups: IntArray, values: FloatArray, count: int) -> FloatArray:

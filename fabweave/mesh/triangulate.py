@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray
+from fabweave.core.arrays import IntArray, places_in_groups
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 
 
@@ -40,7 +40,7 @@ def triangulate(mesh: PolyMesh) -> PolyMesh:
     large = np.flatnonzero(mesh.face_sizes > 4)
     sizes = mesh.face_sizes[large]
     face = np.repeat(np.arange(len(large)), sizes)
-    place = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    place = places_in_groups(sizes)
     start = mesh.offsets[:-1][large][face]
     fans = np.column_stack(
         [

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, frozen_value, unit
 from fabweave.core.colour_space import Colours
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
@@ -133,15 +133,15 @@ def _corner_shifts(ribbons: Ribbons, following: IntArray, panel: BoolArray) -> F
     a, b = ribbons.right[near], ribbons.right[after]
     c, d = ribbons.left[after], ribbons.left[near]
     # Each quad's two triangles, and the corners that each has.
-    one = _unit(np.where(first, np.cross(b - a, c - a), np.cross(b - a, d - a)))
-    two = _unit(np.where(first, np.cross(c - a, d - a), np.cross(c - b, d - b)))
+    one = unit(np.where(first, np.cross(b - a, c - a), np.cross(b - a, d - a)))
+    two = unit(np.where(first, np.cross(c - a, d - a), np.cross(c - b, d - b)))
     mean = np.zeros((ribbons.n_rungs, 2, 3))
     # Every rung is near once at most, and after another once at most.
     mean[near, 0] += np.where(first, one + two, one)
     mean[near, 1] += np.where(first, two, one + two)
     mean[after, 0] += np.where(first, one, one + two)
     mean[after, 1] += np.where(first, one + two, two)
-    mean = _unit(mean)
+    mean = unit(mean)
     # A panel keeps its thickness; elsewhere that of the facets on the average.
     normal = mean.copy()
     flat = panel[near]
@@ -182,13 +182,13 @@ def yarn_bodies(yarns: Yarns, labels: Sequence[str], colours: Colours) -> tuple[
             (here + corner, here + beside, there + beside, there + corner), axis=2
         ).reshape(-1, 4)
         rim = yarns.rim[start:end]
-        vertices, normals = rim.reshape(-1, 3), _unit(rim - yarns.spine[start:end, None])
+        vertices, normals = rim.reshape(-1, 3), unit(rim - yarns.spine[start:end, None])
         normals = normals.reshape(-1, 3)
         triangles = np.zeros((0, 3), dtype=np.int64)
         if not closed:
             middle, last = len(vertices), sides * (count - 1)
             ends = yarns.spine[[start, end - 1]]
-            way = _unit(ends - yarns.spine[[start + 1, end - 2]])
+            way = unit(ends - yarns.spine[[start + 1, end - 2]])
             vertices, normals = np.concatenate((vertices, ends)), np.concatenate((normals, way))
             triangles = np.concatenate((
                 np.column_stack((np.full(sides, middle), beside, corner)),
@@ -219,8 +219,3 @@ def clashing_facets(bodies: Sequence[Body]) -> IntArray:
 def _colour(colours: Colours, thread: int) -> tuple[int, int, int]:
     red, green, blue = colours[thread].tolist()
     return red, green, blue
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(size > 0.0, size, 1.0), dtype=np.float64)

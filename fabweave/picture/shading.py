@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
 from fabweave.picture.zbuffer import Planes, nearest_triangles, planes_through
 
 #: Where light comes from, as (right, up, towards the eye): over the left shoulder.
@@ -202,7 +202,7 @@ def facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return the unit normal of each triangle at its three corners, (T, 3, 3)."""
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.repeat(_unit(normal)[:, None, :], 3, axis=1)
+    return np.repeat(unit(normal)[:, None, :], 3, axis=1)
 
 
 def smooth_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -220,13 +220,7 @@ def smooth_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
         ],
         axis=1,
     )
-    return _unit(means.astype(np.float64))[triangles]
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    """Return vectors of length one; those of length zero stay."""
-    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(size > 0.0, size, 1.0)
+    return unit(means.astype(np.float64))[triangles]
 
 
 def covered_places(seen: IntArray, nearness: FloatArray) -> tuple[BoolArray, IntArray, FloatArray]:

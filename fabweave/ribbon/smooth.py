@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, unit
 from fabweave.ribbon.project import Ribbons, better_diagonals, following_rung
 
 
@@ -102,11 +102,6 @@ def _pull(side: FloatArray, chord: FloatArray) -> FloatArray:
     the ribbon would often run through itself there.
     """
     length = np.linalg.norm(chord, axis=1, keepdims=True)
-    way = _unit(side)
-    ahead = np.einsum("ij,ij->i", way, _unit(chord))[:, None]
+    way = unit(side)
+    ahead = np.einsum("ij,ij->i", way, unit(chord))[:, None]
     return np.asarray(np.clip(2.0 * ahead, 0.0, 1.0) * length * way)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1.0)

@@ -9,8 +9,29 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.cycles import order_states
 
 
+class PassesByThread:
+    """What passes of threads have in common that are kept in compressed rows."""
+
+    offsets: IntArray
+
+    @property
+    def n_threads(self) -> int:
+        """Number of threads, those without any crossing included."""
+        return len(self.offsets) - 1
+
+    @property
+    def lengths(self) -> IntArray:
+        """Number of passes of each thread, (T,)."""
+        return np.diff(self.offsets)
+
+    @property
+    def thread_of_pass(self) -> IntArray:
+        """The thread of each pass, (P,)."""
+        return np.repeat(np.arange(self.n_threads), self.lengths)
+
+
 @frozen_value
-class Threads:
+class Threads(PassesByThread):
     """The threads of a weave as walks over crossings, in compressed rows.
 
     A *pass* is one visit of a thread to a crossing. Every crossing has two passes, one that
@@ -46,24 +67,9 @@ class Threads:
     turn_halfedge: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
-    def n_threads(self) -> int:
-        """Number of threads, those without any crossing included."""
-        return len(self.offsets) - 1
-
-    @property
     def n_crossings(self) -> int:
         """Number of crossings."""
         return len(self.crossing_halfedge)
-
-    @property
-    def lengths(self) -> IntArray:
-        """Number of passes of each thread, (T,)."""
-        return np.diff(self.offsets)
-
-    @property
-    def thread_of_pass(self) -> IntArray:
-        """The thread of each pass, (P,)."""
-        return np.repeat(np.arange(self.n_threads), self.lengths)
 
     @property
     def turn_forward(self) -> BoolArray:

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of, unit
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.nearest import unit
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 
 #: An edge is sharp where its faces turn by more than this, and so is a corner of a boundary or of

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
 from fabweave.mesh.fair.feature_lines import Lines
-from fabweave.mesh.nearest import Surface, unit
+from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
 
 # A step is no longer than this share of a vertex's shortest portal or edge, or of the way to its

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray, places_in_groups
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
@@ -156,7 +156,7 @@ def _wheel(n: int, height: float, radius: float) -> SoftTubes:
     out = (np.arange(columns) + 0.5) / columns
     tall = np.maximum(1, np.ceil(2 * height * (1 - out) / (0.9 * blend))).astype(int)
     out = np.repeat(out, tall)
-    place = np.arange(tall.sum()) - np.repeat(np.cumsum(tall) - tall, tall)
+    place = places_in_groups(tall)
     up = height * (1 - out) * (2 * (place + 0.5) / np.repeat(tall, tall) - 1)
     area = 2 * height * (1 - out) / np.repeat(tall, tall) / columns
     fins = np.stack(

@@ -4,7 +4,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, offsets_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.one_rings import Rim, edge_middles, find_rim, smooth_curve, sum_at, valences
+from fabweave.mesh.one_rings import Rim, edge_middles, find_rim, sum_at, valences, with_rim_curve
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 
 
@@ -112,20 +112,15 @@ def catmull_clark_limit(mesh: PolyMesh) -> PolyMesh:
     else:
         vertex, edge, face = _new_points(mesh, half, rim)
         ring = 4 * edge[half.edge] + face[half.face]
-    count = valences(half, rim)[:, None]
-    # Boundary vertices and loose ones get their own values below.
+    valence = valences(half, rim)
+    count = valence[:, None]
     around = sum_at(half.tail, ring, mesh.n_vertices)
     limit = (count**2 * vertex + around) / np.maximum(count * (count + 5), 1)
-    limit[count[:, 0] == 0] = mesh.vertices[count[:, 0] == 0]
-    limit[rim.on] = mesh.vertices[rim.on]
-    moving, points = smooth_curve(mesh.vertices, rim, rim.corner, 1 / 6)
-    limit[moving] = points
-    return mesh.with_vertices(limit)
+    return mesh.with_vertices(with_rim_curve(limit, mesh, rim, rim.corner, valence, 1 / 6))
 
 
 def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     """Return the vertex, edge and face points of one step, (V, 3), (E, 3) and (F, 3)."""
-    positions = mesh.vertices
     face = face_centres(mesh)
     middle = edge_middles(mesh, half)
     edge = middle.copy()
@@ -135,13 +130,10 @@ def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     edge[inner] = middle[inner] / 2 + sides / 4
     # Every edge at an inner vertex leaves it as one half-edge.
     around = sum_at(half.tail, face[half.face] + 2 * middle[half.edge], mesh.n_vertices)
-    count = np.maximum(np.bincount(half.tail, minlength=mesh.n_vertices), 1)[:, None]
-    vertex = (around / count + (count - 3) * positions) / count
-    still = rim.on | (np.bincount(half.tail, minlength=mesh.n_vertices) == 0)
-    vertex[still] = positions[still]
-    moving, points = smooth_curve(positions, rim, rim.corner, 1 / 8)
-    vertex[moving] = points
-    return [vertex, edge, face]
+    valence = np.bincount(half.tail, minlength=mesh.n_vertices)
+    count = np.maximum(valence, 1)[:, None]
+    vertex = (around / count + (count - 3) * mesh.vertices) / count
+    return [with_rim_curve(vertex, mesh, rim, rim.corner, valence, 1 / 8), edge, face]
 
 
 def _with_quads(mesh: PolyMesh, half: Halfedges, points: list[FloatArray]) -> PolyMesh:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of, places_in_groups
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import Rim, corners_in_turn, edge_middles, find_rim
 from fabweave.mesh.polymesh import PolyMesh, face_centres
@@ -79,7 +79,7 @@ def _corner_points(
         return points
     points = _halved_at_rim(points, half, rim)
     count = np.diff(offsets)
-    place = np.arange(half.n_halfedges) - np.repeat(offsets[:-1], count)
+    place = places_in_groups(count)
     along = place / np.maximum(np.repeat(count, count) - 1, 1)
     chosen = rim.on[half.tail[corners]]
     corner, along = corners[chosen], along[chosen, None]
@@ -105,7 +105,7 @@ def _first_wave(mesh: PolyMesh) -> FloatArray:
     """
     sizes = mesh.face_sizes
     start = mesh.offsets[:-1]
-    number = np.arange(mesh.n_corners) - np.repeat(start, sizes)
+    number = places_in_groups(sizes)
     angle = (number * np.repeat(2 * np.pi / sizes, sizes))[:, None]
     corners = mesh.vertices[mesh.indices]
     wave = np.zeros_like(corners)

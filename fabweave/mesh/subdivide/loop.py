@@ -11,9 +11,9 @@ from fabweave.mesh.one_rings import (
     face_sums,
     find_rim,
     name_some,
-    smooth_curve,
     sum_at,
     valences,
+    with_rim_curve,
 )
 from fabweave.mesh.polymesh import PolyMesh
 
@@ -175,11 +175,7 @@ def loop_limit(mesh: PolyMesh) -> PolyMesh:
     around = sum_at(half.tail, ring, mesh.n_vertices)
     weight = (1 / (count + 3 / (8 * _beta(count))))[:, None]
     limit = (1 - count[:, None] * weight) * vertex + weight * around
-    still = rim.on | (count == 0)
-    limit[still] = mesh.vertices[still]
-    moving, points = smooth_curve(mesh.vertices, rim, rim.corner, 1 / 6)
-    limit[moving] = points
-    return mesh.with_vertices(limit)
+    return mesh.with_vertices(with_rim_curve(limit, mesh, rim, rim.corner, count, 1 / 6))
 
 
 def _beta(valence: IntArray) -> FloatArray:
@@ -205,11 +201,7 @@ def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     beta = _beta(count)[:, None]
     around = sum_at(half.tail, (sums - tail) / (sizes - 1), mesh.n_vertices)
     vertex = (1 - count[:, None] * beta) * positions + beta * around
-    still = rim.on | (count == 0)
-    vertex[still] = positions[still]
-    moving, points = smooth_curve(positions, rim, rim.corner, 1 / 8)
-    vertex[moving] = points
-    return [vertex, edge]
+    return [with_rim_curve(vertex, mesh, rim, rim.corner, count, 1 / 8), edge]
 
 
 def _with_middles(mesh: PolyMesh, half: Halfedges, points: list[FloatArray]) -> PolyMesh:

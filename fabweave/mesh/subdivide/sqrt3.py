@@ -13,7 +13,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, pair_corners
-from fabweave.mesh.one_rings import Rim, find_rim, name_some, smooth_curve, sum_at, valences
+from fabweave.mesh.one_rings import Rim, find_rim, name_some, sum_at, valences, with_rim_curve
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 
 
@@ -114,14 +114,11 @@ def _take(mesh: PolyMesh, corner: BoolArray, *, cuts_rim: bool) -> _Step:
     alpha = _alpha(count)[:, None]
     around = sum_at(half.tail, mesh.vertices[half.head], mesh.n_vertices)
     vertices = (1 - alpha) * mesh.vertices + alpha * around / np.maximum(count, 1)[:, None]
-    still = rim.on | (count == 0)
-    vertices[still] = mesh.vertices[still]
+    vertices = with_rim_curve(vertices, mesh, rim, corner, count, 4 / 27 if cuts_rim else 0.0)
     centres = face_centres(mesh)
     if not cuts_rim or not rim.on.any():
         cut = np.zeros(0, dtype=np.int64)
         return _Step(half, rim, corner, vertices, centres, half.face, cut)
-    moving, curve = smooth_curve(mesh.vertices, rim, corner, 4 / 27)
-    vertices[moving] = curve
     # A triangle at the boundary gets no vertex inside, but two on its boundary edge; after an
     # odd step every such face is a triangle and has one such edge.
     cut = np.flatnonzero(half.twin < 0)
@@ -187,10 +184,7 @@ def _limit(step: _Step, mesh: PolyMesh) -> PolyMesh:
     ring = sum_at(tail, step.points[seen], count) / np.maximum(number, 1)[:, None]
     weight = 3 * _alpha(number)[:, None]
     limit = (step.vertices + weight * ring) / (1 + weight)
-    still = step.rim.on | (number == 0)
-    limit[still] = mesh.vertices[still]
-    moving, curve = smooth_curve(mesh.vertices, step.rim, step.corner, 1 / 6)
-    limit[moving] = curve
+    limit = with_rim_curve(limit, mesh, step.rim, step.corner, number, 1 / 6)
     return mesh.with_vertices(limit)
 
 

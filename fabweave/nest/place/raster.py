@@ -9,7 +9,7 @@ import math
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray
+from fabweave.core.arrays import BoolArray, FloatArray, places_in_groups
 
 #: Chords in a quarter circle of a buffered corner.
 _ARC_STEPS = 16
@@ -111,7 +111,7 @@ def filled_pixels(sides: FloatArray, shape: tuple[int, int], pixel_mm: float) ->
     last = np.ceil(np.maximum(y0, y1) / pixel_mm - 0.5).astype(np.int64).clip(0, height)
     rows = last - first  # half-open, so that a vertex on a row counts once
     side = np.repeat(np.arange(len(rows)), rows)
-    row = np.arange(len(side)) - np.repeat(np.cumsum(rows) - rows, rows) + first[side]
+    row = places_in_groups(rows) + first[side]
     share = ((row + 0.5) * pixel_mm - y0[side]) / (y1[side] - y0[side])
     x = x0[side] + share * (x1[side] - x0[side])
     column = np.ceil(x / pixel_mm - 0.5).astype(np.int64).clip(0, width)

@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.arrays import FloatArray, frozen_value, places_in_groups
 from fabweave.nest.item_shape import ItemShape
 from fabweave.nest.place.raster import closed_sides, filled_pixels, ring_sides
 
@@ -143,5 +143,5 @@ def _along(sides: FloatArray, step: float) -> FloatArray:
     outline, side = sides[:, 0], sides[:, 1] - sides[:, 0]
     count = np.maximum(np.ceil(np.hypot(side[:, 0], side[:, 1]) / step), 1).astype(int)
     owner = np.repeat(np.arange(len(outline)), count)
-    share = (np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)) / count[owner]
+    share = places_in_groups(count) / count[owner]
     return outline[owner] + share[:, None] * side[owner]

@@ -5,7 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    frozen_value,
+    offsets_of,
+    places_in_groups,
+)
 from fabweave.nest.separate.item_field import REACH_MM, ItemField
 
 #: How many samples are looked up together at first.
@@ -189,4 +196,4 @@ def near_samples(
 def _ranges(begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the numbers of all ranges one after another, and the range of each."""
     owner = np.repeat(np.arange(len(count)), count)
-    return np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + begin[owner], owner
+    return begin[owner] + places_in_groups(count), owner

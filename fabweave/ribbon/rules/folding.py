@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, unit
 from fabweave.ribbon.facets import Facets, facet_pairs
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.distance import piercing
@@ -85,9 +85,9 @@ def run_straight(ribbons: Ribbons, stretches: Stretches) -> BoolArray:
         middle[ahead] + middle[ahead + 1] - middle[panel] - middle[panel + 1],
         middle[panel + 1] - middle[panel],
     )
-    way = _unit(way)
+    way = unit(way)
     across = rung[panel] + rung[panel + 1] + rung[ahead] + rung[ahead + 1]
-    across = _unit(across - np.einsum("ij,ij->i", across, way)[:, None] * way)
+    across = unit(across - np.einsum("ij,ij->i", across, way)[:, None] * way)
     starts, ends = stretches.offsets[count : 2 * count] // 2, stretches.offsets[count + 1 :] // 2
     between = np.repeat(np.arange(count), ends[:count] - starts)
     straight = np.ones(count, dtype=bool)
@@ -113,7 +113,3 @@ def _steeper(vectors: FloatArray, main: FloatArray, side: FloatArray) -> BoolArr
     """Tell which vectors go farther along one direction than either way along another."""
     farther = np.einsum("ij,ij->i", vectors, main) > np.abs(np.einsum("ij,ij->i", vectors, side))
     return np.asarray(farther)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)

@@ -3,18 +3,19 @@
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of, places_in_groups
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.cycles import order_states
+from fabweave.weave.threads import PassesByThread
 
 #: More crossings than this are a slip of the pen, and would fill the memory.
 _MOST_CROSSINGS = 1 << 28
 
 
 @frozen_value
-class TwistedThreads:
+class TwistedThreads(PassesByThread):
     """The threads of a mesh whose edges carry any number of half-twists.
 
     Two strands run along every edge. An edge with ``k`` half-twists has ``|k|`` crossings, one
@@ -64,24 +65,9 @@ class TwistedThreads:
     corner: IntArray
 
     @property
-    def n_threads(self) -> int:
-        """Number of threads, those without any crossing included."""
-        return len(self.offsets) - 1
-
-    @property
     def n_crossings(self) -> int:
         """Number of crossings."""
         return int(self.crossing_offsets[-1])
-
-    @property
-    def lengths(self) -> IntArray:
-        """Number of passes of each thread, (T,)."""
-        return np.diff(self.offsets)
-
-    @property
-    def thread_of_pass(self) -> IntArray:
-        """The thread of each pass, (P,)."""
-        return np.repeat(np.arange(self.n_threads), self.lengths)
 
     @property
     def edge_of_crossing(self) -> IntArray:
@@ -226,7 +212,7 @@ def trace_twisted(
 
     # One pass for every half-twist on the way.
     step = np.repeat(np.arange(len(states)), turns)
-    nth = np.arange(len(step)) - np.repeat(offsets_of(turns)[:-1], turns)
+    nth = places_in_groups(turns)
     own = halfedges.edge_halfedge[edge] == arrival
     along = (own != backward)[step]
     at = np.where(along, nth, turns[step] - 1 - nth)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabweave.core.arrays import IntArray
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
@@ -75,29 +76,36 @@ def _irregular_vertex(halfedges: Halfedges, conditions: TwillConditions) -> Obst
     vertices, valences = interior_valences(halfedges)
     irregular = valences % 4 != 0
     vertices, valences = vertices[irregular], valences[irregular]
-    for vertex, valence in zip(vertices[:_LOOKED_AT].tolist(), valences.tolist(), strict=False):
-        if not _weavable_around(halfedges, conditions, halfedges.tail == vertex):
-            text = f"vertex {vertex} has valence {valence}"
-            if len(vertices) > 1:
-                text += (
-                    f"; in all, {len(vertices)} vertices have a valence that is no multiple of 4"
-                )
-            return Obstruction(text, vertices=(vertex,))
-    return None
+    first = _first_unweavable(halfedges, conditions, halfedges.tail, vertices)
+    if first is None:
+        return None
+    text = f"vertex {vertices[first]} has valence {valences[first]}"
+    if len(vertices) > 1:
+        text += f"; in all, {len(vertices)} vertices have a valence that is no multiple of 4"
+    return Obstruction(text, vertices=(int(vertices[first]),))
 
 
 def _irregular_face(halfedges: Halfedges, conditions: TwillConditions) -> Obstruction | None:
     """Find a face whose surroundings cannot be woven in twill."""
     sizes = np.bincount(halfedges.face)
     faces = np.flatnonzero(sizes % 4)
-    for face in faces[:_LOOKED_AT].tolist():
-        if not _weavable_around(halfedges, conditions, halfedges.face == face):
-            text = f"face {face} has {sizes[face]} sides"
-            if len(faces) > 1:
-                text += (
-                    f"; in all, {len(faces)} faces have a number of sides that is no multiple of 4"
-                )
-            return Obstruction(text, faces=(face,))
+    first = _first_unweavable(halfedges, conditions, halfedges.face, faces)
+    if first is None:
+        return None
+    face = int(faces[first])
+    text = f"face {face} has {sizes[face]} sides"
+    if len(faces) > 1:
+        text += f"; in all, {len(faces)} faces have a number of sides that is no multiple of 4"
+    return Obstruction(text, faces=(face,))
+
+
+def _first_unweavable(
+    halfedges: Halfedges, conditions: TwillConditions, owner: IntArray, suspects: IntArray
+) -> int | None:
+    """Return the place of the first vertex or face, owner of half-edges, with no twill around."""
+    for place, suspect in enumerate(suspects[:_LOOKED_AT].tolist()):
+        if not _weavable_around(halfedges, conditions, owner == suspect):
+            return place
     return None
 
 
