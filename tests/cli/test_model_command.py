@@ -71,9 +71,9 @@ def test_json_tells_the_radii(tmp_path, capsys):
 def test_thick_ribbons_that_touch_are_told(tmp_path, capsys):
     thick = ("shape:octahedron", "--size", "60mm", "--thickness", "12mm")
     assert run("model", *thick, "-o", tmp_path / "a.stl") == 0
-    assert "a printer welds them" in capsys.readouterr().out
+    assert "weld them there" in capsys.readouterr().out
     assert run("model", "shape:octahedron", "--size", "200mm", "-o", tmp_path / "b.stl") == 0
-    assert "welds" not in capsys.readouterr().out
+    assert "weld" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

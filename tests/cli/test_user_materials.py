@@ -169,15 +169,39 @@ def spoiled(made, tmp_path, *changes):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("materials", "felt", "density_kg_m3", 251.0), "density_kg_m3 of felt:red is 250.0"),
-        (("materials", "card", "density_kg_m3", 750.0), "density_kg_m3 of card is 810.0"),
-        (("materials", "felt", "price_per_m2", 39.0), "price_per_m2 of felt:red is 38.0"),
-        (("materials", "felt", "currency", "USD"), "currency of felt:red is EUR"),
-        (("materials", "felt", "speed_mm_s", [1.0, 2.0]), "speed_mm_s of felt:red is [20.0, 30.0]"),
-        (("materials", "card", "speed_mm_s", [1.0, 2.0]), "speed_mm_s of card is None"),
-        (("materials", "felt", "min_bend_radius_t", 3.0), "felt:red bends to 2.0 mm, and"),
-        (("materials", "card", "bend_table_mm", [[0.4, 9.0], [0.6, 12.1]]), "bends to 10.5 mm"),
-        (("materials", "velvet", {}), "materials that are not used: ['velvet']"),
+        (
+            ("materials", "felt", "density_kg_m3", 251.0),
+            "felt:red: density_kg_m3 is 250, but should be 251, as in job.toml",
+        ),
+        (
+            ("materials", "card", "density_kg_m3", 750.0),
+            "card: density_kg_m3 is 810, but should be 750, as in job.toml",
+        ),
+        (
+            ("materials", "felt", "price_per_m2", 39.0),
+            "felt:red: price_per_m2 is 38, but should be 39, as in job.toml",
+        ),
+        (
+            ("materials", "felt", "currency", "USD"),
+            "felt:red: currency is 'EUR', but should be 'USD'",
+        ),
+        (
+            ("materials", "felt", "speed_mm_s", [1.0, 2.0]),
+            "felt:red: speed_mm_s is [20.0, 30.0], but should be",
+        ),
+        (
+            ("materials", "card", "speed_mm_s", [1.0, 2.0]),
+            "card: speed_mm_s is nothing, but should be",
+        ),
+        (("materials", "felt", "min_bend_radius_t", 3.0), "bend_mm is 2, but should be"),
+        (
+            ("materials", "card", "bend_table_mm", [[0.4, 9.0], [0.6, 12.1]]),
+            "bend_mm is 10.5, but should be",
+        ),
+        (
+            ("materials", "velvet", {}),
+            "entries of materials that are not used is ['velvet'], but should be []",
+        ),
     ],
 )
 def test_verify_holds_the_files_to_the_entries_of_materials(made, change, words, tmp_path) -> None:

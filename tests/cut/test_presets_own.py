@@ -130,7 +130,10 @@ def test_a_preset_that_is_not_there_gets_one_message(value, capsys, tmp_path) ->
 
 @pytest.mark.parametrize("width", [0.0, -1.0, 1.5, float("nan")])
 def test_lines_that_are_none_are_refused(width) -> None:
-    with pytest.raises(InputError, match=r"lines cannot be .* mm wide"):
+    with pytest.raises(
+        InputError,
+        match=r"hairline_mm: .* is not a length greater than 0|lines cannot be 1.5 mm wide",
+    ):
         Settings("shape:cube", hairline_mm=width)
 
 

@@ -34,7 +34,7 @@ def test_emptying_sheets_never_takes_more_and_keeps_every_rule(piece_sets, monke
 
 
 def test_ctrl_c_keeps_the_last_complete_layout_and_says_so(piece_sets):
-    pieces = strips(piece_sets, 30, 1)
+    pieces = strips(piece_sets, 60, 1)
     placed = []
 
     def interrupt(_what, done, total):

@@ -108,7 +108,7 @@ def test_a_finding_that_is_left_out_is_missed(made) -> None:
                     other for other in report["findings"] if other["rule"] != one["rule"]
                 ]
                 (message,) = found(report, model)
-                assert message.startswith(f"{one['rule']}: in ")
+                assert message.startswith(f"ribbons.json, {one['rule']}: in ")
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,10 @@ def test_a_finding_of_nothing_is_found_out(made) -> None:
     assert "bend" not in {one["rule"] for one in report["findings"]}
     limit = report["limits"]["bend_mm"]
     report["findings"].append({"rule": "bend", "value": 0.9 * limit, "limit": limit, "count": 3})
-    assert any("bend does not hold in 3 places" in message for message in found(report, model))
+    messages = found(report, model)
+    assert any("bend: it is said not to hold in 3 places" in message for message in messages), (
+        messages
+    )
 
 
 @pytest.mark.parametrize("key", ["width_mm", "bend_mm", "twist_deg"])

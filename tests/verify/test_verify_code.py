@@ -60,7 +60,7 @@ def change_code(old, new):
             "what the code says is 'fabweave make shape:octahedron --size 90mm",
         ),
         (change_code("octahedron", "cube"), "should be ['shape:octahedron'], as in job.toml"),
-        (change_code(" -o", " --strict -o"), "it says strict , and job.toml False"),
+        (change_code(" -o", " --strict -o"), "it says strict, and job.toml False"),
         (change_code("fabweave make", "rm"), "its command is ['rm', "),
         (change_code("-o", "# sha256"), "its digest is 'again"),
         (lambda plan: plan["cut"].pop("code"), "what it says is not stated"),

@@ -74,13 +74,13 @@ def name_another_mate(specimen):
 
 def drop_in_silence(specimen):
     specimen.plan["pieces"][0]["dropped"].pop()
-    return "0 times instead of 1"
+    return "lettered or dropped, is 0, but should be 1"
 
 
 def drop_what_is_lettered(specimen):
     piece, _ = labels(specimen, "id")[0]
     piece["dropped"].append({"kind": "id", "text": piece["id"], "station": None})
-    return "2 times instead of 1"
+    return "lettered or dropped, is 2, but should be 1"
 
 
 def letter_twice(specimen):
@@ -88,13 +88,13 @@ def letter_twice(specimen):
     panel = next(k for k, s in enumerate(piece["stations"]) if k % 3 == 2)
     again = dict(one, x=piece["stations"][panel]["x"], y=piece["stations"][panel]["y"] + 4)
     piece["labels"].append(again)
-    return "2 times instead of 1"
+    return "lettered or dropped, is 2, but should be 1"
 
 
 def leave_out_a_label(specimen):
     piece, one = labels(specimen, "partner")[0]
     piece["labels"].remove(one)
-    return "0 times instead of 1"
+    return "lettered or dropped, is 0, but should be 1"
 
 
 def exchange_stations(specimen):
