@@ -126,7 +126,7 @@ def offcut_of(
     if defects:
         spoilt = shapely.union_all(shapely.buffer(np.array(defects), _SPARE_MM))
         opened = shapely.difference(opened, spoilt)
-    parts = shapely.get_parts(shapely.set_precision(opened, _GRAIN_MM))
+    parts = shapely.get_parts(_rounded(opened))
     parts = parts[shapely.area(parts) > _ARM_MM**2]
     if len(parts) == 0:
         return None
@@ -139,6 +139,14 @@ def offcut_of(
     if rectangle is None or not tidy.is_valid:
         return None
     return Offcut(number, outline, tuple(holes), rectangle)
+
+
+def _rounded(shape: shapely.Geometry) -> shapely.Geometry:
+    """Return a shape with its corners on the grain; those that all but touch may fall together."""
+    try:
+        return shapely.set_precision(shape, _GRAIN_MM)
+    except shapely.GEOSException:  # a sliver that GEOS cannot round as a whole
+        return shapely.make_valid(shapely.set_precision(shape, _GRAIN_MM, mode="pointwise"))
 
 
 def _largest(polygons: npt.NDArray[np.object_]) -> shapely.Polygon:
