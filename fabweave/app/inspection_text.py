@@ -82,21 +82,25 @@ def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple
     # A mesh that pairs up is among those above if that helps.
     paired = any(remedy["option"].startswith("remesh") for remedy in twill["exact_after"])
     if 2 * int(mesh["face_sizes"].get("3", 0)) > mesh["faces"] and not paired:
-        rows.append(("", "triangles become quads, fit for a biaxial twill, with --remesh quads"))
+        rows.append(("", "--remesh quads turns triangles into quads, fit for a biaxial twill"))
     return rows
 
 
 def _broken(twill: Mapping[str, Any]) -> str:
     """Say how good a twill can be where none is exact."""
     voted, least = twill["voting_breaks"], twill["at_least_broken"]
-    text = f"of {agree(twill['conditions'], '{n} condition[|s]')} the paper's voting breaks {voted}"
+    text = f"the paper's voting breaks {voted} of {agree(twill['conditions'], '{n} condition[|s]')}"
     broken = twill.get("broken")
     if broken is not None:
-        best = "the least there is" if broken == least else f"and every weave {least} or more"
+        best = (
+            "the least possible" if broken == least else f"and every weave breaks {least} or more"
+        )
         return f"{text}; this weave breaks {broken}, {best}"
     if voted == least:
         return f"{text}, which is proved to be the least (--pattern twill)"
-    return f"{text}, and every weave {least} or more; --pattern twill searches between the two"
+    return (
+        f"{text}, and every weave breaks {least} or more; --pattern twill searches between the two"
+    )
 
 
 def _either(first: str, after: Sequence[str]) -> str:

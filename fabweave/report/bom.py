@@ -70,7 +70,7 @@ def bom_notes(bill: BillOfMaterials) -> list[str]:
     """Return the shopping list in words."""
     notes = [
         f"buy: {row.buy} fasteners for holes of {row.diameter_mm:g} mm, grip "
-        f"{row.grip_mm:g} mm ({row.layers} layers): {row.needed} and {row.spare} spare"
+        f"{row.grip_mm:g} mm ({row.layers} layers): {row.needed} needed, {row.spare} spare"
         for row in bill.fasteners
     ]
     glue, tape = bill.glue, bill.tape

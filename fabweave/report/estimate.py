@@ -135,9 +135,10 @@ def estimate_section(
     *body, end = (_row([row[at] for at in kept]) for row in rows)
     head = "".join(f"<th>{heads[at]}</th>" for at in kept)
     return (
-        "<h2>Estimate</h2>\n<p>Length over the cutting speeds of a 60 W CO2 laser, and "
-        f"{estimate.pierce_s:g} s for each piercing; engraving and the way between lines are "
-        "not counted. Prices are the library's for a square metre. Ask who cuts it.</p>\n"
+        "<h2>Estimate</h2>\n<p>Times are for the cutting speeds of a 60 W CO2 laser, plus "
+        f"{estimate.pierce_s:g} s for each piercing; engraving and moves between lines are not "
+        "counted. Prices are those of the material library, per square metre. Whoever cuts the "
+        "sheets can say what they really take.</p>\n"
         f"<table><thead><tr>{head}</tr></thead>\n<tbody>\n"
         + "\n".join(body)
         + f"\n</tbody><tfoot>{end}</tfoot></table>\n"

@@ -79,42 +79,40 @@ def _width_note(width: FloatArray) -> str:
     least, most = f"{width.min():.1f}", f"{width.max():.1f}"
     if least == most:
         return f"ribbons: {least} mm wide everywhere"
-    return (
-        f"ribbons: {least} to {most} mm wide, at half of all places below {np.median(width):.1f} mm"
-    )
+    return f"ribbons: {least} to {most} mm wide, with a median of {np.median(width):.1f} mm"
 
 
 def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> list[str]:
     """Say which hole was chosen, where there is none, and at what size there would be."""
     if not rules:
-        return ["holes: none, as asked"]
+        return ["holes: none, as requested"]
     room = piece_set.room_mm[np.isfinite(piece_set.room_mm)]
     if not len(room):
-        return ["holes: none, since every crossing carries a joint without fasteners"]
+        return ["holes: none, because every crossing has a joint without fasteners"]
     tenth = float(np.quantile(room, 1 - WANTED_SHARE, method="lower"))
     least = float(room.min())
     if piece_set.rule is None:
         rule = rules[-1]
         return [
-            f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which wants "
+            f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which needs "
             f"{rule.edge_mm:.1f} mm to every edge. "
-            f"With --size {size_for(tenth, rule.edge_mm, size)}mm nine of ten crossings would "
-            f"have room, with {size_for(least, rule.edge_mm, size)}mm all"
+            f"With --size {size_for(tenth, rule.edge_mm, size)}mm, nine in ten crossings would "
+            f"have room; with {size_for(least, rule.edge_mm, size)}mm, all of them"
         ]
     rule = piece_set.rule
     narrow = int(np.count_nonzero(room < rule.edge_mm))
     all_of_them = agree(len(room), "{n} [crossing|crossings]")
-    note = f"holes: {rule.hole_mm:g} mm, {len(room) - narrow} of {all_of_them}"
+    note = f"holes: {rule.hole_mm:g} mm, at {len(room) - narrow} of {all_of_them}"
     if narrow == 0:
         return [note]
     note += (
         f"; {agree(narrow, '{n} [is|are]')} too narrow (the narrowest has {least:.2f} mm from "
-        f"centre to edge, {rule.edge_mm:.2f} mm are wanted) and get{'s' * (narrow == 1)} none; "
+        f"centre to edge and needs {rule.edge_mm:.2f} mm) and get{'s' * (narrow == 1)} none; "
         "joints there are glued. "
-        f"With --size {size_for(least, rule.edge_mm, size)}mm all would have room"
+        f"With --size {size_for(least, rule.edge_mm, size)}mm, all would have room"
     )
     if narrow > (1 - WANTED_SHARE) * len(room):
-        note += f", with {size_for(tenth, rule.edge_mm, size)}mm nine of ten"
+        note += f"; with {size_for(tenth, rule.edge_mm, size)}mm, nine in ten"
     return [note]
 
 
@@ -135,15 +133,14 @@ def _label_notes(marks: Sequence[Marks]) -> list[str]:
     notes = []
     for kind, name in names.items():
         total = dropped[kind] + placed[kind]
-        troubles = []
-        if small[kind]:
-            troubles.append(
-                agree(small[kind], f"{{n}} [is|are] lower than {WANTED_HEIGHT_MM:g} mm")
+        troubles = [
+            agree(count, f"{{n}} {trouble}")
+            for count, trouble in (
+                (small[kind], f"[is|are] smaller than {WANTED_HEIGHT_MM:g} mm"),
+                (dropped[kind], "had no room"),
             )
-        if dropped[kind]:
-            troubles.append(f"{dropped[kind]} found no room")
+            if count
+        ]
         if troubles:
-            notes.append(f"{name}: of {total} {', and '.join(troubles)}")
-    if not notes:
-        return []
-    return [f"letters: {'; '.join(notes)}. crossing_map.json lists them"]
+            notes.append(f"of {total} {name}, {' and '.join(troubles)}")
+    return [f"letters: {'; '.join(notes)} (crossing_map.json lists them)"] if notes else []

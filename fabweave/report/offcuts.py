@@ -102,8 +102,8 @@ def stock_entries(
 def stock_text(records: Sequence[KeptOffcut], entries: Sequence[str]) -> str:
     """Return the list of stock that holds all offcuts of a job."""
     parts = [
-        "# What a job left. fabweave make MESH --stock THIS_FILE --sheet 600x400mm -o DIR takes\n"
-        "# it first, and sheets of that size for what does not fit. Take out what is used up.\n"
+        "# Offcuts of a job. fabweave make MESH --stock THIS_FILE --sheet 600x400mm -o DIR uses\n"
+        "# them first, and sheets of that size for what does not fit. Delete what is used up.\n"
     ]
     parts += [
         f"# sheet {offcut.sheet}, {offcut.thickness_mm:g} mm; {_room(offcut)}\n{entry}"
@@ -133,16 +133,16 @@ def offcut_section(
     body = "\n".join(rows)
     stock = f"{OFFCUT_FOLDER}/{OFFCUT_STOCK}"
     return (
-        "<h2>To keep</h2>\n<p>What is left of a sheet in one piece is kept if a square of "
-        f"{KEPT_SIDE_MM:g} mm fits in it, or one of {KEPT_WIDTH_MM:g} mm and it is "
-        f"{KEPT_SHARE:.0%} of the sheet. It is dashed in the notes of its sheet; what it is worth "
-        "is its share of the sheet's price.</p>\n"
-        "<table><thead><tr><th>Offcut</th><th>Of</th><th>Material, mm</th><th>Rectangle in it, mm"
-        "</th><th>Area, cm²</th><th>Worth</th></tr></thead>\n<tbody>\n"
+        "<h2>To keep</h2>\n<p>The largest rest of a sheet is kept if a square of "
+        f"{KEPT_SIDE_MM:g} mm fits in it, or if it is at least {KEPT_SHARE:.0%} of the sheet and a "
+        f"square of {KEPT_WIDTH_MM:g} mm fits in it. Its edge is dashed in the notes of its sheet; "
+        "its worth is its share of the sheet's price.</p>\n"
+        "<table><thead><tr><th>Offcut</th><th>Sheet</th><th>Material, mm</th>"
+        "<th>Largest rectangle, mm</th><th>Area, cm²</th><th>Worth</th></tr></thead>\n<tbody>\n"
         f"{body}\n</tbody></table>\n"
-        f"<p>For the next job: <code>--stock {stock}</code>, and <code>--sheet</code> for what "
-        f'does not fit; or copy entries of <a href="{stock}">{stock}</a> to your own list, with '
-        f"the way from there to the drawings:</p>\n<pre>{html.escape(chr(10).join(entries))}</pre>"
+        f"<p>In the next job, use <code>--stock {stock}</code>, and <code>--sheet</code> for what "
+        f'does not fit. Or copy entries from <a href="{stock}">{stock}</a> to your own list, with '
+        f"the path from there to the drawings:</p>\n<pre>{html.escape(chr(10).join(entries))}</pre>"
     )
 
 

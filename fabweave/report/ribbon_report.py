@@ -256,7 +256,7 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
         notes += _twist_note(check)
     notes += [*sentences.values(), *_size_note(check)]
     if check.untried is not None:
-        notes.append(f"checks: whether --refine would mend them was not tried: {check.untried}")
+        notes.append(f"checks: --refine might mend them but was not tried: {check.untried}")
     return notes
 
 
@@ -267,10 +267,12 @@ def _size_note(check: RibbonCheck) -> list[str]:
     if size is None:
         if not sized:
             return []
-        return ["checks: no size mends them all; see each, or use a mesh with larger faces"]
+        return [
+            "checks: no size mends all of these; see each note, or use a mesh with larger faces"
+        ]
     if not sized:
-        also = f", and would at --size {size}mm, too" if size < check.size_mm else ""
-        return [f"checks: {what} hold{also}"]
+        also = f", and would at --size {size}mm too" if size < check.size_mm else ""
+        return [f"checks: {what} all hold{also}"]
     but = f"; {' and '.join(check.still)} would not" if check.still else ""
     return [f"checks: {what} would all hold at --size {size}mm{but}"]
 
@@ -282,7 +284,7 @@ def _twist_note(check: RibbonCheck) -> list[str]:
         return []
     at = int(np.argmin(twist.margins))
     return [
-        f"twist: {twist.value[at]:.1f}° over one width or less; the material takes "
+        f"twist: at most {twist.value[at]:.1f}° over one width; the material takes "
         f"{twist.limit_at(at):.1f}°"
     ]
 
@@ -309,5 +311,5 @@ def _turning_note(check: RibbonCheck) -> list[str]:
         return []
     return [
         f"bend: not measured in {agree(count, '{n} [place|places]')} where ribbons turn back "
-        "between one crossing and the next; creases are measured there, too"
+        "between one crossing and the next; creases are measured there"
     ]

@@ -87,14 +87,13 @@ def splitting_section(record: SplittingRecord) -> str:
     )
     return (
         "<h2>Pieces</h2>"
-        f"<p>Cut to at most {record.max_length_mm:.0f} mm (--max-length). What other lengths "
-        "would come to, as predicted before nesting: shorter pieces waste less and want more "
-        "joints.</p>"
+        f"<p>Pieces are at most {record.max_length_mm:.0f} mm long (--max-length). Predictions for "
+        "other lengths, made before nesting: shorter pieces waste less but need more joints.</p>"
         f"{_chart(record.choices)}"
         "<table><tr><th>--max-length</th><th>pieces</th><th>joints</th><th>predicted use</th></tr>"
         f"{rows}</table>"
         "<details><summary>Thread by thread</summary><table><tr><th>thread</th><th>pieces</th>"
-        f"<th>longest</th><th>fill of rectangles</th></tr>{threads}</table></details>"
+        f"<th>longest</th><th>share of rectangles filled</th></tr>{threads}</table></details>"
     )
 
 
@@ -133,5 +132,5 @@ def _chart(choices: Sequence[ChoiceRecord]) -> str:
         )
     return (
         f'<svg width="{wide}" height="{high}" viewBox="0 0 {wide} {high}" role="img" '
-        f'aria-label="use and joints over the greatest length">{"".join(parts)}</svg>'
+        f'aria-label="use and joints against the greatest length">{"".join(parts)}</svg>'
     )

@@ -3,6 +3,7 @@
 import html
 from collections.abc import Sequence
 
+from fabweave.core.messages import agree
 from fabweave.nest.allotment import Allotment
 from fabweave.report.accounts import MaterialAccount, SheetAccount, SheetSums
 from fabweave.report.bom import bom_section
@@ -72,11 +73,11 @@ def waste_page(
         for name, sheet in zip(sheet_names, report.sheets, strict=True)
     )
     summary = (
-        f"{totals.sums.pieces} pieces of {supplies.description}, on "
-        f"{totals.sums.sheets} sheets: {totals.sums.utilisation:.0%} of the material is used, "
-        f"{totals.cut_length_mm / 1000:.1f} m are cut and "
-        f"{totals.engrave_length_mm / 1000:.1f} m engraved; "
-        f"the finished object weighs {totals.mass_g:.0f} g."
+        f"{agree(totals.sums.pieces, '{n} piece[|s]')} of {supplies.description}, on "
+        f"{agree(totals.sums.sheets, '{n} sheet[|s]')}: {totals.sums.utilisation:.0%} of the "
+        f"material is used, with {totals.cut_length_mm / 1000:.1f} m of cuts and "
+        f"{totals.engrave_length_mm / 1000:.1f} m of engraving. "
+        f"The finished object weighs {totals.mass_g:.0f} g."
     )
     if totals.sums.price:
         summary += f" The sheets cost {totals.sums.price:.2f}."

@@ -284,7 +284,7 @@ def test_what_is_not_measured_is_told() -> None:
 
 def test_the_size_at_which_all_hold_is_told_as_it_is() -> None:
     good = checked("sphere?n=4", size_mm=300.0)
-    assert any(f"would at --size {good.smallest_mm}mm, too" in note for note in ribbon_notes(good))
+    assert any(f"would at --size {good.smallest_mm}mm too" in note for note in ribbon_notes(good))
     bad = checked("torus?m=8&n=4", size_mm=200.0, material="birch-veneer")
     assert bad.still == ("twist",)
     text = f"would all hold at --size {bad.smallest_mm}mm; twist would not"

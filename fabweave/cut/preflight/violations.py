@@ -76,12 +76,12 @@ def preflight_record(
 
 _MEANING: dict[Rule, str] = {
     "hole": "hole{s} smaller than can be cut",
-    "hole-edge": "hole{s} too near to an edge",
+    "hole-edge": "hole{s} too close to an edge",
     "web": "place{s} with too little material between cuts",
-    "gap": "piece{s} too near to the next one",
+    "gap": "piece{s} too close to another",
     "piece": "piece{s} larger than the target takes",
     "sheet": "sheet{s} larger than the target takes",
-    "segment": "outline{s} with sides that cutters stumble over",
+    "segment": "side{s} of outlines too short to cut cleanly",
     "width": "stretch{es} of ribbon too narrow to handle",
     "bend": "bend{s} tighter than the material takes",
 }
