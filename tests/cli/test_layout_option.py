@@ -3,19 +3,7 @@
 import json
 import tomllib
 
-import pytest
-
-from fabweave.cli.main import main
-
-MESH = ("shape:octahedron", "--size", "300mm", "--effort", "quick", "-q")
-
-
-def run(*arguments):
-    try:
-        main(["make", *map(str, arguments)])
-    except SystemExit as stop:
-        return stop.code
-    return 0
+from jobs import OCTAHEDRON, run
 
 
 def files(folder):
@@ -26,12 +14,13 @@ def files(folder):
     }
 
 
-@pytest.mark.slow
-def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(tmp_path, capsys):
-    first, again, third = tmp_path / "first", tmp_path / "again", tmp_path / "third"
-    assert run(*MESH, "-o", first) == 0
+def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(
+    finished, tmp_path, capsys
+):
+    first, again, third = finished(*OCTAHEDRON), tmp_path / "again", tmp_path / "third"
     assert "layout" not in tomllib.loads((first / "job.toml").read_text())["job"]
-    assert run(*MESH, "--layout", first / "crossing_map.json", "-o", again) == 0
+    layout = ("--layout", first / "crossing_map.json", "-q")
+    assert run("make", *OCTAHEDRON, *layout, "-o", again) == 0
     assert tomllib.loads((again / "job.toml").read_text())["job"]["layout"] == "crossing_map.json"
     one, two = files(first), files(again)
     assert one.keys() == two.keys()
@@ -49,9 +38,8 @@ def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(tmp_p
             del sheet["code"]
     assert plans[0] == plans[1]
     # The job.toml finds the layout beside it.
-    assert run("--config", again / "job.toml", "-q", "-o", third) == 0
+    assert run("make", "--config", again / "job.toml", "-q", "-o", third) == 0
     assert files(third) == two
     capsys.readouterr()
-    smaller = (*MESH[:2], "290mm", *MESH[3:])
-    assert run(*smaller, "--layout", first / "crossing_map.json", "-o", tmp_path / "no") == 2
+    assert run("make", *OCTAHEDRON, "--size", "88mm", *layout, "-o", tmp_path / "no") == 2
     assert "is of other pieces" in capsys.readouterr().err
