@@ -63,15 +63,15 @@ def frozen_value(cls: type[_Value]) -> type[_Value]:
     >>> Points(np.zeros((3, 2))).xy.flags.writeable
     False
     """
-    own: Callable[[Any], None] | None = getattr(cls, "__post_init__", None)
+    post_init: Callable[[Any], None] | None = getattr(cls, "__post_init__", None)
 
     def freeze(self: Any) -> None:
         for field in fields(self):
             array = getattr(self, field.name)
             if isinstance(array, np.ndarray):
                 object.__setattr__(self, field.name, frozen(array))
-        if own is not None:
-            own(self)
+        if post_init is not None:
+            post_init(self)
 
     cls.__post_init__ = freeze  # type: ignore[attr-defined]
     return dataclass(frozen=True, eq=False)(cls)

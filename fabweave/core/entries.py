@@ -76,8 +76,8 @@ def list_of(value: Any, accept: Accept, count: int | None = None) -> tuple[Any, 
     """Return a list as a tuple of what is accepted of it; None if anything is not."""
     if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
         return None
-    found = tuple(map(accept, value))
-    return None if None in found else found
+    accepted = tuple(map(accept, value))
+    return None if None in accepted else accepted
 
 
 def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
@@ -103,29 +103,29 @@ def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
     >>> read_entry({"hole": "wide"}, "mine.toml, [me]", [number_key("hole", 0, 9)])
     Traceback (most recent call last):
         ...
-    fabweave.core.errors.InputError: mine.toml, [me]: hole is 'wide', and must be a number from 0 \
+    fabweave.core.errors.InputError: mine.toml, [me]: hole is 'wide', but must be a number from 0 \
 to 9
     """
     if not isinstance(table, Mapping):
-        raise InputError(f"{where}: this is no table; write keys such as {keys[0].name} in it")
+        raise InputError(f"{where}: this is not a table; write keys such as {keys[0].name} in it")
     known = [key.name for key in keys]
     for name in table:
         if name not in known:
             raise InputError(
-                f"{where}: there is no key {name!r}; known are "
+                f"{where}: unknown key {name!r}; the keys are "
                 f"{', '.join(closest_first(str(name), known))}"
             )
-    found = {}
+    values = {}
     for key in keys:
         if key.name not in table:
             if key.required:
                 raise InputError(f"{where}: {key.name} is missing; write {key.expected}")
             continue
-        found[key.name] = key.accept(table[key.name])
-        if found[key.name] is None:
-            told = f"{table[key.name]!r:.60}"
-            raise InputError(f"{where}: {key.name} is {told}, and must be {key.expected}")
-    return found
+        values[key.name] = key.accept(table[key.name])
+        if values[key.name] is None:
+            value = f"{table[key.name]!r:.60}"
+            raise InputError(f"{where}: {key.name} is {value}, but must be {key.expected}")
+    return values
 
 
 def entry_table(value: object, keys: Iterable[Key]) -> dict[str, Any]:
@@ -146,14 +146,14 @@ def check_document(document: Any, where: str) -> None:
     >>> check_document({"grey-felt-1.5": {}}, "mine.toml")
     """
     if not isinstance(document, Mapping):
-        raise InputError(f"{where}: there are no entries such as [grey-felt]")
+        raise InputError(f"{where}: it has no entries; write one such as [grey-felt]")
     for name in document:
         letters = name.replace("-", "").replace(".", "")
         fits = letters.isascii() and letters.isalnum() and letters == letters.lower()
         if not (fits and name[0].isalnum() and len(name) <= 40):
             raise InputError(
-                f"{where}: an entry is called {name[:60]!r}; use small letters, digits, hyphens "
-                "and dots, 40 at most, such as [grey-felt] or ['grey-felt-1.5']"
+                f"{where}: {name[:60]!r} cannot be the name of an entry; use lowercase letters, "
+                "digits, hyphens and dots, 40 at most, such as [grey-felt] or ['grey-felt-1.5']"
             )
 
 

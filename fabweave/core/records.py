@@ -121,7 +121,7 @@ def read_json(path: Path, read: Callable[[object], _Record], what: str) -> _Reco
         return read(json.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(
-            f"cannot read {path}: {error.strerror}; it is a file of a finished job"
+            f"cannot read {path}: {error.strerror}; it is one of the files of a finished job"
         ) from error
     except (ValueError, RecursionError) as error:
         raise InputError(
@@ -222,7 +222,7 @@ _SCALARS: dict[Any, tuple[Callable[[Any], bool], str]] = {
     bool: (lambda value: type(value) is bool, "neither true nor false"),
     int: (lambda value: type(value) is int, "not a whole number"),
     float: (lambda value: type(value) in (int, float) and math.isfinite(value), "not a number"),
-    str: (lambda value: type(value) is str, "not a text"),
+    str: (lambda value: type(value) is str, "not text"),
 }
 
 

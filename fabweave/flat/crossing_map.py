@@ -311,7 +311,7 @@ def _check_references(crossing_map: CrossingMap) -> None:
     """Raise InputError if the map names what it does not list, or its sheets are in disorder."""
     numbers = [sheet.number for sheet in crossing_map.sheets]
     if numbers != list(range(1, len(numbers) + 1)):
-        raise InputError(f"its sheets are numbered {few_of(numbers)}, not from 1 in their order")
+        raise InputError(f"its sheets are numbered {few_of(numbers)}, not from 1 upwards in order")
     threads, crossings = crossing_map.threads, crossing_map.crossings
     pieces, joints, steps = crossing_map.pieces, crossing_map.joints, crossing_map.steps
     stations = [station for piece in pieces for station in piece.stations]

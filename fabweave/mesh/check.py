@@ -80,10 +80,10 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     problems += shape_problems(surface, kept, edges)
     problems += problem(
         "lone-face",
-        "{n} [face stands|faces stand] alone, without a neighbour",
+        "{n} [face has|faces have] no neighbour",
         "vertex",
         components.first_vertex[components.faces == 1],
-        "no ribbon comes from elsewhere; delete what is left over",
+        "no ribbon can reach it from another face; delete it if it is a leftover",
         fatal=False,
     )
     problems += problem(
@@ -91,7 +91,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
         "{n} [component contradicts|components contradict] Euler's formula",
         "vertex",
         components.first_vertex[contradictions],
-        "this is a fault of fabweave; please report it with the mesh",
+        "this is a bug in fabweave; please report it and send the mesh",
         fatal=True,
     )
     problems.sort(key=lambda item: not item.fatal)

@@ -51,7 +51,7 @@ def face_problems(
     )
     yield from problem(
         "index-range",
-        "{n} [face names|faces name] a vertex that is not there "
+        "{n} [face names|faces name] a vertex that does not exist "
         f"(there are {n_vertices}, counted from 0)",
         "face",
         np.flatnonzero(out_of_range),
@@ -60,7 +60,7 @@ def face_problems(
     )
     yield from problem(
         "repeated-vertex",
-        "{n} [face passes|faces pass] the same vertex twice",
+        "{n} [face uses|faces use] the same vertex twice",
         "face",
         np.flatnonzero(repeating),
         "clean up degenerate faces in the modelling program (Blender: Mesh > Clean Up > "
@@ -74,7 +74,7 @@ def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
     finite = np.isfinite(mesh.vertices).all(axis=1)
     yield from problem(
         "not-finite",
-        "{n} [vertex|vertices] that faces use [has|have] coordinates that are no numbers",
+        "{n} [vertex|vertices] used by faces [has|have] coordinates that are not numbers",
         "vertex",
         np.flatnonzero(~finite & used),
         "the file is damaged; export it again",
@@ -85,7 +85,7 @@ def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
         "{n} [vertex belongs|vertices belong] to no face",
         "vertex",
         np.flatnonzero(~used),
-        "nothing to do: what no face uses is left out",
+        "nothing to do: vertices that no face uses are left out",
         fatal=False,
     )
 
@@ -97,7 +97,7 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
         "{n} [edge has|edges have] more than two faces",
         "edge",
         edges.ends(np.flatnonzero(edges.sizes > 2)),
-        "a ribbon cannot tell which way to go there; delete inner walls, fins and doubled faces "
+        "a ribbon cannot tell which way to go there; delete inner walls, fins and duplicate faces "
         "(Blender: Select > All by Trait > Non Manifold shows them)",
         fatal=True,
     )
@@ -121,10 +121,10 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
     if not one_sided.any():
         yield from problem(
             "inconsistent-orientation",
-            "{n} [edge lies|edges lie] between faces of which one is inside out",
+            "{n} [edge lies|edges lie] between two faces, one of which is inside out",
             "edge",
             edges.ends(edges.same_way),
-            "nothing to do: the fewer faces are turned to agree with the others",
+            "nothing to do: the faces in the minority are turned over to agree with the others",
             fatal=False,
         )
 
@@ -138,20 +138,20 @@ def duplicate_problems(mesh: PolyMesh, kept: IntArray) -> Iterator[Problem]:
     )
     scrambled = (scrambled ^ (scrambled >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
     scrambled ^= scrambled >> np.uint64(32)
-    found = np.zeros(0, dtype=np.int64)
+    duplicates = np.zeros(0, dtype=np.int64)
     if mesh.n_faces:
         mark = np.add.reduceat(scrambled[mesh.indices], mesh.offsets[:-1])
         order = np.argsort(mark, kind="stable")
         alike = np.flatnonzero(mark[order[1:]] == mark[order[:-1]])
         if len(alike):
-            found = _really_alike(mesh, order[alike], order[alike + 1])
+            duplicates = _really_alike(mesh, order[alike], order[alike + 1])
     yield from problem(
         "duplicate-face",
-        "{n} [face stands|faces stand] on exactly the same vertices as another face",
+        "{n} [face has|faces have] exactly the same vertices as another face",
         "face",
-        kept[found],
-        "delete the doubled faces; a sheet with a front and a back needs a thickness, or one "
-        "face only",
+        kept[duplicates],
+        "delete the duplicate faces; where they are the front and the back of a sheet, give it a "
+        "thickness or keep only one of them",
         fatal=True,
     )
 
@@ -200,7 +200,7 @@ def shape_problems(mesh: PolyMesh, kept: IntArray, edges: EdgeGroups) -> Iterato
         "{n} [face has|faces have] no area",
         "face",
         kept[np.flatnonzero(flat)],
-        "a ribbon over them gets no width; dissolve them in the modelling program",
+        "a ribbon across them would have no width; dissolve them in the modelling program",
         fatal=False,
     )
     yield from problem(
@@ -222,7 +222,7 @@ def _seam_problems(vertices: FloatArray, edges: EdgeGroups) -> Iterator[Problem]
     crowd = np.bincount(group, minlength=1)
     yield from problem(
         "open-seam",
-        "{n} boundary [vertex stands|vertices stand] at the same place as another one",
+        "{n} boundary [vertex is|vertices are] at the same place as another vertex",
         "vertex",
         rim[crowd[group] > 1] if len(rim) else rim,
         "the surface is cut open there, and no ribbon will cross; merge vertices by distance if "

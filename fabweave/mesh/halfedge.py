@@ -123,7 +123,8 @@ def build_halfedges(mesh: PolyMesh) -> Halfedges:
     same_way = int(np.count_nonzero(tail[first[paired]] == tail[second]))
     if same_way:
         raise InputError(
-            f"{same_way} edges have two faces that run the same way; orient the mesh first"
+            f"{same_way} edges have two faces that run along them in the same direction; "
+            "orient the mesh first"
         )
     twin = np.full(mesh.n_corners, -1, dtype=np.int64)
     twin[first[paired]] = second

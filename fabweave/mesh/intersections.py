@@ -58,9 +58,9 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
     if not len(triangles):
         return none
     _, pairs, _ = find_self_intersections(places, triangles)
-    found = np.sort(np.flatnonzero(keep)[face[pairs]].reshape(-1, 2), axis=1)
-    found = found[found[:, 0] != found[:, 1]]
-    code = np.unique(found[:, 0] * mesh.n_faces + found[:, 1])
+    face_pairs = np.sort(np.flatnonzero(keep)[face[pairs]].reshape(-1, 2), axis=1)
+    face_pairs = face_pairs[face_pairs[:, 0] != face_pairs[:, 1]]
+    code = np.unique(face_pairs[:, 0] * mesh.n_faces + face_pairs[:, 1])
     return np.column_stack(np.divmod(code, mesh.n_faces)).astype(np.int64)
 
 

@@ -86,8 +86,8 @@ def find_irregular(mesh: PolyMesh) -> Irregular:
     boundary[halfedges.tail[rim]] = True
     valence = faces + boundary
     regular = np.where(boundary, (valence == 2) | (valence == 3), valence == 4)
-    found = np.flatnonzero(~regular & (faces > 0))
-    return Irregular(found, valence[found], mesh.vertices[found], boundary[found])
+    vertex = np.flatnonzero(~regular & (faces > 0))
+    return Irregular(vertex, valence[vertex], mesh.vertices[vertex], boundary[vertex])
 
 
 def irregular_note(irregular: Irregular) -> str:
@@ -121,9 +121,9 @@ def irregular_note(irregular: Irregular) -> str:
     broken = int(np.count_nonzero(irregular.breaks_twill))
     where = "there" if broken == len(irregular) == 1 else f"at {broken} of them"
     twill = (
-        f"a biaxial twill breaks {where}, whose valence is no multiple of 4"
+        f"a biaxial twill breaks {where}, whose valence is not a multiple of 4"
         if broken
-        else "none of them breaks a biaxial twill: all are on the boundary, or of a valence that "
+        else "none of them breaks a biaxial twill: all are on the boundary, or have a valence that "
         "is a multiple of 4"
     )
     number = agree(len(irregular), "{n} irregular [vertex|vertices]")

@@ -88,7 +88,7 @@ class Surface:
         if not len(places):
             return places, places, np.zeros(0)
         if not np.isfinite(places).all():
-            raise ValueError("places must be finite")
+            raise ValueError("the places must be finite")
         square, nearest, points = self._nearest((places - self._origin) * self._scale)
         corners = self._triangles[nearest]
         share = _barycentric(points, self._points[corners])
@@ -124,13 +124,13 @@ class Surface:
 
     def _nearest(self, asked: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
         """Return squared distances, triangles and closest points, all in the tree's scale."""
-        square, nearest, found = self._tree.squared_distance(
+        square, nearest, closest = self._tree.squared_distance(
             self._points, self._triangles, np.ascontiguousarray(asked)
         )
         return (
             np.asarray(square, dtype=np.float64).reshape(-1),
             np.asarray(nearest, dtype=np.int64).reshape(-1),
-            np.asarray(found, dtype=np.float64).reshape(-1, 3),
+            np.asarray(closest, dtype=np.float64).reshape(-1, 3),
         )
 
 

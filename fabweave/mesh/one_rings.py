@@ -61,8 +61,8 @@ def find_rim(halfedges: Halfedges, n_vertices: int) -> Rim:
     touching = np.flatnonzero(np.bincount(tail, minlength=n_vertices) > 1)
     if len(touching):
         raise InputError(
-            f"boundaries touch at {len(touching)} vertices ({name_some(touching)}); give each of "
-            "them a vertex of its own"
+            f"boundaries touch at {len(touching)} vertices ({name_some(touching)}); give each "
+            "boundary a vertex of its own"
         )
     before = np.arange(n_vertices)
     after = before.copy()

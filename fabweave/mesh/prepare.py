@@ -75,7 +75,10 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
         turned = orient_faces(edges, prepared.n_faces)[0]
         prepared = turn_faces(prepared, turned)
         notes.append(
-            agree(int(np.count_nonzero(turned)), "{n} [face was|faces were] inside out and turned")
+            agree(
+                int(np.count_nonzero(turned)),
+                "{n} [face was|faces were] inside out and [was|were] turned over",
+            )
             + f" ({_some(turned)})"
         )
     inward = _inward_patches(prepared, edges, patch)
@@ -84,7 +87,7 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
         notes.append(
             agree(
                 int(np.count_nonzero(inward)),
-                "{n} closed [body was|bodies were] inside out and turned as a whole",
+                "{n} closed [body was|bodies were] inside out and [was|were] turned as a whole",
             )
             + f" ({_some(inward[patch])})"
         )

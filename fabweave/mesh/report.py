@@ -108,8 +108,8 @@ class MeshReport:
     def genus(self) -> int | None:
         """Genus of all components together, or None where one has none."""
         known = [genus for genus in self.component_genus if genus is not None]
-        whole = len(known) == len(self.component_genus) > 0
-        return sum(known) if whole else None
+        complete = len(known) == len(self.component_genus) > 0
+        return sum(known) if complete else None
 
     @property
     def codes(self) -> frozenset[str]:

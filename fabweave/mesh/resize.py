@@ -49,7 +49,7 @@ def resize_mesh(
         raise InputError("a size and a scale were both given; give one of them")
     for name, value in (("size", size_mm), ("scale", scale)):
         if value is not None and not (math.isfinite(value) and value > 0):
-            raise InputError(f"the {name} must be a positive number, and is {value}")
+            raise InputError(f"the {name} must be a positive number, but is {value}")
     if size_mm is None and scale is None:
         return mesh, 1.0
     factor = scale if scale is not None else float(size_mm or 0.0) / largest_dimension(mesh)
@@ -79,9 +79,9 @@ def largest_dimension(mesh: PolyMesh) -> float:
     with np.errstate(all="ignore"):
         largest = float(np.ptp(points, axis=0).max())
     if not math.isfinite(largest):
-        raise InputError("the mesh has coordinates that are no numbers, so it has no size")
+        raise InputError("the mesh has coordinates that are not numbers, so it has no size")
     if largest == 0:
-        raise InputError("all vertices of the mesh stand at one point, so it has no size")
+        raise InputError("all vertices of the mesh are at one point, so it has no size")
     return largest
 
 

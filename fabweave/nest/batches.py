@@ -113,16 +113,16 @@ def nest_in_batches(
         plans = [Plan((), {}) for _ in batches]
         for number, plan in finished(executor, greedy_plan, tasks):
             plans[number] = _numbered(plan, batches[number])
-            whole = _merged(plans)
-            progress(whole, len(whole.placements))
+            merged = _merged(plans)
+            progress(merged, len(merged.placements))
         plans = _pool_last_sheets(job, plans, seed)
-        whole = _merged(plans)
-        if len(whole.placements) < len(job.poses):
+        merged = _merged(plans)
+        if len(merged.placements) < len(job.poses):
             # Scarce stock was dealt badly: one batch of all deals better, if slowly.
             plans = [greedy_plan(job, seed)]
-            whole = _merged(plans)
-            require_all(job, whole)
-        yield whole
+            merged = _merged(plans)
+            require_all(job, merged)
+        yield merged
         if not job.effort.rounds:
             return
         batches = [sorted(plan.placements) for plan in plans]

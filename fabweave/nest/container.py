@@ -45,10 +45,12 @@ class Container:
     @property
     def open_mm2(self) -> float:
         """The area that is not barred."""
-        whole = self.size_mm[0] * self.size_mm[1]
+        usable_mm2 = self.size_mm[0] * self.size_mm[1]
         if self.barred is None:
-            return whole
-        return whole - float(shapely.box(0.0, 0.0, *self.size_mm).intersection(self.barred).area)
+            return usable_mm2
+        return usable_mm2 - float(
+            shapely.box(0.0, 0.0, *self.size_mm).intersection(self.barred).area
+        )
 
 
 def clear_rectangle(container: Container, gap_mm: float) -> tuple[float, float]:

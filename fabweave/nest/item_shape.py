@@ -110,7 +110,7 @@ def check_outlines(outlines: Sequence[FloatArray], ids: Sequence[str]) -> None:
     faults: list[str] = []
     for name, outline in zip(ids, outlines, strict=True):
         if outline.ndim != 2 or outline.shape[1] != 2:
-            faults.append(f"{name} (shape {outline.shape}, (K, 2) is needed)")
+            faults.append(f"{name} (its shape is {outline.shape}; (K, 2) is needed)")
         elif len(outline) < 3:
             faults.append(f"{name} ({len(outline)} points, 3 are needed)")
         elif not np.isfinite(outline).all():

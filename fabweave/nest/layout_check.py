@@ -52,7 +52,7 @@ def check_layout(
     times = Counter(placement.piece for placement in layout.placements)
     for piece, count in sorted(times.items()):
         if not 0 <= piece < len(outlines):
-            faults.append(f"a placement names piece {piece}; there are {len(outlines)}")
+            faults.append(f"a placement names piece {piece}, but there are only {len(outlines)}")
         elif count > 1:
             faults.append(f"piece {names[piece]} is placed {count} times")
     for piece, name in enumerate(names):
@@ -65,7 +65,8 @@ def check_layout(
         name = names[placement.piece]
         if not 0 <= placement.sheet < len(layout.sheets):
             faults.append(
-                f"piece {name} is on sheet {placement.sheet + 1}; there are {len(layout.sheets)}"
+                f"piece {name} is on sheet {placement.sheet + 1}, but there are only "
+                f"{len(layout.sheets)}"
             )
             continue
         points = placement.apply(outlines[placement.piece])
@@ -85,7 +86,7 @@ def check_layout(
         )
         if off > _TOLERANCE_DEG:
             faults.append(
-                f"piece {name} on sheet {placement.sheet + 1} is turned {off:.3f}° beyond what is "
+                f"piece {name} on sheet {placement.sheet + 1} is turned {off:.3f}° further than is "
                 "allowed"
             )
         by_sheet.setdefault(placement.sheet, []).append((name, shapely.polygons(points)))

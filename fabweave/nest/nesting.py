@@ -110,7 +110,7 @@ def nest(
     check_outlines(outlines, names)
     check_stock(sheets, margin_mm)
     if not (math.isfinite(gap_mm) and gap_mm >= 0.0):
-        raise InputError(f"gap of {gap_mm} mm must be zero or more")
+        raise InputError(f"the gap is {gap_mm} mm; it must be zero or more")
     counts = effort_named(effort)
     shapes, poses = shapes_of(outlines, upright=rotations.step_deg is not None)
     containers = tuple(container_of(sheet, margin_mm, gap_mm, rotations) for sheet in sheets)
@@ -141,7 +141,7 @@ def nest(
         # The best plan so far is complete: it is kept.
         notes.append(
             f"nesting was cut short: the pieces are on {agree(len(plan.sheets), '{n} sheet[|s]')}; "
-            "with more time there might be fewer, and the same settings may give another layout"
+            "given more time it might need fewer, and the same settings may give another layout"
         )
     if plan is None:
         raise RuntimeError("nesting ended without a plan")

@@ -103,10 +103,10 @@ def offcut_of(
     >>> [round(side) for side in rest.rectangle_mm], 41000 < rest.area_mm2 < 42000
     ([207, 200], True)
     """
-    whole = shapely.Polygon(sheet.ring)
+    usable = shapely.Polygon(sheet.ring)
     if sheet.outline:
         # Short sides of a bent edge are left out, which must not lead beyond it.
-        whole = shapely.buffer(whole, -2.0 * _SHORT_MM, join_style="mitre")
+        usable = shapely.buffer(usable, -2.0 * _SHORT_MM, join_style="mitre")
     pieces = np.array([shapely.polygons(outline) for outline in placed])
     grown = shapely.union_all(shapely.buffer(pieces, gap_mm + _SPARE_MM, quad_segs=_ARC_STEPS))
     # Closing: what is nearer than this to pieces on both sides is no longer free.
@@ -115,7 +115,7 @@ def offcut_of(
         shapely.buffer(grown, arm + _SIMPLE_MM, quad_segs=_ARC_STEPS), -arm, quad_segs=_ARC_STEPS
     )
     covered = shapely.simplify(shapely.union(closed, grown), _SIMPLE_MM - _SPARE_MM)
-    rest = shapely.difference(whole, shapely.union(covered, grown))
+    rest = shapely.difference(usable, shapely.union(covered, grown))
     # Opening, with corners kept: arms along the edge of the sheet go, too.
     core = shapely.buffer(rest, -arm, join_style="mitre")
     parts = shapely.get_parts(core)

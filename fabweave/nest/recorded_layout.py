@@ -74,9 +74,9 @@ def read_layout(
     ] + sorted(set(recorded_outlines) - set(ids))
     if differing:
         raise InputError(
-            f"the layout in {path} is of other pieces: {agree(len(differing), '{n} differ[s|]')} "
+            f"the layout in {path} is for other pieces: {agree(len(differing), '{n} differ[s|]')} "
             f"({few_of(differing)}); leave out --layout, or "
-            "give the settings of that job"
+            "use the settings of that job"
         )
     used = _sheets_of_stock(
         [(sheet.width_mm, sheet.height_mm, sheet.stock) for sheet in crossing_map.sheets], sheets
@@ -111,7 +111,7 @@ def require_kept(
     faults = _stock_faults(used) + check_layout(layout, outlines, ids=ids)
     if faults:
         raise InputError(
-            f"the layout in {path} cannot be taken, for {agree(len(faults), '{n} reason[|s]')}: "
+            f"the layout in {path} cannot be used, for {agree(len(faults), '{n} reason[|s]')}: "
             + "; ".join(faults[:_NAMED])
         )
 
@@ -147,7 +147,7 @@ def _sheets_of_stock(
 def _stock_faults(used: Sequence[int | SheetSize]) -> list[str]:
     """Return what the stock does not have of the sheets in use."""
     return [
-        f"a sheet of {format_stock(replace(sheet, quantity=None))} is not (or no more) in stock"
+        f"there is no sheet of {format_stock(replace(sheet, quantity=None))} left in stock"
         for sheet in used
         if isinstance(sheet, SheetSize)
     ]

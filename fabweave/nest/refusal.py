@@ -41,9 +41,9 @@ def too_large_message(job: NestingJob, stranded: Sequence[int]) -> str:
         remedies.append("--rotations free")
     return (
         f"{len(stranded)} of {agree(len(job.poses), '{n} piece[|s]')} "
-        f"{agree(len(stranded), '[fits|fit]')} on no sheet at any rotation that is allowed: "
+        f"{agree(len(stranded), '[fits|fit]')} on no sheet at any allowed rotation: "
         f"{few_of(pieces)}; the largest free rectangle of the stock is {wide:.1f} × "
-        f"{high:.1f} mm within margins and off defects. Take {', '.join(remedies[:-1])}, "
+        f"{high:.1f} mm, inside the margins and clear of defects. Use {', '.join(remedies[:-1])}, "
         f"or {remedies[-1]}"
     )
 
@@ -83,7 +83,7 @@ def out_of_sheets_message(job: NestingJob, queue: Sequence[int], sheets: Sequenc
     return (
         f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
         f"{agree(len(queue), '[is|are]')} left ({pieces}) "
-        f"after {agree(len(sheets), '{n} sheet[|s]')}; {more} would take them. Add sheets, take "
+        f"after {agree(len(sheets), '{n} sheet[|s]')}; {more} would hold them. Add sheets, use "
         "larger ones, or try --effort best"
     )
 

@@ -39,11 +39,11 @@ KEYS: tuple[Key, ...] = (
     number_key("kerf_mm", 0, 10, required=True),
     number_key("gap_mm", 0, 1000, required=True),
     pair_key("sheet_mm", "[600.0, 400.0]", 1, 20_000, required=True),
-    Key("metal", "true or false", lambda told: told if isinstance(told, bool) else None, True),
+    Key("metal", "true or false", lambda value: value if isinstance(value, bool) else None, True),
     number_key("min_bend_radius_t", 0.01, 100_000),
     Key(
         "bend_table_mm",
-        "a list of [thickness, radius] by rising thickness, such as [[0.9, 51.0], [1.8, 132.0]]",
+        "a list of [thickness, radius] in order of thickness, such as [[0.9, 51.0], [1.8, 132.0]]",
         _bend_table,
     ),
     pair_key("speed_mm_s", "[12.0, 18.0]", 0.001, 100_000),
@@ -52,7 +52,9 @@ KEYS: tuple[Key, ...] = (
     Key(
         "assumed",
         "a list of keys of this entry",
-        lambda told: list_of(told, lambda one: one if one in [key.name for key in KEYS] else None),
+        lambda value: list_of(
+            value, lambda name: name if name in [key.name for key in KEYS] else None
+        ),
     ),
     line_key("notes", 500),
 )
@@ -125,11 +127,13 @@ def _values(table: Any, where: str) -> dict[str, Any]:
     values = read_entry(table, where, KEYS)
     if "min_bend_radius_t" not in values and "bend_table_mm" not in values:
         raise InputError(
-            f"{where}: there is no rule for its bend radius; write min_bend_radius_t, in "
-            "thicknesses, or bend_table_mm"
+            f"{where}: its bend radius is missing; write min_bend_radius_t, in multiples of "
+            "the thickness, or bend_table_mm"
         )
     if "price_per_m2" in values and "currency" not in values:
-        raise InputError(f"{where}: currency is missing; write that of price_per_m2, such as EUR")
+        raise InputError(
+            f"{where}: currency is missing; write the currency of price_per_m2, such as EUR"
+        )
     return values
 
 
@@ -216,7 +220,9 @@ def with_thickness(material: Material, thickness_mm: float) -> Material:
     3.9
     """
     if not (math.isfinite(thickness_mm) and thickness_mm > 0.0):
-        raise InputError(f"thickness {thickness_mm} mm of {material.name!r} must be positive")
+        raise InputError(
+            f"the thickness of {material.name!r} is {thickness_mm} mm; it must be positive"
+        )
     gap_mm = max(material.gap_mm, thickness_mm, 2.0 * material.kerf_mm)
     return replace(material, thickness_mm=thickness_mm, gap_mm=gap_mm)
 
@@ -270,7 +276,7 @@ def hole_edge_mm(material: Material, hole_mm: float) -> float:
     9.3
     """
     if not (math.isfinite(hole_mm) and hole_mm > 0.0):
-        raise InputError(f"hole of {hole_mm} mm must have a positive diameter")
+        raise InputError(f"the hole is {hole_mm} mm across; its diameter must be positive")
     return 2.0 * hole_mm if material.metal else max(2.0 * hole_mm, 3.0 * material.thickness_mm)
 
 

@@ -184,7 +184,7 @@ def check_stock(sheets: Sequence[SheetSize], margin_mm: float) -> None:
     >>> check_stock([SheetSize(600.0, 400.0)], 10.0)
     """
     if not sheets:
-        raise InputError("no sheet is given: name at least one, such as 600x400mm")
+        raise InputError("no sheet was given: name at least one, such as 600x400mm")
     for sheet in sheets:
         if not (0.0 < sheet.width_mm <= MAX_SIDE_MM and 0.0 < sheet.height_mm <= MAX_SIDE_MM):
             raise InputError(

@@ -150,17 +150,17 @@ class Supplies:
         missing = sorted(set(range(count)) - numbers)
         if not wrong and not missing:
             return
-        there = list(NAMED) if two else [str(number) for number in range(count)]
+        bunch_names = list(NAMED) if two else [str(number) for number in range(count)]
         problems = []
         if wrong:
             problems.append(f"there is no bunch {', '.join(wrong)}")
         if missing:
-            unnamed = [there[number] for number in missing]
+            unnamed = [bunch_names[number] for number in missing]
             problems.append(f"no material is given for {few_of(unnamed)}")
         raise InputError(
             f"materials by bunch must name every bunch of the weave once, but "
             f"{' and '.join(problems)}. The weave has {count} bunch{'es' * (count != 1)}: "
-            f"{few_of(there)}"
+            f"{few_of(bunch_names)}"
         )
 
 

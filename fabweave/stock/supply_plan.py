@@ -97,7 +97,7 @@ def _require_apart(each: Sequence[Supply]) -> None:
     if shared:
         raise InputError(
             f"{agree(len(shared), '{n} [entry|entries]')} of the stock (such as "
-            f"{shared[0].name or format_stock(shared[0])}) could be of any of "
+            f"{shared[0].name or format_stock(shared[0])}) could be of any of the "
             f"{len(each)} materials, and the number of sheets is limited: name the bunch, as in "
             f"--sheet {each[-1].bunches[0]}={format_stock(shared[0])}, or the material in the list "
             "of stock"
@@ -131,10 +131,10 @@ def _names(
     ):  # fmt: skip
         bunches = {bunch_number(name): name for name, _ in values if name}
         if bunches and spoken and set(bunches) != set(spoken):
-            here = ", ".join(bunches[number] for number in sorted(bunches))
+            named = ", ".join(bunches[number] for number in sorted(bunches))
             before = ", ".join(spoken[number] for number in sorted(spoken))
             raise InputError(
-                f"the {what} is given for {here}, but other settings are for {before}: name the "
+                f"the {what} is given for {named}, but other settings are for {before}: name the "
                 "same bunches in each, or give one value for all"
             )
         spoken = spoken or bunches
@@ -158,7 +158,7 @@ def _value(values: ByBunch[_Value], number: int | None) -> _Value:
     for name, value in values:
         if not name or bunch_number(name) == number:
             return value
-    raise ValueError(f"nothing is said of bunch {number}")
+    raise ValueError(f"nothing is given for bunch {number}")
 
 
 def parse_materials(text: str) -> ByBunch[str]:
@@ -197,9 +197,9 @@ def materials_in_use(
     True
     """
     named = {_split_sort(name)[0] for _, name in materials}
-    found = {material.name: material for material in user_materials if material.name in named}
+    in_use = {material.name: material for material in user_materials if material.name in named}
     library = material_library()
-    return tuple(found[name] for name in sorted(found) if found[name] not in library)
+    return tuple(in_use[name] for name in sorted(in_use) if in_use[name] not in library)
 
 
 def _split_sort(name: str) -> tuple[str, str, str]:

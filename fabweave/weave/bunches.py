@@ -93,17 +93,17 @@ def find_bunches(threads: Threads) -> Bunches:
     ([0, 1, 2, 3], True)
     """
     graph = thread_graph(threads)
-    own = np.asarray(graph.diagonal() > 0)
+    crosses_itself = np.asarray(graph.diagonal() > 0)
     two = _two_bunches(graph)
     if two is not None:
-        return Bunches(two, len(np.unique(two)), own)
+        return Bunches(two, len(np.unique(two)), crosses_itself)
     rows = [graph.indices[low:high].tolist() for low, high in pairwise(graph.indptr.tolist())]
     neighbours = [
         sorted(other for other in row if other != thread) for thread, row in enumerate(rows)
     ]
-    found = colour_graph(neighbours, effort=_EFFORT)
-    colours = np.array(found.colours, dtype=np.int64)
-    return Bunches(_longest_first(colours, threads.lengths), found.at_least, own)
+    colouring = colour_graph(neighbours, effort=_EFFORT)
+    colours = np.array(colouring.colours, dtype=np.int64)
+    return Bunches(_longest_first(colours, threads.lengths), colouring.at_least, crosses_itself)
 
 
 def part_bunches(threads: Threads) -> IntArray:

@@ -117,7 +117,7 @@ def _mask(row: Sequence[int], size: int) -> int:
 
 def _bounded(masks: list[int], candidates: int) -> list[tuple[int, int, int]]:
     """Return the candidates in order of a greedy colouring: vertex, its colour, those up to it."""
-    found: list[tuple[int, int, int]] = []
+    bounded: list[tuple[int, int, int]] = []
     left, upto, colour = candidates, 0, 0
     while left:
         colour += 1
@@ -127,8 +127,8 @@ def _bounded(masks: list[int], candidates: int) -> list[tuple[int, int, int]]:
             free &= ~((1 << vertex) | masks[vertex])
             left &= ~(1 << vertex)
             upto |= 1 << vertex
-            found.append((vertex, colour, upto))
-    return found
+            bounded.append((vertex, colour, upto))
+    return bounded
 
 
 def _by_saturation(neighbours: Neighbours) -> list[int]:
@@ -173,16 +173,16 @@ def _leave(neighbours: Neighbours, colours: list[int], vertex: int, count: int, 
 
     Returns the effort that is left; the vertex keeps its colour if none will do.
     """
-    own = colours[vertex]
+    colour = colours[vertex]
     beside: dict[int, list[int]] = {}
     for other in neighbours[vertex]:
         beside.setdefault(colours[other], []).append(other)
-    free = next((c for c in range(count) if c != own and c not in beside), -1)
+    free = next((c for c in range(count) if c != colour and c not in beside), -1)
     if free >= 0:
         colours[vertex] = free
         return effort
-    for first in (c for c in range(count) if c != own):
-        for second in (c for c in range(count) if c not in (own, first)):
+    for first in (c for c in range(count) if c != colour):
+        for second in (c for c in range(count) if c not in (colour, first)):
             chain, rest = set(beside[first]), list(beside[first])
             while rest and effort > 0:
                 row = neighbours[rest.pop()]

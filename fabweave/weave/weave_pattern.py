@@ -62,8 +62,8 @@ def parse_pattern(text: str) -> str:
         return text
     if text[:1].isalpha() and not text.startswith("sat"):
         raise InputError(
-            f"there is no pattern {text[:40]!r}; there are {', '.join(NAMED_PATTERNS)}, twills "
-            "such as 3/1 or 2/2/1 (over, under, shift), and satins such as satin:5/2"
+            f"there is no pattern {text[:40]!r}; choose {', '.join(NAMED_PATTERNS)}, a twill "
+            "such as 3/1 or 2/2/1 (over, under, shift), or a satin such as satin:5/2"
         )
     return str(parse_fabric(text))
 
@@ -119,22 +119,24 @@ def weave_pattern(
             weave, ("triaxial: exact, no condition is broken",) if weave.exact else ()
         )
     fabric = parse_fabric(pattern)
-    found = weave_fabric(halfedges, threads, fabric, labels=labels)
-    if found.weave is None:
-        reason = found.obstruction.text if found.obstruction else "it does not close up"
+    result = weave_fabric(halfedges, threads, fabric, labels=labels)
+    if result.weave is None:
+        reason = result.obstruction.text if result.obstruction else "it does not close up"
         raise CannotMakeError(
             f"the mesh cannot be woven in {fabric}: {reason}. A torus such as "
             f"shape:torus?m={6 * fabric.repeat}&n={2 * fabric.repeat} can; so can many tubes and "
-            "saddles. On any mesh, --pattern twill comes as near to a 2/2 twill as it can, and "
+            "saddles. On any mesh, --pattern twill comes as close to a 2/2 twill as it can, and "
             "--pattern triaxial is exact"
         )
-    hand = f"twill line {found.hand}" if found.hand else ""
+    hand = f"twill line {result.hand}" if result.hand else ""
     # What crosses nothing is neither warp nor weft.
-    in_warp = 0 if found.warp is None else int(np.count_nonzero(found.warp & (threads.lengths > 0)))
+    in_warp = (
+        0 if result.warp is None else int(np.count_nonzero(result.warp & (threads.lengths > 0)))
+    )
     warp = agree(in_warp, "{n} [thread is|threads are] the warp") if in_warp else ""
     notes = [f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)]
     return WeaveResult(
-        found.weave, tuple(notes) if warp else (), warp=found.warp, label=found.label
+        result.weave, tuple(notes) if warp else (), warp=result.warp, label=result.label
     )
 
 

@@ -72,7 +72,7 @@ def test_weave_any_mesh(tmp_path, capsys, monkeypatch):
     triangles, quads, refined, made = capsys.readouterr().out.splitlines()
     assert triangles.startswith("30 faces of 3 sides; 9 threads; no twill: vertex 0 has valence 6")
     # Theory: 2 gcd(m, n) threads on an m × n torus.
-    assert quads.startswith("15 faces of 4 sides; 2 threads; no twill: a ring needs a number")
+    assert quads.startswith("15 faces of 4 sides; 2 threads; no twill: the number of crossings")
     assert refined == "60 faces of 4 sides; 4 threads; exact twill"
     assert re.fullmatch(r"exact: True; \d+ pieces, proved: True", made)
     assert (tmp_path / "job" / "verify.json").is_file()

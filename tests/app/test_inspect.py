@@ -70,7 +70,7 @@ def test_the_cube_is_exact_only_after_a_mid_edge_subdivision() -> None:
     twill = facts["twill"]
     assert twill["exact"] is False
     assert twill["because"] == (
-        "vertex 0 has valence 3; in all, 8 vertices have a valence that is no multiple of 4"
+        "vertex 0 has valence 3; in all, 8 vertices have a valence that is not a multiple of 4"
     )
     # Catmull-Clark and Doo-Sabin descendants of the cube are not twillable.
     assert [one["option"] for one in twill["exact_after"]] == ["refine loop:1"]
@@ -121,7 +121,7 @@ def test_spot_says_why_not_and_by_how_much() -> None:
     odd = np.flatnonzero((valence > 0) & (valence % 4 != 0))
     assert facts["twill"]["because"] == (
         f"vertex {odd[0]} has valence {valence[odd[0]]}; in all, {len(odd)} vertices have a "
-        "valence that is no multiple of 4"
+        "valence that is not a multiple of 4"
     )
     assert facts["mesh"]["valences"] == {
         str(k): int(n) for k, n in enumerate(np.bincount(valence)) if k and n
@@ -324,7 +324,7 @@ def test_the_gauss_code_is_the_weave_of_the_job(mesh, pattern, boundary, tmp_pat
         ("--png", "nowhere/a.png", "there is no folder"),
         ("--png", "a.jpg", "name it a.jpg.png"),
         ("--pd", ".", "is a folder"),
-        ("--gauss", "nowhere/a.txt", "make it first"),
+        ("--gauss", "nowhere/a.txt", "create it first"),
     ],
 )
 def test_files_that_cannot_be_written_are_told_at_once(

@@ -166,7 +166,7 @@ def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
     assert first == (
         "size_mm: -5 is not a length greater than 0, such as 12 (millimetres) or '0.5in'"
     )
-    assert second.startswith("pattern: there is no pattern 'nonsense'; there are plain, twill")
+    assert second.startswith("pattern: there is no pattern 'nonsense'; choose plain, twill")
     assert third == "colours: 'grey' is not one of safe, hue-circle, hue-range"
 
 
@@ -459,6 +459,6 @@ def test_own_values_may_be_given_to_settings_themselves() -> None:
     settings = Settings("shape:cube", material="felt", materials=(felt,), target="school",
                         targets=(school,))  # fmt: skip
     assert settings_table(settings)["materials"]["felt"]["thickness_mm"] == 0.4
-    with pytest.raises(InputError, match=r"materials: .*an entry is called 'my felt!'"):
+    with pytest.raises(InputError, match=r"materials: .*'my felt!' cannot be the name of an entry"):
         replace(settings, materials=(replace(felt, name="my felt!"),))
     assert option_of_field("materials").kind.parse([felt, felt]) == (felt,)

@@ -42,4 +42,4 @@ def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(
     assert files(third) == two
     capsys.readouterr()
     assert run("make", *OCTAHEDRON, "--size", "88mm", *layout, "-o", tmp_path / "no") == 2
-    assert "is of other pieces" in capsys.readouterr().err
+    assert "is for other pieces" in capsys.readouterr().err

@@ -296,7 +296,7 @@ def test_a_spoilt_file_gets_one_message_and_leaves_nothing(
     assert told.out == ""
     assert told.err.count("\n") == 1
     assert (
-        f"{folder / 'materials.toml'}, [felt]: sheet_mm is 'large', and must be a list" in told.err
+        f"{folder / 'materials.toml'}, [felt]: sheet_mm is 'large', but must be a list" in told.err
     )
     assert not (tmp_path / "out").exists()
 

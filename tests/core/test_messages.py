@@ -37,12 +37,12 @@ def test_an_ending_may_be_empty_and_text_without_choices_stays() -> None:
 @pytest.mark.parametrize(
     ("obj", "said"),
     [
-        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "1 face stands alone"),
-        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 3 2 1\n", "1 face stands on exactly the same"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "1 face has no neighbour"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 3 2 1\n", "1 face has exactly the same"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 9 9 9\nf 1 2 3\n", "1 vertex belongs to no face"),
         ("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 1\nf 1 2 3\nf 1 3 4\nf 1 3 5\n",
          "1 edge has more than two faces"),
-        ("v 0 0 0\nv 1 0 0\nv 1 1 nan\nf 1 2 3\n", "1 vertex that faces use has"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 nan\nf 1 2 3\n", "1 vertex used by faces has"),
     ],
 )  # fmt: skip
 def test_one_problem_is_said_in_the_singular(obj, said, tmp_path) -> None:
@@ -58,7 +58,7 @@ def test_one_turned_face_is_said_in_the_singular(tmp_path) -> None:
     )
     _, _, notes = prepare_mesh(read_mesh(tmp_path / "a.obj").mesh)
     assert "1 vertex belongs to no face and was left out" in notes[0]
-    assert "1 face was inside out and turned" in notes[1]
+    assert "1 face was inside out and was turned over" in notes[1]
 
 
 @pytest.mark.parametrize(

@@ -91,11 +91,11 @@ def test_what_may_be_absent():
 
 SPOILED = [
     ([], "the document is [], not an object"),
-    ({"name": 3}, "name is 3, not a text"),
+    ({"name": 3}, "name is 3, not text"),
     ({"flags": True}, "flags is True, not a list"),
     ({"flags": [True, 1]}, "flags[1] is 1, neither true nor false"),
     ({"end": ["A"]}, "end has 1 values, not 2"),
-    ({"end": [3, 3]}, "end[0] is 3, not a text"),
+    ({"end": [3, 3]}, "end[0] is 3, not text"),
     ({"end": ["A", 3.0]}, "end[1] is 3.0, not a whole number"),
     ({"end": ["A", True]}, "end[1] is True, not a whole number"),
     ({"first": {"kind": "slot", "width": 1.0}}, "first.kind is 'slot', not 'hole'"),
@@ -111,7 +111,7 @@ SPOILED = [
         "cuts[0].path[1][1] is 'x', not a number",
     ),
     ({"count": None}, "count is None, not a whole number"),
-    ({"note": 7}, "note is 7, not a text"),
+    ({"note": 7}, "note is 7, not text"),
 ]
 
 

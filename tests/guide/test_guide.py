@@ -251,7 +251,7 @@ def test_the_messages_that_are_explained_are_said():
         ("is too stiff", "is too soft"),
         ("would burn away", "would fall off"),
         ("fit on no sheet", "fit on one sheet"),
-        ("no mesh of quads could be made", "no mesh of quads can be made"),
+        ("could not be turned into quads", "cannot be turned into quads"),
     ],
 )
 def test_a_message_that_is_never_said_would_be_found(said, never_said):

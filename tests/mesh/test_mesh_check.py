@@ -206,7 +206,7 @@ def test_inward_body_is_turned_and_named_even_far_from_the_origin():
     far = inward.with_vertices(inward.vertices + 1e6)
     prepared, _, notes = prepare_mesh(merged(solids.tetrahedron(), far))
     assert notes == (
-        "1 closed body was inside out and turned as a whole (face 4, 5, 6, 7, 8 and 1 more)",
+        "1 closed body was inside out and was turned as a whole (face 4, 5, 6, 7, 8 and 1 more)",
     )
     assert [sorted_cycle(f) for f in prepared.faces()[4:]] == [
         sorted_cycle([v + 4 for v in f]) for f in solids.cube().faces()

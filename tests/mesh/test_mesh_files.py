@@ -149,7 +149,7 @@ def test_off_binary(keyword, extra, colours):
 
 def test_off_says_what_it_left_out():
     _, notes = read_off(("OFF\n5 4 0\n" + OFF_V + OFF_F).encode(), "a.off")
-    assert notes == ("1 lines after the last announced face were not read",)
+    assert notes == ("1 lines after the last face were ignored",)
 
 
 PLY_CODES = {
@@ -296,35 +296,47 @@ def test_files_on_disk(tmp_path, extension):
 
 
 BROKEN = {
-    "obj word": ("obj", V + "f 1 2 three\n", "line 6: 'three' where a whole number"),
-    "obj fraction": ("obj", V + "f 1 2 3.5\n", "line 6: '3.5' where a whole number"),
-    "obj underscore": ("obj", V + "f 1 2 1_0\n", "line 6: '1_0'"),
-    "obj number glued": ("obj", "v 1-2 3 0\nv 0 0 1_0\n", "line 1: '1-2' where a number"),
-    "obj two numbers": ("obj", "v 0 0\n" + V, "line 1: 2 numbers where at least 3"),
-    "obj vertex word": ("obj", V + "\n\nv 0 zero 0\n", "line 8: 'zero' where a number"),
-    "obj out of range": ("obj", V + "f 1 2 3\nf 1 2 6\n", "line 7: a face names vertex 6, and the"),
-    "obj zero": ("obj", V + "f 0 1 2\n", "line 6: a face names vertex 0, and OBJ counts from 1"),
+    "obj word": ("obj", V + "f 1 2 three\n", "line 6: found 'three' instead of a whole number"),
+    "obj fraction": ("obj", V + "f 1 2 3.5\n", "line 6: found '3.5' instead of a whole number"),
+    "obj underscore": ("obj", V + "f 1 2 1_0\n", "line 6: found '1_0'"),
+    "obj number glued": (
+        "obj",
+        "v 1-2 3 0\nv 0 0 1_0\n",
+        "line 1: found '1-2' instead of a number",
+    ),
+    "obj two numbers": ("obj", "v 0 0\n" + V, "line 1: found 2 numbers, but expected at least 3"),
+    "obj vertex word": ("obj", V + "\n\nv 0 zero 0\n", "line 8: found 'zero' instead of a number"),
+    "obj out of range": (
+        "obj",
+        V + "f 1 2 3\nf 1 2 6\n",
+        "line 7: a face names vertex 6, but there are only 5",
+    ),
+    "obj zero": ("obj", V + "f 0 1 2\n", "line 6: a face names vertex 0, but OBJ counts from 1"),
     "obj too negative": ("obj", V + "f -1 -2 -6\n", "line 6: a face names vertex -6.* 5 vertices"),
     "obj huge": ("obj", V + "f 1 2 99999999999999999999\n", "line 6: "),
     "obj no corners": ("obj", V + "f\n", "line 6: a face has no corners"),
-    "obj after continuation": ("obj", V + "f 1 \\\n2 \\\n 3\nf 1 2 x\n", "line 9: 'x'"),
-    "off word": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 x 0\n3 0 1 2\n", "line 5: 'x' where a number"),
+    "obj after continuation": ("obj", V + "f 1 \\\n2 \\\n 3\nf 1 2 x\n", "line 9: found 'x'"),
+    "off word": (
+        "off",
+        "OFF\n3 1 0\n0 0 0\n1 0 0\n0 x 0\n3 0 1 2\n",
+        "line 5: found 'x' instead of a number",
+    ),
     "off range": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "line 6: .*vertex 3"),
     "off below": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "line 6: .*x -1"),
     "off short face": (
         "off",
         "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n",
-        "4 numbers are announced",
+        "expected a list of 4 numbers",
     ),
     "off huge face": (
         "off",
         "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9223372036854775807 0 1 2\n",
-        "9223372036854775807 numbers are announced",
+        "expected a list of 9223372036854775807 numbers",
     ),
     "off fraction": (
         "off",
         "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1.5 2\n",
-        "6: 1.5 where",
+        "6: found 1.5 instead",
     ),
     "off cut": (
         "off",
@@ -332,24 +344,28 @@ BROKEN = {
         "ends before its 3 ver",
     ),
     "off huge counts": ("off", "OFF\n999999999999 2 0\n0 0 0\n", "ends before its 999999999999"),
-    "off negative counts": ("off", "OFF\n-3 2 0\n0 0 0\n", "line 2: the numbers of vertices"),
+    "off negative counts": (
+        "off",
+        "OFF\n-3 2 0\n0 0 0\n",
+        "line 2: expected the numbers of vertices",
+    ),
     "off no counts": ("off", "OFF\n", "the numbers of vertices"),
-    "off other": ("off", "ply\n3 1 0\n", "line 1: 'ply' where the word OFF"),
+    "off other": ("off", "ply\n3 1 0\n", "line 1: found 'ply' instead of the word OFF"),
     "off 4": ("off", "4OFF\n3 1 0\n", "not in three dimensions"),
     "off n": ("off", "nOFF\n3\n3 1 0\n", "not in three dimensions"),
-    "off blank": ("off", "\n# only\n", "nothing but blanks"),
-    "off binary head": ("off", b"OFF BINARY\n\0\0\0\1", "byte 11: the file ends inside its head"),
+    "off blank": ("off", "\n# only\n", "nothing but blank lines"),
+    "off binary head": ("off", b"OFF BINARY\n\0\0\0\1", "byte 11: the file ends inside its header"),
     "off binary counts": (
         "off",
         b"OFF BINARY\n\x7f\0\0\0\0\0\0\1\0\0\0\0",
-        "and only 12 bytes",
+        "but only 12 bytes",
     ),
     "off binary face": (
         "off",
         binary_off(solids.cube())[:-8],
         "face 5 of 6 is broken or cut short",
     ),
-    "ply head": ("ply", "plx\n", "line 1: the word ply"),
+    "ply head": ("ply", "plx\n", "line 1: expected the word ply"),
     "ply no end": ("ply", "ply\nformat ascii 1.0\n", "no line end_header"),
     "ply no format": (
         "ply",
@@ -361,7 +377,7 @@ BROKEN = {
     "ply type": (
         "ply",
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n",
-        "line 4: .*unknown type 'quad'; known are char",
+        "line 4: .*unknown type 'quad'; the types are char",
     ),
     "ply stray property": (
         "ply",
@@ -395,12 +411,12 @@ BROKEN = {
     "ply range": (
         "ply",
         ply_bytes(solids.cube()).replace(b"\n4 0 2 3 1", b"\n4 0 2 3 8"),
-        "face 0: a face names vertex 8, and there are 8",
+        "face 0: a face names vertex 8, but there are only 8",
     ),
     "ply text list": (
         "ply",
         ply_bytes(solids.cube()).replace(b"\n4 0 2 3 1", b"\n5 0 2 3 1"),
-        "line 18: 5 numbers are announced and 4 follow",
+        "line 18: expected a list of 5 numbers, but only 4 follow",
     ),
 }
 
@@ -416,15 +432,16 @@ def test_ply_line_numbers_are_those_of_the_file():
     lines = ply_house(None).decode().split("\n")
     row = lines.index("end_header") + 1 + 2 + 3  # two cameras, then the fourth vertex
     lines[row] = "7 0 x 0 9"
-    with pytest.raises(InputError, match=f"line {row + 1}: 'x' where a number"):
+    with pytest.raises(InputError, match=f"line {row + 1}: found 'x' instead of a number"):
         read("ply", "\n".join(lines))
 
 
 def test_unreadable_paths(tmp_path):
     cases = {
         tmp_path / "a.obj": "no such file",
-        tmp_path / "a.xyz": "format '.xyz' cannot be read; formats that can: OBJ, OFF, PLY, STL",
-        tmp_path / "a": "without extension",
+        tmp_path
+        / "a.xyz": "format '.xyz' cannot be read; formats that can be read: OBJ, OFF, PLY, STL",
+        tmp_path / "a": "without an extension",
     }
     (tmp_path / "folder.ply").mkdir()
     cases[tmp_path / "folder.ply"] = "this is a folder"
@@ -445,11 +462,13 @@ def test_unreadable_paths(tmp_path):
 
 def test_unwritable(tmp_path):
     mesh = solids.cube()
-    with pytest.raises(InputError, match="cannot be written; formats that can: OBJ, OFF, PLY"):
+    with pytest.raises(
+        InputError, match="cannot be written; formats that can be written: OBJ, OFF, PLY"
+    ):
         write_mesh(tmp_path / "a.stl", mesh)
     with pytest.raises(InputError, match="cannot write"):
         write_mesh(tmp_path / "absent" / "a.obj", mesh)
-    with pytest.raises(InputError, match="1 corners name vertices that are not there"):
+    with pytest.raises(InputError, match="1 corners name vertices that do not exist"):
         write_mesh(tmp_path / "a.obj", PolyMesh.from_faces([[0, 0, 0]], [[0, 0, 1]]))
     with pytest.raises(InputError, match=r"1 faces have no corners \(first: face 1\)"):
         write_mesh(tmp_path / "a.obj", PolyMesh.from_faces([[0, 0, 0]], [[0], []]))
@@ -495,7 +514,7 @@ def test_triangle_files_are_placed_and_welded(tmp_path, extension, unit_mm):
     assert report.problems == ()
     assert report.n_vertices == 2 * 48
     assert found.unit_mm == unit_mm
-    assert f"{2 * 96 * 3 - 96} vertices stood at the place of another" in found.notes[0]
+    assert f"{2 * 96 * 3 - 96} vertices were at the same place as another" in found.notes[0]
     assert found.mesh.vertices[:, 0].max() == pytest.approx(24)
     # Both are outside out: the mirrored one was turned.
     points = found.mesh.vertices[found.mesh.indices.reshape(-1, 3)]

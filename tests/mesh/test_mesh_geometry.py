@@ -42,14 +42,14 @@ FLAT = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]
     ("points", "options", "message"),
     [
         (FLAT, {"size_mm": 100.0, "scale": 2.0}, "both given"),
-        (FLAT, {"size_mm": 0.0}, "size must be a positive number, and is 0.0"),
+        (FLAT, {"size_mm": 0.0}, "size must be a positive number, but is 0.0"),
         (FLAT, {"size_mm": -5.0}, "size must be a positive number"),
         (FLAT, {"size_mm": float("nan")}, "size must be a positive number"),
         (FLAT, {"scale": float("inf")}, "scale must be a positive number"),
         (FLAT, {"scale": 0.0}, "scale must be a positive number"),
         ([[1.0, 1, 1]] * 3, {"size_mm": 100.0}, "at one point"),
-        ([*FLAT[:2], [np.nan, 0, 0]], {"size_mm": 100.0}, "no numbers"),
-        ([[-1e308, 0, 0], [1e308, 0, 0], [0, 1, 0]], {"size_mm": 100.0}, "no numbers"),
+        ([*FLAT[:2], [np.nan, 0, 0]], {"size_mm": 100.0}, "not numbers"),
+        ([[-1e308, 0, 0], [1e308, 0, 0], [0, 1, 0]], {"size_mm": 100.0}, "not numbers"),
         ([[0.0, 0, 0], [5e-324, 0, 0], [0, 0, 0]], {"size_mm": 100.0}, "check its units"),
         ([[0.0, 0, 0], [1e300, 0, 0], [0, 0, 0]], {"scale": 1e100}, "check its units"),
     ],
@@ -140,7 +140,7 @@ def test_halfedges_refuse_what_they_cannot_hold():
     fin = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
     with pytest.raises(InputError, match="1 edges have more than two faces"):
         build_halfedges(fin)
-    with pytest.raises(InputError, match="run the same way"):
+    with pytest.raises(InputError, match="in the same direction"):
         build_halfedges(moebius_strip(5))
 
 

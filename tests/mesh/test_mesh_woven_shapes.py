@@ -199,7 +199,7 @@ def test_reach_of_known_curves():
 
 
 def test_reach_is_where_the_knot_begins_to_meet_itself():
-    with pytest.raises(InputError, match="leaves room for") as caught:
+    with pytest.raises(InputError, match="only has room for") as caught:
         parse_shape("shape:knot?tube=20")
     assert "runs through itself" in str(caught.value)
     room = next(r for r in np.arange(9, 16, 0.1) if not fits(r)) - 0.15
@@ -354,14 +354,14 @@ def test_checks_of_this_file_can_fail():
         ("slit?genus=0", "genus must be a whole number from 1 to 200"),
         ("slit?m=9&n=5", "m .9. and n .5. are both odd"),
         ("slit?genus=5&m=12", "4 slits of 2 edges.* do not fit on a ring of 12 quads; .* m=16 or"),
-        ("slit?genus=2&m=20&slit=1", "take slit=2 or more, and m=3"),
-        ("slit?m=2", "m must be 3 or more, or 0, and is 2"),
+        ("slit?genus=2&m=20&slit=1", "choose slit=2 or more, and m=3"),
+        ("slit?m=2", "m must be 0, or 3 or more, but is 2"),
         ("knot?p=4&q=6", "p .4. and q .6. have the common divisor 2"),
         ("knot?tube=60", "radius 60 mm is thicker than the size"),
         ("knot?m=7", "m .7. must be 24 or more"),
         ("bipyramid?edge=5&handle=5", "edge .5. and handle .5. are both odd"),
         ("bipyramid?height=200", "must be between a fifth of the size and the size .100 mm."),
-        ("regular?face=6", "no mesh .6, 4, 3.; there are .* such as .8, 4, 3., .16, 4, 4."),
+        ("regular?face=6", "no mesh .6, 4, 3.; there are only .* such as .8, 4, 3., .16, 4, 4."),
         ("regular?face=16&genus=3", "no mesh .16, 4, 3."),
         ("regular?face=8&valence=8", "no mesh .8, 8, 3."),
         ("regular?face=4&genus=2", "no mesh .4, 4, 2."),

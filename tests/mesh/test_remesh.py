@@ -126,7 +126,7 @@ def test_split_quads_need_no_remesher_and_keep_their_vertices():
         map(tuple, torus.vertices.tolist())
     )
     assert len(remeshed.irregular) == 0
-    assert "576 triangles were paired to 288 quads" in remeshed.notes[0]
+    assert "576 triangles were paired into 288 quads" in remeshed.notes[0]
 
 
 @pytest.mark.parametrize(("number", "taken"), [(288, True), (145, True), (575, True), (120, False)])
@@ -174,9 +174,9 @@ def test_bodies_that_touch_at_a_point_stay_apart():
         (klein_bottle(5, 4), "one-sided"),
         (PolyMesh.from_faces(np.eye(5, 3), [[0, 1, 2], [1, 0, 3], [0, 1, 4]]), "more than two"),
         (PolyMesh.from_faces(np.eye(3), np.zeros((0, 3), dtype=np.int64)), "no faces"),
-        (PolyMesh.from_faces(np.eye(3), [[0, 1, 7]]), "not there"),
+        (PolyMesh.from_faces(np.eye(3), [[0, 1, 7]]), "does not exist"),
         (PolyMesh.from_faces(np.eye(3), [[0, 1]]), "fewer than three"),
-        (PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]]), "no numbers"),
+        (PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]]), "not numbers"),
     ],
 )
 def test_what_is_no_oriented_surface_is_refused(mesh, words):
@@ -236,7 +236,7 @@ SPOILED = {
     "cut open": (grids.tube(24, 12, 30.0, 30.0), "boundary loops: 2 instead of 0"),
     "two bodies": (merged(GOOD, GOOD), "bodies: 2 instead of 1"),
     "flipped face": (with_flips(GOOD, [k == 3 for k in range(288)]), "inside out"),
-    "inside out": (with_flips(GOOD, [True] * 288), "100% of the faces look the wrong way"),
+    "inside out": (with_flips(GOOD, [True] * 288), "100% of the faces point the wrong way"),
     "duplicate face": (
         PolyMesh.from_faces(GOOD.vertices, [*GOOD.faces(), GOOD.faces()[0]]),
         "more than two faces",
@@ -245,9 +245,9 @@ SPOILED = {
     "vertex away": (moved(GOOD, 7, 30.0), "off the given surface"),
     "half away": (GOOD.with_vertices(GOOD.vertices * [1, 1, 3]), "off the given surface"),
     "shrunk": (GOOD.with_vertices(GOOD.vertices * 0.5), "off the given surface"),
-    "no numbers": (moved(GOOD, 7, np.nan), "no numbers"),
+    "no numbers": (moved(GOOD, 7, np.nan), "not numbers"),
     "edge without length": (moved(GOOD, 1, GOOD.vertices[0] - GOOD.vertices[1]), "no length"),
-    "bad index": (PolyMesh(GOOD.vertices, GOOD.offsets, GOOD.indices + 1), "not there"),
+    "bad index": (PolyMesh(GOOD.vertices, GOOD.offsets, GOOD.indices + 1), "does not exist"),
     "no faces": (PolyMesh.from_faces(GOOD.vertices, np.zeros((0, 4), dtype=np.int64)), "no faces"),
 }
 
@@ -309,7 +309,7 @@ def test_spoiled_result_of_a_remesher_is_not_used(tmp_path, what):
 BALL = icosphere(2)
 WELL = grids.sphere(6, 50.0)
 BODIES = {
-    "hangs": ("while True: time.sleep(1)", "stopped after"),
+    "hangs": ("while True: time.sleep(1)", "stopped at its time limit"),
     "exits": ("os._exit(0)", "ended with code 0 and left no result"),
     "fails": ("sys.exit(3)", "ended with code 3"),
     "crashes": ("os.kill(os.getpid(), 11)", "ended by signal 11"),
@@ -318,10 +318,10 @@ BODIES = {
     "lies": ("open(sys.argv[3], 'wb').write(b'PK no zip')", "cannot be read"),
     "is empty": ("give(np.zeros((0, 3)), np.zeros((0, 4), dtype=int))", "without faces"),
     "is flat": ("give(np.zeros((4, 2)), np.arange(4)[None])", "without faces"),
-    "forgets": ("np.savez(sys.argv[3], vertices=np.eye(3))", "no mesh"),
-    "names no vertex": ("give(np.eye(4, 3), np.array([[0, 1, 2, 9]]))", "not there"),
-    "names a negative": ("give(np.eye(4, 3), np.array([[0, 1, 2, -1]]))", "not there"),
-    "is no number": ("give(np.full((4, 3), np.nan), np.arange(4)[None])", "no numbers"),
+    "forgets": ("np.savez(sys.argv[3], vertices=np.eye(3))", "not a mesh"),
+    "names no vertex": ("give(np.eye(4, 3), np.array([[0, 1, 2, 9]]))", "does not exist"),
+    "names a negative": ("give(np.eye(4, 3), np.array([[0, 1, 2, -1]]))", "does not exist"),
+    "is no number": ("give(np.full((4, 3), np.nan), np.arange(4)[None])", "not numbers"),
 }
 
 
@@ -352,7 +352,7 @@ def test_hung_child_and_its_children_are_killed(tmp_path, monkeypatch):
     over = SimpleNamespace(monotonic=lambda: 1e6 if mark.exists() else 0.0)
     monkeypatch.setattr(engines, "time", over)
     engine = replace(stub(tmp_path, body), limit_s=600.0)
-    with pytest.raises(LimitReachedError, match="stopped after 600 s"):
+    with pytest.raises(LimitReachedError, match="stopped at its time limit, 600 s"):
         run_engine(engine, BALL, Run(100, 0, rim=False))
     assert_gone([int(word) for word in mark.read_text().split()])
 
@@ -370,7 +370,7 @@ def assert_gone(pids):
 def test_unwanted_run_is_stopped(tmp_path):
     stop = threading.Event()
     threading.Timer(0.5, stop.set).start()
-    with pytest.raises(AttemptFailedError, match="no longer wanted"):
+    with pytest.raises(AttemptFailedError, match="no longer needed"):
         run_engine(stub(tmp_path, "time.sleep(600)"), BALL, Run(100, 0, rim=False), stop)
 
 

@@ -58,7 +58,7 @@ def test_clear_at_the_size_proposed(name: str) -> None:
     before = laid(mesh, 400.0)
     (one,) = clearance(before)
     assert one.count == before.n_near > 0
-    assert "no narrower" in one.cause
+    assert "cannot be narrower" in one.cause
     assert "itself" not in one.cause
     # The size of the finding, and the size at which all rules hold together.
     for size in sorted({one.size_mm, before.check.smallest_mm}):

@@ -277,7 +277,7 @@ def test_the_gauss_text_says_level_crossing_and_sign_of_every_pass(case):
 def test_wrong_half_twists_are_refused_in_words():
     halfedges = build_halfedges(grids.hypar(2, 2, 10.0, 1.0))
     ones = np.ones(halfedges.n_edges, dtype=np.int64)
-    with pytest.raises(InputError, match=r"8 boundary edges are to be twisted .* only one strand"):
+    with pytest.raises(InputError, match=r"8 boundary edges have half-twists .* only one strand"):
         trace_twisted(halfedges, ones)
     with pytest.raises(InputError, match="one number for each of 12 edges"):
         trace_twisted(halfedges, ones[:-1])

@@ -63,8 +63,8 @@ def cluster_at(address: str) -> Executors:
                 yield executor
             except KilledWorker as error:
                 raise CannotMakeError(
-                    f"a part of the work was lost on the cluster at {address}, again and again "
-                    f"({error}); see that its workers have enough memory"
+                    f"part of the work was lost on the cluster at {address} again and again "
+                    f"({error}); make sure that its workers have enough memory"
                 ) from error
             finally:
                 executor.shutdown(wait=False)
@@ -98,6 +98,6 @@ def require_same(address: str, found: dict[str, object]) -> None:
     if other:
         wanted = ", ".join(f"{name} {mine[name]}" for name in _SAME)
         raise InputError(
-            f"{len(other)} of {len(found)} workers of the cluster at {address} would not come to "
-            f"the same result: {'; '.join(other[:4])}; install there what is here: {wanted}"
+            f"{len(other)} of {len(found)} workers of the cluster at {address} would not give "
+            f"the same result: {'; '.join(other[:4])}; install the versions that are here: {wanted}"
         )

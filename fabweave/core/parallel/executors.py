@@ -110,7 +110,7 @@ class ProcessesExecutor(ThreadPoolExecutor):
                     helper.stop()
                     if self._closing.is_set():
                         raise BrokenExecutor("the executor was closed") from None
-            raise BrokenExecutor(f"{_TRIES} processes ended before they were done with this part")
+            raise BrokenExecutor(f"{_TRIES} processes ended before they had finished this part")
         finally:
             self._idle.put(helper)
 
@@ -283,7 +283,8 @@ def result_of(future: Future[Any]) -> Any:
         with held_back():
             return future.result()
     except (BrokenExecutor, CancelledError) as error:
-        said = str(error) or "its cluster went away"
+        reason = str(error) or "its cluster went away"
         raise CannotMakeError(
-            f"a part of the work was lost ({said}); see that there is enough memory, and try again"
+            f"part of the work was lost ({reason}); make sure that there is enough memory, and try "
+            "again"
         ) from error

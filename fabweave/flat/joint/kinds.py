@@ -83,7 +83,7 @@ GLUE = JointKind(
     "glue",
     title="a lap with marks to lay it by",
     ties=("glue its end on {}", "glue its start on {}"),
-    note="glued [lap|laps]: ticks show where the other piece ends, and cross goes on cross",
+    note="glued [lap|laps]: ticks show where the other piece ends; lay cross on cross",
     tools="glue, and clips to hold each lap while it sets",
     laps=True,
     bought="glue",
@@ -155,13 +155,13 @@ class JointRule:
         name = self.kind.name
         if not 1 <= self.fasteners <= RIVET.most_fasteners:
             raise InputError(
-                f"{self.fasteners} fasteners a joint cannot be set: from 1 to "
+                f"a joint cannot have {self.fasteners} fasteners: write from 1 to "
                 f"{RIVET.most_fasteners}"
             )
         if self.fasteners != 1 and not self.kind.most_fasteners:
-            raise InputError(f"a joint of kind {name} has no fasteners: write {name}")
+            raise InputError(f"a joint of kind {name} has no fasteners: write just {name}")
         if self.lap_mm is not None and not (math.isfinite(self.lap_mm) and self.lap_mm > 0.0):
-            raise InputError(f"a lap of {self.lap_mm} mm must be a positive length")
+            raise InputError(f"the lap is {self.lap_mm} mm; it must be a positive length")
         if self.lap_mm is not None and not self.kind.laps:
             lapped = ", ".join(kind.name for kind in KINDS.values() if kind.laps)
             raise InputError(
@@ -195,9 +195,11 @@ def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
     match = _TEXT.fullmatch(text.strip().lower())
     if match is None:
         raise InputError(
-            f"{text[:40]!r} is no joint: write one of {', '.join(KINDS)}, or rivet:2 for two "
+            f"{text[:40]!r} is not a joint: write one of {', '.join(KINDS)}, or rivet:2 for two "
             "fasteners a joint"
         )
     if match["kind"] not in KINDS:
-        raise InputError(f"{match['kind']!r} is no kind of joint: choose one of {', '.join(KINDS)}")
+        raise InputError(
+            f"{match['kind']!r} is not a kind of joint: choose one of {', '.join(KINDS)}"
+        )
     return JointRule(KINDS[match["kind"]], int(match["count"] or 1), lap_mm)

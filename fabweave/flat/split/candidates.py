@@ -315,8 +315,8 @@ def _hull_facts(
         wide, high = (reach[:, k] + reach[:, k + half] for k in (0, half // 2))
         tight = np.flatnonzero(np.hypot(wide, high) > max(min(sheet) for sheet in usable))
         for low in range(0, len(tight), 300):
-            own = tight[low : low + 300]
-            room[own] = _best_room(hull[own], usable)
+            block = tight[low : low + 300]
+            room[block] = _best_room(hull[block], usable)
     return area, room
 
 

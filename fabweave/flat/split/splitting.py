@@ -229,7 +229,7 @@ def _refusal(stuck: list[str], max_length_mm: float) -> str:
         agree(len(stuck), "{n} stretch[|es] of thread [is|are] ")
         + f"{limit}too large for the sheet, or "
         + agree(len(stuck), "[curls onto itself, and has|curl onto themselves, and have] ")
-        + f"no crossing to be joined at: {some}. A larger --sheet"
+        + f"no crossing for a joint: {some}. A larger --sheet"
         + (", a longer --max-length" if limit else "")
         + ", a smaller --size or a finer mesh would help."
     )

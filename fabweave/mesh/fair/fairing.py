@@ -78,16 +78,16 @@ class Faired:
 
     def note(self, scale: float = 1.0) -> str:
         """Say what fairing did; lengths are multiplied by a scale."""
-        one, two = self.before, self.after
+        before, after = self.before, self.after
         iterations = "iteration" if self.iterations == 1 else "iterations"
         text = (
-            f"fairing: in {self.iterations} {iterations} vertices moved up to "
-            f"{self.moved * scale:.1f} mm along the surface. Threads turn by "
-            f"{two.turning_deg:.1f}° over a crossing on average (before, {one.turning_deg:.1f}°); "
-            f"one ribbon width in twenty is below {two.width_spread:.0%} of the median (before, "
-            f"{one.width_spread:.0%}); the shortest edge is {two.shortest_edge * scale:.2f} mm "
-            f"(before, {one.shortest_edge * scale:.2f} mm). Centres of faces are up to "
-            f"{self.centres_off * scale:.2f} mm off the former surface"
+            f"fairing: in {self.iterations} {iterations} vertices moved by up to "
+            f"{self.moved * scale:.1f} mm along the surface. On average, threads turn by "
+            f"{after.turning_deg:.1f}° at a crossing ({before.turning_deg:.1f}° before); one "
+            f"ribbon width in twenty is below {after.width_spread:.0%} of the median "
+            f"({before.width_spread:.0%} before); the shortest edge is "
+            f"{after.shortest_edge * scale:.2f} mm ({before.shortest_edge * scale:.2f} mm before). "
+            f"Centres of faces are up to {self.centres_off * scale:.2f} mm off the first surface"
         )
         return text + (f"; {self.n_fixed} corners stay" if self.n_fixed else "")
 
@@ -128,7 +128,7 @@ def fair_mesh(mesh: PolyMesh, iterations: int, *, progress: Progress = no_progre
     (True, True)
     """
     if iterations < 0:
-        raise InputError(f"the mesh cannot be faired {iterations} times; 0 or more")
+        raise InputError(f"the mesh cannot be faired {iterations} times; write 0 or more")
     halfedges = build_halfedges(mesh)
     fairness = Fairness(mesh, halfedges)
     try:

@@ -88,18 +88,18 @@ class Ground:
         least = np.minimum(footing.flatness, _FLATTEST) - 1e-12
         share = np.ones(len(move))
         changed = np.any(move != 0, axis=1)
-        found, tries = footing, 0
+        reached, tries = footing, 0
         # It ends: vertices of faces that stay too flat go back to where they were one by one.
         while changed.any():
-            found = self._placed(footing, found, move * share[:, None], changed)
+            reached = self._placed(footing, reached, move * share[:, None], changed)
             spoilt = np.zeros(self._mesh.n_faces, dtype=bool)
-            spoilt[self._face[~(found.flatness >= least)]] = True
+            spoilt[self._face[~(reached.flatness >= least)]] = True
             changed = np.zeros(len(move), dtype=bool)
             changed[self._mesh.indices[spoilt[self._face]]] = True
             changed &= share > 0
             tries += 1
             share[changed] = share[changed] / 2 if tries <= _HALVINGS else 0.0
-        return found
+        return reached
 
     def _reach(self, footing: Footing) -> FloatArray:
         """Return how far each vertex may move in one step, (V,)."""

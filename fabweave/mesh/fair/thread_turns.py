@@ -48,11 +48,11 @@ def turns_in_a_row(half: Halfedges, passed: BoolArray, length: int) -> sparse.cs
             np.where(behind >= 0, behind, -1),
         ]
     )
-    whole = np.tile(passed, 2)
-    walk = [np.flatnonzero(whole)]
+    passed_either_way = np.tile(passed, 2)
+    walk = [np.flatnonzero(passed_either_way)]
     for _ in range(length - 1):
         onward = after[walk[-1]]
-        goes_on = (onward >= 0) & whole[onward]
+        goes_on = (onward >= 0) & passed_either_way[onward]
         walk = [states[goes_on] for states in [*walk, onward]]
     states = np.stack(walk, axis=1)
     signs = np.where(states >= count, -1.0, 1.0) * np.sqrt(0.5)

@@ -118,7 +118,7 @@ def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
     wrong = np.flatnonzero((mesh.indices < 0) | (mesh.indices >= mesh.n_vertices))
     if len(wrong):
         raise InputError(
-            f"{len(wrong)} corners name vertices that are not there (first: vertex "
+            f"{len(wrong)} corners name vertices that do not exist (first: vertex "
             f"{mesh.indices[wrong[0]]} of {mesh.n_vertices}); check the mesh before writing it"
         )
     data = {"obj": obj_bytes, "off": off_bytes, "ply": ply_bytes}[kind](mesh)
@@ -131,9 +131,9 @@ def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
 def _format_of(path: Path, known: tuple[str, ...], verb: str) -> str:
     kind = path.suffix[1:].lower()
     if kind not in known:
-        what = f"format {path.suffix!r}" if kind else "a file without extension"
+        what = f"format {path.suffix!r}" if kind else "a file without an extension"
         raise InputError(
-            f"{path.name}: {what} cannot be {verb}; formats that can: "
+            f"{path.name}: {what} cannot be {verb}; formats that can be {verb}: "
             + ", ".join(item.upper() for item in known)
         )
     return kind

@@ -128,9 +128,9 @@ def _carefully(rows: Rows, *, whole: bool) -> list[list[float]]:
                 numbers.append(convert(token))
             except ValueError:
                 shown = token if len(token) <= 40 else token[:37] + "..."
-                raise rows.fault(row, f"{shown!r} where {wanted} is expected") from None
+                raise rows.fault(row, f"found {shown!r} instead of {wanted}") from None
         if len(numbers) != rows.counts[row]:
-            raise rows.fault(row, "control characters stand between the numbers")
+            raise rows.fault(row, "there are control characters between the numbers")
         values.append(numbers)
     return values
 
@@ -152,7 +152,7 @@ def first_columns(rows: Rows, count: int) -> FloatArray:
     short = np.flatnonzero(rows.counts < count)
     if len(short):
         raise rows.fault(
-            int(short[0]), f"{rows.counts[short[0]]} numbers where at least {count} are expected"
+            int(short[0]), f"found {rows.counts[short[0]]} numbers, but expected at least {count}"
         )
     values = float_numbers(rows)
     result: FloatArray = values[offsets_of(rows.counts)[:-1, None] + np.arange(count)]
@@ -194,12 +194,14 @@ def row_lists(rows: Rows, starts: IntArray) -> tuple[IntArray, IntArray]:
     room = rows.counts - starts - 1
     short = np.flatnonzero(room < 0)
     if len(short):
-        raise rows.fault(int(short[0]), "the row ends before its list of vertices")
+        raise rows.fault(int(short[0]), "the line ends before its list of vertices")
     sizes = _as_whole(values[base + starts], rows, np.arange(len(rows)))
     short = np.flatnonzero((sizes < 0) | (sizes > room))
     if len(short):
         row = int(short[0])
-        raise rows.fault(row, f"{sizes[row]} numbers are announced and {room[row]} follow")
+        raise rows.fault(
+            row, f"expected a list of {sizes[row]} numbers, but only {room[row]} follow"
+        )
     offsets = offsets_of(sizes)
     places = np.arange(offsets[-1]) + np.repeat(base + starts + 1 - offsets[:-1], sizes)
     return sizes, _as_whole(values[places], rows, np.repeat(np.arange(len(rows)), sizes))
@@ -212,5 +214,5 @@ def _as_whole(values: FloatArray | IntArray, rows: Rows, row_of: IntArray) -> In
     wrong = np.flatnonzero(~((np.abs(values) < 2**53) & (values == np.floor(values))))
     if len(wrong):
         first = int(wrong[0])
-        raise rows.fault(int(row_of[first]), f"{values[first]:g} where a whole number is expected")
+        raise rows.fault(int(row_of[first]), f"found {values[first]:g} instead of a whole number")
     return values.astype(np.int64)

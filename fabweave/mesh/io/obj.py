@@ -62,8 +62,8 @@ def read_obj(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
         known = before[first] if numbers[first] < 0 else len(vertices)
         raise face_rows.fault(
             int(np.searchsorted(np.cumsum(sizes), first, side="right")),
-            f"a face names vertex {numbers[first]}, and "
-            + ("OBJ counts from 1" if numbers[first] == 0 else f"there are {known} vertices"),
+            f"a face names vertex {numbers[first]}, but "
+            + ("OBJ counts from 1" if numbers[first] == 0 else f"there are only {known} vertices"),
         )
     return PolyMesh(vertices, offsets_of(sizes), indices), ()
 
@@ -94,7 +94,7 @@ def obj_bytes(mesh: PolyMesh) -> bytes:
     empty = np.flatnonzero(mesh.face_sizes == 0)
     if len(empty):
         raise InputError(
-            f"{len(empty)} faces have no corners (first: face {empty[0]}); OBJ cannot hold them, "
+            f"{len(empty)} faces have no corners (first: face {empty[0]}); OBJ cannot hold them; "
             "remove them first"
         )
     lines = vertex_lines(mesh, "v ")

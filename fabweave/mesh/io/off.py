@@ -54,7 +54,7 @@ def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
         return _read_binary(data, binary.end(), name, extra)
     rows = text_rows(data, name)
     if not len(rows):
-        raise InputError(f"{name}: the file holds nothing but blanks and comments")
+        raise InputError(f"{name}: the file contains nothing but blank lines and comments")
     extra, n_vertices, n_faces, rows = _text_head(rows)
     if len(rows) < n_vertices + n_faces:
         return _read_stream(rows, n_vertices, n_faces, extra), ()
@@ -64,7 +64,7 @@ def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     sizes, indices = row_lists(face_rows, np.zeros(n_faces, dtype=np.int64))
     check_range(sizes, indices, n_vertices, name, face_rows)
     spare = len(rows) - n_vertices - n_faces
-    notes = (f"{spare} lines after the last announced face were not read",) if spare else ()
+    notes = (f"{spare} lines after the last face were ignored",) if spare else ()
     return PolyMesh(vertices, offsets_of(sizes), indices), notes
 
 
@@ -76,7 +76,9 @@ def check_range(
     if not len(wrong):
         return
     face = int(np.searchsorted(np.cumsum(sizes), wrong[0], side="right"))
-    what = f"a face names vertex {indices[wrong[0]]}, and there are {n_vertices}, counted from 0"
+    what = (
+        f"a face names vertex {indices[wrong[0]]}, but there are only {n_vertices}, counted from 0"
+    )
     raise rows.fault(face, what) if rows else InputError(f"{name}, face {face}: {what}")
 
 
@@ -98,13 +100,13 @@ def _text_head(rows: Rows) -> tuple[int, int, int, Rows]:
             at = 1
             words = rows.tokens(1) if len(rows) > 1 else []
     elif not words[0].isdigit():  # the format lets the keyword be absent
-        raise rows.fault(0, f"{words[0][:40]!r} where the word OFF is expected")
+        raise rows.fault(0, f"found {words[0][:40]!r} instead of the word OFF")
     try:
         counts = [parse_int(word) for word in words]
     except ValueError:
         counts = []
     if len(counts) not in (2, 3) or min(counts) < 0:
-        raise rows.fault(at, "the numbers of vertices, faces and edges are expected here")
+        raise rows.fault(at, "expected the numbers of vertices, faces and edges here")
     return extra, counts[0], counts[1], rows.cut(at + 1)
 
 
@@ -124,13 +126,13 @@ def _read_stream(rows: Rows, n_vertices: int, n_faces: int, extra: int) -> PolyM
     numbers = values[start:]
     broken = np.flatnonzero(~((np.abs(numbers) < 2**53) & (numbers == np.floor(numbers))))
     if len(broken):
-        raise fault(start + int(broken[0]), "a face's number is not whole")
+        raise fault(start + int(broken[0]), "a number in a face is not whole")
     flat = numbers.astype(np.int64)
     heads = _record_heads(flat.tolist(), n_faces)
     if len(heads) <= n_faces:
         raise fault(len(values), early)
     if heads[-1] != len(flat):
-        raise fault(start + int(heads[-1]), "numbers follow after the last face")
+        raise fault(start + int(heads[-1]), "there are more numbers after the last face")
     sizes = flat[heads[:-1]]
     indices = np.delete(flat, heads[:-1])
     check_range(sizes, indices, n_vertices, rows.name)
@@ -155,14 +157,14 @@ def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMes
     """Read what follows ``OFF BINARY``: big-endian 32-bit integers and floats."""
     words = np.frombuffer(data, dtype=">i4", offset=base, count=(len(data) - base) // 4)
     if len(words) < 3:
-        raise InputError(f"{name}, byte {base}: the file ends inside its head")
+        raise InputError(f"{name}, byte {base}: the file ends inside its header")
     n_vertices, n_faces = int(words[0]), int(words[1])
     width = 3 + extra
     start = 3 + n_vertices * width
     if n_vertices < 0 or n_faces < 0 or start + 2 * n_faces > len(words):
         raise InputError(
-            f"{name}, byte {base}: {n_vertices} vertices and {n_faces} faces are announced, and "
-            f"only {len(data) - base} bytes follow"
+            f"{name}, byte {base}: the header promises {n_vertices} vertices and {n_faces} faces, "
+            f"but only {len(data) - base} bytes follow"
         )
     floats = words[3:start].view(">f4").reshape(n_vertices, width)[:, :3]
     sizes = []

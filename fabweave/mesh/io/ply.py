@@ -34,7 +34,7 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     Raises
     ------
     InputError
-        If the head cannot be understood, the file is cut short, or a face names a vertex that
+        If the header cannot be understood, the file is cut short, or a face names a vertex that
         is not there.
 
     Examples
@@ -63,11 +63,11 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
         if vertices is not None and faces is not None:
             break
     if vertices is None:
-        raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its head)")
+        raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its header)")
     if faces is None:
         strips = any(element.name == "tristrips" for element in head.elements)
         raise InputError(
-            f"{name}: the file has no faces (no element 'face' in its head); "
+            f"{name}: the file has no faces (no element 'face' in its header); "
             + ("it holds triangle strips, " if strips else "is it a point cloud? ")
             + "export it again with polygon faces"
         )
@@ -82,8 +82,8 @@ def _columns(element: Element, name: str) -> list[int]:
         {"x", "y", "z"} <= set(names)
     ):
         raise InputError(
-            f"{name}: the head gives the vertices no properties x, y and z ahead of any list; it "
-            f"gives {', '.join(item.name for item in element.properties) or 'none'}"
+            f"{name}: the header gives the vertices no properties x, y and z before any list; "
+            f"it gives {', '.join(item.name for item in element.properties) or 'none'}"
         )
     return [names.index(axis) for axis in "xyz"]
 
@@ -96,7 +96,7 @@ def _face_list(element: Element, name: str) -> int:
                 raise InputError(f"{name}: the faces' vertex numbers are not whole numbers")
             return position
     raise InputError(
-        f"{name}: the head gives the faces no list property named vertex_indices or vertex_index"
+        f"{name}: the header gives the faces no list property called vertex_indices or vertex_index"
     )
 
 

@@ -31,7 +31,7 @@ class TextBody:
     """A reader that walks through the rows of a text file."""
 
     def __init__(self, data: bytes, start: int, lines: int, name: str) -> None:
-        """Split the body into rows; ``lines`` is how many lines the head has."""
+        """Split the body into rows; ``lines`` is how many lines the header has."""
         self._rows = text_rows(data[start:], name, first_line=lines + 1)
         self._position = 0
 
@@ -42,8 +42,8 @@ class TextBody:
         if first + element.number > len(self._rows):
             raise self._rows.fault(
                 len(self._rows),
-                f"{len(self._rows) - first} of {element.number} rows of element {element.name!r} "
-                "are there",
+                f"only {len(self._rows) - first} of {element.number} rows of element "
+                f"{element.name!r} are there",
             )
         self._position += element.number
         return self._rows.cut(first, self._position)
@@ -92,7 +92,7 @@ class BinaryBody:
     def _short(self, element: Element, number: int) -> InputError:
         return InputError(
             f"{self._name}, byte {self._position}: the file ends in row {number} of "
-            f"{element.number} of element {element.name!r}, or a length in it is wrong"
+            f"{element.number} of element {element.name!r}, or the length of a list in it is wrong"
         )
 
     def _records(self, element: Element, lengths: list[int]) -> npt.NDArray[Any] | None:
@@ -121,10 +121,10 @@ class BinaryBody:
         else:
             if not element.number:
                 return np.zeros((0, len(columns)))
-            found = self._records(element, [0] * len(element.properties))
-            if found is None:
+            all_records = self._records(element, [0] * len(element.properties))
+            if all_records is None:
                 raise self._short(element, element.number - 1)
-            records = found
+            records = all_records
             self._position += records.nbytes
         with np.errstate(invalid="ignore"):  # a signalling "not a number" is the checker's affair
             return np.column_stack([records[f"p{column}"].astype(np.float64) for column in columns])

@@ -1,4 +1,4 @@
-"""Read the head of a PLY file."""
+"""Read the header of a PLY file."""
 
 import re
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Head:
-    """The head: byte order (None for text), elements in order, its bytes and lines."""
+    """The header: byte order (None for text), elements in order, its bytes and lines."""
 
     order: str | None
     elements: tuple[Element, ...]
@@ -61,7 +61,7 @@ class Head:
 
 
 def read_head(data: bytes, name: str) -> Head:
-    r"""Read the head of a PLY file.
+    r"""Read the header of a PLY file.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def read_head(data: bytes, name: str) -> Head:
     Raises
     ------
     InputError
-        If a line of the head cannot be understood; the message names it.
+        If a line of the header cannot be understood; the message names it.
 
     Examples
     --------
@@ -88,11 +88,11 @@ def read_head(data: bytes, name: str) -> Head:
     (None, 2, 5)
     """
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
-        raise InputError(f"{name}, line 1: the word ply is expected here")
+        raise InputError(f"{name}, line 1: expected the word ply here")
     end = _END_OLD_MAC.search(data) if b"\n" not in data[:4] + data[4:5] else None
     end = end or _END.search(data)
     if end is None:
-        raise InputError(f"{name}: the head has no line end_header")
+        raise InputError(f"{name}: the header has no line end_header")
     text = data[: end.start()].decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.rstrip("\n").split("\n")
     order: str | None = None
@@ -111,11 +111,11 @@ def read_head(data: bytes, name: str) -> Head:
                 last = elements[-1]
                 elements[-1] = Element(last.name, last.number, (*last.properties, _property(words)))
             else:
-                raise ValueError("neither format, element, property nor comment")  # noqa: TRY301 -- one place adds the line number
+                raise ValueError("this line is not a format, an element, a property or a comment")  # noqa: TRY301 -- one place adds the line number
         except ValueError as error:
             raise InputError(f"{name}, line {number}: {line[:60]!r}: {error}") from None
     if not known:
-        raise InputError(f"{name}: the head has no line that begins with format")
+        raise InputError(f"{name}: the header has no line that begins with format")
     return Head(order, tuple(elements), end.end(), len(lines) + 1)
 
 
@@ -130,7 +130,7 @@ def _order(words: list[str]) -> str | None:
 
 def _element(words: list[str]) -> Element:
     if len(words) != 3 or not (words[2].isascii() and words[2].isdigit() and len(words[2]) < 19):
-        raise ValueError("an element has a name and a number")
+        raise ValueError("an element needs a name and a number")
     return Element(words[1], int(words[2]), ())
 
 
@@ -138,10 +138,12 @@ def _property(words: list[str]) -> Property:
     is_list = words[1:2] == ["list"]
     kinds = words[2:4] if is_list else words[1:2]
     if len(words) != (5 if is_list else 3):
-        raise ValueError("a property has a type and a name, or list, two types and a name")
+        raise ValueError(
+            "a property needs a type and a name, or the word list, two types and a name"
+        )
     unknown = [kind for kind in kinds if kind not in _TYPES]
     if unknown:
-        raise ValueError(f"unknown type {unknown[0]!r}; known are {', '.join(_TYPES)}")
+        raise ValueError(f"unknown type {unknown[0]!r}; the types are {', '.join(_TYPES)}")
     codes = [_TYPES[kind] for kind in kinds]
     if not is_list:
         return Property(words[-1], codes[0])

@@ -67,8 +67,8 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
         ) from None
     except Exception as error:  # whatever a broken file makes the library do is a broken file
         raise InputError(
-            f"{path.name}: this is no {kind.upper()} file that can be read "
-            f"({type(error).__name__}: {str(error)[:200]}); export it again, best as OBJ"
+            f"{path.name}: this cannot be read as a {kind.upper()} file "
+            f"({type(error).__name__}: {str(error)[:200]}); export it again, preferably as OBJ"
         ) from error
     if not parts:
         raise InputError(f"{path.name}: the file has no faces; export it again as a mesh")
@@ -78,7 +78,7 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
         [faces + start for (_, faces), start in zip(parts, shift[:-1], strict=True)]
     )
     if triangles.min() < 0 or triangles.max() >= len(points):
-        raise InputError(f"{path.name}: a face names a vertex that is not there; export it again")
+        raise InputError(f"{path.name}: a face names a vertex that does not exist; export it again")
     soup = PolyMesh(points, np.arange(len(triangles) + 1) * 3, triangles.reshape(-1))
     mesh, joined, dropped = weld_mesh(soup)
     notes = []
@@ -86,8 +86,8 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
         notes.append(
             agree(
                 joined,
-                "{n} [vertex|vertices] stood at the place of another one and [was|were] joined to "
-                "it",
+                "{n} [vertex was|vertices were] at the same place as another vertex and merged "
+                "with it",
             )
         )
     if dropped:
@@ -97,7 +97,7 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
             )
         )
     if not mesh.n_faces:
-        raise InputError(f"{path.name}: every face of the file is collapsed to a line or a point")
+        raise InputError(f"{path.name}: every face in the file has collapsed to a line or a point")
     return mesh, "m" if kind in ("glb", "gltf") else unit, tuple(notes)
 
 

@@ -176,10 +176,10 @@ def _wait(child: "subprocess.Popen[bytes]", limit: float, stop: threading.Event)
         except subprocess.TimeoutExpired:
             if time.monotonic() >= end:
                 raise LimitReachedError(
-                    f"it was stopped after {limit:.0f} s, the limit (what takes its place may not "
-                    "be what a faster machine gives)"
+                    f"it was stopped at its time limit, {limit:.0f} s (a faster machine might give "
+                    "another mesh)"
                 ) from None
-    raise AttemptFailedError("it was no longer wanted")
+    raise AttemptFailedError("it was stopped, as its result was no longer needed")
 
 
 def _kill(child: "subprocess.Popen[bytes]") -> None:
@@ -202,16 +202,16 @@ def _read_result(path: Path, code: int, centre: FloatArray, size: float) -> Poly
         raise AttemptFailedError(f"it ended {how} and left no result")
     try:
         with np.load(path, allow_pickle=False) as stored:
-            found = dict(stored)
+            result = dict(stored)
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise AttemptFailedError("it left a result that cannot be read") from error
-    if "error" in found:
-        raise AttemptFailedError(str(found["error"]))
+    if "error" in result:
+        raise AttemptFailedError(str(result["error"]))
     try:
-        vertices = np.asarray(found["vertices"], dtype=np.float64)
-        faces = np.asarray(found["faces"], dtype=np.int64)
+        vertices = np.asarray(result["vertices"], dtype=np.float64)
+        faces = np.asarray(result["faces"], dtype=np.int64)
     except (KeyError, ValueError, TypeError) as error:
-        raise AttemptFailedError("it left a result that is no mesh") from error
+        raise AttemptFailedError("it left a result that is not a mesh") from error
     if vertices.shape[1:] != (3,) or faces.ndim != 2 or not faces.size:
         raise AttemptFailedError("it made a mesh without faces")
     return PolyMesh.from_faces(vertices * size + centre, faces)

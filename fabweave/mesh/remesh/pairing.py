@@ -84,16 +84,16 @@ def pair_triangles(mesh: PolyMesh, *, repair: bool | None = None) -> Pairing:
     """
     halfedges = build_halfedges(mesh)
     triangle = mesh.face_sizes == 3
-    one = _candidates(halfedges, triangle)
-    two = halfedges.twin[one]
-    price = _costs(mesh, halfedges, one)
+    halfedge = _candidates(halfedges, triangle)
+    twin = halfedges.twin[halfedge]
+    price = _costs(mesh, halfedges, halfedge)
     possible = np.isfinite(price)
-    one, two, price = one[possible], two[possible], price[possible]
+    halfedge, twin, price = halfedge[possible], twin[possible], price[possible]
     cost = np.full(mesh.n_corners, np.inf)
-    cost[one] = cost[two] = price
-    chosen = _take_best(halfedges.face[one], halfedges.face[two], price, mesh.n_faces)
+    cost[halfedge] = cost[twin] = price
+    chosen = _take_best(halfedges.face[halfedge], halfedges.face[twin], price, mesh.n_faces)
     partner = np.full(mesh.n_corners, -1, dtype=np.int64)
-    partner[one[chosen]], partner[two[chosen]] = two[chosen], one[chosen]
+    partner[halfedge[chosen]], partner[twin[chosen]] = twin[chosen], halfedge[chosen]
     clear = _clear_share(mesh.offsets[:-1][triangle], partner, cost)
     split = clear >= _CLEAR
     lonely = _lonely(triangle, halfedges.face, partner)
@@ -128,10 +128,10 @@ def merge_pairs(mesh: PolyMesh, pairing: Pairing) -> PolyMesh:
     1
     """
     halfedges = build_halfedges(mesh)
-    one = np.flatnonzero(pairing.partner > np.arange(mesh.n_corners))
-    two = pairing.partner[one]
-    quads = _quads(halfedges, one, two)
-    into, gone = halfedges.face[one], halfedges.face[two]
+    halfedge = np.flatnonzero(pairing.partner > np.arange(mesh.n_corners))
+    twin = pairing.partner[halfedge]
+    quads = _quads(halfedges, halfedge, twin)
+    into, gone = halfedges.face[halfedge], halfedges.face[twin]
     sizes = mesh.face_sizes.copy()
     sizes[into], sizes[gone] = 4, 0
     offsets = offsets_of(sizes)
@@ -148,9 +148,9 @@ def merge_pairs(mesh: PolyMesh, pairing: Pairing) -> PolyMesh:
 
 def _candidates(halfedges: Halfedges, triangle: BoolArray) -> IntArray:
     """Return one half-edge of each edge between two triangles."""
-    one = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
-    two = halfedges.twin[one]
-    both: IntArray = one[triangle[halfedges.face[one]] & triangle[halfedges.face[two]]]
+    halfedge = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
+    twin = halfedges.twin[halfedge]
+    both: IntArray = halfedge[triangle[halfedges.face[halfedge]] & triangle[halfedges.face[twin]]]
     return both
 
 
@@ -220,9 +220,9 @@ def _clear_share(first: IntArray, partner: IntArray, cost: FloatArray) -> float:
     if not len(first):
         return 0.0
     sides = first[:, None] + np.arange(3)
-    own = partner[sides] >= 0
-    price = np.where(own, cost[sides], np.inf).min(axis=1)
-    next_best = np.where(own, np.inf, cost[sides]).min(axis=1)
+    paired = partner[sides] >= 0
+    price = np.where(paired, cost[sides], np.inf).min(axis=1)
+    next_best = np.where(paired, np.inf, cost[sides]).min(axis=1)
     with np.errstate(invalid="ignore"):  # no partner and no choice: inf - inf
         return float(np.mean(next_best - price > _CLEARLY))
 

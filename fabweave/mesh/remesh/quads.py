@@ -94,8 +94,8 @@ def parse_remesh(text: str) -> Remesh:
 def _checked_count(n_quads: int) -> int:
     if not LEAST_QUADS <= n_quads <= MOST_QUADS:
         raise InputError(
-            f"remeshing makes from {LEAST_QUADS} to {MOST_QUADS} quads, and {n_quads} are asked "
-            "for; for more, refine the result"
+            f"remeshing makes from {LEAST_QUADS} to {MOST_QUADS} quads, but {n_quads} were asked "
+            "for; to get more, refine the result"
         )
     return n_quads
 
@@ -167,13 +167,14 @@ def remesh_quads(
         if _about(paired.n_faces, n_quads):
             return _from_pairing(source, paired, notes)
         notes.append(
-            f"faces pair up to {paired.n_faces} quads with {len(find_irregular(paired))} irregular "
-            f"vertices, but about {n_quads} quads are asked for; --remesh quads takes the pairs"
+            f"the triangles pair up into {paired.n_faces} quads with {len(find_irregular(paired))} "
+            f"irregular vertices, but about {n_quads} quads were asked for; --remesh quads keeps "
+            "the pairs"
         )
     surface = triangulate(source)
     wanted = n_quads or min(max(LEAST_QUADS, surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
-        notes.append(f"no number of quads was given; aimed at {wanted}")
+        notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
     for engine in engines:
         if not engine.installed:
@@ -202,9 +203,11 @@ def _ready(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
         source = welded
         notes.append(
             agree(
-                joined, "{n} [vertex|vertices] stood at the place of another and [was|were] joined"
+                joined,
+                "{n} [vertex was|vertices were] at the same place as another vertex and merged "
+                "with it",
             )
-            + (agree(dropped, "; {n} [face|faces] vanished with [it|them]") if dropped else "")
+            + (agree(dropped, "; {n} [face|faces] vanished as a result") if dropped else "")
         )
     source, _, repairs = prepare_mesh(source)
     return source, [*notes, *repairs]
@@ -225,17 +228,17 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
     notes = list(notes)
     if merged:
         notes.append(
-            f"{2 * merged} triangles were paired to {agree(merged, '{n} quad[|s]')}; "
+            f"{2 * merged} triangles were paired into {agree(merged, '{n} quad[|s]')}; "
             "every vertex stays where it was"
         )
     else:
-        nearly = "nearly all faces are" if len(stray) else "all faces are"
-        notes.append(f"{nearly} quads already, and the mesh was left as it is")
+        share = "nearly all faces are" if len(stray) else "all faces are"
+        notes.append(f"{share} quads already, so the mesh was left as it is")
     if len(stray):
         some = few_of(stray.tolist(), 5)
         notes.append(
-            agree(len(stray), "{n} [face is no quad|faces are no quads] (face ")
-            + f"{some}); one Catmull-Clark step makes quads of all faces"
+            agree(len(stray), "{n} [face is not a quad|faces are not quads] (face ")
+            + f"{some}); one Catmull-Clark step turns all faces into quads"
         )
     return _finished(paired, "pairing" if merged else "unchanged", notes)
 
@@ -253,17 +256,17 @@ def _last_resort(
     stray = int(np.count_nonzero(paired.face_sizes != 4))
     if not stray and _about(paired.n_faces, n_quads):
         notes = notes + [f"another attempt failed: {text}" for text in failures]
-        notes.append("the triangles do not look like split quads; the pairs may be skew")
+        notes.append("the triangles do not look like split quads, so the new quads may be skewed")
         return _from_pairing(source, paired, notes)
     if stray:
-        text = agree(stray, "{n} [face would be no quad|faces would be no quads]")
+        text = agree(stray, "{n} [face would not be a quad|faces would not be quads]")
     else:
-        text = f"it gives {paired.n_faces} quads (--remesh quads takes them)"
+        text = f"it gives {paired.n_faces} quads (--remesh quads keeps them)"
     failures = [*failures, f"pairing triangles: {text}"]
     raise CannotMakeError(
-        "no mesh of quads could be made:\n"
+        "the mesh could not be turned into quads:\n"
         + "\n".join(f"  - {failure}" for failure in failures)
         + "\nWhat may help: another number of quads (more where the mesh has thin bars or small "
         "holes); smoothing the scan first; closing small holes; or leaving the triangles and "
-        "refining them (one Catmull-Clark step makes quads of any mesh)"
+        "refining them (one Catmull-Clark step turns any mesh into quads)"
     )

@@ -112,12 +112,13 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], floa
     if lost.mean() > _LOST_MEAN * edge or lost.max() > _LOST_MAX * edge:
         faults.append(
             f"the given vertices are up to {lost.max():.3g} off the new surface, "
-            f"{lost.mean():.3g} in the mean (an edge is {edge:.3g}): more quads would follow it"
+            f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more quads would "
+            "follow it better"
         )
     near = _distances(face_centres(result), old)[1]
     reversed_share = float(np.mean(_inward(result, _triangle_normals(old)[near])))
     if reversed_share > _REVERSED:
-        faults.append(f"{reversed_share:.0%} of the faces look the wrong way")
+        faults.append(f"{reversed_share:.0%} of the faces point the wrong way")
     return faults, float(off.max()), float(lost.max())
 
 

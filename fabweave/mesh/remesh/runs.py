@@ -50,9 +50,9 @@ class Candidate:
         """What was made, and how far it is off."""
         seed = f", seed {self.run.seed}" if self.engine.seeded else ""
         return (
-            f"{self.engine.title} made {self.mesh.n_faces} quads (aim {self.run.n_quads}{seed}); "
-            f"they are up to {self.fit.off_max:.2g} mm off the given surface, and given vertices "
-            f"up to {self.fit.lost_max:.2g} mm off them"
+            f"{self.engine.title} made {self.mesh.n_faces} quads ({self.run.n_quads} were wanted"
+            f"{seed}); they are up to {self.fit.off_max:.2g} mm off the given surface, and given "
+            f"vertices are up to {self.fit.lost_max:.2g} mm off them"
         )
 
 
@@ -117,8 +117,8 @@ def best_run(
                     failures.append("; ".join(faults))
                     continue
                 irregular = len(find_irregular(result))
-                found = Candidate(engine, result, run, fit)
-                good.append(((irregular, abs(result.n_faces - wanted)), found))
+                candidate = Candidate(engine, result, run, fit)
+                good.append(((irregular, abs(result.n_faces - wanted)), candidate))
                 if irregular <= enough:
                     break
         progress(f"remeshing with {engine.title}", len(runs), len(runs))
@@ -148,7 +148,7 @@ def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
     if not failures:
         return []
     runs = f", {len(failures)} runs" if len(failures) > 1 else ""
-    differ = "; the others failed of more" if len(set(failures)) > 1 else ""
+    differ = "; other runs failed for other reasons" if len(set(failures)) > 1 else ""
     return [f"{engine.title}{runs}: {min(failures, key=len)}{differ}"]
 
 

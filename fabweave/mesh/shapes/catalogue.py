@@ -99,7 +99,7 @@ SHAPES: tuple[Shape, ...] = (
             count("m", "quads along one side", 10),
             count("n", "quads along the other side", 10),
             length("side", "side of the square", 100.0),
-            length("height", "how far the high corners stand above the low ones", 40.0),
+            length("height", "how far the high corners are above the low ones", 40.0),
         ),
         grids.hypar,
     ),
@@ -108,8 +108,8 @@ SHAPES: tuple[Shape, ...] = (
         "a tube of m × n quads along a torus knot",
         (
             count("p", "turns around the axis", 2, most=12),
-            count("q", "turns around the ring; p and q without a common divisor", 3, most=12),
-            count("m", "quads along the knot, or 0 for about square ones", 0, least=0),
+            count("q", "turns around the ring; p and q have no common divisor", 3, most=12),
+            count("m", "quads along the knot, or 0 to make them about square", 0, least=0),
             count("n", "quads around the tube", 8, least=3, most=200),
             length("tube", "radius of the tube", 8.0),
             _SIZE,
@@ -118,12 +118,12 @@ SHAPES: tuple[Shape, ...] = (
     ),
     Shape(
         "slit",
-        "two rings of m × n quads that flow together at slits; exactly twillable, of any genus",
+        "two rings of m × n quads that flow together at slits; of any genus, with an exact twill",
         (
-            count("genus", "genus: one less slit than this, 1 for a torus", 3, most=200),
-            count("m", "quads along each ring, or 0 for what suits the genus", 0, least=0),
-            count("n", "quads around each ring, or 0 for what suits m", 0, least=0, most=200),
-            count("slit", "edges of each slit, or 0 for what suits m", 0, least=0),
+            count("genus", "genus: one more than the number of slits; 1 for a torus", 3, most=200),
+            count("m", "quads along each ring, or 0 to suit the genus", 0, least=0),
+            count("n", "quads around each ring, or 0 to suit m", 0, least=0, most=200),
+            count("slit", "edges of each slit, or 0 to suit m", 0, least=0),
             _SIZE,
         ),
         slit_sum,
@@ -135,7 +135,7 @@ SHAPES: tuple[Shape, ...] = (
             count("n", "half the number of sides", 2, least=2, most=8),
             count("edge", "quads along each edge of the bipyramid", 10, least=4, most=200),
             count("handle", "quads along each handle", 8, least=4, most=160),
-            length("height", "distance of the tips", 60.0),
+            length("height", "distance between the tips", 60.0),
             _SIZE,
         ),
         _bipyramid,
@@ -197,7 +197,7 @@ def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
     name, mark, query = text.removeprefix(PREFIX).partition("?")
     by_name = {shape.name: shape for shape in shapes}
     if name not in by_name:
-        raise InputError(f"there is no shape {name[:40]!r}; there are {', '.join(by_name)}")
+        raise InputError(f"there is no shape {name[:40]!r}; choose one of {', '.join(by_name)}")
     values: dict[str, str] = {}
     for pair in query.split("&") if mark else ():
         key, equals, value = pair.partition("=")

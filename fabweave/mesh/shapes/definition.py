@@ -51,9 +51,9 @@ class Parameter:
         try:
             value = int(digits) if self.whole else float(digits)
         except ValueError:
-            raise InputError(f"{wanted}, and is {text[:40]!r}") from None
+            raise InputError(f"{wanted}, but is {text[:40]!r}") from None
         if "_" in text or not self.least <= value <= self.most:
-            raise InputError(f"{wanted}, and is {text[:40]!r}")
+            raise InputError(f"{wanted}, but is {text[:40]!r}")
         return value
 
 
@@ -111,7 +111,7 @@ class Shape:
         unknown = [name for name in values if name not in known]
         if unknown:
             raise InputError(
-                f"the shape {self.name} has no parameter {unknown[0][:40]!r}; it has "
+                f"the shape {self.name} has no parameter {unknown[0][:40]!r}; its parameters are "
                 + (", ".join(known) or "none")
             )
         arguments: dict[str, float] = {}

@@ -58,7 +58,7 @@ def knot(p: int, q: int, m: int, n: int, tube: float, size: float) -> PolyMesh:
     if math.gcd(p, q) != 1:
         raise InputError(
             f"the shape knot: p ({p}) and q ({q}) have the common divisor {math.gcd(p, q)}, so "
-            "there are several strands; take turns without one, such as p=2&q=3"
+            "there would be several strands; choose p and q without one, such as p=2&q=3"
         )
     curve = torus_knot(p, q, _SAMPLES * max(p, q))
     span = float(np.ptp(curve, axis=0).max())
@@ -69,7 +69,7 @@ def knot(p: int, q: int, m: int, n: int, tube: float, size: float) -> PolyMesh:
     length = np.linalg.norm(curve - np.roll(curve, 1, axis=0), axis=1).sum()
     if m and m < 8 * max(p, q):
         raise InputError(
-            f"the shape knot: m ({m}) must be {8 * max(p, q)} or more for its curves, or 0"
+            f"the shape knot: m ({m}) must be {8 * max(p, q)} or more to follow the curves, or 0"
         )
     if not m:
         around = (size - 2 * tube) / span * length / (2 * math.pi * tube / n)
@@ -85,8 +85,9 @@ def knot(p: int, q: int, m: int, n: int, tube: float, size: float) -> PolyMesh:
     reach = scale * reach_of(curve)
     if tube >= reach:
         raise InputError(
-            f"the shape knot: a tube of radius {tube:g} mm runs through itself, as the "
-            f"({p}, {q}) knot leaves room for {reach:.3g} mm at this size; take a thinner tube"
+            f"the shape knot: a tube of radius {tube:g} mm runs through itself, because "
+            f"the ({p}, {q}) knot only has room for {reach:.3g} mm at this size; choose a "
+            "thinner tube"
         )
     places = scale * middle[:, None] + tube * around_tube
     return PolyMesh.from_faces(places.reshape(-1, 3), grid_quads(m, n, wrap=(True, True)))

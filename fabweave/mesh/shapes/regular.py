@@ -52,8 +52,8 @@ def regular(face: int, valence: int, genus: int, refine: int, size: float) -> Po
     big, small = max(face, valence), min(face, valence)
     sheets = big // 4
     known = (
-        "there are (4, 4, 1) and, with k = 2, 3 or 4, (4k, 4, g) and (4, 4k, g) where g - 1 is a "
-        "multiple of k - 1, such as (8, 4, 3), (16, 4, 4) and (4, 12, 5)"
+        "there are only (4, 4, 1) and, with k = 2, 3 or 4, (4k, 4, g) and (4, 4k, g) where g - 1 "
+        "is a multiple of k - 1, such as (8, 4, 3), (16, 4, 4) and (4, 12, 5)"
     )
     asked = f"the shape regular: there is no mesh ({face}, {valence}, {genus})"
     if face % 4 or valence % 4 or small != 4:

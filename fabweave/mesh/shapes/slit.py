@@ -60,7 +60,7 @@ def slit_sum(genus: int, m: int, n: int, slit: int, size: float) -> PolyMesh:
         )
     for name, count in (("m", m), ("n", n)):
         if count < 3:
-            raise InputError(f"the shape slit: {name} must be 3 or more, or 0, and is {count}")
+            raise InputError(f"the shape slit: {name} must be 0, or 3 or more, but is {count}")
     if not slits:
         ring, tube = m / (2 * math.pi), min(n / (2 * math.pi), 0.3 * m / math.pi)
         return resize_mesh(grids.torus(m, n, ring, tube), size_mm=size)[0]
@@ -70,7 +70,7 @@ def slit_sum(genus: int, m: int, n: int, slit: int, size: float) -> PolyMesh:
     if slit < 2 or m // slits < slit + 2:
         raise InputError(
             f"the shape slit: {slits} slits of {slit} edges, with two or more between them, do "
-            f"not fit on a ring of {m} quads; take slit=2 or more, and m={slits * (slit + 2)} or "
+            f"not fit on a ring of {m} quads; choose slit=2 or more, and m={slits * (slit + 2)} or "
             "more"
         )
     return bundle(2, slit_columns(m, slits, slit), n, size)

@@ -205,5 +205,5 @@ def settle(mesh: PolyMesh, surface: SoftTubes) -> PolyMesh:
     one, two = crossing[0]
     raise InputError(
         f"with so few quads the shape runs through itself: {len(crossing)} pairs of faces cross, "
-        f"such as faces {one} and {two}; take more quads, or about as many in both directions"
+        f"such as faces {one} and {two}; choose more quads, or about as many in both directions"
     )

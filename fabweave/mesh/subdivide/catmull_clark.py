@@ -125,8 +125,8 @@ def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     middle = edge_middles(mesh, half)
     edge = middle.copy()
     inner = half.twin[half.edge_halfedge] >= 0
-    one = half.edge_halfedge[inner]
-    sides = face[half.face[one]] + face[half.face[half.twin[one]]]
+    halfedge = half.edge_halfedge[inner]
+    sides = face[half.face[halfedge]] + face[half.face[half.twin[halfedge]]]
     edge[inner] = middle[inner] / 2 + sides / 4
     # Every edge at an inner vertex leaves it as one half-edge.
     around = sum_at(half.tail, face[half.face] + 2 * middle[half.edge], mesh.n_vertices)

@@ -52,12 +52,12 @@ def doo_sabin(mesh: PolyMesh) -> PolyMesh:
     half = build_halfedges(mesh)
     rim = find_rim(half, mesh.n_vertices)
     offsets, corners = corners_in_turn(half, mesh.n_vertices)
-    one = half.edge_halfedge[half.twin[half.edge_halfedge] >= 0]
-    two = half.twin[one]
-    quads = np.stack([one, half.next[two], two, half.next[one]], axis=1)
+    halfedge = half.edge_halfedge[half.twin[half.edge_halfedge] >= 0]
+    twin = half.twin[halfedge]
+    quads = np.stack([halfedge, half.next[twin], twin, half.next[halfedge]], axis=1)
     polygon = ~rim.on & (np.diff(offsets) >= 3)
     around = np.repeat(polygon, np.diff(offsets))
-    sizes = [mesh.face_sizes, np.full(len(one), 4), np.diff(offsets)[polygon]]
+    sizes = [mesh.face_sizes, np.full(len(halfedge), 4), np.diff(offsets)[polygon]]
     indices = [np.arange(half.n_halfedges), quads.reshape(-1), corners[around]]
     points = _corner_points(mesh, half, rim, offsets, corners)
     return PolyMesh(points, offsets_of(np.concatenate(sizes)), np.concatenate(indices))

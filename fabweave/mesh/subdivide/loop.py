@@ -190,13 +190,13 @@ def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     first = half.edge_halfedge
     edge = edge_middles(mesh, half)
     inner = half.twin[first] >= 0
-    one = first[inner]
+    halfedge = first[inner]
     sizes = mesh.face_sizes[half.face, None]
     sums = face_sums(mesh)[half.face]
     tail = positions[half.tail]
     ends = tail + positions[half.head]
     side = 3 / 16 * ends + (sums - ends) / (8 * (sizes - 2))
-    edge[inner] = side[one] + side[half.twin[one]]
+    edge[inner] = side[halfedge] + side[half.twin[halfedge]]
     count = valences(half, rim)
     beta = _beta(count)[:, None]
     around = sum_at(half.tail, (sums - tail) / (sizes - 1), mesh.n_vertices)
@@ -220,7 +220,7 @@ def _refuse_two_edges(half: Halfedges, rim: Rim) -> None:
     thin = np.flatnonzero(~rim.on & (valences(half, rim) == 2))
     if len(thin):
         raise CannotMakeError(
-            f"{len(thin)} inner vertices have two edges only ({name_some(thin)}), and cutting "
-            "corners there would lay two triangles on each other; join the two edges at each, or "
-            "refine by catmull-clark or quads"
+            f"{len(thin)} inner vertices have only two edges ({name_some(thin)}), and cutting "
+            "corners there would put two triangles on top of each other; join the two edges at "
+            "each, or refine with catmull-clark or quads"
         )

@@ -175,7 +175,7 @@ def find_scheme(name: str) -> Scheme:
         if scheme.name == name:
             return scheme
     names = ", ".join(scheme.name for scheme in SCHEMES)
-    raise InputError(f"there is no refinement {name[:40]!r}; there are {names}")
+    raise InputError(f"there is no refinement {name[:40]!r}; choose one of {names}")
 
 
 def parse_refinements(text: str) -> tuple[Refinement, ...]:
@@ -299,8 +299,8 @@ def refine_mesh(
     predicted = predict_faces(mesh, refinements)
     if predicted > MOST_FACES:
         raise CannotMakeError(
-            f"refining {mesh.n_faces} faces by {format_refinements(refinements)} would give about "
-            f"{predicted} faces or more, and {MOST_FACES} are the most; take fewer steps"
+            f"refining {mesh.n_faces} faces with {format_refinements(refinements)} would give "
+            f"about {predicted} faces or more, but the limit is {MOST_FACES}; take fewer steps"
         )
     runs = [
         (find_scheme(name), sum(item.steps for item in items))

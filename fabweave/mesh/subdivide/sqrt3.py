@@ -151,11 +151,11 @@ def _split(step: _Step, mesh: PolyMesh) -> PolyMesh:
     """Make the triangles of a step."""
     half, count = step.half, mesh.n_vertices
     side = count + step.side
-    one = half.edge_halfedge[half.twin[half.edge_halfedge] >= 0]
-    two = half.twin[one]
-    pairs = np.empty((len(one), 2, 3), dtype=np.int64)
-    pairs[:, 0] = np.stack([half.tail[one], side[two], side[one]], axis=1)
-    pairs[:, 1] = np.stack([half.head[one], side[one], side[two]], axis=1)
+    halfedge = half.edge_halfedge[half.twin[half.edge_halfedge] >= 0]
+    twin = half.twin[halfedge]
+    pairs = np.empty((len(halfedge), 2, 3), dtype=np.int64)
+    pairs[:, 0] = np.stack([half.tail[halfedge], side[twin], side[halfedge]], axis=1)
+    pairs[:, 1] = np.stack([half.head[halfedge], side[halfedge], side[twin]], axis=1)
     if len(step.cut):
         cut = step.cut
         left, right = side[half.prev[cut]], side[half.next[cut]]
@@ -195,13 +195,13 @@ def _alpha(valence: IntArray) -> FloatArray:
 
 def _refuse_double(mesh: PolyMesh, half: Halfedges) -> None:
     """Refuse meshes in which two faces share several edges."""
-    one = half.edge_halfedge[half.twin[half.edge_halfedge] >= 0]
-    order, starts = pair_corners(half.face[one], half.face[half.twin[one]], mesh.n_faces)
+    halfedge = half.edge_halfedge[half.twin[half.edge_halfedge] >= 0]
+    order, starts = pair_corners(half.face[halfedge], half.face[half.twin[halfedge]], mesh.n_faces)
     crowded = np.flatnonzero(np.diff(starts) > 1)
     if len(crowded):
-        ends = np.unique(half.tail[one[order[starts[crowded]]]])
+        ends = np.unique(half.tail[halfedge[order[starts[crowded]]]])
         raise CannotMakeError(
             f"{len(crowded)} pairs of faces share more than one edge (at {name_some(ends)}), and "
-            "√3 subdivision would join their middles twice; join the common edges, or refine by "
+            "√3 subdivision would join their middles twice; merge the common edges, or refine with "
             "catmull-clark first"
         )

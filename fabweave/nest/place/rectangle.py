@@ -39,9 +39,9 @@ def largest_rectangle(
     >>> largest_rectangle((100.0, 60.0), shapely.box(70.0, 10.0, 80.0, 20.0)).tolist()
     [[0.0, 0.0], [70.0, 60.0]]
     """
-    whole = np.array([[0.0, 0.0], size_mm])
+    bounds = np.array([[0.0, 0.0], size_mm])
     if barred is None or barred.is_empty:
-        return frozen(whole)
+        return frozen(bounds)
     pixel = math.sqrt(size_mm[0] * size_mm[1] / _MOST_CELLS)
     columns, rows = (int(side / pixel) for side in size_mm)
     # A pixel whose centre is this far from all that is barred, is free.
@@ -50,7 +50,7 @@ def largest_rectangle(
     cells = _largest_block(~taken)
     if cells is None:
         return None
-    return frozen(_grown(pixel * cells, whole, barred))
+    return frozen(_grown(pixel * cells, bounds, barred))
 
 
 def _largest_block(free: BoolArray) -> FloatArray | None:

@@ -259,10 +259,10 @@ class SheetPixels:
 
     def _tiling(self, kernels: Kernels) -> _Tiling:
         """Return the tiles for kernels of this extent: as large, or one tile for large kernels."""
-        side, whole = _LEAST_TILE, max(self.grid.shape)
+        side, longest = _LEAST_TILE, max(self.grid.shape)
         while side < max(kernels.pixels.shape[1:]):
             side *= 2
-        side = side if side <= _LARGEST_TILE * whole else whole
+        side = side if side <= _LARGEST_TILE * longest else longest
         if side not in self._tilings:
             self._tilings[side] = _Tiling(self.grid.shape, side)
         return self._tilings[side]

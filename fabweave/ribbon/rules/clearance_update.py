@@ -36,8 +36,8 @@ def measure_pairs(
     """
     part_pairs = np.sort(part.stretch_numbers(pairs), axis=1)
     measured, near = measure_clearance(ribbons, part.weave, limits.of(part.thread), part_pairs)
-    whole = np.sort(part.whole_stretches(near.pairs), axis=1)
-    return measured.margin, in_order(whole, near.distance_mm, near.place)
+    whole_pairs = np.sort(part.whole_stretches(near.pairs), axis=1)
+    return measured.margin, in_order(whole_pairs, near.distance_mm, near.place)
 
 
 def measure_changed(

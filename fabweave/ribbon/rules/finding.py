@@ -85,11 +85,11 @@ def sentence(finding: Finding) -> str:
         )
     what = {
         "width": f"only {value}{unit} {where}, but a ribbon needs {limit}{unit} to be handled",
-        "bend": f"a radius of {value}{unit} {where}, but the material takes no less than "
+        "bend": f"a radius of {value}{unit} {where}, but the material allows no less than "
         f"{limit}{unit}",
-        "twist": f"{value}{unit} over a length equal to the width {where}, but the material takes "
+        "twist": f"{value}{unit} over a length equal to the width {where}, but the material allows "
         f"at most {limit}{unit}",
-        "crease": f"{value}{unit} at one cross-line {where}, but the material takes at most "
+        "crease": f"{value}{unit} at one cross-line {where}, but the material allows at most "
         f"{limit}{unit} from crossing to crossing",
         "layers": f"only {value}{unit} from middle to middle {where}, but the layers need "
         f"{limit}{unit}",

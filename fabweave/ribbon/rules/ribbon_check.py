@@ -144,7 +144,7 @@ def _why_near(
             causes.append(f"in {count} of them the mesh intersects itself, so repair the mesh")
     if auto:
         causes.append(
-            f"ribbons can be no narrower there: less than {limits.width_mm:g} mm cannot be handled"
+            f"ribbons cannot be narrower there: below {limits.width_mm:g} mm they cannot be handled"
         )
     return "; ".join(causes) or None
 

@@ -103,7 +103,7 @@ def weave_fabric(
     >>> halfedges = build_halfedges(torus(7, 5, 35.0, 15.0))
     >>> weave_fabric(halfedges, trace_threads(halfedges), Fabric(3, 1)).obstruction.text
     'going once round thread A the pattern is 2 steps off: 70 crossings are not a multiple of 4; \
-so it is with 2 of 2 threads'
+this is so for 2 of 2 threads'
 
     References
     ----------
@@ -112,7 +112,7 @@ so it is with 2 of 2 threads'
     """
     if hand is not None and (hand not in HANDS or not fabric.handed):
         raise InputError(
-            f"the hand is S or Z, and not {hand!r}"
+            f"the hand must be S or Z, not {hand!r}"
             if fabric.handed
             else f"the fabric {fabric} is its own mirror image, so it has no hand"
         )
@@ -136,7 +136,7 @@ def _candidates(
         crossings = sort_crossings(threads, strands.warp)
         return [(strands, crossings), (strands, crossings.swapped())]
     # Half the repeat one way is half the repeat the other way: the warp may run as it likes.
-    found: list[tuple[Strands, Crossings]] = []
+    candidates: list[tuple[Strands, Crossings]] = []
     reason: Obstruction | None = None
     for swap in (False, True):
         strands = part_strands(halfedges, threads, names, warp_runs=swap, weft_runs=not swap)
@@ -144,8 +144,8 @@ def _candidates(
             reason = reason or strands
             continue
         crossings = sort_crossings(threads, strands.warp)
-        found.append((strands, crossings.swapped() if swap else crossings))
-    return reason if reason is not None and not found else found
+        candidates.append((strands, crossings.swapped() if swap else crossings))
+    return reason if reason is not None and not candidates else candidates
 
 
 def _weave_bodies(
@@ -162,14 +162,14 @@ def _weave_bodies(
     for body in part_bodies(candidates[0][1]):
         reason: Obstruction | None = None
         for strands, crossings in candidates:
-            own = crossings.some(body)
-            found = label_body(threads, strands, own, fabric, hand, names)
-            if isinstance(found, Labelling):
-                label[body] = found.label
-                hands.add(found.hand)
-                warp[own.warp], warp[own.weft] = True, False
+            body_crossings = crossings.some(body)
+            labelling = label_body(threads, strands, body_crossings, fabric, hand, names)
+            if isinstance(labelling, Labelling):
+                label[body] = labelling.label
+                hands.add(labelling.hand)
+                warp[body_crossings.warp], warp[body_crossings.weft] = True, False
                 break
-            reason = reason or found
+            reason = reason or labelling
         else:
             return FabricWeave(fabric, obstruction=reason)
     hands.discard("")

@@ -103,9 +103,9 @@ def part_bodies(crossings: Crossings) -> list[IntArray]:
         shape=(count, count),
     )
     _, body = csgraph.connected_components(links, directed=False)
-    own = body[crossings.warp]
-    order = np.argsort(own, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(own[order])) + 1)
+    body_of_crossing = body[crossings.warp]
+    order = np.argsort(body_of_crossing, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(body_of_crossing[order])) + 1)
 
 
 def label_body(
@@ -153,7 +153,7 @@ def label_body(
     if np.count_nonzero(groups >= 0) > _MOST_GROUPS:
         return Obstruction(
             f"the threads fall into {len(groups)} groups that share no direction, too many to try "
-            f"all; whether this mesh can carry the fabric {fabric} is not decided"
+            f"all, so it remains open whether this mesh can carry the fabric {fabric}"
         )
     sense = np.where(strands.reversed[known], -1, 1)
     rows = np.arange(len(warp))
@@ -174,10 +174,14 @@ def label_body(
         way = np.array((*signs, 1))
         if (unlike @ way % size).any():
             continue
-        found = _hand(way, pairs) if fabric.handed else ""
-        if chosen is None or found == hand or (hand is None and chosen[1] == "mixed" != found):
-            chosen = way, found
-        if found in (hand, "") or (hand is None and found != "mixed"):
+        line_hand = _hand(way, pairs) if fabric.handed else ""
+        if (
+            chosen is None
+            or line_hand == hand
+            or (hand is None and chosen[1] == "mixed" != line_hand)
+        ):
+            chosen = way, line_hand
+        if line_hand in (hand, "") or (hand is None and line_hand != "mixed"):
             break
     if chosen is None or (hand is not None and chosen[1] not in (hand, "")):
         where = None if chosen else (known[warp], known[weft], unlike, example)
@@ -204,18 +208,19 @@ def _rings_off(
     """Find rings round which the labels do not come back to themselves."""
     size = fabric.repeat
     warp, weft = np.unique(crossings.warp), np.unique(crossings.weft)
-    own = np.concatenate((warp, weft))
+    thread = np.concatenate((warp, weft))
     step = np.repeat((fabric.shift, 1), (len(warp), len(weft)))
-    off = np.where(threads.closed[own], threads.lengths[own] * step % size, 0)
+    off = np.where(threads.closed[thread], threads.lengths[thread] * step % size, 0)
     if not off.any():
         return None
-    at = int(np.lexsort((own, off == 0))[0])
+    at = int(np.lexsort((thread, off == 0))[0])
     steps = int(min(off[at], size - off[at]))
-    wrong = own[off > 0]
+    wrong = thread[off > 0]
     return Obstruction(
-        f"going once round thread {names[own[at]]} the pattern is {steps} "
-        f"step{'s' * (steps > 1)} off: {threads.lengths[own[at]]} crossings are not a multiple of "
-        f"{size // int(np.gcd(step[at], size))}; so it is with {len(wrong)} of {len(own)} threads",
+        f"going once round thread {names[thread[at]]} the pattern is {steps} "
+        f"step{'s' * (steps > 1)} off: {threads.lengths[thread[at]]} crossings are not a "
+        f"multiple of {size // int(np.gcd(step[at], size))}; this is so for {len(wrong)} of "
+        f"{len(thread)} threads",
         threads=tuple(np.sort(wrong)[:4].tolist()),
     )
 
@@ -273,8 +278,8 @@ def _not_closing(
     pair = (int(warp[example[at]]), int(weft[example[at]]))
     steps = int(min(off[at], fabric.repeat - off[at]))
     return Obstruction(
-        "whichever way the threads run, the pattern does not come back to itself round closed ways "
-        f"over several threads: such a way ends where threads {names[pair[0]]} and "
+        "whichever way the threads run, the pattern does not match up around loops that follow "
+        f"several threads: one such loop ends where threads {names[pair[0]]} and "
         f"{names[pair[1]]} cross, {steps} of {fabric.repeat} steps off",
         threads=pair,
     )

@@ -57,7 +57,7 @@ class Fabric:
             ]
             raise InputError(
                 f"with the shift {self.shift} some threads of a {self.over}/{self.under} fabric "
-                f"would always lie on one side and fall off; shifts that hold: {', '.join(good)}"
+                f"would always lie on one side and fall off; shifts that work: {', '.join(good)}"
             )
         shift = self.shift % self.repeat
         object.__setattr__(self, "shift", min(shift, self.repeat - shift))
@@ -113,15 +113,15 @@ def parse_fabric(text: str) -> Fabric:
     satin = re.fullmatch(r"(satin|sateen):(\d{1,3})/(-?\d{1,3})", text.strip(), re.ASCII)
     if not satin:
         raise InputError(
-            f"{text[:40]!r} is no fabric; write a/b such as 3/1 or 2/2, a/b/shift such as 2/2/1, "
-            "or satin:n/shift such as satin:5/2"
+            f"{text[:40]!r} is not a fabric; write a/b such as 3/1 or 2/2, a/b/shift such as "
+            "2/2/1, or satin:n/shift such as satin:5/2"
         )
     ends, shift = int(satin[2]), int(satin[3])
     if ends < 3 or math.gcd(ends, shift) != 1:
         good = [str(s) for s in range(1, min(ends, _LONGEST) // 2 + 1) if math.gcd(s, ends) == 1]
         raise InputError(
-            f"a {satin[1]} has 3 threads or more in its repeat and a shift without common divisor, "
-            f"and not {ends}/{shift}"
+            f"a {satin[1]} needs a repeat of 3 threads or more, and a shift that shares no divisor "
+            f"with it, unlike {ends}/{shift}"
             + (f"; shifts that {ends} allows: {', '.join(good)}" if ends >= 3 else "")
         )
     return Fabric(ends - 1, 1, shift) if satin[1] == "satin" else Fabric(1, ends - 1, shift)

@@ -78,7 +78,7 @@ def part_strands(
     [True, False, True, False]
     >>> halfedges = build_halfedges(solids.cube())
     >>> part_strands(halfedges, trace_threads(halfedges), "ABCD").text
-    'around vertex 0 (valence 3) 3 strands cross in a ring (threads A, C, D), so that warp and \
+    'around vertex 0 (valence 3) 3 strands cross in a ring (threads A, C, D), so warp and \
 weft do not exist; in all, 8 vertices have an odd valence'
     """
     bunches = _two_bunches(halfedges, threads, labels)
@@ -116,7 +116,7 @@ def _two_bunches(
         others = len(np.unique(itself)) - 1
         more = f", and so {'does' if others == 1 else 'do'} {others} more" if others else ""
         return Obstruction(
-            f"thread {name} crosses itself ({times}{more}), so that warp and weft do not exist",
+            f"thread {name} crosses itself ({times}{more}), so warp and weft do not exist",
             threads=(int(itself[0]),),
         )
     distinct = np.unique(np.sort(pairs, axis=1), axis=0)
@@ -156,7 +156,7 @@ def _odd_gap(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> O
     in_all = " and ".join(agree(number, text) for number, text in kinds if number)
     more = f"; in all, {in_all}" if len(vertices) + len(faces) > 1 else ""
     return Obstruction(
-        f"around {where} {size} strands cross in a ring ({whose}), so that warp and weft do not "
+        f"around {where} {size} strands cross in a ring ({whose}), so warp and weft do not "
         f"exist{more}",
         vertices=tuple(vertices[:_NAMED].tolist()),
         faces=tuple(faces[:_NAMED].tolist()),
@@ -221,24 +221,24 @@ def _turned_about(
         if _turns_around(halfedges, threads, kind, gap):
             what = f"valence {size}" if kind == "vertex" else f"{size} sides"
             text = (
-                f"around {kind} {gap} ({what}) the pattern cannot close: strands that run "
-                "the same way come back from there running against one another"
+                f"around {kind} {gap} ({what}) the pattern cannot close: strands that "
+                "start side by side in the same direction come back running against one another"
             )
             if len(odd) > 1:
                 text += (
-                    f"; in all, {len(odd)} gaps have a valence or a number of sides that is no "
-                    "multiple of 4"
+                    f"; in all, {len(odd)} gaps have a valence or a number of sides that is not "
+                    "a multiple of 4"
                 )
             named = {"vertices": (gap,)} if kind == "vertex" else {"faces": (gap,)}
             return Obstruction(text, **named)
     ring = solution.odd_ring
     if len(ring) == 1:
-        text = f"thread {labels[ring[0]]} comes to lie beside itself, running the other way"
+        text = f"thread {labels[ring[0]]} comes to lie beside itself, running the opposite way"
     else:
         named_threads = ", ".join(labels[t] for t in ring[:7]) + (" …" if len(ring) > 7 else "")
         text = (
-            f"threads {named_threads} lie side by side, and cannot all run the same way: the last "
-            "comes back to the first running against it"
+            f"threads {named_threads} lie side by side but cannot all run the same way: the last "
+            "comes back beside the first, running against it"
         )
     return Obstruction(text, threads=ring)
 

@@ -57,10 +57,10 @@ def genus_of_bodies(halfedges: Halfedges) -> IntArray:
         halfedges.face, halfedges.face[halfedges.twin], int(halfedges.face.max(initial=-1)) + 1
     )
     n_fans, fan = label_links(every, halfedges.twin[halfedges.prev], halfedges.n_halfedges)
-    one = np.empty(n_fans, dtype=np.int64)
-    one[fan] = every
+    fan_halfedge = np.empty(n_fans, dtype=np.int64)
+    fan_halfedge[fan] = every
     body = body_of_face[halfedges.face]
-    vertices = np.bincount(body[one], minlength=n_bodies)
+    vertices = np.bincount(body[fan_halfedge], minlength=n_bodies)
     edges = np.bincount(body[halfedges.edge_halfedge], minlength=n_bodies)
     faces = np.bincount(body_of_face, minlength=n_bodies)
     return np.asarray((2 - vertices + edges - faces) // 2)
@@ -107,8 +107,8 @@ def planar_diagram(halfedges: Halfedges, threads: TwistedThreads) -> PlanarDiagr
     if genus.any():
         which = ", ".join(map(str, genus[genus > 0][:5].tolist()))
         raise CannotMakeError(
-            f"a planar diagram wants a weave on a sphere, and this mesh has genus {which}: its "
-            "crossings cannot be drawn in the plane without more of them; write the Gauss code "
+            f"a planar diagram needs a weave on a sphere, but this mesh has genus {which}: it "
+            "cannot be drawn in the plane without adding crossings; write the Gauss code "
             "(inspect --gauss), which holds for any genus"
         )
     following = np.arange(1, len(threads.crossing) + 1)

@@ -213,8 +213,8 @@ def trace_twisted(
     # One pass for every half-twist on the way.
     step = np.repeat(np.arange(len(states)), turns)
     nth = places_in_groups(turns)
-    own = halfedges.edge_halfedge[edge] == arrival
-    along = (own != backward)[step]
+    is_first = halfedges.edge_halfedge[edge] == arrival
+    along = (is_first != backward)[step]
     at = np.where(along, nth, turns[step] - 1 - nth)
     from_left = (nth % 2 == 0) != backward[step]
     edge = edge[step]
@@ -240,7 +240,7 @@ def _checked(halfedges: Halfedges, half_twists: npt.ArrayLike) -> IntArray:
     given = np.asarray(half_twists)
     if given.shape != (halfedges.n_edges,):
         raise InputError(
-            f"half-twists want one number for each of {halfedges.n_edges} edges, and have the "
+            f"half-twists need one number for each of {halfedges.n_edges} edges, but have the "
             f"shape {given.shape}"
         )
     if given.size and not np.issubdtype(given.dtype, np.integer):
@@ -251,7 +251,7 @@ def _checked(halfedges: Halfedges, half_twists: npt.ArrayLike) -> IntArray:
     wrong = np.flatnonzero((halfedges.twin[halfedges.edge_halfedge] < 0) & (twists != 0))
     if len(wrong):
         raise InputError(
-            f"{len(wrong)} boundary edges are to be twisted ({few_of(wrong.tolist(), 5)}); "
-            "only one strand runs along a boundary edge, so give it no twist"
+            f"{len(wrong)} boundary edges have half-twists ({few_of(wrong.tolist(), 5)}); only "
+            "one strand runs along a boundary edge, so give it none"
         )
     return twists

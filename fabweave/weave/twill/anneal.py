@@ -140,15 +140,13 @@ def _as_seen(
     rows = []
     for i, j in ((0, 1), (1, 0)):
         apart = pairs[:, 0] != pairs[:, 1]
-        own = pairs[apart]
-        filled = np.full(len(own), never), np.full(len(own), always), np.ones(len(own), np.int64)
-        rows.append(np.column_stack((pair_weight[apart], own[:, i], own[:, j], *filled)))
-    own = windows[kept]
-    for i, j, k, m in ((0, 1, 2, 3), (1, 0, 2, 3), (2, 3, 0, 1), (3, 2, 0, 1)):
-        zero = np.zeros(len(own), dtype=np.int64)
-        rows.append(
-            np.column_stack((window_weight[kept], own[:, i], own[:, j], own[:, k], own[:, m], zero))
-        )
+        pair = pairs[apart]
+        filled = np.full(len(pair), never), np.full(len(pair), always), np.ones(len(pair), np.int64)
+        rows.append(np.column_stack((pair_weight[apart], pair[:, [i, j]], *filled)))
+    window = windows[kept]
+    for order in ((0, 1, 2, 3), (1, 0, 2, 3), (2, 3, 0, 1), (3, 2, 0, 1)):
+        zero = np.zeros(len(window), dtype=np.int64)
+        rows.append(np.column_stack((window_weight[kept], window[:, order], zero)))
     return np.concatenate(rows)
 
 
@@ -156,10 +154,10 @@ def _slots(count: int, members: IntArray, seen: IntArray) -> tuple[IntArray, tup
     """Arrange what the crossings of a class see: a slot for each binary digit of a weight."""
     place = np.full(count, -1, dtype=np.int64)
     place[members] = np.arange(len(members))
-    own = seen[place[seen[:, 1]] >= 0]
+    conditions = seen[place[seen[:, 1]] >= 0]
     result = []
-    for level in range(int(own[:, 0].max(initial=0)).bit_length()):
-        rows = own[(own[:, 0] >> level) & 1 == 1]
+    for level in range(int(conditions[:, 0].max(initial=0)).bit_length()):
+        rows = conditions[(conditions[:, 0] >> level) & 1 == 1]
         at = place[rows[:, 1]]
         order = np.argsort(at, kind="stable")
         rows, at = rows[order], at[order]
@@ -223,21 +221,21 @@ def sweep(
     """
     chance = float(np.exp(-1.0 / temperature)) if temperature > 0 else 0.0
     for members, slots in couplings.classes:
-        own = copies[members]
+        twists = copies[members]
         worse: list[Copies] = []
         better: list[Copies] = []
         for slot in slots:
             matters = copies[slot.middle] ^ copies[slot.other]
-            broken = own ^ copies[slot.partner] ^ slot.inverted
+            broken = twists ^ copies[slot.partner] ^ slot.inverted
             for gained, lost in zip(matters & ~broken, matters & broken, strict=True):
                 _add(worse, gained, slot.level)
                 _add(better, lost, slot.level)
         # A turn may cost as many conditions as a coin of the given chance falls heads in a row.
-        heads = np.full(own.shape, _ALL)
+        heads = np.full(twists.shape, _ALL)
         for _ in range(_HIGHEST_STEP if chance > 0 else 0):
-            heads = heads & _coins(chance, own.shape, rng)
+            heads = heads & _coins(chance, twists.shape, rng)
             _add(better, heads, 0)
-        copies[members] = own ^ _not_less(better, worse, own.shape)
+        copies[members] = twists ^ _not_less(better, worse, twists.shape)
 
 
 def _add(digits: list[Copies], summand: Copies, level: int) -> None:

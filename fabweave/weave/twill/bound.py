@@ -95,9 +95,9 @@ def prove_bound(
     """
     everything = _Region(np.arange(len(couplings.pairs)), np.arange(len(couplings.windows)))
     if couplings.n_crossings <= _MOST_WHOLE:
-        whole = _least(couplings, everything, _WHOLE_WIDTH)
-        if whole is not None:
-            return Bound(whole, optimum=True)
+        optimum = _least(couplings, everything, _WHOLE_WIDTH)
+        if optimum is not None:
+            return Bound(optimum, optimum=True)
     if not seeds:
         return Bound(0, optimum=False)
     regions, far = _deal(couplings, seeds)

@@ -120,16 +120,16 @@ def _solve_classes(
     values = np.zeros(n_bits, dtype=bool)
     for number in range(int(body.max(initial=-1)) + 1):
         bits = np.flatnonzero(body == number)
-        own = np.flatnonzero(body[windows[:, 0]] == number)
-        if not len(own):
+        body_rows = np.flatnonzero(body[windows[:, 0]] == number)
+        if not len(body_rows):
             continue
-        local = np.searchsorted(bits, windows[own])
+        local = np.searchsorted(bits, windows[body_rows])
         if len(bits) <= _ENUMERATED_BITS:
-            chosen, certificate = _enumerate(local, signs[own], len(bits))
+            chosen, certificate = _enumerate(local, signs[body_rows], len(bits))
         else:
-            chosen, certificate = _solve_integer(local, signs[own], len(bits))
+            chosen, certificate = _solve_integer(local, signs[body_rows], len(bits))
         if chosen is None:
-            return None, rows[own[certificate]]
+            return None, rows[body_rows[certificate]]
         values[bits] = chosen
     return values, gaps[:0, 0]
 

@@ -59,7 +59,7 @@ def explain(
     >>> threads = trace_threads(halfedges)
     >>> conditions = twill_conditions(halfedges, threads)
     >>> explain(halfedges, threads, conditions, decide_twill(conditions), "ABCD").text
-    'vertex 0 has valence 3; in all, 8 vertices have a valence that is no multiple of 4'
+    'vertex 0 has valence 3; in all, 8 vertices have a valence that is not a multiple of 4'
     """
     if decision.twillable:
         return None
@@ -81,7 +81,7 @@ def _irregular_vertex(halfedges: Halfedges, conditions: TwillConditions) -> Obst
         return None
     text = f"vertex {vertices[first]} has valence {valences[first]}"
     if len(vertices) > 1:
-        text += f"; in all, {len(vertices)} vertices have a valence that is no multiple of 4"
+        text += f"; in all, {len(vertices)} vertices have a valence that is not a multiple of 4"
     return Obstruction(text, vertices=(int(vertices[first]),))
 
 
@@ -95,7 +95,7 @@ def _irregular_face(halfedges: Halfedges, conditions: TwillConditions) -> Obstru
     face = int(faces[first])
     text = f"face {face} has {sizes[face]} sides"
     if len(faces) > 1:
-        text += f"; in all, {len(faces)} faces have a number of sides that is no multiple of 4"
+        text += f"; in all, {len(faces)} faces have a number of sides that is not a multiple of 4"
     return Obstruction(text, faces=(face,))
 
 
@@ -154,9 +154,8 @@ def _uneven_thread(threads: Threads, labels: Sequence[str]) -> Obstruction | Non
         return None
     named = [f"{labels[thread]} ({threads.lengths[thread]})" for thread in uneven.tolist()]
     return Obstruction(
-        f"a ring needs a number of crossings that is a multiple of 4, and {len(uneven)} of "
-        f"{agree(threads.n_threads, '{n} thread[|s]')} {'has' if len(uneven) == 1 else 'have'} "
-        f"another: {few_of(named, _NAMED)}",
+        f"the number of crossings along a ring must be a multiple of 4, but for {len(uneven)} of "
+        f"{agree(threads.n_threads, '{n} thread[|s]')} it is not: {few_of(named, _NAMED)}",
         threads=tuple(uneven[:_NAMED].tolist()),
     )
 
@@ -172,9 +171,9 @@ def _chain(
     involved = np.unique(threads.thread_of_pass[np.isin(threads.crossing, crossings)])
     named = few_of([labels[thread] for thread in involved.tolist()], _NAMED)
     how = (
-        f"over {len(decision.contradiction)} steps the pattern comes back opposite to itself"
+        f"after {len(decision.contradiction)} steps the pattern comes back as its own opposite"
         if len(decision.contradiction)
-        else f"whichever way it starts, the pattern fails at one of {len(decision.clauses)} gaps"
+        else f"whichever way the pattern starts, it fails at one of {len(decision.clauses)} gaps"
     )
     return Obstruction(
         f"along the threads {named}, {how} (crossings {few_of(crossings.tolist(), _NAMED)})",

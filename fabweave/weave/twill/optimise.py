@@ -139,15 +139,15 @@ def optimise_twill(
 
     elite = [start]
     if score(couplings, start) > least and sweeps:
-        found = cool(random_copies(couplings, rng), np.linspace(_HOT, _COLD, sweeps))
-        elite = best_crossed([start, *found[: _ELITE - 1]], found)
+        cooled = cool(random_copies(couplings, rng), np.linspace(_HOT, _COLD, sweeps))
+        elite = best_crossed([start, *cooled[: _ELITE - 1]], cooled)
     waited = 0
     for _ in range(rounds):
         before = score(couplings, elite[0])
         if before <= least or waited >= search.patience:
             break
         copies = pack(np.array(elite)[np.arange(N_COPIES) % len(elite)])
-        found = cool(copies, np.linspace(_WARM, _COLD, search.round_sweeps))
-        elite = best_crossed(elite, [*found, *elite])
+        cooled = cool(copies, np.linspace(_WARM, _COLD, search.round_sweeps))
+        elite = best_crossed(elite, [*cooled, *elite])
         waited = 0 if score(couplings, elite[0]) < before else waited + 1
     return elite[0]

@@ -153,8 +153,8 @@ def _weights(
     weight: FloatArray = np.ones(len(conditions.edge))
     if rule.groups and len(weight):
         length = np.bincount(bunches[conditions.thread], minlength=int(bunches.max()) + 1)
-        own = length[bunches[conditions.thread]]
-        weight = weight * own / own.mean()
+        bunch_length = length[bunches[conditions.thread]]
+        weight = weight * bunch_length / bunch_length.mean()
     return weight.tolist(), rule.gap
 
 
