@@ -86,7 +86,7 @@ def flattened(
     ----------
     points : (N, 2) float array
     bulges : (N,) float array
-        Of the side that leaves each point; the last is of no account in an open run.
+        Of the side that leaves each point; the last one is ignored in an open run.
     tolerance_mm : float
         No chord stands off its arc by more than this.
     closed : bool

@@ -15,12 +15,12 @@ Accept: TypeAlias = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Key:
-    """What may stand at one key of an entry.
+    """What one key of an entry may hold.
 
     Parameters
     ----------
     name, expected : str
-        The key, and what stands there, for people.
+        The key, and its value in words.
     accept : callable
         Returns the value as it is held, or None if it is not what is expected.
     required : bool
@@ -55,7 +55,7 @@ def line_key(name: str, longest: int, *, required: bool = False) -> Key:
 
 
 def in_range(least: float, most: float) -> Accept:
-    """Return what accepts numbers in a range.
+    """Return a function that accepts numbers in a range.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def in_range(least: float, most: float) -> Accept:
 
 
 def list_of(value: Any, accept: Accept, count: int | None = None) -> tuple[Any, ...] | None:
-    """Return a list as a tuple of what is accepted of it; None if anything is not."""
+    """Return a list as a tuple of accepted values; None if any value is not accepted."""
     if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
         return None
     accepted = tuple(map(accept, value))
@@ -90,7 +90,7 @@ def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
     where : str
         The file and the entry, for errors.
     keys : sequence of Key
-        All that may stand in it.
+        All that it may have.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Let words agree with a number."""
+"""Make words agree with a number."""
 
 import difflib
 import re

@@ -188,7 +188,7 @@ def _key_of(described: Any) -> str:
 
 
 class _MisfitError(Exception):
-    """What does not fit a type; the place grows to the front on the way out."""
+    """What does not fit a type; the place is completed from the inside out."""
 
     def __init__(self, problem: str, place: str = "") -> None:
         super().__init__()
@@ -227,7 +227,7 @@ _SCALARS: dict[Any, tuple[Callable[[Any], bool], str]] = {
 
 
 def _scalar_reader(fits: Callable[[Any], bool], wanted: str) -> _Convert:
-    """Return what gives a value back that fits."""
+    """Return what gives back a value that fits."""
 
     def read(value: Any) -> Any:
         _require(fits(value), value, wanted)

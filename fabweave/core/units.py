@@ -1,4 +1,4 @@
-"""Read lengths that people type, and say them back."""
+"""Read lengths that people type, and write them back."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Recognise pieces that are the same, so that they are cut and named as so many of one kind."""
+"""Recognise pieces that are the same, so that they are cut and named as several of one kind."""
 
 from collections.abc import Sequence
 

@@ -132,7 +132,7 @@ class HoleRecord:
 
 @record
 class SlotRecord:
-    """A cut-out that is no circle."""
+    """A cut-out that is not a circle."""
 
     station: int
     kind: Literal["slot"] = "slot"
@@ -302,7 +302,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
     Raises
     ------
     InputError
-        If the file cannot be read, or is no crossing map; the message says why.
+        If the file cannot be read, or is not a crossing map; the message says why.
     """
     return read_json(path, CrossingMap.from_json, "crossing map")
 

@@ -26,7 +26,7 @@ from fabweave.core.arrays import FloatArray, IntArray, offsets_of
 CORNER_DEG = 12.0
 #: No arc sweeps more than this.
 _MOST_SWEEP_DEG = 160.0
-#: A longer radius is no arc to a machine.
+#: To a machine, a longer radius is not an arc.
 _MOST_RADIUS_MM = 10_000.0
 #: Spans of more sides than these are tried in ever longer steps.
 _EVERY_SPAN, _GROWTH = 24, 1.15

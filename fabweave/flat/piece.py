@@ -11,7 +11,7 @@ from fabweave.flat.joint.kinds import JointKind
 
 @frozen_value
 class Slot:
-    """A cut-out that is no circle, and the station that it belongs to."""
+    """A cut-out that is not a circle, and the station that it belongs to."""
 
     station: int
     path: Path

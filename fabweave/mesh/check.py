@@ -43,7 +43,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     Notes
     -----
     The genus of a component with b boundary loops is (2 − χ − b) / 2, by Euler's formula. Where
-    that is no whole number from 0 on although every other test passed, the check itself is
+    that is not a whole number of 0 or more although every other test passed, the check itself is
     wrong, and says so with the code ``euler``.
 
     Examples
@@ -114,7 +114,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
 
 
 def _used_vertices(mesh: PolyMesh) -> BoolArray:
-    """Return which vertices some face names, (V,)."""
+    """Return which vertices are used by faces, (V,)."""
     used = np.zeros(mesh.n_vertices, dtype=bool)
     used[mesh.indices[(mesh.indices >= 0) & (mesh.indices < mesh.n_vertices)]] = True
     return used
@@ -136,7 +136,7 @@ def _among(chosen: BoolArray, kept: IntArray, count: int) -> BoolArray:
 
 
 class _Components:
-    """Counts of each component of a mesh; components hang together by vertices."""
+    """Counts of each component of a mesh; components are connected through vertices."""
 
     def __init__(
         self,

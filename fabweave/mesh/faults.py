@@ -29,7 +29,7 @@ def problem(
     *,
     fatal: bool,
 ) -> Iterator[Problem]:
-    """Give a problem if it occurs; the message agrees with the count, as ``agree`` does it."""
+    """Yield a problem if it occurs; the message agrees with the count, as ``agree`` does it."""
     number = len(places)
     if number:
         rows = np.reshape(places[:_LISTED], (len(places[:_LISTED]), -1)).tolist()
@@ -40,7 +40,7 @@ def problem(
 def face_problems(
     small: BoolArray, out_of_range: BoolArray, repeating: BoolArray, n_vertices: int
 ) -> Iterator[Problem]:
-    """Give the problems of faces that are no polygons."""
+    """Yield the problems of faces that are not polygons."""
     yield from problem(
         "small-face",
         "{n} [face has|faces have] fewer than three corners",
@@ -70,7 +70,7 @@ def face_problems(
 
 
 def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
-    """Give the problems of vertices, whatever the faces do."""
+    """Yield the problems of vertices, whatever the faces do."""
     finite = np.isfinite(mesh.vertices).all(axis=1)
     yield from problem(
         "not-finite",
@@ -91,7 +91,7 @@ def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
 
 
 def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) -> Iterator[Problem]:
-    """Give the problems that keep faces from forming an oriented surface."""
+    """Yield the problems that keep faces from forming an oriented surface."""
     yield from problem(
         "non-manifold-edge",
         "{n} [edge has|edges have] more than two faces",
@@ -130,7 +130,7 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
 
 
 def duplicate_problems(mesh: PolyMesh, kept: IntArray) -> Iterator[Problem]:
-    """Give the faces that stand on exactly the vertices of another; ``kept`` names the faces."""
+    """Yield the faces with exactly the vertices of another; ``kept`` names the faces."""
     # A sum of scrambled vertex numbers tells different sets apart but for rare accidents,
     # which the comparison below rules out.
     scrambled = (np.arange(mesh.n_vertices, dtype=np.uint64) + np.uint64(1)) * np.uint64(
@@ -179,7 +179,7 @@ def _really_alike(mesh: PolyMesh, one: IntArray, two: IntArray) -> IntArray:
 
 
 def shape_problems(mesh: PolyMesh, kept: IntArray, edges: EdgeGroups) -> Iterator[Problem]:
-    """Give the faces without area, the edges without length and the seams that lie open."""
+    """Yield the faces without area, the edges without length and the seams that lie open."""
     with np.errstate(all="ignore"):
         x, y, z = (np.ascontiguousarray(column) for column in mesh.vertices.T)
         base = np.repeat(mesh.indices[mesh.offsets[:-1]], mesh.face_sizes)

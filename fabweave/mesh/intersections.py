@@ -10,10 +10,10 @@ from fabweave.mesh.topology import keep_faces, sound_faces
 def self_intersections(mesh: PolyMesh) -> IntArray:
     """Find the pairs of faces that run through one another.
 
-    Faces are cut into triangles from their first corner; triangles that merely share a vertex
-    or an edge do not count, those that touch otherwise do. A warning, not a verdict: a face that
-    is not flat or not convex is only nearly its triangles. Faces that are no polygons, have no
-    area, or use coordinates that are no numbers are passed over.
+    Faces are cut into triangles from their first corner; triangles that merely share a vertex or an
+    edge do not count, those that touch otherwise do. A warning, not a verdict: a face that is not
+    flat or not convex is only nearly its triangles. Faces that are not polygons, have no area, or
+    use coordinates that are not numbers are ignored.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
     places = _near_one(mesh.vertices[points])
     triangles, face = _fan(PolyMesh(places, sound.offsets, corners))
     one, two, three = (places[triangles[:, k]] for k in range(3))
-    # libigl ends the interpreter on input that it does not expect, so nothing odd goes there.
+    # libigl ends the interpreter on input that it does not expect, so it gets none.
     wide = np.any(np.cross(two - one, three - one) != 0, axis=1)
     triangles, face = np.ascontiguousarray(triangles[wide]), face[wide]
     if not len(triangles):

@@ -36,7 +36,7 @@ class Irregular:
 
     @property
     def breaks_twill(self) -> BoolArray:
-        """Which of them no biaxial twill can surround: inside, valence no multiple of 4, (K,)."""
+        """Which of them break a biaxial twill: inside, of a valence not a multiple of 4, (K,)."""
         return ~self.boundary & (self.valence % 4 != 0)
 
 
@@ -59,7 +59,7 @@ def interior_valences(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
 
 
 def find_irregular(mesh: PolyMesh) -> Irregular:
-    """Find the vertices at which a mesh is no regular quad grid.
+    """Find the vertices at which a mesh is not a regular quad grid.
 
     Inside, a regular vertex has four edges; on the boundary it has three, or two at a corner.
 

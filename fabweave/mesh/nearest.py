@@ -11,7 +11,7 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 def face_fans(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArray]:
     """Cut every face into triangles around its centre: the surface that ribbons are laid on.
 
-    Other than cutting along diagonals, this favours no corner, so symmetry is kept.
+    Unlike cuts along diagonals, this favours no corner, so symmetry is kept.
 
     Returns
     -------
@@ -46,7 +46,7 @@ class Surface:
         # igl takes a while to import, and most jobs never need it.
         from igl import AABB  # noqa: PLC0415 -- see above
 
-        # igl ends the interpreter on input that it does not expect, so nothing odd goes there.
+        # igl ends the interpreter on input that it does not expect, so it gets none.
         if not np.isfinite(points).all():
             raise ValueError("a surface needs finite points")
         if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(points):

@@ -157,7 +157,7 @@ def corners_in_turn(halfedges: Halfedges, n_vertices: int) -> tuple[IntArray, In
     Raises
     ------
     InputError
-        If faces meet in a vertex without hanging together by edges there.
+        If faces meet in a vertex without being connected through edges there.
 
     Examples
     --------

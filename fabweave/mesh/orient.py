@@ -22,7 +22,7 @@ def face_patches(edges: EdgeGroups, n_faces: int) -> IntArray:
 
 
 def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray]:
-    """Find which faces to turn so that neighbours run along their common edge opposite ways.
+    """Find which faces to turn so that neighbours run along a common edge in opposite directions.
 
     The double cover holds every face twice, as it is and turned; neighbours that agree are
     linked on each sheet, neighbours that disagree across the sheets. A component of the mesh is

@@ -60,7 +60,7 @@ class MeshReport:
     face_sizes : tuple of (size, number)
         How many faces have how many corners.
     n_components : int
-        Components, which hang together by common vertices.
+        Components, which are connected through common vertices.
     edge_manifold : bool
         Whether every edge has one or two faces.
     vertex_manifold : bool

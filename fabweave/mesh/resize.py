@@ -1,4 +1,4 @@
-"""Bring a mesh upright, and to its size."""
+"""Turn a mesh upright, and scale it to its size."""
 
 import math
 from typing import Literal, TypeAlias
@@ -66,7 +66,7 @@ def largest_dimension(mesh: PolyMesh) -> float:
     Raises
     ------
     InputError
-        If the mesh has no faces, no size, or coordinates that are no numbers.
+        If the mesh has no faces, no size, or coordinates that are not numbers.
 
     Examples
     --------
@@ -88,8 +88,8 @@ def largest_dimension(mesh: PolyMesh) -> float:
 def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
     """Turn a mesh so that the axis that points up becomes z.
 
-    With y up, x stays and what looked along z looks along -y, to the front, as programs for
-    graphics have it; with x up, y becomes x.
+    With y up, x stays and what looked along z looks along -y, to the front, as graphics programs do
+    it; with x up, y becomes x.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def _coincident_groups(vertices: FloatArray) -> IntArray:
 def same_position_groups(vertices: FloatArray) -> IntArray:
     """Label vertices so that those at exactly the same position share a label, (V,).
 
-    Positions that are no numbers are all different.
+    Positions that are not numbers are all different.
 
     Examples
     --------

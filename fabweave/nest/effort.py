@@ -27,7 +27,8 @@ class Effort:
         No sheet is emptied if the pieces, grown by half the gap, would take more than this share
         of the others.
     halvings : int
-        How often what may be left of a side of the last sheet is halved, to leave a larger rest.
+        How often what may be left of a side of the last sheet is halved, so that more of it is left
+        over.
     """
 
     pixel_mm: float

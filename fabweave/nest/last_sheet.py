@@ -1,4 +1,4 @@
-"""Finish a plan: the last sheet is as cheap as it may be, and leaves as large a rest as it can."""
+"""Finish a plan: the last sheet is as cheap as possible, and as much of it as can be is left."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -99,7 +99,7 @@ def check_layout(
 def _sheet_faults(
     number: int, placed: list[tuple[str, shapely.Polygon]], sheet: SheetSize, layout: Layout
 ) -> list[str]:
-    """Return the pieces that leave an outline that is no rectangle, or come near a defect."""
+    """Return the pieces that leave an outline that is not a rectangle, or come near a defect."""
     polygons = np.array([polygon for _, polygon in placed])
     faults = []
     if sheet.outline:

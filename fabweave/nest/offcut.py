@@ -43,7 +43,7 @@ class Offcut:
     outline : (K, 2) float array
         In the frame of the sheet, millimetres; the gap from every piece.
     holes : tuple of (H, 2) float arrays
-        What is no good in it: defects, and pieces that stand in its midst.
+        What cannot be used in it: defects, and pieces that stand in its midst.
     rectangle : (2, 2) float array
         Least and greatest corner of the largest rectangle in it.
     name : str

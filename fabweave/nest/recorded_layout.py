@@ -1,4 +1,4 @@
-"""Take the layout of a finished job, so that the job can be made again whatever found it."""
+"""Take the layout of a finished job, so that the job can be made again however it was found."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -60,7 +60,7 @@ def read_layout(
     Raises
     ------
     InputError
-        If the file is no crossing map, holds other pieces or sheets, or breaks a rule.
+        If the file is not a crossing map, holds other pieces or sheets, or breaks a rule.
     """
     crossing_map = read_crossing_map(path)
     records = {piece.id: piece for piece in crossing_map.pieces}
@@ -117,7 +117,7 @@ def require_kept(
 
 
 def _placement(number: int, piece: PieceRecord) -> Placement:
-    """Return the placement that a piece's record tells."""
+    """Return the placement that a piece's record holds."""
     motion = piece.placement
     return Placement(number, piece.sheet - 1, motion.rotation_deg, motion.x_mm, motion.y_mm)
 
@@ -127,7 +127,7 @@ def _sheets_of_stock(
 ) -> list[int | SheetSize]:
     """Return which sheets of the stock are used, given width, height and name of each.
 
-    For one that is not (or no more) in stock, its size.
+    For one that is not in stock, or no longer, its size.
     """
     taken: Counter[int] = Counter()
     result: list[int | SheetSize] = []

@@ -31,7 +31,7 @@ def _bend_table(told: Any) -> tuple[tuple[float, float], ...] | None:
     return rows if rising else None
 
 
-#: What an entry of materials.toml has: ours and anybody's own. ``Material`` says what it means.
+#: What an entry of materials.toml has: ours and those of users. ``Material`` says what it means.
 KEYS: tuple[Key, ...] = (
     line_key("title", 200, required=True),
     number_key("thickness_mm", 0.001, 100, required=True),
@@ -67,7 +67,7 @@ class Material:
     Parameters
     ----------
     name, title : str
-        How it is called on the command line, and for people.
+        What it is called on the command line, and by people.
     thickness_mm, density_kg_m3, kerf_mm : float
         Measured thickness, density, and the width that the beam removes.
     gap_mm : float
@@ -77,7 +77,7 @@ class Material:
     min_bend_radius_t : float or None
         Tightest bend in multiples of the thickness, where that is the rule.
     bend_table_mm : tuple of (float, float)
-        Else thickness and tightest bend in millimetres, by rising thickness.
+        Else thickness and tightest bend in millimetres, in order of thickness.
     metal : bool
         Whether the rules for metal hold.
     speed_mm_s : (float, float) or None
@@ -122,7 +122,7 @@ def _values(table: Any, where: str) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If it is no material; the message says where and what is expected.
+        If it is not a material; the message says where and what is expected.
     """
     values = read_entry(table, where, KEYS)
     if "min_bend_radius_t" not in values and "bend_table_mm" not in values:
@@ -150,7 +150,7 @@ def materials_of(document: Mapping[str, Any], where: str) -> tuple[Material, ...
     Raises
     ------
     InputError
-        If an entry is no material; the message says which, and what is expected.
+        If an entry is not a material; the message says which, and what is expected.
     """
     check_document(document, where)
     return tuple(

@@ -31,7 +31,7 @@ def bunch_number(name: str) -> int:
     Raises
     ------
     InputError
-        If it is none of these.
+        If it is not one of these.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def split_by_bunch(text: str, *, what: str) -> ByBunch[str]:
     Raises
     ------
     InputError
-        If a name is none, stands twice or has no value.
+        If a name is not one of a bunch, comes twice or has no value.
 
     Examples
     --------

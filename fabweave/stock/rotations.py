@@ -11,7 +11,7 @@ from fabweave.core.errors import InputError
 _GRAIN = re.compile(r"grain(?::\s*(?P<degrees>[\d.]+)\s*(?:deg|°)?)?")
 #: The step of a rule for grain.
 HALF_TURN_DEG = 180.0
-#: A wider tolerance is none.
+#: A wider tolerance is refused.
 MOST_TOLERANCE_DEG = 45.0
 
 
@@ -122,7 +122,7 @@ def parse_rotations(text: str) -> Rotations:
     Raises
     ------
     InputError
-        If it means none.
+        If it does not describe one.
 
     Examples
     --------

@@ -30,7 +30,7 @@ class SheetSize:
     offcut : bool
         Whether it is left over from earlier work, and so used first.
     outline : Ring
-        Its outline if that is no rectangle.
+        Its outline if that is not a rectangle.
     defects : tuple of Ring
         Polygons that pieces keep the gap from.
     bunch : str

@@ -111,7 +111,7 @@ def stock_of(
 
 
 class _Entry:
-    """One table of a list, which knows where it stands."""
+    """One table of a list, which knows where it comes from."""
 
     def __init__(self, table: dict[str, Any], where: str, folder: Path | None) -> None:
         self.table, self.where, self.folder = table, where, folder

@@ -1,4 +1,4 @@
-"""Plan what each bunch of threads is cut from, by what settings say of it."""
+"""Plan what each bunch of threads is cut from, from what the settings say."""
 
 import re
 from collections import Counter
@@ -89,7 +89,7 @@ def plan_supplies(
 
 
 def _require_apart(each: Sequence[Supply]) -> None:
-    """Raise InputError if some sheets are counted, and it is not said for which supply they are."""
+    """Raise InputError if some sheets are counted, but it is not clear for which supply."""
     owners = Counter(
         sheet for supply in each for sheet in set(supply.sheets) if sheet.quantity is not None
     )

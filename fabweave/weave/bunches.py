@@ -26,7 +26,7 @@ class Bunches:
         No partition has fewer bunches: so many threads were found that all cross one another, or
         a search was complete.
     crosses_itself : (T,) bool array
-        Threads that cross themselves. They belong to their bunch as if they did not.
+        Threads that cross themselves. In their bunch they count as if they did not.
     """
 
     bunch: IntArray

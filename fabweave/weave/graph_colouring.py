@@ -66,7 +66,7 @@ def colour_graph(neighbours: Neighbours, *, effort: int = 2_000_000) -> Colourin
     while max(colours) + 1 > at_least:
         fewer, effort = _with_colours(neighbours, max(colours), clique, effort)
         if fewer is None:
-            # With effort left, the search was complete: one colour fewer does not do.
+            # With effort left, the search was complete: one colour fewer is not enough.
             at_least = max(colours) + 1 if effort > 0 else at_least
             break
         colours = fewer

@@ -143,10 +143,10 @@ def test_the_callers_arrays_stay_as_they_are():
     [
         ((np.zeros((3, 2)), [[0, 1, 2]]), "must be \\(V, 3\\)"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0.0, 1.0, 2.0]])), "not whole numbers"),
-        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that is not there"),
+        (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that does not exist"),
         ((object(),), "this is no mesh"),
         (([["a", 0, 0]], [[0, 0, 0]]), "this is no mesh"),
-        (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), "coordinates that are no numbers"),
+        (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), "coordinates that are not numbers"),
     ],
 )
 def test_what_is_no_mesh_is_refused_in_words(given, expected):

@@ -148,7 +148,7 @@ def test_the_same_job_from_its_settings_and_from_its_layout(made, tmp_path, caps
         main(["make", "--config", str(folder / "job.toml"), "--layout", str(changed), "-q",
               "-o", str(tmp_path / "other")])  # fmt: skip
     assert stop.value.code == 2
-    assert "not (or no more) in stock" in " ".join(capsys.readouterr().err.split())
+    assert "left in stock" in " ".join(capsys.readouterr().err.split())
 
 
 def spoil_map(folder: Path, change) -> None:

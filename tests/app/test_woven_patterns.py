@@ -217,7 +217,7 @@ def test_the_other_hand_of_a_twill_is_the_same_weave_walked_the_other_way(denim,
         ("shape:cube", "satin:5/2", 1, "warp and weft do not exist"),
         ("shape:cube", "herringbone", 2, "there is no pattern 'herringbone'"),
         ("shape:cube", "3/0", 2, "over 1 or more and under 1 or more"),
-        ("shape:cube", "satin:6/2", 2, "without common divisor"),
+        ("shape:cube", "satin:6/2", 2, "no common divisor"),
     ],
 )
 def test_what_cannot_be_woven_says_why(mesh, pattern, code, message, tmp_path, capsys) -> None:

@@ -85,7 +85,7 @@ def require_same(address: str, found: dict[str, object]) -> None:
     address : str
         Of the cluster.
     found : dict
-        What `versions` came to on each worker, by the worker's address.
+        What `versions` returned on each worker, by the worker's address.
     """
     mine = versions()
     other = []

@@ -1,4 +1,4 @@
-"""Open executors (`concurrent.futures`) for long work in parts: here, beside, or on a cluster.
+"""Open executors (`concurrent.futures`) for long work in parts: in processes, or on a cluster.
 
 A part of the work is a function of the package and its arguments, both picklable; its result does
 not depend on who does it. A worker that is lost costs the part it had, which is done again.
@@ -128,7 +128,7 @@ class _Helper:
         self._link: Connection | None = None
 
     def do(self, work: Callable[[], Any]) -> Any:
-        """Return what the process comes to; _LostError if it ends before that."""
+        """Return what the process computes; _LostError if it ends before that."""
         try:
             link = self._link or self._start()
             link.send(work)
@@ -175,7 +175,7 @@ def _context() -> "SpawnContext | ForkServerContext":
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    # The server imports what this process has of the package once, and not each one for itself.
+    # The server imports what this process has of the package once, so no process need do it again.
     package = __name__.partition(".")[0]
     context.set_forkserver_preload([m for m in list(sys.modules) if m.partition(".")[0] == package])
     return context
@@ -211,7 +211,7 @@ def here() -> Iterator[Executor]:
 
 
 def processes(count: int) -> Executors:
-    """Return what opens an executor of processes beside this one; of none, it works here.
+    """Return what opens an executor of processes beside this one; with none, it works here.
 
     Scripts that use more than none need the usual guard, ``if __name__ == "__main__"``.
     """
@@ -230,7 +230,7 @@ def processes(count: int) -> Executors:
 def finished(
     executor: Executor, function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]
 ) -> Iterator[tuple[int, Any]]:
-    """Yield the number and the result of each task as it is done; in what order is left open.
+    """Yield the number and the result of each task as it is done, in any order.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def finished(
     Raises
     ------
     CannotMakeError
-        If a task was lost again and again with those who did it.
+        If a task was lost again and again, with the worker that did it.
 
     Examples
     --------
@@ -256,7 +256,7 @@ def finished(
     try:
         for number, task in enumerate(tasks):
             waiting[executor.submit(function, *task)] = number
-            # Where work is done here, it is done by now: it is not to wait for the rest.
+            # Where work is done here, it is done by now: it need not wait for the rest.
             for future in _done(waiting, 0.0):
                 yield waiting.pop(future), result_of(future)
         while waiting:

@@ -12,9 +12,9 @@ def held_back() -> Iterator[None]:
 
     Python raises KeyboardInterrupt between any two steps of the main thread: also between the
     taking of a lock by `threading` or `concurrent.futures` and the place that would give it back,
-    so that another thread waits for that lock for ever; and between two files that only make
-    sense together. Blocks are to be short, and are never to wait for work. Other threads are
-    never interrupted: there, nothing is done.
+    so that another thread waits for that lock for ever; and between two files that only make sense
+    together. Keep blocks short, and never wait for work in one. Other threads are never
+    interrupted: there, this does nothing.
 
     Examples
     --------

@@ -24,7 +24,7 @@ _CLEAR_MM, _ARM_MM, _TICK_MM, _TICK_SHARE = 0.35, 1.0, 4.0, 0.2
 _OVERLAP_MM = 0.2
 #: Figures with almost common edges are only laid over one another soundly on a grid.
 _GRID_MM = 1e-7
-#: Shorter marks are no help.
+#: Shorter marks do not help.
 _SHORTEST_MM = 0.3
 
 
@@ -37,7 +37,7 @@ class Stations:
     offsets : (N + 1,) int array
         Piece ``i`` has the stations ``offsets[i]:offsets[i + 1]``.
     piece, passes, crossing : (S,) int arrays
-        Whose each is, and where.
+        The piece, the pass and the crossing of each.
     point : (S, 2) float array
         The middle of the crossing panel.
     way : (S, 2) float array

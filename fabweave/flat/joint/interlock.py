@@ -2,7 +2,7 @@
 
 Shapes are in the frame of the joint's station: its origin is the middle of the crossing panel, x
 runs along the thread and y to its left. Pieces are cut off square to the thread, even where the
-panel is no rectangle.
+panel is not a rectangle.
 """
 
 import numpy as np

@@ -151,7 +151,7 @@ class JointRule:
     lap_mm: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what is no joint."""
+        """Refuse what is not a joint."""
         name = self.kind.name
         if not 1 <= self.fasteners <= RIVET.most_fasteners:
             raise InputError(
@@ -185,7 +185,7 @@ def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
     Raises
     ------
     InputError
-        If it is no kind of joint, or the number is out of range.
+        If it is not a kind of joint, or the number is out of range.
 
     Examples
     --------

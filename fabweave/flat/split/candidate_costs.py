@@ -29,7 +29,7 @@ _ROOM_SHARE = 0.01
 
 #: A joint is worth as much sheet as so many crossings of its ribbon take.
 JOINT_WORTH = 4.0
-#: An uneven division may cost as much more as this share of a joint.
+#: An uneven division may cost more by up to this share of a joint.
 _EVEN_SHARE = 0.1
 
 

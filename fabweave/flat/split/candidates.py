@@ -185,7 +185,7 @@ def _pairs(sites: Sites, at: IntArray, most_passes: int) -> tuple[IntArray, IntA
     count = np.diff(sites.offsets)
     thread = sites.thread
     place = np.arange(len(thread)) - sites.offsets[thread]
-    # The whole of a ring is no window as long as it can be cut in two.
+    # A whole ring is not a window as long as it can be cut in two.
     most = np.where(sites.closed, np.maximum(count - 1, np.minimum(count, 1)), count - 1)
     windows = []
     for ahead in range(1, int(most.max(initial=0)) + 1):

@@ -21,7 +21,7 @@ _HULL_SHARE = 0.85
 #: A piece that passes fewer crossings is hardly held by the weave; avoided where possible.
 FEWEST_PASSES = 3
 
-#: What is only done if there is no other way costs so much more, in square millimetres.
+#: What is done only if there is no other way costs this much more, in square millimetres.
 AVOIDED_MM2 = 1e8
 
 

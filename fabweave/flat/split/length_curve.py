@@ -1,4 +1,4 @@
-"""Tell what the greatest length of pieces does to waste and joints, and choose it."""
+"""Predict how the greatest length of pieces affects waste and joints, and choose it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -46,7 +46,7 @@ def last_clear(course: Course, most_passes: int) -> IntArray:
     course : Course
         Whole strips.
     most_passes : int
-        Pieces of more stations than this are of no interest.
+        Pieces of more stations than this are ignored.
 
     Returns
     -------

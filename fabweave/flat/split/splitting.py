@@ -31,7 +31,7 @@ from fabweave.flat.split.stagger import Joints
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
-#: A joint beside another strand's joint costs as much more as this share of a joint.
+#: A joint beside another strand's joint costs more by this share of a joint.
 _NEAR_SHARE = 0.25
 
 
@@ -203,7 +203,7 @@ def _fits(candidates: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> B
 
 
 def _stuck(candidates: Candidates, bed: Bed, thread: int) -> list[tuple[int, int]]:
-    """Return from which pass to which a thread has no piece; all of them if none is to blame."""
+    """Return from which pass to which a thread has no piece; all if no stretch is to blame."""
     sites = candidates.sites
     rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
     begin = sites.position[rows]

@@ -11,7 +11,7 @@ def neighbours(threads: Threads) -> IntArray:
     """Return the crossings within two steps along strands of each crossing, (X, 20).
 
     The four next crossings along the two strands, and the four next to each of these. Where there
-    are fewer, the crossing itself fills up.
+    are fewer, the crossing itself fills the row.
     """
     beside = _beside(threads)
     return np.concatenate((beside, beside[beside].reshape(len(beside), -1)), axis=1)

@@ -20,7 +20,7 @@ ON_SURFACE = 1e-6
 # iteration anyway: more cost more than they gain.
 _SOLVER_STEPS = 6
 _SOLVED = 1e-6
-# A step of less than this share of the size is none.
+# A step of less than this share of the size does not count.
 _AT_REST = 1e-9
 # How much steps are damped at first, relative to the stiffness.
 _DAMPING = 1e-2
@@ -93,7 +93,7 @@ class Faired:
 
 
 def fair_mesh(mesh: PolyMesh, iterations: int, *, progress: Progress = no_progress) -> Faired:
-    """Move the vertices of a mesh along its surface so that threads run straighter and evener.
+    """Move the vertices of a mesh along its surface so that threads run straighter and more evenly.
 
     The surface is that of the triangles between each face's edges and its centre, on which
     ribbons are laid. Each iteration is a damped Gauss-Newton step of the energy in

@@ -1,4 +1,4 @@
-"""Measure how straight threads run over a mesh and how even ribbons are, and how to better it."""
+"""Measure how straight threads run over a mesh and how even ribbons are, and how to improve it."""
 
 import numpy as np
 from scipy import sparse
@@ -27,8 +27,8 @@ class Fairness:
     Let a thread arrive at a portal of length ``w`` at an angle with cosine ``a``, and leave it at
     one with cosine ``b``. The energy is a weighted sum of squares of
 
-    - ``a - b`` added up over two and over four portals in a row, signed to the left: by so much
-      the developed thread turns there (a portal where ``a = b`` unfolds straight),
+    - ``a - b`` added up over two and over four portals in a row, signed to the left: that is
+      how much the developed thread turns there (a portal where ``a = b`` unfolds straight),
     - ``a`` and ``b``, less what they are in a regular tiling,
     - ``(W / w sin)²``, where ``w sin`` is the ribbon's room there, as wide as it can be made, and
       ``W`` the width of even portals; and likewise for the lengths of boundary edges.
@@ -147,7 +147,7 @@ class Fairness:
         return np.asarray(both[:n_vertices] + self._centres_back @ both[n_vertices:])
 
     def adjoint_squares(self, parts: FloatArray) -> FloatArray:
-        """Return the same with squared coefficients, centres taken for independent."""
+        """Return the same with squared coefficients, as if the centres were independent."""
         both = self._squares[0] @ parts
         n_vertices = self._centres_back.shape[0]
         return np.asarray(both[:n_vertices] + self._squares[1] @ both[n_vertices:])

@@ -89,7 +89,8 @@ class Ground:
         share = np.ones(len(move))
         changed = np.any(move != 0, axis=1)
         reached, tries = footing, 0
-        # It ends: vertices of faces that stay too flat go back to where they were one by one.
+        # This terminates: vertices of faces that stay too flat go back to where they were one by
+        # one.
         while changed.any():
             reached = self._placed(footing, reached, move * share[:, None], changed)
             spoilt = np.zeros(self._mesh.n_faces, dtype=bool)

@@ -60,7 +60,7 @@ def read_mesh(path: str | Path) -> MeshFile:
     """Read a mesh file.
 
     OBJ, OFF and PLY keep their polygons and vertices as they are; STL, GLB, glTF and 3MF hold
-    triangles, whose vertices are joined where they stand at the same place.
+    triangles, whose vertices are joined where they are at the same place.
 
     Parameters
     ----------
@@ -110,8 +110,8 @@ def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
     Raises
     ------
     InputError
-        If the format cannot be written, the file cannot be made, or a face names a vertex that
-        is not there.
+        If the format cannot be written, the file cannot be made, or a face names a vertex that does
+        not exist.
     """
     path = Path(path)
     kind = _format_of(path, WRITABLE, "written")

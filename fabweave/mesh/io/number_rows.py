@@ -10,17 +10,17 @@ from fabweave.core.arrays import FloatArray, IntArray, offsets_of
 from fabweave.mesh.io.token_rows import Rows
 
 _Number = TypeVar("_Number", np.float64, np.int64)
-#: How Microsoft's C library used to print values that are no numbers.
+#: How Microsoft's C library used to print values that are not numbers.
 _NOT_NUMBERS = {"#IND": "nan", "#QNAN": "nan", "#SNAN": "nan", "#INF": "inf"}
 
 
 def parse_float(token: str) -> float:
-    """Return the number that a token writes.
+    """Return the number that a token stands for.
 
     Raises
     ------
     ValueError
-        If the token is no number; ``1_000``, which Python would take, is none.
+        If the token is not a number; ``1_000``, which Python would accept, is not one.
 
     Examples
     --------
@@ -37,12 +37,12 @@ def parse_float(token: str) -> float:
 
 
 def parse_int(token: str) -> int:
-    """Return the whole number that a token writes, if 64 bits hold it.
+    """Return the whole number that a token stands for, if it fits into 64 bits.
 
     Raises
     ------
     ValueError
-        If the token is no whole number.
+        If the token is not a whole number.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def float_numbers(rows: Rows) -> FloatArray:
     Raises
     ------
     InputError
-        If a token is no number; the message names its line.
+        If a token is not a number; the message names its line.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def int_numbers(rows: Rows) -> IntArray:
     Raises
     ------
     InputError
-        If a token is no whole number; the message names its line.
+        If a token is not a whole number; the message names its line.
 
     Examples
     --------
@@ -96,13 +96,13 @@ def int_numbers(rows: Rows) -> IntArray:
 
 
 def mixed_numbers(rows: Rows) -> FloatArray | IntArray:
-    """Return all numbers of the rows as whole numbers if they are, else as floats."""
+    """Return all numbers of the rows as whole numbers if they all are, else as floats."""
     values: FloatArray | IntArray | None = _in_bulk(rows, np.dtype(np.int64))
     return float_numbers(rows) if values is None else values
 
 
 def _in_bulk(rows: Rows, kind: np.dtype[_Number]) -> npt.NDArray[_Number] | None:
-    """Parse all rows at once, or return None if anything in them is no such number."""
+    """Parse all rows at once, or return None if anything in them is not such a number."""
     if not len(rows):
         return np.zeros(0, dtype=kind)
     text = rows.data[rows.starts[0] : rows.ends[-1]]
@@ -113,7 +113,7 @@ def _in_bulk(rows: Rows, kind: np.dtype[_Number]) -> npt.NDArray[_Number] | None
             values = np.fromstring(text, dtype=kind, sep=" ")
     except (ValueError, DeprecationWarning):
         return None
-    # It takes "1-2" and "1.5.5" for two numbers each; counting tells.
+    # It takes "1-2" and "1.5.5" for two numbers each; counting shows it.
     return values if len(values) == rows.counts.sum() else None
 
 
@@ -141,7 +141,7 @@ def first_columns(rows: Rows, count: int) -> FloatArray:
     Raises
     ------
     InputError
-        If a row has fewer, or holds anything that is no number.
+        If a row has fewer, or holds anything that is not a number.
 
     Examples
     --------
@@ -208,7 +208,7 @@ def row_lists(rows: Rows, starts: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _as_whole(values: FloatArray | IntArray, rows: Rows, row_of: IntArray) -> IntArray:
-    """Return whole numbers, or name the row of the first that is none."""
+    """Return whole numbers, or name the row of the first that is not."""
     if values.dtype.kind == "i":
         return values.astype(np.int64, copy=False)
     wrong = np.flatnonzero(~((np.abs(values) < 2**53) & (values == np.floor(values))))

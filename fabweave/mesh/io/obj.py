@@ -35,7 +35,7 @@ def read_obj(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     Raises
     ------
     InputError
-        If a vertex or face cannot be read, or a face names a vertex that is not there.
+        If a vertex or face cannot be read, or a face names a vertex that does not exist.
 
     Examples
     --------

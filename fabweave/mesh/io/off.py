@@ -40,7 +40,7 @@ def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     Raises
     ------
     InputError
-        If the file is no OFF file, is cut short, or names a vertex that is not there.
+        If the file is not an OFF file, is cut short, or names a vertex that does not exist.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
 def check_range(
     sizes: IntArray, indices: IntArray, n_vertices: int, name: str, rows: Rows | None = None
 ) -> None:
-    """Raise an error that names the first face with a vertex that is not there."""
+    """Raise an error that names the first face with a vertex that does not exist."""
     wrong = np.flatnonzero((indices < 0) | (indices >= n_vertices))
     if not len(wrong):
         return
@@ -189,7 +189,7 @@ def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMes
     shift = np.array(starts, dtype=np.int64) - offsets[:-1]
     indices = words[np.arange(offsets[-1]) + np.repeat(shift, size_array)].astype(np.int64)
     check_range(size_array, indices, n_vertices, name)
-    with np.errstate(invalid="ignore"):  # a signalling "not a number" is the checker's affair
+    with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
         vertices = floats.astype(np.float64)
     return PolyMesh(vertices, offsets, indices), ()
 

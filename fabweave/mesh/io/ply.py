@@ -35,7 +35,7 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     ------
     InputError
         If the header cannot be understood, the file is cut short, or a face names a vertex that
-        is not there.
+        does not exist.
 
     Examples
     --------

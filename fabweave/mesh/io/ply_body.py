@@ -126,7 +126,7 @@ class BinaryBody:
                 raise self._short(element, element.number - 1)
             records = all_records
             self._position += records.nbytes
-        with np.errstate(invalid="ignore"):  # a signalling "not a number" is the checker's affair
+        with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
             return np.column_stack([records[f"p{column}"].astype(np.float64) for column in columns])
 
     def lists(self, element: Element, position: int) -> tuple[IntArray, IntArray]:

@@ -53,7 +53,7 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
 
     try:
         if kind == "gltf":
-            # Where this is no JSON, trimesh would quietly read model.gltf beside it instead.
+            # If this is not JSON, trimesh would quietly read model.gltf beside it instead.
             json.loads(path.read_bytes())
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")

@@ -152,7 +152,7 @@ def keyword_rows(rows: Rows, keyword: str) -> tuple[Rows, IntArray]:
     text = np.frombuffer(rows.data + b"\n\n", dtype=np.uint8)
     chosen = (text[rows.starts] == ord(keyword)) & (text[rows.starts + 1] <= _BLANK)
     at = np.flatnonzero(chosen)
-    lengths = rows.ends[at] - rows.starts[at]  # the keyword gives its place to the line feed
+    lengths = rows.ends[at] - rows.starts[at]  # a line feed takes the place of the keyword
     change = np.zeros(len(text) + 1, dtype=np.int8)
     change[rows.starts[at] + 1] = 1
     change[rows.ends[at] + 1] = -1

@@ -61,7 +61,7 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
 
 
 def end_with_parent() -> None:
-    """End this process when the other end of standard input is closed: nobody waits any more."""
+    """End this process when the other end of standard input closes: nobody is waiting any more."""
     while os.read(0, 1024):
         pass
     os._exit(1)

@@ -154,7 +154,7 @@ def _run_child(command: list[str], limit: float, stop: threading.Event) -> int:
     try:
         child = subprocess.Popen(  # noqa: S603 -- our own script, or the caller's command
             command,
-            stdin=subprocess.PIPE,  # its closing tells the child that nobody waits any more
+            stdin=subprocess.PIPE,  # closing it tells the child that nobody is waiting any more
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=os.name == "posix",

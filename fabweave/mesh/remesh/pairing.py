@@ -64,7 +64,7 @@ def pair_triangles(mesh: PolyMesh, *, repair: bool | None = None) -> Pairing:
     Parameters
     ----------
     mesh : PolyMesh
-        An oriented manifold mesh; faces that are no triangles stay out of it.
+        An oriented manifold mesh; faces that are not triangles are left out.
     repair : bool, optional
         Whether to match the lonely triangles; by default only where the mesh looks like split
         quads.

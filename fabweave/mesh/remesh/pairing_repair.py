@@ -21,7 +21,7 @@ def complete_partners(
 
     A path leads from a lonely triangle over an edge to a paired one, goes on from that one's
     partner, and ends at another lonely triangle; each triangle on it changes its partner. Paths
-    are found by best-first search. That is no exact minimum (a general graph needs blossoms for
+    are found by best-first search. That is not an exact minimum (a general graph needs blossoms for
     it), but recovers the quads of every real mesh that it was tried on.
 
     Parameters

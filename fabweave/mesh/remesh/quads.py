@@ -24,7 +24,7 @@ LEAST_QUADS, MOST_QUADS = 6, 100_000
 _DEFAULT_MOST = 3000
 #: Quads that pairing gives are "about" the number asked for up to this factor either way.
 _ABOUT = 2.0
-#: Of a paired mesh, this share of the faces may be no quads.
+#: Of a paired mesh, at most this share of the faces may be other than quads.
 _STRAY = 1 / 8
 
 
@@ -141,9 +141,9 @@ def remesh_quads(
     Raises
     ------
     InputError
-        If the mesh is no oriented manifold surface and cannot be made one.
+        If the mesh is not an oriented manifold surface and cannot be made one.
     CannotMakeError
-        If nothing gave a mesh of quads; the message says what each attempt failed of.
+        If nothing gave a mesh of quads; the message says why each attempt failed.
 
     Examples
     --------

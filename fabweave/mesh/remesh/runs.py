@@ -30,7 +30,7 @@ _RUNS = ((3000, 4), (8000, 2))
 _LARGE = 200_000
 #: By how much the count changes from run to run where there are no seeds.
 _SPREAD = 0.04
-#: A result with more or fewer quads than wanted by this factor is no result.
+#: A result with more or fewer quads than wanted by this factor is rejected.
 _FAR = 3.0
 #: Runs at the same time.
 _AT_ONCE = 2
@@ -67,8 +67,7 @@ def best_run(
 ) -> tuple[Candidate | None, list[str]]:
     """Run a remesher a few times and take the result with the fewest irregular vertices.
 
-    On an open mesh new edges are to follow the boundary; only if no such run passes the check
-    they need not.
+    On an open mesh new edges must follow the boundary, unless no such run passes the check.
 
     Parameters
     ----------
@@ -86,12 +85,12 @@ def best_run(
     Returns
     -------
     best : Candidate or None
-        Of equals the one nearest to the wanted number of quads, and the first of those.
+        Among equals, the one nearest to the wanted number of quads, and the first of those.
     failures : list of str
-        What the runs that gave nothing failed of.
+        Why the runs that gave nothing failed.
     """
     report = check_mesh(source)
-    # Around a closed surface the lacks and excesses over four edges sum to four times its Euler
+    # Around a closed surface the differences from four edges sum to four times its Euler
     # characteristic: where each is one, there is no result with fewer.
     enough = 4 * abs(report.euler) if report.closed else 0
     large = surface.n_faces > _LARGE
@@ -144,7 +143,7 @@ def _started(
 
 
 def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
-    """Say in one line what several runs failed of; where that differs, what the least bad did."""
+    """Say in one line why several runs failed; where reasons differ, the shortest one."""
     if not failures:
         return []
     runs = f", {len(failures)} runs" if len(failures) > 1 else ""

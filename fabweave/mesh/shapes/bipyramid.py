@@ -33,7 +33,7 @@ def handled_bipyramid(n: int, edge: int, handle: int, height: float, size: float
     edge, handle : int
         Small quads along each edge of the bipyramid and along each handle, one of them even.
     height : float
-        Distance of the tips, relative to the diameter of the rim.
+        Distance between the tips, relative to the diameter of the rim.
     size : float
         Largest dimension.
 

@@ -38,7 +38,7 @@ class Parameter:
         Raises
         ------
         InputError
-            If it is no number, or out of range.
+            If it is not a number, or out of range.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Build regular meshes: every face with as many sides, every vertex with as many edges."""
+"""Build regular meshes: one number of sides for all faces, one of edges for all vertices."""
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh

@@ -160,7 +160,7 @@ def spread(mesh: PolyMesh, surface: SoftTubes, *, steps: int = 20) -> PolyMesh:
     mesh : PolyMesh
         A mesh that already lies near the surface.
     surface : SoftTubes
-        Where its vertices shall be.
+        Where its vertices should be.
     steps : int
         How many steps.
 
@@ -188,8 +188,8 @@ def spread(mesh: PolyMesh, surface: SoftTubes, *, steps: int = 20) -> PolyMesh:
 def settle(mesh: PolyMesh, surface: SoftTubes) -> PolyMesh:
     """Spread a mesh over a surface so that it does not run through itself.
 
-    Springs even out a fine mesh, and may pull the few quads of a coarse one across a gap; so
-    fewer steps are tried where many do not do.
+    Springs even out a fine mesh, and may pull the few quads of a coarse one across a gap; so fewer
+    steps are tried where many do not work.
 
     Raises
     ------

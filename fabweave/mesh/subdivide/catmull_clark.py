@@ -55,7 +55,8 @@ def catmull_clark(mesh: PolyMesh) -> PolyMesh:
     Notes
     -----
     A grid of quads on a torus gets an exact 2/2 twill from any step, and keeps it. On other closed
-    meshes no step mends a face or a vertex whose size is no multiple of four, which prevents one.
+    meshes no step repairs a face or a vertex whose size is not a multiple of four, which prevents
+    one.
 
     References
     ----------
@@ -77,8 +78,8 @@ def catmull_clark_limit(mesh: PolyMesh) -> PolyMesh:
     """Move every vertex to where endless Catmull–Clark steps would take it.
 
     Among quads the limit of a vertex p is the known mask (n² p + 4 Σ e + Σ f) / (n (n + 5)), over
-    its n neighbours e and the opposite corners f. On other meshes one more step is taken in mind,
-    which makes quads of all faces. So the result does not depend on how many steps were taken
+    its n neighbours e and the opposite corners f. On other meshes the limit is that after one more
+    step, which makes quads of all faces. So the result does not depend on how many steps were taken
     before, on any polygon mesh.
 
     Parameters

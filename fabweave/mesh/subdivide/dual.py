@@ -27,15 +27,15 @@ def doo_sabin(mesh: PolyMesh) -> PolyMesh:
     Returns
     -------
     PolyMesh
-        One vertex for each old corner; the shrunk old faces, then one quad for each inner edge
-        in the order of edge numbers, then one polygon for each inner vertex (none where it has
-        two edges only, where the quads meet).
+        One vertex for each old corner; the shrunk old faces, then one quad for each inner edge in
+        the order of edge numbers, then one polygon for each inner vertex (none where it has only
+        two edges, where the quads meet).
 
     Notes
     -----
-    On a closed mesh this is the dual of what Catmull–Clark makes, so it has the same threads and
-    an exact 2/2 twill exactly where that has one. Neither mends a face or a vertex whose size
-    is no multiple of four; grids of quads on tori get a twill from any step.
+    On a closed mesh this is the dual of what Catmull–Clark makes, so it has the same threads and an
+    exact 2/2 twill exactly where that has one. Neither repairs a face or a vertex whose size is not
+    a multiple of four; grids of quads on tori get a twill from any step.
 
     References
     ----------
@@ -216,7 +216,7 @@ def _notches(
 ) -> tuple[BoolArray, IntArray]:
     """Find the boundary vertices that get no face, and the one inner edge of each.
 
-    Those are the ones between two faces that are no triangles, unless the inner edge leads to
+    Those are the ones between two faces that are not triangles, unless the inner edge leads to
     another such: then the two faces would meet in a single point.
     """
     between = rim.on & (np.diff(offsets) == 2) & ~straight

@@ -38,7 +38,7 @@ def mid_edge(mesh: PolyMesh) -> PolyMesh:
     Raises
     ------
     CannotMakeError
-        If an inner vertex has two edges only: its two corner triangles would fall on each other.
+        If an inner vertex has only two edges: its two corner triangles would fall on each other.
 
     Notes
     -----
@@ -144,8 +144,8 @@ def loop(mesh: PolyMesh) -> PolyMesh:
 def loop_limit(mesh: PolyMesh) -> PolyMesh:
     """Move every vertex to where endless Loop steps would take it.
 
-    Among triangles the limit of a vertex is a known mask over its neighbours. On other meshes one
-    more step is taken in mind, after which every old vertex has triangles only around it. So the
+    Among triangles the limit of a vertex is a known mask over its neighbours. On other meshes the
+    limit is that after one more step, which leaves only triangles around every old vertex. So the
     result does not depend on how many steps were taken before, on any polygon mesh.
 
     Parameters

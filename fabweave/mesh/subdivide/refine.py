@@ -287,7 +287,7 @@ def refine_mesh(
     CannotMakeError
         If the result would have more than `MOST_FACES` faces, or a scheme cannot hold the mesh.
     InputError
-        If the mesh is no oriented manifold.
+        If the mesh is not an oriented manifold.
 
     Examples
     --------

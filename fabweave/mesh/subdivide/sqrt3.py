@@ -52,7 +52,7 @@ def sqrt3(
     -----
     A closed triangle mesh keeps its exact 2/2 twill, or stays without one: the twists of the old
     edges go over to the new edges that cross them. A mesh in which two faces meet whose sizes are
-    no multiples of three, such as any mesh of quads, gets none by it. On an open triangle mesh
+    not multiples of three, such as any mesh of quads, does not get one. On an open triangle mesh
     the faces along the boundary prevent one after odd steps; after even steps regular meshes have
     theirs again.
 

@@ -1,4 +1,4 @@
-"""Find the largest rectangle along the axes that keeps off what is barred."""
+"""Find the largest rectangle along the axes that keeps clear of what is barred."""
 
 import math
 
@@ -17,7 +17,7 @@ _INSET_MM = 1e-6
 def largest_rectangle(
     size_mm: tuple[float, float], barred: shapely.Geometry | None
 ) -> FloatArray | None:
-    """Return the largest rectangle in a larger one that has nothing barred inside it.
+    """Return the largest rectangle in a larger one, with nothing barred inside it.
 
     It is found among rectangles of pixels, and then grown until each side meets something: so it
     is free, proved, and nothing that contains it is; a larger one elsewhere may be missed by the

@@ -259,7 +259,7 @@ def _step(contacts: _Contacts, turn_limits: tuple[float, float]) -> FloatArray |
 
     It is the point nearest to where the draw goes, of those that keep the gap to first order: the
     least distance from a polyhedron, as one of non-negative least squares (C. L. Lawson, R. J.
-    Hanson, "Solving Least Squares Problems", 1974, chapter 23). None if nothing keeps it.
+    Hanson, "Solving Least Squares Problems", 1974, chapter 23). None if no motion keeps it.
     """
     near = contacts.room < _NEAR_MM
     draw = contacts.weight[near] * (1.0 - contacts.room[near] / _NEAR_MM)

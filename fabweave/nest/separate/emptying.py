@@ -35,7 +35,7 @@ from fabweave.nest.separate.separation import separate
 _STEPS = 40
 #: Steps that shake a sheet, and how far free items move in each, millimetres.
 _PULLS, _PULL_MM = 15, 3.0
-#: How often a gap is asked for that is larger by what the proof found missing, and by this more.
+#: How often a larger gap is asked for: by what the proof found missing, and by this besides.
 _PROOFS, _EXTRA_MM = 3, 0.005
 #: What may be missing in a proof, millimetres.
 _PROOF_MM = 1e-9
@@ -47,7 +47,7 @@ _SEARCHED, _TRIED = 24, 3
 #: that are tried.
 _SWAP_SHEETS, _SWAP_PARTNERS, _SWAPS = 4, 12, 5
 #: The area of a piece that makes way, as shares of the newcomer's: a smaller one does not make
-#: room, and a larger one is no progress.
+#: room, and a larger one does not help.
 _LEAST_PARTNER, _MOST_PARTNER = 0.25, 0.98
 #: A sheet with more pieces than this is left alone.
 _MOST_PIECES = 250

@@ -16,7 +16,7 @@ _STEPS_ACROSS, _LEAST_STEP_MM = 3.0, 0.2
 _MOST_CELLS = 60_000
 #: Samples of an outline in a step, from which distances of nodes are measured.
 _FINE = 8.0
-#: Vertices that are off the line by less, millimetres, are no corners and need no sample.
+#: Vertices that are off the line by less, millimetres, are not corners and need no sample.
 _STRAIGHT_MM = 0.05
 #: How far beyond the gap a field reaches, millimetres.
 REACH_MM = 14.0

@@ -2,8 +2,8 @@
 
 The overlap of two items is measured at samples of their outlines in each other's distance field.
 Each step linearises these distances in the motions of all items, and solves for the least motion
-that mends what is too near (Levenberg and Marquardt's method). It knows nothing of permutations:
-items slide and turn, they do not jump.
+that separates what is too near (Levenberg and Marquardt's method). It knows nothing of
+permutations: items slide and turn, they do not jump.
 """
 
 import numpy as np
@@ -143,7 +143,7 @@ def _normal_equations(
     obstacle: ObstacleField | None,
     moving: BoolArray,
 ) -> _NormalEquations:
-    """Return what mends the distances of samples from items that are less than the aim."""
+    """Return the equations that correct the distances of samples from items below the aim."""
     arrays, points = placed.arrays, placed.points
     # What does not move shares one more place in the equations, which is dropped.
     count = int(moving.sum())

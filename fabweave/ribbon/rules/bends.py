@@ -74,8 +74,8 @@ def measure_bends(ribbons: Ribbons) -> Bends:
     The bend at a rung is the angle by which the mean planes of the quads on either side turn about
     it, spread over half of either quad, measured across the rung. For equal flat quads of length s
     on a cylinder of radius R that is s / (2 asin(s / 2R)) = R (1 - s^2 / 24 R^2 - ...), whichever
-    way the strip winds: the radius to second order. Mean planes are taken because the two facets
-    of a skew quad fold to and fro where a ribbon twists, at any fineness; that is no bend, and is
+    way the strip winds: the radius to second order. Mean planes are taken because the two facets of
+    a skew quad fold to and fro where a ribbon twists, at any fineness; that is not a bend, and is
     measured as twist.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Describe which rule does not hold, how badly, where, how often, and what would mend it."""
+"""Describe which rule does not hold, how badly, where, how often, and what would fix it."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -10,7 +10,7 @@ Severity: TypeAlias = Literal["refuse", "warn"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One rule that does not hold: how badly, where, how often, and what would mend it.
+    """One rule that does not hold: how badly, where, how often, and what would fix it.
 
     Parameters
     ----------
@@ -19,13 +19,14 @@ class Finding:
     severity : "refuse" or "warn"
         Whether the object cannot be made, or can with care.
     value, limit : float
-        The worst value there is, and what the material wants.
+        The worst value there is, and what the material needs.
     unit : str
         Of both: ``mm`` or ``degrees``.
     thread : str
         Label of the thread with the worst value.
     station : int
-        The place along that thread: its how-manieth crossing, from 0, lies at or before it.
+        The place along that thread: the number, from 0, of the crossing of the thread at or before
+        it.
     crossing : int
         The number of that crossing.
     other : str or None
@@ -35,13 +36,14 @@ class Finding:
     count, of : int
         In how many places the rule does not hold, out of how many.
     size_mm : int or None
-        The smallest size at which the rule holds, if a larger size mends it.
+        The smallest size at which the rule holds, if a larger size fixes it.
     may_be_mm : int or None
         The smallest size at which the object is no longer refused for this rule.
     width_factor : float or None
-        Ribbons this much narrower hold the rule too.
+        With ribbons this much narrower the rule holds, too.
     refine : str or None
-        With the mesh refined like this the rule holds, and no other is broken anew: tried.
+        With the mesh refined like this the rule holds, and no other is newly broken; this was
+        tried.
     cause : str or None
         Why the rule does not hold, where that is known.
     """
@@ -66,7 +68,7 @@ class Finding:
 
 
 def sentence(finding: Finding) -> str:
-    """Return a sentence on what was found, where, and what would mend it.
+    """Return a sentence on what was found, where, and what would fix it.
 
     Examples
     --------
@@ -121,7 +123,7 @@ def _digits(finding: Finding) -> int:
 
 
 def remedies(finding: Finding) -> str:
-    """Return what would mend a finding, as options of the command line; empty if nothing is known.
+    """Return what would fix a finding, as options of the command line; empty if nothing is known.
 
     Examples
     --------
@@ -141,7 +143,7 @@ def remedies(finding: Finding) -> str:
 
 @record
 class FindingRecord:
-    """A finding as ``ribbons.json`` holds it: figures rounded, what mends it, and in words."""
+    """A finding as ``ribbons.json`` holds it: rounded, with what would fix it, and in words."""
 
     rule: str
     severity: Severity

@@ -1,4 +1,4 @@
-"""Look for the size or the width at which the rules hold that do not hold now."""
+"""Look for the size or the width at which rules hold that are now broken."""
 
 import bisect
 import math
@@ -44,7 +44,7 @@ _STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
 #: Of objects of so many crossings at most, pieces are planned for every size that is told; of
 #: larger ones, only for that at which all rules hold, if it is larger than the present one.
 _FEW = 600
-#: Rules that a larger size mends: lengths grow, and thickness stays.
+#: Rules that a larger size fixes: lengths grow, and thickness stays.
 SIZED = ("width", "bend", "crease", "clearance")
 
 
@@ -129,7 +129,7 @@ class Search:
         -------
         findings : list of Finding
         size : int or None
-            The smallest size at which all rules hold that a size can mend.
+            The smallest size at which all rules hold that a size can fix.
         """
         sizes: dict[str, int | None] = {}
         for finding in findings:

@@ -1,4 +1,4 @@
-"""Find where ribbons break the rules of their material, and compute what would mend it."""
+"""Find where ribbons break the rules of their material, and compute what would fix it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ class RibbonCheck:
         The smallest size at which every rule that a size can mend holds; None if there is none,
         or none was looked for.
     still : tuple of str
-        The rules that do not hold at that size, either.
+        The rules that do not hold even at that size.
     untried : str or None
         Why refinement was not tried as a remedy, where it might be one.
     """
@@ -134,7 +134,7 @@ def _why_near(
     *,
     auto: bool,
 ) -> str | None:
-    """Return why ribbons are too near: the mesh runs through itself, or they may be no narrower."""
+    """Return why ribbons are too near: the mesh runs through itself, or they cannot be narrower."""
     causes = []
     if clashing is not None:
         crossing = weave.threads.crossing

@@ -241,7 +241,7 @@ def _add_up(count: int, first: IntArray, second: IntArray, step: IntArray) -> In
     -------
     (count, K) int array
     """
-    # One crossing for each pair of threads, numbered from one as a zero would be no link.
+    # One crossing for each pair of threads, numbered from one as a zero would not be a link.
     pair, number = np.unique(first * count + second, return_index=True)
     a, b = pair // count, pair % count
     links = sparse.coo_array(

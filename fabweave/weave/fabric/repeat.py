@@ -41,7 +41,7 @@ class Fabric:
     shift: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse what is no fabric, and write the shift as the smaller of the two ways round."""
+        """Refuse what is not a fabric, and write the shift as the smaller of the two ways round."""
         if self.over < 1 or self.under < 1:
             raise InputError(
                 f"a fabric goes over 1 or more and under 1 or more, not {self.over}/{self.under}"
@@ -120,8 +120,8 @@ def parse_fabric(text: str) -> Fabric:
     if ends < 3 or math.gcd(ends, shift) != 1:
         good = [str(s) for s in range(1, min(ends, _LONGEST) // 2 + 1) if math.gcd(s, ends) == 1]
         raise InputError(
-            f"a {satin[1]} needs a repeat of 3 threads or more, and a shift that shares no divisor "
-            f"with it, unlike {ends}/{shift}"
+            f"a {satin[1]} needs a repeat of 3 threads or more, and a shift that has no common "
+            f"divisor with it, unlike {ends}/{shift}"
             + (f"; shifts that {ends} allows: {', '.join(good)}" if ends >= 3 else "")
         )
     return Fabric(ends - 1, 1, shift) if satin[1] == "satin" else Fabric(1, ends - 1, shift)

@@ -10,7 +10,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.cycles import order_states
 from fabweave.weave.threads import PassesByThread
 
-#: More crossings than this are a slip of the pen, and would fill the memory.
+#: More crossings than this must be a typing error, and would fill the memory.
 _MOST_CROSSINGS = 1 << 28
 
 

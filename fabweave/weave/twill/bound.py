@@ -111,8 +111,8 @@ def prove_bound(
 def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
     """Return the crossings around each vertex and face that breaks the rhythm of a twill.
 
-    These are the vertices inside the surface whose valence is no multiple of 4, and the faces
-    whose number of sides is none.
+    These are the vertices inside the surface whose valence is not a multiple of 4, and the faces
+    whose number of sides is not.
     """
     crossing = np.full(halfedges.n_edges, -1, dtype=np.int64)
     crossing[halfedges.edge[threads.crossing_halfedge]] = np.arange(threads.n_crossings)

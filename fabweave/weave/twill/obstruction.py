@@ -143,7 +143,7 @@ def _restricted(conditions: TwillConditions, inside: np.ndarray) -> TwillConditi
 
 
 def _uneven_thread(threads: Threads, labels: Sequence[str]) -> Obstruction | None:
-    """Find rings whose number of crossings is no multiple of 4.
+    """Find rings whose number of crossings is not a multiple of 4.
 
     Every second crossing of a ring must twist the other way; round an even ring that is half its
     length in steps, round an odd one the whole length: only multiples of 4 come out even. That is

@@ -68,9 +68,9 @@ def optimise_twill(
 
     Sixty-four copies are annealed from random twists. The best of them and the start are then
     warmed up, cooled and crossed with all others, again and again. Where two choices of twists
-    differ in patches that share no condition, the better of both is taken patch by patch: no
-    patch costs what another gains. For a large mesh, which has no time to order itself from
-    random twists, all begins with the start.
+    differ in patches that share no condition, the better of both is taken patch by patch: no patch
+    loses what another gains. For a large mesh, which has no time to order itself from random
+    twists, all begins with the start.
 
     Parameters
     ----------

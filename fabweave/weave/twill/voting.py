@@ -65,7 +65,7 @@ def best_vote(conditions: TwillConditions, threads: Threads, bunches: IntArray) 
     Returns
     -------
     Vote
-        Of equal ones the first in the order of the sections; rules after one that breaks nothing
+        Among equals, the first in the order of the sections; rules after one that breaks nothing
         are not tried.
 
     References
