@@ -227,7 +227,7 @@ def sound_faces(mesh: PolyMesh) -> tuple[BoolArray, BoolArray, BoolArray]:
     Returns
     -------
     small, out_of_range, repeating : (F,) bool arrays
-        Faces with fewer than three corners; with a vertex that is not there; with the same
+        Faces with fewer than three corners; with a vertex that does not exist; with the same
         vertex more than once (of those that are otherwise right).
 
     Examples

@@ -324,7 +324,7 @@ def test_the_gauss_code_is_the_weave_of_the_job(mesh, pattern, boundary, tmp_pat
         ("--png", "nowhere/a.png", "there is no folder"),
         ("--png", "a.jpg", "name it a.jpg.png"),
         ("--pd", ".", "is a folder"),
-        ("--gauss", "nowhere/a.txt", "create it first"),
+        ("--gauss", "nowhere/a.txt", "make it first"),
     ],
 )
 def test_files_that_cannot_be_written_are_told_at_once(

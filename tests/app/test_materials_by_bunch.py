@@ -357,7 +357,7 @@ def test_sheets_of_a_material_are_for_its_threads_only() -> None:
     with pytest.raises(InputError, match="the stock has no sheets of birch-veneer"):
         plan_supplies(both, NONE, NONE, [card])
     # Two sheets that might be of either cannot be counted twice.
-    with pytest.raises(InputError, match="could be of any of 2 materials"):
+    with pytest.raises(InputError, match="could be of any of the 2 materials"):
         plan_supplies(both, NONE, NONE, [replace(any_of, name="A")])
 
 

@@ -326,12 +326,12 @@ BROKEN = {
     "off short face": (
         "off",
         "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n",
-        "expected a list of 4 numbers",
+        "the list should have 4 numbers",
     ),
     "off huge face": (
         "off",
         "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9223372036854775807 0 1 2\n",
-        "expected a list of 9223372036854775807 numbers",
+        "the list should have 9223372036854775807 numbers",
     ),
     "off fraction": (
         "off",
@@ -354,7 +354,11 @@ BROKEN = {
     "off 4": ("off", "4OFF\n3 1 0\n", "not in three dimensions"),
     "off n": ("off", "nOFF\n3\n3 1 0\n", "not in three dimensions"),
     "off blank": ("off", "\n# only\n", "nothing but blank lines"),
-    "off binary head": ("off", b"OFF BINARY\n\0\0\0\1", "byte 11: the file ends inside its header"),
+    "off binary header": (
+        "off",
+        b"OFF BINARY\n\0\0\0\1",
+        "byte 11: the file ends inside its header",
+    ),
     "off binary counts": (
         "off",
         b"OFF BINARY\n\x7f\0\0\0\0\0\0\1\0\0\0\0",
@@ -416,7 +420,7 @@ BROKEN = {
     "ply text list": (
         "ply",
         ply_bytes(solids.cube()).replace(b"\n4 0 2 3 1", b"\n5 0 2 3 1"),
-        "line 18: expected a list of 5 numbers, but only 4 follow",
+        "line 18: the list should have 5 numbers, but 4 follow",
     ),
 }
 

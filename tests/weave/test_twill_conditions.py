@@ -203,7 +203,7 @@ def test_what_is_named_as_the_obstruction_obstructs(mesh: PolyMesh) -> None:
         (solids.cube(), "vertex 0 has valence 3; in all, 8 vertices"),
         (solids.icosahedron(), "vertex 0 has valence 5; in all, 12 vertices"),
         (solids.octahedron(), "face 0 has 3 sides; in all, 8 faces"),
-        (grids.torus(5, 5, 2.0, 1.0), "10 of 10 threads have another: A (10), B (10), C (10)"),
+        (grids.torus(5, 5, 2.0, 1.0), "10 of 10 threads it is not: A (10), B (10), C (10)"),
     ],
 )
 def test_reasons_are_said_in_words(mesh: PolyMesh, text: str) -> None:

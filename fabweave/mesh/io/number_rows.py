@@ -199,9 +199,7 @@ def row_lists(rows: Rows, starts: IntArray) -> tuple[IntArray, IntArray]:
     short = np.flatnonzero((sizes < 0) | (sizes > room))
     if len(short):
         row = int(short[0])
-        raise rows.fault(
-            row, f"expected a list of {sizes[row]} numbers, but only {room[row]} follow"
-        )
+        raise rows.fault(row, f"the list should have {sizes[row]} numbers, but {room[row]} follow")
     offsets = offsets_of(sizes)
     places = np.arange(offsets[-1]) + np.repeat(base + starts + 1 - offsets[:-1], sizes)
     return sizes, _as_whole(values[places], rows, np.repeat(np.arange(len(rows)), sizes))

@@ -102,9 +102,9 @@ def obj_bytes(mesh: PolyMesh) -> bytes:
     return ("\n".join(lines) + "\n").encode("ascii")
 
 
-def vertex_lines(mesh: PolyMesh, head: str = "") -> list[str]:
+def vertex_lines(mesh: PolyMesh, prefix: str = "") -> list[str]:
     """Return one line a vertex, each number as short as it can be without loss."""
-    return [f"{head}{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    return [f"{prefix}{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
 
 
 def _face_lines(numbers: IntArray, offsets: IntArray) -> list[str]:

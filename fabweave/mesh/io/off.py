@@ -55,7 +55,7 @@ def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     rows = text_rows(data, name)
     if not len(rows):
         raise InputError(f"{name}: the file contains nothing but blank lines and comments")
-    extra, n_vertices, n_faces, rows = _text_head(rows)
+    extra, n_vertices, n_faces, rows = _text_header(rows)
     if len(rows) < n_vertices + n_faces:
         return _read_stream(rows, n_vertices, n_faces, extra), ()
     vertices = first_columns(rows.cut(0, n_vertices), 3)
@@ -86,7 +86,7 @@ def _extra_numbers(letters: str) -> int:
     return sum(_EXTRA[letter] for letter in re.findall("ST|C|N", letters))
 
 
-def _text_head(rows: Rows) -> tuple[int, int, int, Rows]:
+def _text_header(rows: Rows) -> tuple[int, int, int, Rows]:
     """Return the extra numbers of each vertex, the counts, and the rows that follow."""
     words = rows.tokens(0)
     keyword = _KEYWORD.fullmatch(words[0])
@@ -128,29 +128,29 @@ def _read_stream(rows: Rows, n_vertices: int, n_faces: int, extra: int) -> PolyM
     if len(broken):
         raise fault(start + int(broken[0]), "a number in a face is not whole")
     flat = numbers.astype(np.int64)
-    heads = _record_heads(flat.tolist(), n_faces)
-    if len(heads) <= n_faces:
+    starts_of_faces = _record_starts(flat.tolist(), n_faces)
+    if len(starts_of_faces) <= n_faces:
         raise fault(len(values), early)
-    if heads[-1] != len(flat):
-        raise fault(start + int(heads[-1]), "there are more numbers after the last face")
-    sizes = flat[heads[:-1]]
-    indices = np.delete(flat, heads[:-1])
+    if starts_of_faces[-1] != len(flat):
+        raise fault(start + int(starts_of_faces[-1]), "there are more numbers after the last face")
+    sizes = flat[starts_of_faces[:-1]]
+    indices = np.delete(flat, starts_of_faces[:-1])
     check_range(sizes, indices, n_vertices, rows.name)
     vertices = values[:start].reshape(n_vertices, width)[:, :3]
     return PolyMesh(vertices, offsets_of(sizes), indices)
 
 
-def _record_heads(flat: list[int], n_faces: int) -> IntArray:
+def _record_starts(flat: list[int], n_faces: int) -> IntArray:
     """Walk from face to face; return where each starts and the last ends, as far as they go."""
-    heads = [0]
+    starts_of_faces = [0]
     position = 0
     for _ in range(n_faces):
         size = flat[position] if position < len(flat) else -1
         position += 1 + size
         if size < 0 or position > len(flat):
             break
-        heads.append(position)
-    return np.array(heads, dtype=np.int64)
+        starts_of_faces.append(position)
+    return np.array(starts_of_faces, dtype=np.int64)
 
 
 def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMesh, tuple[str, ...]]:

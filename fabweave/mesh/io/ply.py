@@ -39,21 +39,21 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
 
     Examples
     --------
-    >>> head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-    >>> head += "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+    >>> header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    >>> header += "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
     >>> body = "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
-    >>> read_ply((head + body).encode(), "a.ply")[0].faces()
+    >>> read_ply((header + body).encode(), "a.ply")[0].faces()
     [[0, 1, 2]]
     """
-    head = read_head(data, name)
+    header = read_head(data, name)
     body: TextBody | BinaryBody
-    if head.order is None:
-        body = TextBody(data, head.size, head.lines, name)
+    if header.order is None:
+        body = TextBody(data, header.size, header.lines, name)
     else:
-        body = BinaryBody(data, head.size, head.order, name)
+        body = BinaryBody(data, header.size, header.order, name)
     vertices: FloatArray | None = None
     faces: tuple[IntArray, IntArray] | None = None
-    for element in head.elements:
+    for element in header.elements:
         if element.name == "vertex" and vertices is None:
             vertices = body.scalars(element, _columns(element, name))
         elif element.name == "face" and faces is None:
@@ -65,7 +65,7 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     if vertices is None:
         raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its header)")
     if faces is None:
-        strips = any(element.name == "tristrips" for element in head.elements)
+        strips = any(element.name == "tristrips" for element in header.elements)
         raise InputError(
             f"{name}: the file has no faces (no element 'face' in its header); "
             + ("it holds triangle strips, " if strips else "is it a point cloud? ")
