@@ -3,6 +3,7 @@
 import os
 import runpy
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,21 @@ settings.register_profile(
 # For `make test`: a glance at each property.
 settings.register_profile("glance", deadline=None, derandomize=judged, max_examples=15)
 settings.load_profile("fabweave")
+
+
+#: `make test` runs one in so many cases of a family.
+FAMILY = 4
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Make slow tests of most cases of each family: they show the same in many places."""
+    seen = Counter()
+    for item in items:
+        if item.get_closest_marker("family") is not None:
+            if seen[item.function] % FAMILY:
+                item.add_marker(pytest.mark.slow)
+            seen[item.function] += 1
 
 
 @pytest.fixture(scope="session")

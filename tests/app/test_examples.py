@@ -36,6 +36,7 @@ def test_make_a_job(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "out" / "verify.json").is_file()
 
 
+@pytest.mark.slow
 def test_exact_twill(capsys):
     runpy.run_path(str(EXAMPLES / "exact_twill.py"))
     table, told = capsys.readouterr().out.split("shape:", 1)

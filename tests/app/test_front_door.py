@@ -165,6 +165,7 @@ def test_unknown_options_are_refused_with_the_nearest_one():
         fw.weave(fw.shape("cube"), patern="twill")
 
 
+@pytest.mark.slow
 def test_every_value_shows_itself(steps):
     for step in steps:
         assert repr(step).startswith(type(step).__name__ + "(")

@@ -81,6 +81,7 @@ def test_the_cube_is_exact_only_after_a_mid_edge_subdivision() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", ["plain", "twill"])
 def test_the_least_of_a_refined_cube_is_said(pattern) -> None:
     facts = facts_of("shape:sphere?n=2", pattern=pattern, effort="quick")
@@ -91,6 +92,7 @@ def test_the_least_of_a_refined_cube_is_said(pattern) -> None:
     assert text_of(facts).count("8 vertices have a valence") == 1
 
 
+@pytest.mark.slow
 def test_where_voting_is_the_best_nothing_is_searched_between() -> None:
     facts = facts_of(shared_mesh("quad/catmark_toroidal_tet.obj"))
     assert facts["twill"]["voting_breaks"] == facts["twill"]["at_least_broken"] == 16
@@ -133,6 +135,7 @@ def test_spot_says_why_not_and_by_how_much() -> None:
     assert facts["threads"]["count"] == 16
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     "mesh",
     [

@@ -34,6 +34,7 @@ def checks() -> dict[str, RibbonCheck]:
     return {name: checked(name) for name in MADE}
 
 
+@pytest.mark.slow
 def test_reports_differ(checks) -> None:
     said = {name: tuple(ribbon_notes(check)) for name, check in checks.items()}
     assert len(set(said.values())) == len(MADE)

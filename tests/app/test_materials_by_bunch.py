@@ -57,6 +57,7 @@ def read(folder: Path, name: str) -> dict:
     return json.loads((folder / name).read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
     job, _ = made
     threads, ribbons = job.weave.threads, job.woven.ribbons
@@ -250,10 +251,8 @@ SPOILS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=[pytest.mark.slow] * (k % 3 > 0)) for k, n in enumerate(SPOILS)],
-)
+@pytest.mark.family
+@pytest.mark.parametrize("name", SPOILS)
 def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None:
     spoil, expected = SPOILS[name]
     folder = Path(shutil.copytree(made[1], tmp_path / "job"))

@@ -63,6 +63,7 @@ def test_a_real_mesh_is_made_and_proved(finished):
     assert len(plan_of(folder)["threads"]) == 1
 
 
+@pytest.mark.slow
 def test_the_settings_say_so_and_make_the_job_again(mat, tmp_path):
     settings = tomllib.loads((mat / "job.toml").read_text())
     assert settings["job"]["boundary"] == "turn"

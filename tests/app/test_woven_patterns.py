@@ -36,6 +36,7 @@ slow = pytest.mark.slow
 NONE_BROKEN = {"edge": 0, "face": 0, "vertex": 0}
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     ("mesh", "pattern", "options"),
     [
@@ -79,6 +80,7 @@ def test_an_optimised_twill_says_how_good_it_is(ball) -> None:
     assert "vertex 0 has valence 3; in all, 8 vertices" in notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["edge", "face", "vertex"])
 def test_broken_conditions_are_recounted(ball, kind, tmp_path) -> None:
     spoiled = tmp_path / "out"
@@ -174,6 +176,7 @@ def run_one_warp_thread_the_other_way(weave, plan) -> None:
         weave["labels"][number[key]] = -weave["labels"][number[key]] % 4
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     "spoil",
     [
@@ -226,6 +229,7 @@ def test_what_cannot_be_woven_says_why(mesh, pattern, code, message, tmp_path, c
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_remeshed_and_refined_jobs_say_what_was_done(tmp_path) -> None:
     mesh = triangulate(parse_shape("shape:torus?m=4&n=4"))
     write_mesh(tmp_path / "torus.obj", mesh)
@@ -256,6 +260,7 @@ def test_wrong_remeshing_is_said_before_anything_is_done(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_weave_and_so_do_its_settings(finished, tmp_path) -> None:
     again = tmp_path / "again"
     first = finished(*words("shape:octahedron", "twill", "--seed", "7", "--size", "90mm"))
@@ -270,6 +275,7 @@ def test_settings_from_python_are_checked_too(name) -> None:
         replace(Settings(mesh="shape:cube"), **{name: "sideways"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh", ["shape:torus?m=2000&n=2000", pytest.param("shape:sphere?n=700", marks=slow)]
 )

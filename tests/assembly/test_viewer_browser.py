@@ -166,6 +166,7 @@ def all_of(scene):
     return np.ones(len(scene.ids), dtype=bool)
 
 
+@pytest.mark.slow
 def test_tapping_a_strip_chooses_the_one_that_is_seen(tab, torus):
     for x, y, label in tab.points(all_of(torus), 24, seed=1):
         tab.tap(x, y)
@@ -464,6 +465,7 @@ def test_one_finger_turns_two_come_nearer_a_tap_chooses(browser, torus):
     opened.close()
 
 
+@pytest.mark.family
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_every_size_has_room_for_everything(browser, torus, tmp_path, size, scheme):

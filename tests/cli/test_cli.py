@@ -92,6 +92,7 @@ def test_same_settings_give_the_same_bytes(octahedron, tmp_path):
     assert digest(tmp_path / "again") == digest(octahedron)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("shipped")
 def test_any_number_of_workers_gives_the_same_bytes(octahedron, tmp_path):
     sheets = (SheetSize(230.0, 225.0),)

@@ -137,6 +137,7 @@ def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_job_is_made_again_byte_for_byte_from_its_job_toml_alone(made, tmp_path) -> None:
     assert run("make", "--config", made / "job.toml", "-q", "-o", tmp_path / "again") == 0
     assert files(tmp_path / "again") == files(made)
@@ -166,6 +167,7 @@ def spoiled(made, tmp_path, *changes):
     return load_job(tmp_path, Tally("files"))
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -214,6 +216,7 @@ def test_verify_holds_the_files_to_the_entries_of_materials(made, change, words,
     assert all(words in finding for finding in findings)
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     ("key", "value"),
     [("hole_mm", 8.0), ("hole_t", 9.5), ("edge_mm", 40.0), ("web_mm", 29.0), ("gap_mm", 2.7),

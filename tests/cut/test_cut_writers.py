@@ -253,6 +253,7 @@ def test_the_layer_of_the_notes_can_be_taken_for_no_cut(sheet):
     assert all("CUT" not in name for name in LAYERS if not name.startswith("CUT_"))
 
 
+@pytest.mark.slow
 def test_same_drawing_same_bytes_in_every_process():
     code = (
         "import hashlib, numpy as np\n"

@@ -166,6 +166,7 @@ def test_owners_name_the_piece_that_ends_at_a_joint():
             assert partner.over[partner.crossings == crossing][0] != over
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("usable", [(), ((150.0, 150.0),)])
 def test_every_piece_fits_whether_the_bed_is_known_or_asked(usable):
     asked = []

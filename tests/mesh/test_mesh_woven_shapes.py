@@ -234,6 +234,7 @@ def test_frame_closes_and_stands_across():
 # Bipyramids
 
 
+@pytest.mark.family
 @pytest.mark.parametrize("n", range(2, 9))
 def test_bipyramid_with_handles(n):
     mesh = parse_shape(f"shape:bipyramid?n={n}")
@@ -245,6 +246,7 @@ def test_bipyramid_with_handles(n):
     assert len(np.bincount(mesh.indices)) == mesh.n_vertices
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(n=st.integers(2, 4), edge=st.integers(6, 12), handle=st.integers(5, 12))
 def test_bipyramid_of_any_counts(n, edge, handle):
@@ -265,6 +267,7 @@ REGULAR = [(8, 4, 2), (8, 4, 3), (8, 4, 9), (12, 4, 3), (12, 4, 5), (12, 4, 7), 
 REGULAR += [(16, 4, 7), (4, 8, 3), (4, 16, 4), (4, 4, 1)]
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(("face", "valence", "genus"), REGULAR)
 @pytest.mark.parametrize("refine", [2, 3])
 def test_regular_mesh_is_embedded_and_exactly_twillable(face, valence, genus, refine):

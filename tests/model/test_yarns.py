@@ -78,6 +78,7 @@ def test_every_thread_is_one_closed_tube_facing_outward(made):
         assert mesh.euler_number == (0 if closed[body.label] else 2)
 
 
+@pytest.mark.family
 def test_no_two_facets_run_through_one_another(made):
     assert len(clashing_facets(made.bodies)) == 0
 
@@ -211,6 +212,7 @@ def woven_mesh(mesh: PolyMesh) -> WovenObject:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(meshes())
 def test_yarns_on_any_mesh_are_free_and_closed(mesh):

@@ -92,6 +92,7 @@ def test_few_pieces_are_one_batch(piece_sets):
     assert batches.batch_count(job_of([0.02 * bar for bar in bars])) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("effort", ["quick", pytest.param("normal", marks=pytest.mark.slow)])
 def test_layout_is_the_same_here_and_in_processes_and_hardly_worse_than_one_batch(

@@ -51,6 +51,7 @@ def change_code(old, new):
     return change
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -150,6 +150,7 @@ TOLD = [
 ]  # fmt: skip
 
 
+@pytest.mark.family
 @pytest.mark.parametrize("spoil", TOLD)
 def test_a_label_that_misleads_is_found(specimen, tmp_path, spoil):
     spoiled = specimen("octahedron")
@@ -245,6 +246,7 @@ ENGRAVED = [
 ]  # fmt: skip
 
 
+@pytest.mark.family
 @pytest.mark.parametrize("spoil", ENGRAVED)
 def test_engraving_that_is_not_as_told_is_found(specimen, tmp_path, spoil):
     spoiled = specimen("octahedron")

@@ -395,6 +395,7 @@ SPOILS = [
 ]
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     ("name", "spoil", "objecting"),
     [

@@ -213,6 +213,7 @@ def test_a_single_thread_that_crosses_itself_is_one_bunch_and_no_warp():
     assert not found.warp_and_weft
 
 
+@pytest.mark.slow
 def test_a_thousand_threads_are_parted():
     threads = trace_threads(build_halfedges(parse_shape("shape:torus?m=600&n=600")))
     assert threads.n_threads == 1200

@@ -88,6 +88,7 @@ def test_cold_sweeps_never_break_more_in_any_copy(mesh: PolyMesh, seed) -> None:
         before = after
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("temperature", [0.7, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_sweeps_keep_the_boltzmann_distribution(temperature: float) -> None:
     # A torus of 9 quads has 18 crossings: the mean score of all choices is known exactly.
@@ -174,6 +175,7 @@ def test_search_is_the_same_for_the_same_seed() -> None:
     assert not np.array_equal(first, other)
 
 
+@pytest.mark.family
 @pytest.mark.parametrize(
     ("mesh", "steps", "known"),
     [(solids.cube, 1, 16), (solids.octahedron, 1, 16), (solids.cube, 2, 32), (solids.cube, 3, 64),
