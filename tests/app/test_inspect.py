@@ -325,7 +325,7 @@ def test_the_gauss_code_is_the_weave_of_the_job(mesh, pattern, boundary, tmp_pat
     ("option", "name", "words"),
     [
         ("--png", "nowhere/a.png", "there is no folder"),
-        ("--png", "a.jpg", "name it a.jpg.png"),
+        ("--png", "a.jpg", "has to end with .png: a.jpg.png"),
         ("--pd", ".", "is a folder"),
         ("--gauss", "nowhere/a.txt", "make it first"),
     ],

@@ -25,7 +25,7 @@ def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(
     one, two = files(first), files(again)
     assert one.keys() == two.keys()
     # The code on a sheet tells of the layout; all that it does not stand on is the same.
-    coded = {"crossing_map.json", "assembly.html", "verify.json"}
+    coded = {"crossing_map.json", "assembly.html", "verify.json", "contents.json"}
     coded |= {f"sheets/sheet_01.{suffix}" for suffix in ("dxf", "svg", "png", "pdf")}
     differing = {str(name) for name in one if one[name] != two[name]}
     assert "job.toml" in differing
