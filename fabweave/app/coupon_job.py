@@ -112,7 +112,7 @@ def _read_job(directory: Path) -> _JobFigures:
         ) from error
 
 
-def write_coupon(coupon: Coupon, directory: Path, *, dxf: str = "R2010") -> None:
+def write_coupon(coupon: Coupon, directory: Path) -> None:
     """Write ``coupon.dxf``, ``.svg``, ``.png`` and ``.txt`` into a folder, made if it is not there.
 
     Raises
@@ -122,7 +122,7 @@ def write_coupon(coupon: Coupon, directory: Path, *, dxf: str = "R2010") -> None
     """
     drawing = draw_coupon(coupon)
     contents = {
-        "coupon.dxf": dxf_bytes(drawing, version=dxf),
+        "coupon.dxf": dxf_bytes(drawing),
         "coupon.svg": svg_text(drawing).encode(),
         "coupon.png": png_bytes(drawing, titles={}),  # its pieces are engraved with what they are
         "coupon.txt": coupon_text(coupon).encode(),
