@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from support.splitting import unfold_runs
 
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
@@ -29,7 +30,7 @@ from fabweave.core.arrays import IntArray
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidate_costs import Bed, Candidates, list_candidates, price_candidates
 from fabweave.flat.split.cost import sheet_area
-from fabweave.flat.split.runs import Runs, unfold_runs
+from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.splitting import choose_runs
 from fabweave.flat.unfold.development import Strips, unfold_threads

@@ -14,7 +14,7 @@ from fabweave.cut.notes.stock_notes import outline_note
 
 #: Lengths that a reference bar may have, the wanted one first.
 _BAR_LENGTHS_MM = (100.0, 50.0, 20.0, 10.0)
-_SMALLEST_TEXT_MM = 1.0
+_TEXT_MM, _SMALLEST_TEXT_MM = 2.5, 1.0
 #: The arrow of the grain is so long at most, and goes so many letters from the middle of its row.
 _ARROW_MM, _ARROW_RISE = 20.0, 0.8
 _ELLIPSIS = ".."
@@ -26,7 +26,6 @@ def sheet_notes(
     text_lines: Sequence[str],
     *,
     margin_mm: float = 5.0,
-    text_height_mm: float = 2.5,
     grain_deg: float | None = None,
     outline: Sequence[tuple[float, float]] = (),
     defects: Sequence[Sequence[tuple[float, float]]] = (),
@@ -45,9 +44,8 @@ def sheet_notes(
     text_lines : sequence of str
         What to letter, such as ``["JOB SHEET 1/4"]``; lower case becomes capitals.
     margin_mm : float
-        Width of the margin in which no piece stands.
-    text_height_mm : float
-        Height of the letters, less where the margin is narrow, at least 1 mm.
+        Width of the margin in which no piece stands; letters are 2.5 mm high, or less where it is
+        narrow, but at least 1 mm.
     grain_deg : float or None
         The direction of the grain, which an arrow at the end of the second row shows.
     outline : sequence of points
@@ -78,7 +76,7 @@ def sheet_notes(
             f"a sheet of {width_mm} x {height_mm} mm has no room for notes; both sides must "
             "be at least 10 mm"
         )
-    letter = max(min(text_height_mm, 0.5 * margin_mm), _SMALLEST_TEXT_MM)
+    letter = max(min(_TEXT_MM, 0.5 * margin_mm), _SMALLEST_TEXT_MM)
     inset = max(margin_mm, 2.0 * letter)
     ring = outline or [(0.0, 0.0), (width_mm, 0.0), (width_mm, height_mm), (0.0, height_mm)]
     entities: list[Entity] = [outline_note(ring)]

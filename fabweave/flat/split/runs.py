@@ -3,7 +3,6 @@
 import numpy as np
 
 from fabweave.core.arrays import IntArray, frozen_value
-from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.threads import Threads
 
@@ -30,13 +29,6 @@ class Runs:
         goes_on = threads.closed[self.thread] | (self.last < count - 1)
         at = threads.offsets[self.thread] + self.last % np.maximum(count, 1)
         return np.asarray(threads.crossing[at[goes_on]])
-
-
-def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
-    """Unfold every piece: from where it enters its first panel to where it leaves its last."""
-    first, last = first_and_last_rung(ribbons, runs)
-    offsets, rung = run_rungs(ribbons, runs.thread, first, last)
-    return unfold(ribbons, offsets, rung)
 
 
 def first_and_last_rung(ribbons: Ribbons, runs: Runs) -> tuple[IntArray, IntArray]:

@@ -84,7 +84,7 @@ def pass_of_rungs(ribbons: Ribbons) -> IntArray:
 
 
 def measure_along(
-    ribbons: Ribbons, limits: Limits, bends: Bends | None = None, spans: Spans | None = None
+    ribbons: Ribbons, limits: Limits, bends: Bends | None = None
 ) -> dict[str, Measured]:
     """Measure what depends on single ribbons: ``width``, ``bend``, ``twist`` and ``crease``.
 
@@ -98,7 +98,7 @@ def measure_along(
     dict of str to Measured
     """
     bends = measure_bends(ribbons) if bends is None else bends
-    spans = measure_spans(ribbons, bends) if spans is None else spans
+    spans = measure_spans(ribbons, bends)
     middle = (ribbons.right + ribbons.left) / 2
     passes = np.arange(len(ribbons.entry))
     ends = ribbons.entry + 1
