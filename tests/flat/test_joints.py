@@ -6,7 +6,7 @@ import shapely
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
-from support.splitting import split_threads
+from splitting import split_threads
 from weaving_meshes import meshes
 
 from fabweave.cli.main import cli

@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from sheet_fit import fits_some_sheet
-from support.splitting import split_threads, unfold_runs
+from splitting import split_threads, unfold_runs
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError

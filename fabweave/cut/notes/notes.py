@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Entity, Layer, Polyline
-from fabweave.cut.labels.lettering import place_text, text_box, text_width
+from fabweave.cut.labels.lettering import place_text, text_box
 from fabweave.cut.notes.note_rows import Row, rows_within
 from fabweave.cut.notes.stock_notes import outline_note
 
@@ -143,7 +143,7 @@ def _grain(entities: list[Entity], grain_deg: float, letter: float, row: Row) ->
     arrow[:, :, 0] += row.length - wide - letter
     for run in (arrow[2, :2], arrow[0], arrow[1]):
         entities.append(Polyline(Layer.NOTES, row.place(run)))
-    begin = row.length - 2.0 * wide - 3.0 * letter - text_width("GRAIN", letter)
+    begin = row.length - 2.0 * wide - 3.0 * letter - text_box("GRAIN", letter).width
     if begin <= 0.0:
         return row
     _letter(entities, "GRAIN", letter, begin, row)
@@ -159,7 +159,7 @@ def _bar(length: float, letter: float) -> FloatArray:
 def _letter(entities: list[Entity], text: str, letter: float, begin: float, row: Row) -> float:
     """Letter a text in a row from ``begin``, not beyond its end; return where it ends."""
     room = row.length - begin
-    wide = text_width(text, letter)  # objects to a missing character before any is cut off
+    wide = text_box(text, letter).width  # objects to a missing character before any is cut off
     if not text or room <= 0.0:
         return begin
     height = max(_SMALLEST_TEXT_MM, letter * min(1.0, room / wide)) if wide else letter
@@ -176,9 +176,9 @@ def _letter(entities: list[Entity], text: str, letter: float, begin: float, row:
 def _shortened(text: str, height: float, room: float) -> str:
     """Return a text as it is if it fits, or its longest beginning that fits with two dots."""
     limit = room * (1.0 + 1e-9)
-    if text_width(text, height) <= limit:
+    if text_box(text, height).width <= limit:
         return text
     fitting = bisect_right(
-        range(len(text)), limit, key=lambda count: text_width(text[:count] + _ELLIPSIS, height)
+        range(len(text)), limit, key=lambda count: text_box(text[:count] + _ELLIPSIS, height).width
     )
     return text[: fitting - 1] + _ELLIPSIS if fitting > 1 else ""

@@ -23,12 +23,16 @@ class Runs:
     first: IntArray
     last: IntArray
 
-    def laps(self, threads: Threads) -> IntArray:
-        """Return the crossings at which one run ends and the next one begins."""
+    def joint_passes(self, threads: Threads) -> IntArray:
+        """Return the pass at which each joint lies, (J,), in the order of runs that end there."""
         count = threads.lengths[self.thread]
         goes_on = threads.closed[self.thread] | (self.last < count - 1)
         at = threads.offsets[self.thread] + self.last % np.maximum(count, 1)
-        return np.asarray(threads.crossing[at[goes_on]])
+        return np.asarray(at[goes_on])
+
+    def laps(self, threads: Threads) -> IntArray:
+        """Return the crossings at which one run ends and the next one begins."""
+        return threads.crossing[self.joint_passes(threads)]
 
 
 def first_and_last_rung(ribbons: Ribbons, runs: Runs) -> tuple[IntArray, IntArray]:
