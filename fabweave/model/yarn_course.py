@@ -117,10 +117,6 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
     mesh, halfedges, weave
         A mesh, its connectivity, and the weave on it, whose ribbons can be laid: no quad is
         without area.
-
-    Returns
-    -------
-    Course
     """
     threads = weave.threads
     first = threads.crossing_halfedge

@@ -97,10 +97,6 @@ def plan_joints(
     rule : JointRule
     thickness_mm : float or (T,) float array
         Of the material, or of each thread's: tongues and slots are cut to their own thread's.
-
-    Returns
-    -------
-    JointPlan
     """
     passes = runs.joint_passes(weave.threads)
     strips, entry = _windows(ribbons, weave.threads, passes)

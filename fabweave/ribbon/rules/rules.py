@@ -92,10 +92,6 @@ def measure_along(
     side do. It may be softened over the ribbon from crossing to crossing, of length s, and no
     farther: crossings keep their planes. A material that bends to a radius r turns by s / r there,
     so no crease may be sharper.
-
-    Returns
-    -------
-    dict of str to Measured
     """
     bends = measure_bends(ribbons) if bends is None else bends
     spans = measure_spans(ribbons, bends)
