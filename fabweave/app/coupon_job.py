@@ -8,6 +8,7 @@ from typing import NamedTuple
 from fabweave.app.preflight_job import supplies_of
 from fabweave.app.settings import read_job_options
 from fabweave.core.errors import InputError
+from fabweave.core.messages import few_of
 from fabweave.core.output_files import write_files
 from fabweave.cut.coupon import Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.write.dxf import dxf_bytes
@@ -112,14 +113,44 @@ def _read_job(directory: Path) -> _JobFigures:
         ) from error
 
 
+#: The files of a coupon, and how its text begins, by which it is known.
+_FILES = ("coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt")
+_FIRST_WORDS = "Test coupon: "
+
+
+def check_coupon_folder(directory: Path) -> None:
+    """Raise InputError unless a folder is new, empty, or has nothing but an older coupon's files.
+
+    A link to a folder stands for that folder.
+    """
+    if directory.is_symlink() and not directory.exists():
+        raise InputError(f"{directory} is a link to nowhere; name another folder with -o")
+    if not directory.exists():
+        return
+    if not directory.is_dir():
+        raise InputError(f"{directory} is a file; name a folder with -o")
+    names = sorted(path.name for path in directory.iterdir())
+    foreign = [name for name in names if name not in _FILES]
+    if not foreign and names:
+        text = directory / "coupon.txt"
+        known = text.is_file() and text.read_bytes().startswith(_FIRST_WORDS.encode())
+        foreign = [] if known else names
+    if foreign:
+        raise InputError(
+            f"a coupon needs a folder of its own, and {directory} has other files "
+            f"({few_of(foreign)}); name a new folder, such as -o {directory / 'coupon'}"
+        )
+
+
 def write_coupon(coupon: Coupon, directory: Path) -> None:
     """Write ``coupon.dxf``, ``.svg``, ``.png`` and ``.txt`` into a folder, made if it is not there.
 
     Raises
     ------
     InputError
-        If a file cannot be written.
+        If a file cannot be written, or the folder has any other file.
     """
+    check_coupon_folder(directory)
     drawing = draw_coupon(coupon)
     contents = {
         "coupon.dxf": dxf_bytes(drawing),

@@ -1,59 +1,163 @@
-"""Write a finished job's folder: all of it, or nothing."""
+"""Write a finished job's folder: all of it, or nothing, and nothing of anybody else's is lost."""
 
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fabweave.app.folder_contents import CONTENTS_FILE, foreign_files, is_complete, write_contents
 from fabweave.core.errors import InputError
+from fabweave.core.messages import agree, few_of
+from fabweave.core.parallel.file_lock import lock_file
 from fabweave.core.parallel.interrupt import held_back
 
+#: What a run has in its temporary folder: the new job, the older one for a moment, and a lock that
+#: is taken as long as the run lives.
+_NEW, _OLD, _LOCK = "new", "old", "fabweave.lock"
 
-def check_destination(directory: Path) -> None:
+
+def check_destination(
+    directory: Path, replaced: Collection[Path] = (), *, mesh: str | None = None
+) -> None:
     """Raise InputError unless a job may be written to this folder.
 
-    It may if there is nothing there yet, or an empty folder, or an older job of fabweave's.
+    It may if there is nothing there yet, or an empty folder, or nothing but what an older job
+    wrote.
+
+    Parameters
+    ----------
+    directory : Path
+        A link to a folder stands for that folder.
+    replaced : collection of Path
+        Files that may have been changed since, as their content is taken into the new job.
+    mesh : str, optional
+        What is woven: not to be a file in this folder.
     """
+    directory = _followed(directory)
+    if mesh is not None and directory in Path(mesh).resolve().parents and Path(mesh).is_file():
+        raise InputError(
+            f"the mesh {mesh} is in {directory}, which the new job replaces; choose another folder "
+            "with -o, or move the mesh"
+        )
+    # All of them: where a generator is left half-way, Ctrl-C may come to nothing.
+    above = [*(folder for folder in directory.parents if folder.exists()), directory][0]
+    if not above.is_dir():
+        raise InputError(f"{above} is a file, not a folder; choose another folder with -o")
+    # The new folder is made beside the older one, and takes its place.
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise InputError(f"you may not write to {above}; choose another folder with -o")
     if not directory.exists():
-        above = next(folder for folder in directory.absolute().parents if folder.exists())
-        if not above.is_dir():
-            raise InputError(f"{above} is a file, not a folder; choose another folder with -o")
-        if not os.access(above, os.W_OK):
-            raise InputError(f"you may not write to {above}; choose another folder with -o")
         return
     if not directory.is_dir():
         raise InputError(f"{directory} is a file; choose a folder with -o")
-    # All of it: where a generator is left half-way, Ctrl-C may come to nothing.
-    if list(directory.iterdir()) and not (directory / "job.toml").is_file():
+    here = Path.cwd()
+    root = os.path.ismount(directory)
+    if root or directory == here or directory in here.parents:
+        where = "is the root of a volume" if root else "is where you are"
         raise InputError(
-            f"{directory} holds files but no fabweave job (there is no job.toml), and the files "
-            "would be lost; choose another folder with -o, or empty this one"
+            f"{directory} {where}, and cannot be replaced by a new folder; name a folder in it: "
+            f"-o {directory / 'job'}"
+        )
+    if not os.access(directory, os.R_OK | os.X_OK):
+        raise InputError(f"you may not read {directory}; choose another folder with -o")
+    foreign = foreign_files(directory, replaced)
+    if foreign:
+        count = agree(len(foreign), "{n} [entry|entries]")
+        listed = (directory / CONTENTS_FILE).is_file()
+        unlisted = "" if listed else f" (there is no {CONTENTS_FILE})"
+        raise InputError(
+            f"{directory} holds {count} that no job wrote{unlisted} and that would be lost: "
+            f"{few_of(foreign)}; choose another folder with -o, or move them elsewhere"
         )
 
 
 @contextmanager
-def finished_folder(directory: Path) -> Iterator[Path]:
+def finished_folder(directory: Path, replaced: Collection[Path] = ()) -> Iterator[Path]:
     """Give a temporary folder beside the destination and move it there when all went well.
 
     An older job stays in place until the new one is complete. If the block fails or is
-    interrupted, nothing is left behind.
+    interrupted, nothing is left behind; what a run that was killed left is removed by the next.
     """
-    check_destination(directory)
-    directory = directory.absolute()
+    check_destination(directory, replaced)
+    directory = _followed(directory)
     directory.parent.mkdir(parents=True, exist_ok=True)
-    with held_back():
-        temporary = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
+    temporary = lock = None
     try:
-        fresh = temporary / "new"
+        with held_back():
+            temporary = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
+            lock = lock_file(temporary / _LOCK)
+        fresh = temporary / _NEW
         fresh.mkdir()
         yield fresh
+        write_contents(fresh)
         with held_back():
-            _put_in_place(fresh, directory, temporary / "old")
+            # Somebody may have put something there meanwhile.
+            check_destination(directory, replaced)
+            _put_in_place(fresh, directory, temporary / _OLD)
     finally:
         with held_back():
+            if lock is not None:  # some network drives know no locks
+                os.close(lock)
+            if temporary is not None:
+                shutil.rmtree(temporary, ignore_errors=True)
+
+
+def clear_abandoned(directory: Path) -> list[str]:
+    """Clear up after runs for this folder that were killed, and say what was found.
+
+    What they had half written is removed. Where one was killed while it put its folder in place,
+    so that neither job is there, the new one is put there if it is complete, else the older one.
+    """
+    directory = _followed(directory)
+    notes = []
+    for temporary in sorted(directory.parent.glob(f".{_literal(directory.name)}.*")):
+        if not _is_abandoned(temporary):
+            continue
+        killed = f"an earlier run for {directory} was killed"
+        older = temporary / _OLD
+        with held_back():
+            if older.exists() and not directory.exists():
+                kept = temporary / _NEW if is_complete(temporary / _NEW) else older
+                kept.rename(directory)
+                which = "its new job was complete" if kept != older else "the older job was aside"
+                notes.append(f"{killed} while it put its folder in place: {which}, and is back")
+            elif older.exists() and not is_complete(directory):
+                notes.append(f"{killed}; the job that it was to replace is still in {older}")
+                continue
+            else:
+                notes.append(f"{killed}: removed what it left in {temporary.name}")
             shutil.rmtree(temporary, ignore_errors=True)
+    return notes
+
+
+def _is_abandoned(temporary: Path) -> bool:
+    """Return whether this is a run's temporary folder, and that run is over."""
+    if temporary.is_symlink() or not (temporary / _LOCK).is_file():
+        return False
+    if not {path.name for path in temporary.iterdir()} <= {_NEW, _OLD, _LOCK}:
+        return False
+    with held_back():
+        lock = lock_file(temporary / _LOCK)
+        if lock is not None:
+            os.close(lock)
+    return lock is not None
+
+
+def _literal(name: str) -> str:
+    """Return a name as a pattern that only it matches."""
+    return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in name)
+
+
+def _followed(directory: Path) -> Path:
+    """Return the folder that a path stands for, links followed."""
+    if directory.is_symlink() and not directory.exists():
+        raise InputError(
+            f"{directory} is a link to {os.readlink(directory)}, which is not there; make that "
+            "folder, or choose another with -o"
+        )
+    return directory.resolve()
 
 
 def _put_in_place(fresh: Path, directory: Path, old: Path) -> None:

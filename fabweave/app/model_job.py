@@ -37,13 +37,13 @@ class YarnOptions:
     sides: int = 12
 
 
-def check_suffix(path: Path) -> str:
+def check_suffix(path: Path, mesh: str | None = None) -> str:
     """Return which kind of file a path asks for.
 
     Raises
     ------
     InputError
-        If it is none that can be written, or the folder is not there.
+        If it is none that can be written, the folder is not there, or it is the mesh itself.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def check_suffix(path: Path) -> str:
             f"the name {path.name} does not tell the format: end it with one of "
             f"{', '.join(SUFFIXES)}"
         )
-    check_file(path, suffix)
+    check_file(path, suffix, source=mesh)
     if suffix == ".3dm":
         require_rhino()
     return suffix
@@ -98,7 +98,7 @@ def write_model(
     CannotMakeError
         For what cannot be woven, or yarns that have no room.
     """
-    suffix = check_suffix(path)
+    suffix = check_suffix(path, settings.mesh)
     completed, supplies = complete_settings(settings)
     woven = weave_object(completed, supplies, progress)
     if yarn is None:

@@ -3,7 +3,7 @@
 Settings → LoadedMesh → WovenMesh → WovenObject → PlannedJob → Layout → Job → folder → proof
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 
 from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
-from fabweave.app.job_folder import check_destination, finished_folder
+from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.mesh_source import load_mesh
@@ -76,6 +76,7 @@ def run_job(
     mesh: PolyMesh | None = None,
     workers: int = 0,
     executors: Executors | None = None,
+    replaced: Collection[Path] = (),
 ) -> FinishedJob:
     """Make a job, write its folder, and prove the written files.
 
@@ -83,7 +84,8 @@ def run_job(
     ----------
     settings : Settings
     directory : Path
-        New, empty, or an older job's folder, which is replaced when the new one is proved.
+        New, empty, or an older job's folder with nothing else in it, which is replaced when the
+        new one is proved.
     progress : callable
     mesh : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name; it is kept in the folder
@@ -92,6 +94,8 @@ def run_job(
         Processes beside this one; the same bytes are written with any number.
     executors : callable, optional
         Opens the executor that nests very many pieces, in place of these processes.
+    replaced : collection of Path
+        Files of that older job that may have been changed, as the settings were read from them.
 
     Returns
     -------
@@ -105,13 +109,14 @@ def run_job(
     CannotMakeError
         For what cannot be made as asked, or if a check objects to the written files.
     """
-    check_destination(directory)
+    clear_abandoned(directory)
+    check_destination(directory, replaced, mesh=None if mesh is not None else settings.mesh)
     with ExitStack() as stack:
         start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
         nesting = executors or processes(workers)
         job = make_job(settings, progress, mesh=mesh, start=start, executors=nesting)
         # Processes end before the folder is moved, or removed: no file comes to it late.
-        with finished_folder(directory) as folder, stack.pop_all():
+        with finished_folder(directory, replaced) as folder, stack.pop_all():
             return write_and_prove(job, folder, progress, start)
 
 

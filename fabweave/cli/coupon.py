@@ -21,7 +21,8 @@ from fabweave.core.parallel.interrupt import held_back
     type=click.Path(path_type=Path),
     metavar="DIR",
     required=True,
-    help="Folder for coupon.dxf, .svg, .png and .txt; older ones there are replaced.",
+    help="A folder of its own for coupon.dxf, .svg, .png and .txt; an older coupon there is "
+    "replaced.",
 )
 def coupon(
     directory: Path | None,
@@ -37,9 +38,10 @@ def coupon(
     coupon.txt says what to measure, and which option to set by it.
     """
     with held_back():
-        from fabweave.app.coupon_job import coupon_for, write_coupon
+        from fabweave.app.coupon_job import check_coupon_folder, coupon_for, write_coupon
         from fabweave.app.options.user_files import user_entries
 
+    check_coupon_folder(output)
     own = () if material is None else user_entries("materials", materials)
     planned = coupon_for(directory, material, thickness, hole, own)
     write_coupon(planned, output)

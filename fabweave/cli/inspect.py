@@ -8,6 +8,7 @@ import click
 
 from fabweave.cli.options import SectionedCommand, job_options, job_settings
 from fabweave.cli.progress import progress_bar
+from fabweave.core.errors import InputError
 from fabweave.core.output_files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
 
@@ -71,7 +72,10 @@ def inspect(
     settings = job_settings(mesh, options)
     for path, suffix in ((png, ".png"), (pd, ""), (gauss, "")):
         if path is not None:
-            check_file(path, suffix)
+            check_file(path, suffix, source=settings.mesh)
+    named = [path.resolve() for path in (png, pd, gauss) if path is not None]
+    if len(set(named)) < len(named):
+        raise InputError("two of --png, --pd and --gauss name the same file; name one for each")
     with progress_bar(as_json) as progress:
         found = inspect_mesh(settings, progress)
         files: dict[Path, bytes] = {}

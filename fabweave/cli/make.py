@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     metavar="DIR",
     required=True,
-    help="Folder for the finished job. An older job there is replaced, when the new "
-    "one is complete; a folder with anything else in it is left alone.",
+    help="Folder for the finished job. An older job there is replaced when the new one is "
+    "complete, unless it holds files that were added or changed since.",
 )
 @click.option(
     "--cluster",
@@ -59,13 +59,24 @@ def make(
     """
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
+        from fabweave.app.job_folder import clear_abandoned
         from fabweave.app.pipeline import run_job
         from fabweave.core.parallel.cluster import cluster_at
 
     settings = job_settings(mesh, options)
+    config = options["config"]
     executors = None if cluster is None else cluster_at(cluster)
+    for note in clear_abandoned(output):
+        click.echo(note, err=True)
     with progress_bar(quiet or as_json) as progress:
-        made = run_job(settings, output, progress, workers=os.cpu_count() or 1, executors=executors)
+        made = run_job(
+            settings,
+            output,
+            progress,
+            workers=os.cpu_count() or 1,
+            executors=executors,
+            replaced=[config] if config is not None else (),
+        )
     if as_json:
         click.echo(json.dumps(_totals(made, output), indent=1))
     elif not quiet:

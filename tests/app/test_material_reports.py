@@ -58,6 +58,7 @@ def test_thick_layers_bend_ribbons_more(checks) -> None:
     assert np.all(np.diff(tightest) < 0)
 
 
+@pytest.mark.slow
 def test_each_size_is_the_least_at_which_all_rules_hold(checks) -> None:
     for name in ("card", "aluminium-5052"):
         size = checks[name].smallest_mm
@@ -66,6 +67,7 @@ def test_each_size_is_the_least_at_which_all_rules_hold(checks) -> None:
         assert smaller & {"width", "bend", "crease", "clearance"}
 
 
+@pytest.mark.slow
 def test_what_is_too_stiff_is_refused_with_a_size_that_does() -> None:
     with pytest.raises(CannotMakeError, match="is too stiff") as error:
         checked(REFUSED)

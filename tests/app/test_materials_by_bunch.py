@@ -129,6 +129,7 @@ def test_each_material_keeps_its_own_gap(made) -> None:
     assert [supply.gap_mm for supply in job.supplies.each] == [1.5, 3.0]
 
 
+@pytest.mark.slow
 def test_the_same_job_from_its_settings_and_from_its_layout(made, tmp_path, capsys) -> None:
     _, folder = made
     main(["make", "--config", str(folder / "job.toml"), "-q", "-o", str(tmp_path / "again")])
@@ -249,7 +250,10 @@ SPOILS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SPOILS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[pytest.mark.slow] * (k % 3 > 0)) for k, n in enumerate(SPOILS)],
+)
 def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None:
     spoil, expected = SPOILS[name]
     folder = Path(shutil.copytree(made[1], tmp_path / "job"))

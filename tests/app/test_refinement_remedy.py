@@ -52,6 +52,7 @@ def test_a_second_step_is_proposed_after_the_first() -> None:
             assert found.rule not in {one.rule for one in after.findings}
 
 
+@pytest.mark.slow
 def test_what_refinement_does_not_mend_is_not_said_to_be() -> None:
     mesh, options = str(shared_mesh("tri/csaszar.obj")), {"size_mm": 400.0}
     before = checked(mesh, **options)

@@ -69,6 +69,7 @@ def test_titles_cannot_break_out(torus):
     assert "&lt;/script&gt;&lt;script&gt;alert(1)&lt;/script&gt;{{DATA}}" in page
 
 
+@pytest.mark.slow
 def test_same_job_same_page_other_job_other_memory(torus):
     page, crossing_map, job = torus
     again = make_page("shape:torus?m=8&n=4", 300.0)[0]

@@ -10,12 +10,14 @@ import subprocess
 import sys
 import time
 import tomllib
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
 from jobs import OCTAHEDRON, run
 from meshes_shared import mesh_params, shared_mesh
 
+from fabweave.app.folder_contents import write_contents
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
@@ -36,7 +38,8 @@ slow = pytest.mark.slow
 
 MADE = (
     "job.toml", "woven_mesh.obj", "model.glb", "render.png", "crossing_map.json",
-    "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "verify.json", "ribbons.json",
+    "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "verify.json", "contents.json",
+    "ribbons.json",
     "stations.csv", "assembly.html", "assembly.pdf", "sheets/sheet_01.dxf", "sheets/sheet_01.svg",
     "sheets/sheet_01.png",
 )  # fmt: skip
@@ -99,7 +102,7 @@ def test_any_number_of_workers_gives_the_same_bytes(octahedron, tmp_path):
     assert alone == beside
     # Jobs for tests have a small picture, which the manual shows, too; nothing else differs.
     differing = {name for name, one in digest(octahedron).items() if one != alone[name]}
-    assert differing == {"render.png", "assembly.pdf"}
+    assert differing == {"render.png", "assembly.pdf", "contents.json"}
 
 
 def test_job_toml_makes_the_same_job_again(octahedron, tmp_path):
@@ -124,13 +127,14 @@ def test_an_older_job_is_replaced_and_nothing_else_is(octahedron, tmp_path, caps
     # What only the older job has goes.
     (folder / "sheets" / "sheet_02.dxf").write_text("older")
     (folder / "job.toml").write_text("older")
+    write_contents(folder)
     assert run("make", *OCTAHEDRON, "-q", "-o", folder) == 0
     assert digest(folder) == digest(octahedron)
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "diary.txt").write_text("dear diary")
     assert run("make", *OCTAHEDRON, "-q", "-o", mine) == 2
-    assert "no fabweave job" in capsys.readouterr().err
+    assert "diary.txt" in capsys.readouterr().err
     assert [path.name for path in mine.iterdir()] == ["diary.txt"]
 
 
@@ -234,7 +238,8 @@ def test_lists_and_help(capsys):
 #: Runs the command line, and waits to be interrupted when it tells of a stage for the so-manieth
 #: time. Where tests run in the background of a shell, children are told to ignore the signal.
 WAITING = """\
-import signal, sys, time
+import faulthandler, signal, sys, time
+faulthandler.dump_traceback_later(250, exit=True)  # tells where it hangs, should it ever
 signal.signal(signal.SIGINT, signal.default_int_handler)
 import fabweave.cli.main, fabweave.app.pipeline as pipeline
 stage, times = sys.argv[1], int(sys.argv[2])
@@ -246,11 +251,23 @@ def waiting(settings, directory, progress, **rest):
         times -= what == stage
         if what == stage and not times:
             print("so far", flush=True)
-            time.sleep(600)
+            # In short naps: a signal that comes just before one begins does not end it.
+            for _ in range(1000):
+                time.sleep(0.1)
     return real(settings, directory, aloud, **rest)
 pipeline.run_job = waiting
 fabweave.cli.main.main(sys.argv[3:])
 """
+
+
+@contextmanager
+def finally_killed(process):
+    """Leave no process of that group behind, however the block ends."""
+    try:
+        yield
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
@@ -273,8 +290,8 @@ def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, stage, times,
         stderr=subprocess.PIPE,
         start_new_session=True,
     )
-    with process.stdout as said:
-        assert said.readline() == b"so far\n"
+    with process, finally_killed(process):
+        assert process.stdout.readline() == b"so far\n"
         if stage == "files":
             (new,) = tmp_path.glob(".out.*/new")
             assert (new / "crossing_map.json").is_file()

@@ -33,6 +33,7 @@ def test_every_format_is_written(suffix, yarn, tmp_path):
         assert np.abs(np.ptp(trimesh.load_scene(path).bounds, axis=0)[:2] - 0.120).max() < 0.012
 
 
+@pytest.mark.slow
 def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(finished, tmp_path):
     assert model(tmp_path / "model.glb") == 0
     job = finished(TORUS, "--size", "120mm", "--sheet", "600x400mm", "--effort", "quick")

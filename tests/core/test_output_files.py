@@ -1,12 +1,16 @@
 """Single files are written all or none."""
 
 import os
+from pathlib import Path
 
 import pytest
+from jobs import run
 
 from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.core.output_files import check_file, write_files
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 
 
 def test_files_are_written_and_replaced(tmp_path) -> None:
@@ -32,7 +36,7 @@ def test_one_that_fails_leaves_all_as_they_were(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("name", "suffix", "words"),
     [
-        ("a.jpg", ".png", r"is to be a PNG file: name it a\.jpg\.png"),
+        ("a.jpg", ".png", r"has to end with \.png: a\.jpg\.png"),
         ("nowhere/a.png", ".png", "there is no folder"),
         (".", "", "is a folder"),
     ],
@@ -50,9 +54,81 @@ def test_what_can_be_written_is_not_touched(tmp_path) -> None:
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="needs a folder kept from us")
 def test_a_folder_without_leave_is_told_before(tmp_path) -> None:
     tmp_path.chmod(0o555)
-    with pytest.raises(InputError, match="may not be written"):
+    with pytest.raises(InputError, match="you may not write"):
         check_file(tmp_path / "a")
     tmp_path.chmod(0o755)
+
+
+posix = pytest.mark.skipif(os.name != "posix", reason="needs links, devices and pipes")
+
+
+@posix
+def test_links_are_followed_and_stay(tmp_path) -> None:
+    real, link = tmp_path / "real", tmp_path / "link"
+    real.write_text("before")
+    real.chmod(0o640)
+    link.symlink_to(real)
+    check_file(link)
+    write_files({link: b"after"})
+    assert link.is_symlink()
+    assert real.read_bytes() == b"after"
+    assert real.stat().st_mode & 0o777 == 0o640
+    real.unlink()
+    with pytest.raises(InputError, match=r"is a link to .*real, which is not there"):
+        check_file(link)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link"]
+
+
+@posix
+def test_devices_and_pipes_are_written_to_and_stay(tmp_path) -> None:
+    device = Path("/dev/null")
+    check_file(device, ".png")
+    write_files({device: b"1"})
+    assert device.is_char_device()
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(InputError, match="cannot write"):  # and does not wait for a reader
+        write_files({tmp_path / "new": b"", pipe: b"1"})
+    assert list(tmp_path.iterdir()) == [pipe]
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_files({pipe: b"1"})
+    assert os.read(reader, 9) == b"1"
+    os.close(reader)
+    assert pipe.is_fifo()
+
+
+def test_the_mesh_that_is_read_is_not_replaced(tmp_path, capsys) -> None:
+    mesh = tmp_path / "cube.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    before = mesh.read_bytes()
+    for words in (["model", mesh, "-o", mesh], ["inspect", mesh, "--pd", mesh]):
+        assert run(*words) == 2
+        assert "is the mesh itself" in capsys.readouterr().err
+    assert run("inspect", mesh, "--pd", tmp_path / "a", "--gauss", tmp_path / "." / "a") == 2
+    assert "name the same file" in capsys.readouterr().err
+    assert mesh.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [mesh]
+
+
+def test_a_coupon_has_a_folder_of_its_own(tmp_path, capsys) -> None:
+    words = ["coupon", "--material", "card", "-o"]
+    own = tmp_path / "own"
+    for _ in range(2):  # an older coupon is replaced
+        assert run(*words, own) == 0
+    assert sorted(path.name for path in own.iterdir()) == [
+        "coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt",
+    ]  # fmt: skip
+    capsys.readouterr()
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "coupon.txt").write_text("10 % off")
+    (own / "notes.txt").write_text("mine")
+    for folder, name in ((own, "notes.txt"), (mine, "coupon.txt"), (Path("/"), "-o /coupon")):
+        assert run(*words, folder) == 2
+        error = capsys.readouterr().err
+        assert "needs a folder of its own" in error
+        assert name in error
+    assert (mine / "coupon.txt").read_text() == "10 % off"
 
 
 def test_a_job_under_a_file_gets_one_message(tmp_path, capsys) -> None:

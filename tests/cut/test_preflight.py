@@ -197,6 +197,7 @@ def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> N
     assert run("preflight", job, "--target", "nobody") == 2
 
 
+@pytest.mark.slow
 def test_strict_refuses_what_breaks_a_rule_and_keeps_nothing(job, tmp_path, capsys) -> None:
     out = tmp_path / "out"
     assert run("make", "--config", job / "job.toml", "--strict", "-q", "-o", out) == 1

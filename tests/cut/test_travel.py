@@ -72,6 +72,7 @@ def test_rows_are_walked_to_and_fro():
     assert backwards.tolist() == [k % 2 == 1 for k in range(12)]
 
 
+@pytest.mark.slow
 def test_many_pieces_are_ordered_alike_each_time():
     ends = np.random.default_rng(2).uniform(0.0, 900.0, (600, 2, 2))
     order, backwards = short_route(ends)

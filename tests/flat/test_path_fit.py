@@ -122,6 +122,7 @@ def fewest(ring, tolerance):
     return cost[count]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_no_path_has_fewer_sides(seed):
     rng = np.random.default_rng(seed)

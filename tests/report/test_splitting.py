@@ -31,6 +31,7 @@ def test_the_lengths_that_were_compared_rise_and_one_of_them_was_taken(job) -> N
     assert page.count("<circle") == 2 * len(lengths)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value"), [("pieces", 99), ("thread", "ZZ"), ("longest_mm", 1.0), ("fill", 0.99)]
 )

@@ -71,9 +71,9 @@ def test_clear_at_the_size_proposed(name: str) -> None:
     ("shape", "material", "size_mm"),
     [
         ("tube", "card", 60.0),
-        ("hemisphere", "card", 60.0),
-        ("hemisphere", "birch-veneer", 260.0),
-        ("torus?m=8&n=4", "birch-veneer", 200.0),
+        pytest.param("hemisphere", "card", 60.0, marks=pytest.mark.slow),
+        pytest.param("hemisphere", "birch-veneer", 260.0, marks=pytest.mark.slow),
+        pytest.param("torus?m=8&n=4", "birch-veneer", 200.0, marks=pytest.mark.slow),
     ],
 )
 def test_the_sizes_proposed_hold_when_they_are_made(shape, material, size_mm) -> None:

@@ -8,6 +8,7 @@ import ast
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -58,7 +59,16 @@ def imports_of(modules: Mapping[str, str]) -> list[Import]:
 
 
 def _module_imports(name: str, modules: Mapping[str, str]) -> Iterator[Import]:
-    tree = ast.parse(modules[name])
+    for dotted, line, at_once, for_types in _mentions(name, modules[name]):
+        target = _module_named(dotted, modules)
+        if target not in (None, name):
+            yield Import(name, target, line, at_once, for_types)
+
+
+@cache
+def _mentions(name: str, source: str) -> tuple[tuple[str, int, bool, bool], ...]:
+    """Return the dotted names in a module: line, whether at once, whether for types only."""
+    tree = ast.parse(source)
     at_once = set(_run_on_import(tree))
     for_types = {
         inner
@@ -66,14 +76,16 @@ def _module_imports(name: str, modules: Mapping[str, str]) -> Iterator[Import]:
         if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
         for inner in ast.walk(node)
     }
-    for node in ast.walk(tree):
-        for target in _mentioned(node, name):
-            whole = _module_named(target, modules)
-            if whole not in (None, name):
-                imports = isinstance(node, ast.Import | ast.ImportFrom)
-                yield Import(
-                    name, whole, node.lineno, imports and node in at_once, node in for_types
-                )
+    return tuple(
+        (
+            dotted,
+            node.lineno,
+            isinstance(node, ast.Import | ast.ImportFrom) and node in at_once,
+            node in for_types,
+        )
+        for node in ast.walk(tree)
+        for dotted in _mentioned(node, name)
+    )
 
 
 def _run_on_import(tree: ast.AST) -> Iterator[ast.AST]:

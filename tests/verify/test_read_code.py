@@ -35,6 +35,7 @@ def test_it_reads_every_version_and_mask(length, mask) -> None:
 
 
 # Versions 2 to 6 have seven dots that mean nothing, 1 and 7 to 9 none.
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [17, 150])
 def test_no_wrong_dot_is_missed(length) -> None:
     dots = dots_of("x" * length)

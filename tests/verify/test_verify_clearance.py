@@ -137,6 +137,7 @@ def claimed(job):
     return folder, claim
 
 
+@pytest.mark.slow
 def test_a_true_claim_is_true_and_a_raised_one_is_not(job) -> None:
     folder, claim = claimed(job)
     for key, value in (

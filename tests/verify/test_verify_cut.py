@@ -137,6 +137,7 @@ def shrunk(drawing):
     return with_entities(drawing, smaller)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "paper"),
     [

@@ -359,7 +359,7 @@ SVG_EDITS = [
     (swap('fill="none"', 'fill="#000"'), "outlines-svg"),
     (swap("A1.outline", "A9.outline"), "outlines-svg"),
     (swap("A1.hole.2", "A1.hole.1"), "outlines-svg"),
-    (swap('.outline"', '.outline" x="0"'), ""),
+    (swap('.outline"', '.outline" x="0"'), "outlines-svg"),
     (swap("<title>A1</title></circle>", "</circle>"), "outlines-svg"),
     (swap("<title>A1</title></circle>", "<title>A2</title></circle>"), "outlines-svg order"),
     (swap("</svg>", "<rect/></svg>"), "outlines-svg"),

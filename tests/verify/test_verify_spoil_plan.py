@@ -396,7 +396,14 @@ SPOILS = [
 
 
 @pytest.mark.parametrize(
-    ("name", "spoil", "objecting"), SPOILS, ids=[f"{n}-{s.__name__}" for n, s, _ in SPOILS]
+    ("name", "spoil", "objecting"),
+    [
+        # The torus has many pieces, so that each proof takes ten times as long.
+        pytest.param(
+            *row, marks=[pytest.mark.slow] * (row[0] == "torus"), id=f"{row[0]}-{row[1].__name__}"
+        )
+        for row in SPOILS
+    ],
 )
 def test_exactly_the_right_checks_object(specimen, tmp_path, name, spoil, objecting):
     spoiled = specimen(name)

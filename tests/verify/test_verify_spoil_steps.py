@@ -143,7 +143,13 @@ SPOILS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("spoil", SPOILS, ids=lambda spoil: spoil.__name__)
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        pytest.param(s, marks=[pytest.mark.slow] * (k % 3 > 0), id=s.__name__)
+        for k, s in enumerate(SPOILS)
+    ],
+)
 def test_the_replay_objects(job, spoil):
     folder = job("torus")
     path = folder / "crossing_map.json"

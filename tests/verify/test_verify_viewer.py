@@ -59,7 +59,7 @@ SPOILED = {
 
 
 @pytest.mark.parametrize("name", SPOILED)
-@pytest.mark.parametrize("kind", ["octahedron", "saddle"])
+@pytest.mark.parametrize("kind", ["octahedron", pytest.param("saddle", marks=pytest.mark.slow)])
 def test_spoiled_data(job, specimen, name, kind):
     folder = job(kind)
     write_viewer(specimen(kind), folder, edit=SPOILED[name])

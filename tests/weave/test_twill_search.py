@@ -131,6 +131,7 @@ def test_crossing_is_as_good_as_the_best_choice_of_patches(mesh: PolyMesh, seed)
     assert np.all((crossed == first) | (crossed == second))
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(small_meshes())
 def test_small_meshes_are_woven_as_well_as_possible(mesh: PolyMesh) -> None:
@@ -150,6 +151,7 @@ def test_small_meshes_are_woven_as_well_as_possible(mesh: PolyMesh) -> None:
         assert bound.least == least
 
 
+@pytest.mark.slow
 @given(meshes().filter(lambda mesh: mesh.n_corners <= 100), st.integers(0, 3))
 @settings(max_examples=10, deadline=None)
 def test_search_never_breaks_more_than_its_start(mesh: PolyMesh, seed: int) -> None:
@@ -161,6 +163,7 @@ def test_search_never_breaks_more_than_its_start(mesh: PolyMesh, seed: int) -> N
         assert count_broken(conditions, found).total == 0
 
 
+@pytest.mark.slow
 def test_search_is_the_same_for_the_same_seed() -> None:
     conditions = conditions_of(refined(solids.cube(), "catmull-clark:2"))
     start = np.ones(conditions.n_crossings, dtype=bool)

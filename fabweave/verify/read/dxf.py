@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, Look, ReadError
+from fabweave.verify.read.dxf_allowed import strange_parts
 from fabweave.verify.read.dxf_groups import Entities, Groups, read_groups
 
 Header: TypeAlias = dict[str, dict[int, str]]
@@ -20,8 +21,8 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     """Read the entities of a DXF file's model space and judge its declarations.
 
     Only LWPOLYLINE, POLYLINE, CIRCLE and LINE are drawn; anything else, what is on none of
-    ``layers``, another unit than millimetres, a mirrored extrusion or untrue extents is kept as a
-    problem.
+    ``layers``, another unit than millimetres, untrue extents, and whatever may be drawn otherwise
+    than the coordinates say is kept as a problem.
 
     Raises
     ------
@@ -34,7 +35,8 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     nothing = Groups(np.zeros(0, dtype=np.int64), [])
     header = _header(sections.get("HEADER", nothing))
     looks = _looks(Entities(sections.get("TABLES", nothing)))
-    return _drawing(Entities(sections["ENTITIES"]), header, looks, layers)
+    strange = strange_parts(sections)
+    return _drawing(Entities(sections["ENTITIES"]), header, looks, layers, strange)
 
 
 def _looks(tables: Entities) -> dict[str, frozenset[Look]]:
@@ -70,6 +72,7 @@ def _drawing(
     header: Header,
     looks: dict[str, frozenset[Look]],
     layers: tuple[str, ...],
+    problems: list[str],
 ) -> Drawing:
     """Read every entity and say what is wrong."""
     kind = np.array(entities.kind, dtype=object)
@@ -80,7 +83,7 @@ def _drawing(
     belongs = corner & (parent >= 0) & (kind[parent] == "POLYLINE")
     drawn = np.array([name in DRAWN for name in entities.kind], dtype=bool)
     shapes = np.flatnonzero(drawn)
-    problems = _unit_problems(header)
+    problems = problems + _unit_problems(header)
     problems += [
         f"{entities.names[at]} may not be in a cutting file"
         for at in np.flatnonzero(~drawn & ~belongs).tolist()
@@ -91,7 +94,6 @@ def _drawing(
         for at in shapes.tolist()
         if layer[at] not in layers
     ]
-    problems += _flaws(entities, drawn)
     start, points, bulges = _points(entities, kind, parent, drawn)
     closed = np.zeros(count, dtype=bool)
     runs = np.flatnonzero((kind == "LWPOLYLINE") | (kind == "POLYLINE"))
@@ -186,23 +188,8 @@ def _bulges(
     return bulges
 
 
-def _flaws(entities: Entities, drawn: Flags) -> list[str]:
-    """Name the entities that are mirrored, in paper space, or in a colour that no layer has."""
-    flaws = []
-    for place in entities.first(entities.at(62, 420)):
-        flaws.append(f"{entities.name(place)} has a colour of its own, not its layer's")
-    places = entities.at(230)
-    places = places[drawn[entities.owner[places]]]
-    for place in entities.first(places[entities.numbers(places) < 0.0]):
-        flaws.append(f"{entities.name(place)} is mirrored by its extrusion direction")
-    shapes = np.flatnonzero(drawn)
-    for at in shapes[entities.first_numbers(67, shapes, 0.0) == 1.0].tolist():
-        flaws.append(f"{entities.names[at]} is in paper space")
-    return flaws
-
-
 def _unit_problems(header: Header) -> list[str]:
-    """Judge version and units."""
+    """Judge version and units, and whether the drawing itself is shown, where it is."""
     version = header.get("$ACADVER", {}).get(1, "")
     problems = []
     for name, wanted in (("$INSUNITS", "4"), ("$MEASUREMENT", "1")):
@@ -210,6 +197,10 @@ def _unit_problems(header: Header) -> list[str]:
         # R12 knows neither variable.
         if (value is None and version != R12) or (value is not None and value != wanted):
             problems.append(f"{name} is {value}; it must be {wanted} for millimetres")
+    if header.get("$TILEMODE", {}).get(70, "1") != "1":
+        problems.append("$TILEMODE is not 1: a layout is shown in place of the drawing")
+    if any(float(value) != 0.0 for value in header.get("$INSBASE", {}).values()):
+        problems.append("$INSBASE is not the origin: the drawing is moved where it is inserted")
     return problems
 
 

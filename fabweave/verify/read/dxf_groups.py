@@ -10,6 +10,9 @@ import numpy as np
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
 
+#: Groups that name something: entities, layers, line types, applications and pieces.
+_NAMES = (0, 2, 6, 8, 1000, 1001)
+
 
 @dataclass(frozen=True, eq=False)
 class Groups:
@@ -23,12 +26,12 @@ class Groups:
         return Groups(self.code[begin:end], self.value[begin:end])
 
     def sections(self) -> dict[str, "Groups"]:
-        """Return the groups of each section, all parts of it together.
+        """Return the groups of each section.
 
         Raises
         ------
         ReadError
-            If a section has no name.
+            If a section has no name, or there are two of a name.
         """
         found: dict[str, Groups] = {}
         marks = [
@@ -41,12 +44,10 @@ class Groups:
                 continue
             if mark + 1 >= len(self.code) or self.code[mark + 1] != 2:
                 raise ReadError("a section has no name")
-            part = self.part(mark + 2, end)
-            earlier = found.get(self.value[mark + 1])
-            if earlier is not None:
-                code = np.concatenate([earlier.code, part.code])
-                part = Groups(code, [*earlier.value, *part.value])
-            found[self.value[mark + 1]] = part
+            name = self.value[mark + 1]
+            if name in found:
+                raise ReadError(f"there are two sections {name}")
+            found[name] = self.part(mark + 2, end)
         return found
 
 
@@ -60,7 +61,7 @@ def read_groups(path: Path) -> Groups:
     """
     text = path.read_bytes().decode("utf-8", errors="replace").replace("\r\n", "\n")
     lines = text.split("\n")
-    values = list(map(str.strip, lines[1::2]))
+    values = lines[1::2]
     codes = lines[: 2 * len(values) : 2]
     try:
         groups = Groups(np.fromiter(map(int, codes), np.int64, len(codes)), values)
@@ -68,6 +69,11 @@ def read_groups(path: Path) -> Groups:
         raise ReadError(f"a line that should be a group code is not a number: {error}") from error
     if not values or groups.code[-1] != 0 or values[-1] != "EOF":
         raise ReadError("the file does not end with EOF: it is truncated")
+    # Programs differ in whether blanks belong to a name, and in what comes after the end.
+    if any(values[at] != values[at].strip() for at in np.flatnonzero(np.isin(groups.code, _NAMES))):
+        raise ReadError("a name has blanks around it")
+    if sum(values[at] == "EOF" for at in np.flatnonzero(groups.code == 0).tolist()) > 1:
+        raise ReadError("the file goes on after EOF")
     return groups
 
 

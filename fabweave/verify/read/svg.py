@@ -11,8 +11,15 @@ from fabweave.verify.read.svg_paths import path_runs
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
-FORBIDDEN = ("transform", "style", "class", "clip-path", "mask")
-SILENT = ("defs", "metadata", "title", "desc")
+#: The elements that our sheets need, and their attributes: others may change what is drawn.
+ALLOWED = {
+    "svg": {"version", "width", "height", "viewBox"},
+    "g": {"id", f"{INKSCAPE}groupmode", f"{INKSCAPE}label"},
+    "title": set(),
+    "path": {"id", "fill", "stroke", "stroke-width", "d"},
+    "circle": {"id", "fill", "stroke", "stroke-width", "cx", "cy", "r"},
+    "line": {"id", "fill", "stroke", "stroke-width", "x1", "y1", "x2", "y2"},
+}
 
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
 
@@ -22,8 +29,9 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
 
     ``layered`` says whether it must have the layers of a sheet, or none.
 
-    A transform, a style, a shape outside a layer, a curve or an unknown element is kept as a
-    problem, because it may change what is cut.
+    A shape outside a layer, a curve, and any element or attribute that our sheets do not need
+    (transforms, styles, masks, animations, …) is kept as a problem, because it may change what is
+    cut.
 
     Raises
     ------
@@ -32,7 +40,8 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
     """
     try:
         # The file is the user's own job, and expat limits entity expansion.
-        root = ET.parse(path).getroot()  # noqa: S314 - as said above
+        parser = ET.XMLParser(target=_Builder())  # noqa: S314 - as said above
+        root = ET.parse(path, parser).getroot()  # noqa: S314 - the same
     except ET.ParseError as error:
         raise ReadError(f"it is not well-formed XML: {error}") from error
     if root.tag != f"{SVG}svg":
@@ -51,6 +60,7 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
         reader.problems.append(
             f"one unit of the viewBox is {reader.scale[0]:g} mm wide and {reader.scale[1]:g} high"
         )
+    reader.judge(root, "svg")
     reader.read(root, None)
     return reader.drawing()
 
@@ -65,6 +75,18 @@ def _millimetres(root: ET.Element, name: str) -> float:
     if not (np.isfinite(value) and value > 0.0):
         raise ReadError(f"{name} is {root.get(name)!r}, not a length in mm")
     return value
+
+
+class _Builder(ET.TreeBuilder):
+    """Builds the tree of a file that does not tell programs to look elsewhere."""
+
+    def doctype(self, *_said: object) -> None:
+        """Refuse declarations: they may add attributes, and name entities."""
+        raise ReadError("it has a DOCTYPE, which may change what is drawn")
+
+    def pi(self, target: str, text: str | None = None) -> ET.Element:
+        """Refuse instructions, such as those that name a stylesheet."""
+        raise ReadError(f"it has a processing instruction <?{target} {text or ''}?>")
 
 
 class _Reader:
@@ -110,27 +132,37 @@ class _Reader:
 
     def read(self, element: ET.Element, layer: str | None) -> None:
         """Read the children of an element."""
-        for name in FORBIDDEN:
-            if name in element.attrib:
-                self.problems.append(f"<{_plain(element)}> {element.get('id')} has a {name}")
         for child in element:
             kind = _plain(child)
-            if kind in SILENT:
-                continue
-            if kind == "g":
+            self.judge(child, kind)
+            if kind == "title":
+                if len(child):
+                    self.problems.append("<title> has elements in it")
+            elif kind == "g":
                 label = child.get(f"{INKSCAPE}label")
-                if child.get(f"{INKSCAPE}groupmode") == "layer" and label is not None:
+                if layer is not None:
+                    self.problems.append(f"a group is within layer {layer!r}")
+                elif child.get(f"{INKSCAPE}groupmode") == "layer" and label is not None:
                     self.layers.append(label)
                     if label not in self.known:
                         self.problems.append(f"layer {label!r} is none of {', '.join(self.known)}")
-                    self.read(child, label)
                 else:
-                    self.read(child, layer)
-                continue
-            for name in FORBIDDEN:
-                if name in child.attrib:
-                    self.problems.append(f"<{kind}> {child.get('id')} has a {name}")
-            self._shape(child, kind, layer or "")
+                    self.problems.append(f"<g> {child.get('id')} is no layer")
+                self.read(child, label if layer is None else layer)
+            else:
+                self._shape(child, kind, layer or "")
+
+    def judge(self, element: ET.Element, kind: str) -> None:
+        """Keep what an element has beside what our sheets need."""
+        for name in sorted({*element.attrib} - ALLOWED.get(kind, {*element.attrib})):
+            short = name.rpartition("}")[2]
+            self.problems.append(f"<{kind}> {element.get('id')} has a {short}")
+        if kind in ALLOWED and element.tag != SVG + kind:
+            self.problems.append(f"<{kind}> {element.get('id')} is not of SVG's namespace")
+        if kind != "title" and any(
+            text and not text.isspace() for text in (element.text, element.tail)
+        ):
+            self.problems.append(f"<{kind}> {element.get('id')} has text beside it or in it")
 
     def _shape(self, element: ET.Element, kind: str, layer: str) -> None:
         """Read one shape."""
@@ -139,8 +171,10 @@ class _Reader:
         piece = title.text.strip() if title is not None and title.text else None
         if not layer and layer not in self.known:
             self.problems.append(f"{name} is in no layer")
-        if element.get("fill") not in (None, "none"):
-            self.problems.append(f"{name} is filled with {element.get('fill')}")
+        if element.get("fill") != "none":
+            self.problems.append(f"{name} is filled with {element.get('fill', 'black')}")
+        if any(_plain(child) != "title" for child in element):
+            self.problems.append(f"{name} has elements in it")
         owner = (layer, piece, name)
         width = element.get("stroke-width")
         wide = None if width is None else _number(element, "stroke-width") * float(self.scale[0])

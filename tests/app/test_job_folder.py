@@ -1,0 +1,245 @@
+"""A job's folder is replaced only if nothing of anybody else's is lost by that."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from jobs import OCTAHEDRON, run
+
+from fabweave.app.folder_contents import CONTENTS_FILE, foreign_files, is_complete, write_contents
+from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
+from fabweave.core.errors import InputError
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def small_job(folder: Path, text: str = "older") -> Path:
+    (folder / "sheets").mkdir(parents=True)
+    (folder / "job.toml").write_text(text)
+    (folder / "sheets" / "sheet_01.dxf").write_text(text)
+    write_contents(folder)
+    return folder
+
+
+def put(folder: Path, name: str, text: str = "mine") -> None:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+
+
+#: What somebody may do to a folder, and the name that the refusal has to tell.
+FOREIGN = {
+    "a note": (lambda job: put(job, "notes.txt"), "notes.txt"),
+    "a laser project": (lambda job: put(job, "sheets/sheet_01.lbrn2"), "sheets/sheet_01.lbrn2"),
+    "a repository": (lambda job: put(job, ".git/HEAD"), ".git"),
+    "a hidden file": (lambda job: put(job, ".env"), ".env"),
+    "an empty folder": (lambda job: (job / "photos").mkdir(), "photos"),
+    "an edited sheet": (
+        lambda job: put(job, "sheets/sheet_01.dxf", "edited"),
+        "sheets/sheet_01.dxf (changed since)",
+    ),
+    "a file for a folder": (
+        lambda job: (shutil.rmtree(job / "sheets"), put(job, "sheets")),
+        "sheets",
+    ),
+    "a folder for a file": (
+        lambda job: ((job / "job.toml").unlink(), put(job, "job.toml/mine")),
+        "job.toml (no longer a file)",
+    ),
+    "no list": (lambda job: (job / CONTENTS_FILE).unlink(), "job.toml"),
+    "a list of nonsense": (lambda job: put(job, CONTENTS_FILE, "[" * 100_000), "job.toml"),
+    "a list of numbers": (lambda job: put(job, CONTENTS_FILE, '{"files": {"a": 1}}'), "job.toml"),
+}
+
+
+@pytest.mark.parametrize(("spoil", "name"), FOREIGN.values(), ids=FOREIGN)
+def test_a_folder_with_anything_else_is_refused_and_stays(spoil, name, tmp_path):
+    job = small_job(tmp_path / "job")
+    check_destination(job)
+    spoil(job)
+    before = tree(tmp_path)
+    with pytest.raises(InputError) as refusal:
+        check_destination(job)
+    said = str(refusal.value)
+    assert "that would be lost: " in said
+    assert name in said.partition(": ")[2].partition(";")[0].split(", ")
+    with pytest.raises(InputError), finished_folder(job):
+        raise AssertionError("not reached")
+    assert tree(tmp_path) == before
+
+
+def test_a_link_is_as_foreign_as_a_file(tmp_path):
+    job, elsewhere = small_job(tmp_path / "job"), tmp_path / "elsewhere"
+    put(elsewhere, "mine")
+    (job / "link").symlink_to(elsewhere)
+    assert foreign_files(job) == ["link"]
+    (job / "link").unlink()
+    # Even to a file of the same content.
+    (job / "job.toml").rename(elsewhere / "job.toml")
+    (job / "job.toml").symlink_to(elsewhere / "job.toml")
+    assert foreign_files(job) == ["job.toml (no longer a file)"]
+
+
+def test_what_file_managers_leave_is_nobodys(tmp_path):
+    job = small_job(tmp_path / "job")
+    put(job, ".DS_Store")
+    put(job, "sheets/Thumbs.db")
+    assert foreign_files(job) == []
+
+
+def test_the_settings_of_this_run_may_have_been_edited(tmp_path):
+    job = small_job(tmp_path / "job")
+    put(job, "job.toml", "edited")
+    with pytest.raises(InputError, match=r"job\.toml"):
+        check_destination(job)
+    check_destination(job, [job / "job.toml"])
+
+
+def test_what_is_put_there_during_the_run_survives(tmp_path):
+    job = small_job(tmp_path / "job")
+    with pytest.raises(InputError, match=r"notes\.txt"), finished_folder(job) as fresh:  # noqa: PT012 - meanwhile
+        put(fresh, "job.toml", "newer")
+        put(job, "notes.txt")
+    assert (job / "notes.txt").read_text() == "mine"
+    assert (job / "job.toml").read_text() == "older"
+    assert list(tmp_path.iterdir()) == [job]
+
+
+def test_an_older_job_is_replaced_whole(tmp_path):
+    job = small_job(tmp_path / "job")
+    with finished_folder(job) as fresh:
+        put(fresh, "job.toml", "newer")
+    assert set(tree(job)) == {"job.toml", CONTENTS_FILE}
+    assert is_complete(job)
+    assert list(tmp_path.iterdir()) == [job]
+
+
+def test_a_link_to_a_folder_is_followed_and_one_to_nowhere_refused(tmp_path):
+    job = small_job(tmp_path / "there" / "job")
+    link = tmp_path / "link"
+    link.symlink_to(job)
+    with finished_folder(link) as fresh:
+        put(fresh, "job.toml", "newer")
+    assert link.is_symlink()
+    assert (job / "job.toml").read_text() == "newer"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "there"]
+    link.unlink()
+    link.symlink_to(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"is a link to .*nowhere, which is not there"):
+        check_destination(link)
+
+
+def test_where_one_is_and_the_roots_of_volumes_are_refused(tmp_path, monkeypatch):
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "a" / "b")
+    for directory in (Path(), Path(".."), tmp_path / "a"):
+        with pytest.raises(InputError, match="is where you are"):
+            check_destination(directory)
+    with pytest.raises(InputError, match="is the root of a volume"):
+        check_destination(Path("/"))
+
+
+def test_a_mesh_in_the_folder_is_not_lost(tmp_path):
+    job = small_job(tmp_path / "job")
+    put(job, "vase.obj")
+    write_contents(job)
+    check_destination(job)
+    with pytest.raises(InputError, match=r"the mesh .*vase.obj is in "):
+        check_destination(job, mesh=str(job / "vase.obj"))
+
+
+#: Makes a folder, and kills itself as nothing can prevent when it is to be put in place.
+KILLED = """\
+import os, signal, sys
+from pathlib import Path
+import fabweave.app.job_folder as job_folder
+where, directory = sys.argv[1], Path(sys.argv[2])
+real, calls = Path.rename, 0
+def rename(path, target):
+    global calls
+    calls += 1
+    if where == f"before {calls}":
+        os.kill(os.getpid(), signal.SIGKILL)
+    real(path, target)
+    if where == f"after {calls}":
+        os.kill(os.getpid(), signal.SIGKILL)
+Path.rename = rename
+with job_folder.finished_folder(directory) as fresh:
+    (fresh / "job.toml").write_text("newer")
+    if where == "half full":
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
+@pytest.mark.parametrize(
+    ("where", "text", "note"),
+    [
+        ("half full", "older", "removed what it left"),
+        ("before 1", "older", "removed what it left"),
+        ("after 1", "newer", "new job was complete, and is back"),
+        ("after 2", "newer", "removed what it left"),
+    ],
+)
+def test_the_next_run_clears_up_after_one_that_was_killed(where, text, note, tmp_path):
+    job = small_job(tmp_path / "job")
+    put(tmp_path, ".job.notours/mine")  # like a temporary folder, but nobody's lock is in it
+    ended = subprocess.run([sys.executable, "-c", KILLED, where, job], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert len(list(tmp_path.glob(".job.*"))) == 2
+    (said,) = clear_abandoned(job)
+    assert note in said
+    assert (job / "job.toml").read_text() == text
+    assert is_complete(job)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".job.notours", "job"]
+    assert clear_abandoned(job) == []
+
+
+def test_a_run_that_lives_is_left_alone(tmp_path):
+    job = small_job(tmp_path / "job")
+    with finished_folder(job) as fresh:
+        put(fresh, "job.toml", "newer")
+        script = "import sys; from pathlib import Path; import fabweave.app.job_folder as f; " \
+            "print(f.clear_abandoned(Path(sys.argv[1])))"  # fmt: skip
+        said = subprocess.run([sys.executable, "-c", script, job], capture_output=True, check=True)
+        assert said.stdout.strip() == b"[]"
+        assert fresh.is_dir()
+    assert (job / "job.toml").read_text() == "newer"
+
+
+def test_where_the_name_is_taken_again_the_older_job_is_kept_aside(tmp_path):
+    job = small_job(tmp_path / "job")
+    subprocess.run([sys.executable, "-c", KILLED, "after 1", job], check=False)
+    job.mkdir()
+    put(job, "diary.txt")
+    (said,) = clear_abandoned(job)
+    assert "is still in" in said
+    (aside,) = tmp_path.glob(".job.*/old")
+    assert (aside / "job.toml").read_text() == "older"
+    assert (job / "diary.txt").read_text() == "mine"
+
+
+def test_the_command_line_says_so_and_goes_on(finished, tmp_path, capsys):
+    job = finished.copy(tmp_path / "job", *OCTAHEDRON)
+    made = tree(job)
+    subprocess.run([sys.executable, "-c", KILLED, "half full", job], check=False)
+    assert run("make", *OCTAHEDRON, "-q", "-o", job) == 0
+    assert "was killed: removed what it left" in capsys.readouterr().err
+    assert tree(job) == made
+    put(job, "notes.txt")
+    assert run("make", *OCTAHEDRON, "-q", "-o", job) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("fabweave: ")
+    assert "notes.txt" in error
+    assert tree(job) == made | {"notes.txt": b"mine"}
+    assert list(tmp_path.iterdir()) == [job]
