@@ -142,7 +142,7 @@ def check_coupon_folder(directory: Path) -> None:
         )
 
 
-def write_coupon(coupon: Coupon, directory: Path, *, dxf: str = "R2010") -> None:
+def write_coupon(coupon: Coupon, directory: Path) -> None:
     """Write ``coupon.dxf``, ``.svg``, ``.png`` and ``.txt`` into a folder, made if it is not there.
 
     Raises
@@ -153,7 +153,7 @@ def write_coupon(coupon: Coupon, directory: Path, *, dxf: str = "R2010") -> None
     check_coupon_folder(directory)
     drawing = draw_coupon(coupon)
     contents = {
-        "coupon.dxf": dxf_bytes(drawing, version=dxf),
+        "coupon.dxf": dxf_bytes(drawing),
         "coupon.svg": svg_text(drawing).encode(),
         "coupon.png": png_bytes(drawing, titles={}),  # its pieces are engraved with what they are
         "coupon.txt": coupon_text(coupon).encode(),

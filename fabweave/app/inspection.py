@@ -84,10 +84,6 @@ def inspect_mesh(
     given_mesh : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
 
-    Returns
-    -------
-    Inspection
-
     Raises
     ------
     InputError, CannotMakeError

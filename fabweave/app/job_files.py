@@ -22,10 +22,10 @@ from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.preflight.violations import flaw_lines
 from fabweave.cut.service import PieceMaterial, kind_files, write_kind_files
-from fabweave.cut.write.dxf import write_dxf
-from fabweave.cut.write.preview import write_png
-from fabweave.cut.write.svg import write_svg
-from fabweave.cut.write.template import write_template
+from fabweave.cut.write.dxf import dxf_bytes
+from fabweave.cut.write.preview import png_bytes
+from fabweave.cut.write.svg import svg_text
+from fabweave.cut.write.template import template_pdf
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.mesh.io.files import write_mesh
@@ -96,21 +96,22 @@ def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> Non
     """Write one sheet as DXF, SVG, picture, and PDF at full size."""
     _write_cuts(folder, drawing, settings)
     if settings.template != "none":
-        write_template(folder / f"{drawing.name}.pdf", drawing, settings.template)
-    write_png(folder / f"{drawing.name}.png", drawing, colours=settings.preset)
+        template = template_pdf(drawing, settings.template)
+        (folder / f"{drawing.name}.pdf").write_bytes(template)
+    (folder / f"{drawing.name}.png").write_bytes(png_bytes(drawing, colours=settings.preset))
 
 
 def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
     """Write one sheet as DXF and SVG."""
-    colours = settings.preset
-    write_dxf(folder / f"{drawing.name}.dxf", drawing, version=settings.dxf, colours=colours)
-    write_svg(
-        folder / f"{drawing.name}.svg",
+    dxf = dxf_bytes(drawing, version=settings.dxf, colours=settings.preset)
+    (folder / f"{drawing.name}.dxf").write_bytes(dxf)
+    svg = svg_text(
         drawing,
-        colours=colours,
+        colours=settings.preset,
         units=settings.svg_units,
         stroke_width_mm=settings.line_mm,
     )
+    _write(folder / f"{drawing.name}.svg", svg)
 
 
 def _write_service(job: Job, crossing_map: CrossingMap, directory: Path) -> None:
@@ -219,7 +220,8 @@ def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> 
         directory.mkdir()
         for offcut in job.offcuts:
             drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
-            write_dxf(directory / f"{offcut.name}.dxf", drawing, version=job.settings.dxf)
+            dxf = dxf_bytes(drawing, version=job.settings.dxf)
+            (directory / f"{offcut.name}.dxf").write_bytes(dxf)
         _write(directory / OFFCUT_STOCK, stock_text(records, entries))
     return entries
 

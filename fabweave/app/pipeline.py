@@ -278,13 +278,7 @@ def draw_job(
     kerfed = kerfed_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     woven = planned.woven
     return Job(
-        settings=settings,
-        supplies=planned.supplies,
-        rules=planned.rules,
-        woven=woven,
-        check=planned.check,
-        split_plan=planned.split_plan,
-        piece_set=pieces,
+        **{**vars(planned), "settings": settings},
         layout=layout,
         allotment=allotment,
         offcuts=offcuts,

@@ -44,10 +44,6 @@ def compensated(drawing: SheetDrawing, kerf_mm: float) -> SheetDrawing:
     kerf_mm : float
         Width of the burnt line; 0 returns the drawing as it is.
 
-    Returns
-    -------
-    SheetDrawing
-
     Raises
     ------
     InputError

@@ -18,8 +18,8 @@ from fabweave.cut.drawing import PieceDrawing, SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.presets import Preset
 from fabweave.cut.sheets import draw_piece
-from fabweave.cut.write.dxf import write_dxf
-from fabweave.cut.write.svg import write_svg
+from fabweave.cut.write.dxf import dxf_bytes
+from fabweave.cut.write.svg import svg_text
 from fabweave.flat.piece import Piece
 from fabweave.nest.layout import Placement
 
@@ -115,7 +115,7 @@ def _draw_alone(piece: Piece, name: str) -> SheetDrawing:
     return SheetDrawing(name, float(size[0]), float(size[1]), (alone,), ())
 
 
-def quantity_table(files: Sequence[KindFile], *, suffix: str = ".dxf") -> str:
+def quantity_table(files: Sequence[KindFile]) -> str:
     """Return the table of quantities as CSV: one row a file.
 
     Length and width are those of what the file holds; the area is without holes, the length of
@@ -132,7 +132,7 @@ def quantity_table(files: Sequence[KindFile], *, suffix: str = ".dxf") -> str:
         length += sum(slot.path.length for slot in piece.slots)
         rows.writerow(
             (
-                f"{file.material.folder}/{file.drawing.name}{suffix}",
+                f"{file.material.folder}/{file.drawing.name}.dxf",
                 len(file.ids),
                 file.kind,
                 " ".join(file.ids),
@@ -162,13 +162,10 @@ def write_kind_files(
         (directory / folder).mkdir(parents=True)
     for file in files:
         stem = directory / file.material.folder / file.drawing.name
-        write_dxf(stem.with_name(f"{stem.name}.dxf"), file.drawing, version=version, plain=True)
-        write_svg(
-            stem.with_name(f"{stem.name}.svg"),
-            file.drawing,
-            colours=colours,
-            units=units,
-            stroke_width_mm=stroke_width_mm,
-            plain=True,
+        dxf = dxf_bytes(file.drawing, version=version, plain=True)
+        stem.with_name(f"{stem.name}.dxf").write_bytes(dxf)
+        svg = svg_text(
+            file.drawing, colours=colours, units=units, stroke_width_mm=stroke_width_mm, plain=True
         )
+        stem.with_name(f"{stem.name}.svg").write_bytes(svg.encode())
     (directory / TABLE).write_bytes(quantity_table(files).encode())

@@ -70,10 +70,6 @@ def build_pieces(
         The joints; without it, riveted laps with one fastener.
     slots : bool
         Whether strands that lie under have slots in place of holes where they have no joint.
-
-    Returns
-    -------
-    Pieces
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     before, after = _joint_numbers(runs, weave)

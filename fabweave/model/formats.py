@@ -12,12 +12,10 @@ import numpy as np
 import trimesh
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.core.colour_space import light_of
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.model.bodies import Body
+from fabweave.model.gltf import METRES, glb_bytes, linear, painted
 
-#: glTF counts in metres.
-_METRES = 0.001
 #: Rhino 7 and later read it.
 _RHINO_VERSION = 7
 _HEADER = b"fabweave, millimetres"
@@ -76,26 +74,14 @@ def _glb(bodies: Sequence[Body]) -> bytes:
     scene = trimesh.Scene()
     for body in bodies:
         mesh = trimesh.Trimesh(
-            body.vertices * _METRES,
+            body.vertices * METRES,
             body.all_triangles,
             vertex_normals=body.normals,
             process=False,
         )
-        # glTF takes linear light, and colours are named in sRGB.
-        light = np.round(light_of(np.array([body.colour], dtype=np.uint8))[0], 4).tolist()
-        mesh.visual = trimesh.visual.TextureVisuals(
-            material=trimesh.visual.material.PBRMaterial(
-                baseColorFactor=[*light, 1.0],
-                metallicFactor=0.0,
-                roughnessFactor=0.8,
-                doubleSided=True,
-            )
-        )
+        mesh.visual = painted(linear(np.array(body.colour, dtype=np.uint8)))
         scene.add_geometry(mesh, node_name=body.label, geom_name=body.label)
-    exported = scene.export(file_type="glb", include_normals=bodies[0].normals is not None)
-    if not isinstance(exported, bytes):
-        raise TypeError("the glTF exporter returned no bytes")
-    return exported
+    return glb_bytes(scene, include_normals=bodies[0].normals is not None)
 
 
 def _obj(bodies: Sequence[Body]) -> bytes:

@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.ribbon.project import following_rung
+from fabweave.ribbon.project import following_rung, number_rungs
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
@@ -117,10 +117,6 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
     mesh, halfedges, weave
         A mesh, its connectivity, and the weave on it, whose ribbons can be laid: no quad is
         without area.
-
-    Returns
-    -------
-    Course
     """
     threads = weave.threads
     first = threads.crossing_halfedge
@@ -141,7 +137,7 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
     across = np.where(threads.forward[:, None], rightward[crossing], leftward[crossing] * -1.0)
     across = np.where(seen_first[:, None], across, -across)
 
-    offsets, guide = _number_guides(threads)
+    offsets, guide = number_rungs(threads, 1, 1)
     count = int(offsets[-1])
     place, rise, half = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3))
     room = np.zeros(count)
@@ -161,16 +157,6 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
     twins = np.zeros((threads.n_crossings, 2), dtype=np.int64)
     twins[crossing, weave.over.astype(np.int64)] = guide
     return tapered(Course(offsets, threads.closed, place, rise, half, room, twins))
-
-
-def _number_guides(threads: Threads) -> tuple[IntArray, IntArray]:
-    """Return where each thread's guides start, (T + 1,), and the guide of each pass, (P,)."""
-    turns = np.bincount(threads.turn_pass, minlength=len(threads.crossing))
-    own = offsets_of(1 + turns)
-    ends = np.where(threads.closed | (threads.lengths == 0), 0, 2)
-    offsets = offsets_of(own[threads.offsets[1:]] - own[threads.offsets[:-1]] + ends)
-    shift = offsets[:-1] + ends // 2 - own[threads.offsets[:-1]]
-    return offsets, own[:-1] + shift[threads.thread_of_pass]
 
 
 def _turns(

@@ -24,6 +24,8 @@ from fabweave.weave.pattern import Weave
 
 #: Sides of a tube: fewer than three are none, and more than these are never seen.
 _FEWEST_SIDES, _MOST_SIDES = 3, 128
+#: Yarns without a radius are so thick, relative to the thickest that have room.
+_THICKNESS = 0.95
 #: No yarn is thicker than this share of its room; how much thinner the next one tried is; and how
 #: finely the thickest is found.
 _LARGEST, _SHRINK, _FINER = 0.75, 0.85, 4
@@ -77,7 +79,6 @@ def spin_yarns(
     labels: Sequence[str],
     *,
     radius_mm: float | None = None,
-    thickness: float = 0.95,
     sides: int = 12,
     progress: Progress = no_progress,
 ) -> Yarns:
@@ -86,7 +87,7 @@ def spin_yarns(
     Each tube follows a curve through the thread's crossings that lies a little more than its
     radius above or below the surface there. Without a radius, yarns are thick where the weave is
     wide and thin where it is narrow: the radius is a share of the room at each crossing, and the
-    share is the largest at which hardly any yarns touch, times the relative thickness. About the
+    share is the largest at which hardly any yarns touch, less 5 %. About the
     few crossings where some still do, they are made thinner.
 
     Parameters
@@ -97,8 +98,6 @@ def spin_yarns(
         Names of the threads, for messages.
     radius_mm : float or None
         One radius for all yarns, or None for the thickest that have room.
-    thickness : float
-        Share of the largest radius, in (0, 1], where ``radius_mm`` is None.
     sides : int
         Sides of the tubes, at least 3.
     progress : callable
@@ -113,7 +112,7 @@ def spin_yarns(
     Raises
     ------
     InputError
-        If the thickness, radius or number of sides makes no sense.
+        If the radius or number of sides makes no sense.
     CannotMakeError
         If yarns of the radius touch, or yarns of any radius do.
 
@@ -135,8 +134,6 @@ def spin_yarns(
     >>> len(yarns.closed), yarns.sides, bool(yarns.most > 1.5)
     (8, 6, True)
     """
-    if not 0.0 < thickness <= 1.0:
-        raise InputError(f"the relative thickness of yarns is {thickness:g}; it must be in (0, 1]")
     if not _FEWEST_SIDES <= sides <= _MOST_SIDES:
         raise InputError(
             f"a yarn has {sides} sides; it needs {_FEWEST_SIDES} at least, and {_MOST_SIDES} do"
@@ -149,8 +146,8 @@ def spin_yarns(
     if radius_mm is None:
         few = int(_FEW * len(course.place))
         most, _ = _largest_share(course, course.room_mm, few, progress)
-        course = _thinned(course, thickness * most, labels, progress)
-        radii, times = thickness * most * course.room_mm, 1.0 / thickness
+        course = _thinned(course, _THICKNESS * most, labels, progress)
+        radii, times = _THICKNESS * most * course.room_mm, 1.0 / _THICKNESS
     else:
         radii, times = _even_radii(course, radius_mm, mesh, labels, progress)
     spines = draw_spines(course, radii)

@@ -152,10 +152,6 @@ def choose_view(points: FloatArray, triangles: IntArray) -> View:
         Positions.
     triangles : (T, 3) int array
         Corners.
-
-    Returns
-    -------
-    View
     """
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -60,10 +60,6 @@ def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> Li
         Unit normals at the corners as (right, up, towards the eye), outward.
     up : (3,) float array
         The object's upward axis in the same terms.
-
-    Returns
-    -------
-    Light
     """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     # y counts from the top, so a triangle that runs counter-clockwise has a negative area.

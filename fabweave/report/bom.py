@@ -22,10 +22,6 @@ def bill_of_materials(piece_set: PieceSet) -> BillOfMaterials:
     own material: two at a crossing, three at a lap. Glue covers the laps of all glued joints, once
     each. Tape runs across the seams of pieces that meet end to end: each is as long as the ribbon
     is wide, square to it.
-
-    Parameters
-    ----------
-    piece_set : PieceSet
     """
     needed: Counter[tuple[float, int, float]] = Counter()
     layers, grip = count_layers(piece_set), grips_mm(piece_set)

@@ -10,10 +10,10 @@ from fabweave.core.messages import agree
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import KINDS, WANTED_HEIGHT_MM
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
+from fabweave.flat.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.flat.pieces import PieceSet
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.bom import bill_of_materials, bom_notes
-from fabweave.report.joint_notes import joint_notes
 from fabweave.ribbon.measures import ribbon_widths, size_for
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -113,6 +113,40 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
     )
     if narrow > (1 - WANTED_SHARE) * len(room):
         note += f"; with {size_for(tenth, rule.edge_mm, size)}mm, nine in ten"
+    return [note]
+
+
+def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
+    """Return what a maker should know of the joints: their kinds, and what would mend the rest.
+
+    Parameters
+    ----------
+    piece_set : PieceSet
+    size_mm : float
+        Largest dimension of the object.
+    """
+    if not piece_set.joints:
+        return []
+    kinds = Counter((joint.kind.name, len(joint.holes)) for joint in piece_set.joints)
+    parts = []
+    for (name, holes), count in sorted(kinds.items(), key=lambda item: (-item[1], item[0])):
+        fasteners = agree(holes, " with {n} fastener[|s]") + agree(count, "[| each]")
+        parts.append(agree(count, "{n} " + JOINT_KINDS[name].note) + (fasteners if holes else ""))
+    note = "joints: " + "; ".join(parts)
+    plan, rule = piece_set.plan, piece_set.plan.rule
+    lost = [j.id for j in piece_set.joints if j.kind != rule.kind or len(j.holes) != rule.holes]
+    if not lost:
+        return [note]
+    some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
+    note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanted for {rule} ({some})"
+    if np.any(plan.needed_mm > 0):
+        worst = int(np.argmin(plan.room_mm / plan.needed_mm))
+        least, needed = float(plan.room_mm[worst]), float(plan.needed_mm[worst])
+        note += (
+            f": the narrowest has {least:.1f} mm from its middle to an edge and needs "
+            f"{needed:.1f} mm; with --size {size_for(least, needed, size_mm)}mm, all would be wide "
+            "enough"
+        )
     return [note]
 
 

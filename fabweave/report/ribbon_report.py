@@ -244,12 +244,7 @@ def _rounded(value: float) -> float | None:
 
 
 def ribbon_notes(check: RibbonCheck) -> list[str]:
-    """Return what a maker should know of the ribbons: the worst place of each rule, and the size.
-
-    Parameters
-    ----------
-    check : RibbonCheck
-    """
+    """Return what a maker should know of ribbons: the worst place of each rule, and the size."""
     sentences = {finding.rule: sentence(finding) for finding in check.findings}
     notes = [sentences.pop("bend", _bend_note(check)), *_turning_note(check)]
     if "twist" not in sentences:

@@ -32,11 +32,6 @@ _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 
 
-def outline_area_mm2(piece: Piece) -> float:
-    """Return the nominal area of a piece's outline, holes not taken off."""
-    return piece.path.area
-
-
 def hole_area_mm2(piece: Piece) -> float:
     """Return the area of a piece's holes and slots."""
     slots = sum(slot.path.area for slot in piece.slots)
@@ -60,7 +55,7 @@ def piece_table(
     kinds = piece_kinds(pieces, allotment.of_pieces(pieces)).tolist()
     for piece, placement, kind in zip(pieces, layout.placements, kinds, strict=True):
         length, width = np.ptp(piece.outline, axis=0)
-        area = outline_area_mm2(piece) - hole_area_mm2(piece)
+        area = piece.path.area - hole_area_mm2(piece)
         material = allotment.of_thread(piece.thread).material
         rows.writerow(
             (
@@ -177,7 +172,7 @@ def _sheet_account(
     sheet, material = layout.sheets[number], allotment.of_sheet(number).material
     cut = entities_on(drawing, Layer.CUT_INNER, Layer.CUT_OUTER)
     placed = [pieces[p.piece] for p in layout.placements if p.sheet == number]
-    outlines = sum(outline_area_mm2(piece) for piece in placed)
+    outlines = sum(piece.path.area for piece in placed)
     holes = sum(hole_area_mm2(piece) for piece in placed)
     area = sheet.area_mm2
     return SheetAccount(

@@ -76,10 +76,6 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
     weave : Weave
     limits : Limits
 
-    Returns
-    -------
-    Narrowing
-
     Examples
     --------
     >>> from fabweave.mesh.halfedge import build_halfedges

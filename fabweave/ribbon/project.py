@@ -136,7 +136,7 @@ def project_ribbons(
     placed = placed + lift[:, None, :]
 
     factor = np.ones(len(threads.crossing)) if narrowing is None else narrowing
-    offsets, entry = _number_rungs(threads)
+    offsets, entry = number_rungs(threads, 2, RUNGS_A_TURN)
     right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
     for shift, u in ((0, 0.5 - length / 2), (1, 0.5 + length / 2)):
         right[entry + shift], left[entry + shift] = _rung(placed, u, rule, length, factor)
@@ -209,11 +209,13 @@ def convex_quads(quads: FloatArray) -> FloatArray:
     return moved
 
 
-def _number_rungs(threads: Threads) -> tuple[IntArray, IntArray]:
-    """Return where each thread's rungs start, (T + 1,), and where each pass enters, (P,)."""
-    count = len(threads.crossing)
-    turns = np.bincount(threads.turn_pass, minlength=count)
-    pass_starts = offsets_of(2 + RUNGS_A_TURN * turns)
+def number_rungs(threads: Threads, a_pass: int, a_turn: int) -> tuple[IntArray, IntArray]:
+    """Return where each thread's rungs start, (T + 1,), and where each pass enters, (P,).
+
+    A pass has so many of them, and each turn after it so many more.
+    """
+    turns = np.bincount(threads.turn_pass, minlength=len(threads.crossing))
+    pass_starts = offsets_of(a_pass + a_turn * turns)
     # An open thread has one rung more at either end.
     ends = np.where(threads.closed | (threads.lengths == 0), 0, 2)
     offsets = offsets_of(

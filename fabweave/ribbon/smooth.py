@@ -23,10 +23,6 @@ def smooth_ribbons(ribbons: Ribbons, steps: int) -> Ribbons:
     steps : int
         Cross-lines between two panels; 0 leaves the ribbons as they are.
 
-    Returns
-    -------
-    Ribbons
-
     Examples
     --------
     >>> from fabweave.mesh.shapes.grids import torus

@@ -3,11 +3,14 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
 from fabweave.verify.drawing import Floats
+
+#: Corners, (N, 2).
+Polygon: TypeAlias = Annotated[Floats, (2,)]
 
 
 @dataclass(frozen=True)
@@ -126,12 +129,14 @@ class Piece:
     """
 
     id: str
+    #: Pieces of one number can be put in one another's place.
+    kind: int
     thread: int
     sheet: int
     rotation_deg: float
     shift: Floats
     joints: tuple[int | None, int | None]
-    outline: Floats
+    outline: Polygon
     path: Floats
     stations: tuple[Station, ...]
     labels: tuple[Label, ...]
@@ -140,8 +145,6 @@ class Piece:
     cutouts: tuple[Cutout, ...] | None = None
     #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
     mirror_mm: float | None = None
-    #: Pieces of one number can be put in one another's place.
-    kind: int = 0
 
     @property
     def points(self) -> Floats:
@@ -185,6 +188,23 @@ class Joint:
     grip_mm: float | None = None
 
 
+@dataclass(frozen=True)
+class Code:
+    """Where a sheet has its QR code: the lower left corner, and the size of a dot."""
+
+    x_mm: float
+    y_mm: float
+    dot_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What is kept of a sheet."""
+
+    name: str
+    outline: Polygon
+
+
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """A sheet that is cut."""
@@ -199,15 +219,13 @@ class Sheet:
     offcut: bool
     price: float | None
     grain_deg: float | None
-    outline: Floats
-    defects: tuple[Floats, ...]
-    #: Of its QR code: the lower left corner, and the size of a dot.
-    code: tuple[float, float, float] | None = None
+    outline: Polygon
+    defects: tuple[Polygon, ...]
+    code: Code | None = None
     #: What it is of, where the map states it.
     material: str | None = None
     thickness_mm: float | None = None
-    #: What is kept of it: name and outline.
-    rest: tuple[str, Floats] | None = None
+    rest: Rest | None = None
 
     @property
     def area_mm2(self) -> float:

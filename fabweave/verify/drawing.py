@@ -165,23 +165,6 @@ class Drawing:
         return points, owner[after]
 
 
-def length_of(shape: Shape) -> float:
-    """Return the length of a shape.
-
-    Examples
-    --------
-    >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
-    >>> length_of(Shape("NOTES", None, square, True, None, None, ""))
-    8.0
-    >>> round(length_of(Shape("NOTES", None, square[:2], True, None, np.ones(2), "")), 6)
-    6.283185
-    """
-    if shape.radius is not None:
-        return float(2.0 * np.pi * shape.radius)
-    run = _run(shape)
-    return float(np.sum(arc_lengths(np.hypot(*np.diff(run[:, :2], axis=0).T), run[:-1, 2])))
-
-
 def corners_apart(one: Floats, two: Floats) -> float:
     """Return the greatest distance of corresponding corners; infinite for unlike polygons."""
     return float(np.abs(one - two).max()) if one.shape == two.shape else np.inf

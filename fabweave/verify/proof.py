@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 from shapely.errors import ShapelyError
@@ -42,8 +41,6 @@ from fabweave.verify.checks.sheets.templates import check_templates
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.report import VerifyReport
 from fabweave.verify.statement import Tally
-
-Progress: TypeAlias = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -109,15 +106,13 @@ _TASKS = (
 )
 
 
-def verify_job(directory: Path, *, progress: Progress | None = None) -> VerifyReport:
+def verify_job(directory: Path) -> VerifyReport:
     """Read a finished job's files back and prove them.
 
     Parameters
     ----------
     directory : Path
         The folder that a run left.
-    progress : callable, optional
-        Called as ``progress(what, done, total)``; never changes a result.
 
     Returns
     -------
@@ -132,19 +127,11 @@ def verify_job(directory: Path, *, progress: Progress | None = None) -> VerifyRe
     (False, 'files', 'crossing_map.json is missing')
     """
     results = []
-    tally = Tally("files")
-    if progress is not None:
-        progress("files", 0, len(_TASKS))
-    job = load_job(Path(directory), tally)
-    for done, task in enumerate(_TASKS):
-        if done:
-            tally = Tally(task.name)
-            if progress is not None:
-                progress(task.name, done, len(_TASKS))
+    job = load_job(Path(directory), tally := Tally("files"))
+    for task in _TASKS:
+        tally = tally if task is _TASKS[0] else Tally(task.name)
         _run(task, job, tally)
         results.append(tally.result())
-    if progress is not None:
-        progress("done", len(_TASKS), len(_TASKS))
     return VerifyReport(tuple(results))
 
 

@@ -15,8 +15,8 @@ from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDra
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.notes.notes import sheet_notes
 from fabweave.cut.notes.qr_code import with_code
-from fabweave.cut.write.dxf import DXF_VERSIONS, write_dxf
-from fabweave.cut.write.svg import SVG_UNITS, write_svg
+from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes
+from fabweave.cut.write.svg import SVG_UNITS, svg_text
 
 #: Pieces of a sheet, of a row, and from piece to piece, millimetres.
 SHEET, ROW, STEP = 250, 10, (95.0, 26.0)
@@ -79,7 +79,8 @@ def main() -> None:
         for version in DXF_VERSIONS:
             taken = spent(
                 lambda version=version: [
-                    write_dxf(folder / f"{one.name}.dxf", one, version=version) for one in drawings
+                    (folder / f"{one.name}.dxf").write_bytes(dxf_bytes(one, version=version))
+                    for one in drawings
                 ]
             )
             size = sum(path.stat().st_size for path in folder.glob("*.dxf")) / 1e6
@@ -87,7 +88,8 @@ def main() -> None:
         for units in SVG_UNITS:
             taken = spent(
                 lambda units=units: [
-                    write_svg(folder / f"{one.name}.svg", one, units=units) for one in drawings
+                    (folder / f"{one.name}.svg").write_bytes(svg_text(one, units=units).encode())
+                    for one in drawings
                 ]
             )
             size = sum(path.stat().st_size for path in folder.glob("*.svg")) / 1e6

@@ -13,7 +13,7 @@ from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.stock.material import material_named, material_table
 from fabweave.verify import verify_job
-from fabweave.verify.checks.reports.own_materials import check_own_materials
+from fabweave.verify.checks.reports.materials import check_own_materials
 from fabweave.verify.checks.reports.preflight import check_preflight
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally

@@ -15,9 +15,9 @@ from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.drawing_check import check_drawing
 from fabweave.cut.labels.titles import place_titles
-from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes, extents, write_dxf
+from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes, extents
 from fabweave.cut.write.preview import png_bytes
-from fabweave.cut.write.svg import SVG_UNITS, svg_text, write_svg
+from fabweave.cut.write.svg import SVG_UNITS, svg_text
 from fabweave.flat.path_fit import fit_paths
 from fabweave.report.waste import length_mm
 
@@ -70,7 +70,7 @@ def flattened_by_ezdxf(entity):
 
 @pytest.mark.parametrize("version", DXF_VERSIONS)
 def test_ezdxf_measures_our_arcs(bent, version, tmp_path):
-    write_dxf(tmp_path / "a.dxf", bent, version=version)
+    (tmp_path / "a.dxf").write_bytes(dxf_bytes(bent, version=version))
     document = ezdxf.readfile(tmp_path / "a.dxf")
     assert not document.audit().errors
     read = list(document.modelspace())
@@ -92,7 +92,7 @@ def test_ezdxf_measures_our_arcs(bent, version, tmp_path):
 @pytest.mark.parametrize("units", SVG_UNITS)
 def test_svgpathtools_measures_our_arcs(bent, units, tmp_path):
     svgpathtools = pytest.importorskip("svgpathtools")
-    write_svg(tmp_path / "a.svg", bent, units=units)
+    (tmp_path / "a.svg").write_bytes(svg_text(bent, units=units).encode())
     scale = 1.0 if units == "mm" else 25.4 / 96.0
     elements = {
         element.get("id"): element.get("d")
@@ -119,7 +119,7 @@ def test_svgpathtools_measures_our_arcs(bent, units, tmp_path):
 
 def test_gdal_measures_our_arcs(bent, tmp_path):
     pyogrio = pytest.importorskip("pyogrio")
-    write_dxf(tmp_path / "a.dxf", bent)
+    (tmp_path / "a.dxf").write_bytes(dxf_bytes(bent))
     # GDAL takes chords of four degrees where it is told nothing.
     pyogrio.set_gdal_config_options({"OGR_ARC_STEPSIZE": 0.5})
     _, _, shapes, values = pyogrio.raw.read(tmp_path / "a.dxf", columns=["Layer"])

@@ -8,13 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.cut.labels.lettering import characters, place_text, strokes, text_box, text_width
+from fabweave.cut.labels.lettering import characters, place_text, text_box
 
 REQUIRED = string.ascii_uppercase + string.digits + "-./+:×=><()#*^ "
 VISIBLE = characters().replace(" ", "")
 
 texts = st.text(alphabet=characters(), min_size=1, max_size=12)
 heights = st.floats(0.8, 50.0)
+
+
+def strokes(text, height):
+    """Return the strokes of a text that begins at the origin and stands on y = 0."""
+    box = text_box(text, height)
+    return place_text(text, height, (box.width / 2, (box.bottom + box.top) / 2), 0.0)
 
 
 def segments_of(lines):
@@ -87,7 +93,8 @@ def test_lookalikes_differ_by_more_than_the_width_of_a_burn(pair):
 def test_no_letter_or_digit_is_another_one_upside_down():
     signs = string.ascii_uppercase + string.digits
     turned = {
-        sign: picture(upside_down(strokes(sign, 12.0), text_width(sign, 12.0))) for sign in signs
+        sign: picture(upside_down(strokes(sign, 12.0), text_box(sign, 12.0).width))
+        for sign in signs
     }
     for one in signs:
         for other in signs:
@@ -113,9 +120,9 @@ def test_six_and_nine_are_the_same_but_for_their_underline():
 
 @given(texts, heights)
 def test_text_is_as_wide_as_its_glyphs_and_the_gaps(text, height):
-    alone = sum(text_width(sign, height) for sign in text)
+    alone = sum(text_box(sign, height).width for sign in text)
     gaps = height * 3 / 12 * (len(text) - 1)
-    assert text_width(text, height) == pytest.approx(alone + gaps)
+    assert text_box(text, height).width == pytest.approx(alone + gaps)
 
 
 @given(texts, heights)
@@ -134,7 +141,7 @@ def test_a_text_is_its_glyphs_side_by_side(text, height):
     left = 0.0
     for sign in text:
         expected += [line + np.array([left, 0.0]) for line in strokes(sign, height)]
-        left += text_width(sign, height) + height / 4.0
+        left += text_box(sign, height).width + height / 4.0
     lines = strokes(text, height)
     assert len(lines) == len(expected)
     for line, wanted in zip(lines, expected, strict=True):
@@ -168,18 +175,18 @@ def test_an_empty_text_has_no_strokes_and_a_space_has_width():
     assert strokes("", 2.5) == []
     assert place_text("", 2.5, (0.0, 0.0), 0.0) == []
     assert strokes("  ", 2.5) == []
-    assert text_width("A A", 2.5) > text_width("AA", 2.5) + 1.0
+    assert text_box("A A", 2.5).width > text_box("AA", 2.5).width + 1.0
 
 
 def test_missing_glyphs_are_named():
     with pytest.raises(InputError, match=r"2 character.*'é'|2 character.*'É'.*'漢' \(U\+6F22\)"):
         strokes("A漢éA", 2.5)
     with pytest.raises(InputError):
-        text_width("\n", 2.5)
+        text_box("\n", 2.5)
 
 
 @pytest.mark.parametrize("height", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_height_that_is_no_length_is_refused(height):
-    for function in (strokes, text_width, text_box):
+    for function in (strokes, text_box):
         with pytest.raises(InputError, match="letter height"):
             function("A", height)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, SheetDrawing
 from fabweave.cut.drawing_check import check_drawing
-from fabweave.cut.labels.lettering import strokes
+from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.notes.notes import sheet_notes
 from fabweave.cut.presets import LayerColour, preset_named, preset_names
 
@@ -46,7 +46,7 @@ def test_the_bar_is_as_long_as_it_says(width, length):
     # Its ends are marked by strokes that stand on it.
     np.testing.assert_allclose(bar.points[[0, 3], 0], bar.points[[1, 2], 0])
     if width == 600.0:
-        expected = strokes("100 MM", 2.5)
+        expected = place_text("100 MM", 2.5, (0.0, 0.0), 0.0)
         assert len(letters) == len(expected)
         shift = letters[0].points[0] - expected[0][0]
         for letter, wanted in zip(letters, expected, strict=True):

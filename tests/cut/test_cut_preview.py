@@ -13,7 +13,7 @@ from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.titles import Title, place_titles
 from fabweave.cut.presets import preset_named
-from fabweave.cut.write.preview import png_bytes, preview_frame, write_png
+from fabweave.cut.write.preview import png_bytes, preview_frame
 
 SCALE = 4.0
 
@@ -162,7 +162,7 @@ def test_the_reference_bar_is_a_hundred_millimetres(sheet):
 def test_picture_has_the_size_of_the_frame_and_same_bytes(scale, sheet, tmp_path):
     frame = preview_frame(sheet, pixels_per_mm=scale)
     for name in ("a.png", "b.png"):
-        write_png(tmp_path / name, sheet, pixels_per_mm=scale)
+        (tmp_path / name).write_bytes(png_bytes(sheet, pixels_per_mm=scale))
     with Image.open(tmp_path / "a.png") as image:
         assert image.size == (frame.width_px, frame.height_px)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
@@ -171,7 +171,7 @@ def test_picture_has_the_size_of_the_frame_and_same_bytes(scale, sheet, tmp_path
 @pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf"), 500.0])
 def test_a_scale_that_makes_no_picture_is_refused(scale, sheet, tmp_path):
     with pytest.raises(InputError):
-        write_png(tmp_path / "a.png", sheet, pixels_per_mm=scale)
+        (tmp_path / "a.png").write_bytes(png_bytes(sheet, pixels_per_mm=scale))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -33,7 +33,7 @@ from fabweave.cut.notes.qr_code import (
 )
 from fabweave.cut.presets import preset_named
 from fabweave.cut.write.preview import png_bytes
-from fabweave.cut.write.svg import SVG_UNITS, write_svg
+from fabweave.cut.write.svg import SVG_UNITS, svg_text
 
 TEXT = "fabweave make 'shape:torus?m=8&n=4' --size 300mm -o again"
 
@@ -128,7 +128,7 @@ def test_a_stranger_reads_the_picture_of_a_sheet(sheet) -> None:
 @pytest.mark.parametrize("units", SVG_UNITS)
 def test_a_stranger_reads_the_svg(units, tmp_path) -> None:
     coded = with_code(SheetDrawing("s", 100.0, 80.0, (), ()), TEXT)
-    write_svg(tmp_path / "s.svg", coded, units=units)
+    (tmp_path / "s.svg").write_bytes(svg_text(coded, units=units).encode())
     assert read(Image.open(rsvg_png(tmp_path / "s.svg", 150, tmp_path))) == [TEXT]
 
 

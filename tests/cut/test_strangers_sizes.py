@@ -12,8 +12,8 @@ from PIL import Image
 from strangers import ENGRAVED, ask_meerk40t, draw_pdf, librecad_pdf, rsvg_png
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, SheetDrawing
-from fabweave.cut.write.dxf import DXF_VERSIONS, write_dxf
-from fabweave.cut.write.svg import SVG_UNITS, write_svg
+from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes
+from fabweave.cut.write.svg import SVG_UNITS, svg_text
 
 SIZES = (1, 40, pytest.param(800, marks=pytest.mark.slow))
 PROFILES = ("maker", "service")
@@ -71,9 +71,9 @@ def written(sheet, tmp_path_factory):
         drawing, plain = sheet(count, profile), profile == "service"
         path = tmp_path_factory.mktemp("sizes") / f"sheet.{'svg' if kind in SVG_UNITS else 'dxf'}"
         if kind in SVG_UNITS:
-            write_svg(path, drawing, units=kind, plain=plain)
+            path.write_bytes(svg_text(drawing, units=kind, plain=plain).encode())
         else:
-            write_dxf(path, drawing, version=kind, plain=plain)
+            path.write_bytes(dxf_bytes(drawing, version=kind, plain=plain))
         return path
 
     return write

@@ -6,6 +6,7 @@ import shapely
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
+from splitting import split_threads
 from weaving_meshes import meshes
 
 from fabweave.cli.main import cli
@@ -23,7 +24,6 @@ from fabweave.flat.joint.kinds import GLUE, KINDS, JointRule, parse_joint
 from fabweave.flat.joint.planning import plan_joints
 from fabweave.flat.outline import STRAIGHT_MM
 from fabweave.flat.pieces import PieceSet, build_pieces
-from fabweave.flat.split.splitting import split_threads
 from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.resize import resize_mesh

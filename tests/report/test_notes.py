@@ -8,8 +8,7 @@ from assembly_models import model_of
 
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label, Missing
-from fabweave.report.joint_notes import joint_notes
-from fabweave.report.notes import _label_notes
+from fabweave.report.notes import _label_notes, joint_notes
 
 
 def marks(heights_mm, dropped):

@@ -17,7 +17,7 @@ from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
-from fabweave.verify.read.glb import read_glb
+from fabweave.verify.read.glb import read_model
 
 PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
@@ -384,7 +384,7 @@ def write_ribbons(specimen, folder):
     model = folder / "model.glb"
     if not model.exists():
         model.write_bytes(glb_bytes(specimen.strips))
-    bent = read_glb(model)
+    bent = read_model(model)[0]
     for thread in specimen.plan["threads"]:
         strip = specimen.strips.get(thread["label"])
         if strip is None or not thread["crossings"]:

@@ -18,7 +18,7 @@ from fabweave.verify import verify_job
 from fabweave.verify.checks.model.bends import check_bends
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
-from fabweave.verify.read.glb import read_glb
+from fabweave.verify.read.glb import read_model
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
@@ -57,7 +57,7 @@ def made(tmp_path_factory):
         colours = thread_colours(woven.bunches, "safe")
         path.write_bytes(woven_glb(woven.ribbons, woven.labels, colours, ()))
         report = ribbon_report(check, woven.ribbons, woven.labels)
-        models[shape] = (json.dumps(to_json(report)), read_glb(path))
+        models[shape] = (json.dumps(to_json(report)), read_model(path)[0])
     return models
 
 

@@ -21,7 +21,7 @@ from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.verify import verify_job
 from fabweave.verify.measure.gaps import triangle_gaps
 from fabweave.verify.measure.nearness import cut_steps, near_parts
-from fabweave.verify.read.glb import read_glb
+from fabweave.verify.read.glb import read_model
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
@@ -106,7 +106,7 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
             for t, label in enumerate(woven.labels)
         ]
     )
-    found = near_parts(cut_steps(plan, read_glb(path)), 0.502)
+    found = near_parts(cut_steps(plan, read_model(path)[0]), 0.502)
     wanted = 0.4 + np.where(found.parting, 0.0, 0.1)
     fewest, most = ((found.gap_mm < wanted + slack).sum() for slack in (-0.002, 0.002))
     assert fewest <= len(near.pairs) <= most

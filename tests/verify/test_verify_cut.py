@@ -11,9 +11,9 @@ from fabweave.app.settings import Settings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints
-from fabweave.cut.write.dxf import write_dxf
-from fabweave.cut.write.svg import write_svg
-from fabweave.cut.write.template import write_template
+from fabweave.cut.write.dxf import dxf_bytes
+from fabweave.cut.write.svg import svg_text
+from fabweave.cut.write.template import template_pdf
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify import verify_job
 
@@ -53,8 +53,8 @@ def failed(folder):
 
 def rewrite(folder, drawing):
     """Write a sheet to cut in place of the true one."""
-    write_dxf(folder / "cut" / f"{NAME}.dxf", drawing)
-    write_svg(folder / "cut" / f"{NAME}.svg", drawing)
+    (folder / "cut" / f"{NAME}.dxf").write_bytes(dxf_bytes(drawing))
+    (folder / "cut" / f"{NAME}.svg").write_bytes(svg_text(drawing).encode())
 
 
 def with_entities(drawing, change):
@@ -105,7 +105,7 @@ def test_a_sheet_to_cut_that_is_not_as_stated_is_found(job, spoil):
 def test_formats_that_differ_are_found(job):
     made, folder = job
     changed = with_entities(made.kerfed[0], lambda one: moved(one, Layer.CUT_OUTER))
-    write_svg(folder / "cut" / f"{NAME}.svg", changed)
+    (folder / "cut" / f"{NAME}.svg").write_bytes(svg_text(changed).encode())
     assert failed(folder) == {"cut"}
 
 
@@ -152,9 +152,9 @@ def shrunk(drawing):
 )
 def test_a_sheet_at_full_size_that_is_wrong_is_found(job, spoil, paper):
     made, folder = job
-    write_template(folder / "sheets" / "sheet_01.pdf", made.drawings[0], paper)
+    (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(made.drawings[0], paper))
     assert failed(folder) == set()
-    write_template(folder / "sheets" / "sheet_01.pdf", spoil(made.drawings[0]), paper)
+    (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(spoil(made.drawings[0]), paper))
     assert failed(folder) == {"templates"}
 
 

@@ -124,14 +124,6 @@ def test_verify_json_may_be_there_already(tmp_path):
     assert verify_job(tmp_path).to_json() == first.to_json()
 
 
-def test_progress_is_told_in_order(tmp_path):
-    write_job(make_specimen(octahedron(), joints=2), tmp_path)
-    calls = []
-    verify_job(tmp_path, progress=lambda what, done, total: calls.append((what, done, total)))
-    assert [what for what, _, _ in calls] == [*MEANINGS, "done"]
-    assert [done for _, done, _ in calls] == list(range(len(MEANINGS) + 1))
-
-
 def test_the_verifier_shares_no_code_with_the_makers():
     modules = sorted((ROOT / "fabweave" / "verify").glob("**/*.py"))
     assert len(modules) > 10

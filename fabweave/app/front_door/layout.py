@@ -9,7 +9,6 @@ import shapely
 from shapely import affinity
 
 from fabweave.app.front_door.notebook import face, sheet_svg
-from fabweave.app.front_door.polygons import piece_polygon
 from fabweave.app.front_door.stations import Stations, there, with_files
 from fabweave.app.front_door.written import WrittenJob, write_stations
 from fabweave.app.job import PlannedJob
@@ -57,8 +56,8 @@ class Layout:
     def polygons(self) -> tuple[shapely.Polygon, ...]:
         """Each piece where it lies on its sheet, as a shapely polygon with holes."""
         placed = []
-        for piece, place in zip(self.planned.piece_set.pieces, self.nested.placements, strict=True):
-            turned = affinity.rotate(piece_polygon(piece), place.rotation_deg, origin=(0, 0))
+        for polygon, place in zip(self.pieces.polygons, self.nested.placements, strict=True):
+            turned = affinity.rotate(polygon, place.rotation_deg, origin=(0, 0))
             placed.append(affinity.translate(turned, place.x_mm, place.y_mm))
         return tuple(placed)
 

@@ -11,6 +11,9 @@ import numpy.typing as npt
 import shapely
 from PIL import Image
 
+#: So many outlines stand in a row.
+_COLUMNS = 6
+
 
 def face(title: str, figures: Mapping[str, Any], picture: Image.Image | str | None = None) -> str:
     """Return HTML that shows a value in a notebook: a picture, and its key figures.
@@ -40,9 +43,7 @@ def face(title: str, figures: Mapping[str, Any], picture: Image.Image | str | No
     )
 
 
-def outlines_svg(
-    polygons: Sequence[shapely.Polygon], colours: npt.NDArray[np.integer], columns: int = 6
-) -> str:
+def outlines_svg(polygons: Sequence[shapely.Polygon], colours: npt.NDArray[np.integer]) -> str:
     """Return SVG of polygons side by side, in rows, each in its colour.
 
     Parameters
@@ -50,15 +51,13 @@ def outlines_svg(
     polygons : sequence of N polygons
     colours : (N, 3) int array
         Red, green and blue, 0 to 255.
-    columns : int
-        How many stand in a row.
     """
     boxes = np.array([polygon.bounds for polygon in polygons]).reshape(-1, 4)
     wide, high = 1.1 * np.ptp(boxes.reshape(-1, 2, 2), axis=1).max(axis=0, initial=1.0)
     at = np.arange(len(polygons))
-    places = np.column_stack((at % columns * wide, at // columns * high)) - boxes[:, :2]
-    rows = -(-len(polygons) // columns)
-    return _svg(min(columns, len(polygons)) * wide, rows * high, polygons, places, colours)
+    places = np.column_stack((at % _COLUMNS * wide, at // _COLUMNS * high)) - boxes[:, :2]
+    rows = -(-len(polygons) // _COLUMNS)
+    return _svg(min(_COLUMNS, len(polygons)) * wide, rows * high, polygons, places, colours)
 
 
 def sheet_svg(

@@ -9,11 +9,11 @@ import shapely
 
 from fabweave.app.front_door.layout import Layout
 from fabweave.app.front_door.notebook import face, outlines_svg
-from fabweave.app.front_door.polygons import piece_polygon
 from fabweave.app.front_door.stations import Stations, there, with_layout
 from fabweave.app.job import PlannedJob
 from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.congruence import piece_kinds
+from fabweave.flat.outline import inscribed_polygon
 from fabweave.flat.piece import Piece
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Pieces:
 
         Arcs are polygons within 0.01 mm; a round hole has 64 sides.
         """
-        return tuple(map(piece_polygon, self))
+        return tuple(map(_polygon, self))
 
     @cached_property
     def kinds(self) -> IntArray:
@@ -130,3 +130,13 @@ class Pieces:
     def _repr_html_(self) -> str:
         colours = self.planned.colours[[piece.thread for piece in self]]
         return face(self.planned.woven.title, self._figures(), outlines_svg(self.polygons, colours))
+
+
+def _polygon(piece: Piece) -> shapely.Polygon:
+    """Return a piece as a polygon with its round holes and slots, in its own frame."""
+    holes = [
+        shapely.Point(x, y).buffer(diameter / 2, quad_segs=16).exterior
+        for _, x, y, diameter in piece.holes.tolist()
+    ]
+    slots = [shapely.LinearRing(inscribed_polygon(slot.path)) for slot in piece.slots]
+    return shapely.Polygon(piece.outline, [*holes, *slots])

@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width
-from fabweave.assembly.manual.sheets import DrawnPiece
+from fabweave.assembly.manual.sheets import DrawnPiece, levelling
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
@@ -181,7 +181,7 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
         key=lambda piece: (len({label.kind for label in piece.labels}), len(piece.labels)),
     )
     drawn_piece = drawn[piece.id]
-    turn = _levelling(drawn_piece.outline)
+    turn = levelling(drawn_piece.outline)
     points = drawn_piece.outline @ turn
     wide = book.right - book.left
     low, high = points.min(axis=0), points.max(axis=0)
@@ -239,13 +239,6 @@ def _point_out(
         last = stand
         book.line([(x, y + 1.5), (stand, book.y + 12.0)], width=0.6, grey=0.35)
         book.tag(stand, book.y + 18.0, names[at], dark=True)
-
-
-def _levelling(outline: FloatArray) -> FloatArray:
-    """Return the turn that lays an outline level, to the right of points."""
-    _, _, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
-    x, y = axes[0] * (1.0 if axes[0, 0] >= 0.0 else -1.0)
-    return np.array([[x, -y], [y, x]])
 
 
 def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str]]:

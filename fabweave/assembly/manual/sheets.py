@@ -124,9 +124,14 @@ def levelled(outline: FloatArray) -> FloatArray:
     >>> levelled(np.array([[0, 0], [1, 1], [5, 5.0], [4, 4]])).round(6)[:, 1].tolist()
     [0.0, 0.0, 0.0, 0.0]
     """
+    return outline @ levelling(outline)
+
+
+def levelling(outline: FloatArray) -> FloatArray:
+    """Return the turn that lays an outline level, to the right of points."""
     _, _, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
     x, y = axes[0] * (1.0 if axes[0, 0] >= 0.0 else -1.0)
-    return np.asarray(outline @ np.array([[x, -y], [y, x]]))
+    return np.array([[x, -y], [y, x]])
 
 
 def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:

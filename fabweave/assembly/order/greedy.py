@@ -42,10 +42,6 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
         Every piece once.
     enclosed : bool
         Whether the surface is closed, so that hands come to its inside ever less.
-
-    Returns
-    -------
-    MeasuredOrder
     """
     rank = {piece: at for at, piece in enumerate(order)}
     component = contacts.component.tolist()

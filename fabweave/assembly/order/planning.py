@@ -89,10 +89,6 @@ def plan_order(
     seed : int
         Same seed, same order.
 
-    Returns
-    -------
-    Order
-
     Raises
     ------
     InputError

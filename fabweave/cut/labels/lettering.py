@@ -166,38 +166,6 @@ def _box(glyphs: Sequence[_Glyph], height_mm: float) -> TextBox:
     return TextBox(width * unit, bottom * unit, float(height_mm))
 
 
-def text_width(text: str, height_mm: float) -> float:
-    """Return how wide a text is.
-
-    The width goes from the left side of the first glyph to the right side of the last one.
-
-    Parameters
-    ----------
-    text : str
-        What to letter; lower case counts as capitals.
-    height_mm : float
-        Height of a capital.
-
-    Returns
-    -------
-    float
-        Millimetres; 0 for an empty text.
-
-    Raises
-    ------
-    InputError
-        If the font lacks a character, or the height is not positive.
-
-    Examples
-    --------
-    >>> text_width("A3", 12.0)
-    19.0
-    >>> text_width("", 2.5)
-    0.0
-    """
-    return text_box(text, height_mm).width
-
-
 def text_box(text: str, height_mm: float) -> TextBox:
     """Return the box of a text: its width and its vertical extent.
 
@@ -213,37 +181,6 @@ def text_box(text: str, height_mm: float) -> TextBox:
     """
     _check_height(height_mm)
     return _box(_glyphs(text), height_mm)
-
-
-def strokes(text: str, height_mm: float) -> list[FloatArray]:
-    """Return the strokes of a text that begins at the origin and stands on y = 0.
-
-    Parameters
-    ----------
-    text : str
-        What to letter; lower case is lettered as capitals.
-    height_mm : float
-        Height of a capital.
-
-    Returns
-    -------
-    list of (N, 2) float arrays
-        Polylines in millimetres, in reading order, within ``text_box(text, height_mm)``; none
-        has a segment shorter than an eighth of the height.
-
-    Raises
-    ------
-    InputError
-        If the font lacks a character, or the height is not positive.
-
-    Examples
-    --------
-    >>> [stroke.tolist() for stroke in strokes("L-", 12.0)]
-    [[[0.0, 12.0], [0.0, 0.0], [7.0, 0.0]], [[10.0, 6.0], [16.0, 6.0]]]
-    """
-    _check_height(height_mm)
-    points, ends = _typeset(_glyphs(text))
-    return _split(points * (height_mm / CAP_UNITS), ends)
 
 
 def place_text(

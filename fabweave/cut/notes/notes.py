@@ -8,13 +8,13 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Entity, Layer, Polyline
-from fabweave.cut.labels.lettering import place_text, text_box, text_width
+from fabweave.cut.labels.lettering import place_text, text_box
 from fabweave.cut.notes.note_rows import Row, rows_within
 from fabweave.cut.notes.stock_notes import outline_note
 
 #: Lengths that a reference bar may have, the wanted one first.
 _BAR_LENGTHS_MM = (100.0, 50.0, 20.0, 10.0)
-_SMALLEST_TEXT_MM = 1.0
+_TEXT_MM, _SMALLEST_TEXT_MM = 2.5, 1.0
 #: The arrow of the grain is so long at most, and goes so many letters from the middle of its row.
 _ARROW_MM, _ARROW_RISE = 20.0, 0.8
 _ELLIPSIS = ".."
@@ -26,7 +26,6 @@ def sheet_notes(
     text_lines: Sequence[str],
     *,
     margin_mm: float = 5.0,
-    text_height_mm: float = 2.5,
     grain_deg: float | None = None,
     outline: Sequence[tuple[float, float]] = (),
     defects: Sequence[Sequence[tuple[float, float]]] = (),
@@ -45,9 +44,8 @@ def sheet_notes(
     text_lines : sequence of str
         What to letter, such as ``["JOB SHEET 1/4"]``; lower case becomes capitals.
     margin_mm : float
-        Width of the margin in which no piece stands.
-    text_height_mm : float
-        Height of the letters, less where the margin is narrow, at least 1 mm.
+        Width of the margin in which no piece stands; letters are 2.5 mm high, or less where it is
+        narrow, but at least 1 mm.
     grain_deg : float or None
         The direction of the grain, which an arrow at the end of the second row shows.
     outline : sequence of points
@@ -78,7 +76,7 @@ def sheet_notes(
             f"a sheet of {width_mm} x {height_mm} mm has no room for notes; both sides must "
             "be at least 10 mm"
         )
-    letter = max(min(text_height_mm, 0.5 * margin_mm), _SMALLEST_TEXT_MM)
+    letter = max(min(_TEXT_MM, 0.5 * margin_mm), _SMALLEST_TEXT_MM)
     inset = max(margin_mm, 2.0 * letter)
     ring = outline or [(0.0, 0.0), (width_mm, 0.0), (width_mm, height_mm), (0.0, height_mm)]
     entities: list[Entity] = [outline_note(ring)]
@@ -145,7 +143,7 @@ def _grain(entities: list[Entity], grain_deg: float, letter: float, row: Row) ->
     arrow[:, :, 0] += row.length - wide - letter
     for run in (arrow[2, :2], arrow[0], arrow[1]):
         entities.append(Polyline(Layer.NOTES, row.place(run)))
-    begin = row.length - 2.0 * wide - 3.0 * letter - text_width("GRAIN", letter)
+    begin = row.length - 2.0 * wide - 3.0 * letter - text_box("GRAIN", letter).width
     if begin <= 0.0:
         return row
     _letter(entities, "GRAIN", letter, begin, row)
@@ -161,7 +159,7 @@ def _bar(length: float, letter: float) -> FloatArray:
 def _letter(entities: list[Entity], text: str, letter: float, begin: float, row: Row) -> float:
     """Letter a text in a row from ``begin``, not beyond its end; return where it ends."""
     room = row.length - begin
-    wide = text_width(text, letter)  # objects to a missing character before any is cut off
+    wide = text_box(text, letter).width  # objects to a missing character before any is cut off
     if not text or room <= 0.0:
         return begin
     height = max(_SMALLEST_TEXT_MM, letter * min(1.0, room / wide)) if wide else letter
@@ -178,9 +176,9 @@ def _letter(entities: list[Entity], text: str, letter: float, begin: float, row:
 def _shortened(text: str, height: float, room: float) -> str:
     """Return a text as it is if it fits, or its longest beginning that fits with two dots."""
     limit = room * (1.0 + 1e-9)
-    if text_width(text, height) <= limit:
+    if text_box(text, height).width <= limit:
         return text
     fitting = bisect_right(
-        range(len(text)), limit, key=lambda count: text_width(text[:count] + _ELLIPSIS, height)
+        range(len(text)), limit, key=lambda count: text_box(text[:count] + _ELLIPSIS, height).width
     )
     return text[: fitting - 1] + _ELLIPSIS if fitting > 1 else ""

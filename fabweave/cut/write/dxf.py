@@ -11,7 +11,6 @@ import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import count, pairwise
-from pathlib import Path
 
 import ezdxf
 import numpy as np
@@ -34,15 +33,14 @@ _NAMES = {layer: layer.value for layer in Layer}
 _EMPTY_ENTITIES = "  0\nSECTION\n  2\nENTITIES\n  0\nENDSEC\n"
 
 
-def write_dxf(
-    path: Path | str,
+def dxf_bytes(
     drawing: SheetDrawing,
     *,
     version: str = "R2010",
     colours: Preset | None = None,
     plain: bool = False,
-) -> None:
-    """Write a sheet as a DXF file.
+) -> bytes:
+    """Return a sheet as the content of a DXF file.
 
     Entities stand in the file as in the drawing: piece by piece, and the notes last. Colours,
     line type and width are those of the layer. Every entity of a piece carries the piece id as
@@ -51,8 +49,6 @@ def write_dxf(
 
     Parameters
     ----------
-    path : path
-        The file to write.
     drawing : SheetDrawing
         One sheet, millimetres.
     version : str
@@ -69,26 +65,13 @@ def write_dxf(
 
     Examples
     --------
-    >>> import tempfile
     >>> from fabweave.cut.drawing import PieceDrawing
     >>> square = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]]), True)
     >>> sheet = SheetDrawing("sheet 1", 20.0, 10.0, (PieceDrawing("A1", (square,)),), ())
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_dxf(Path(folder) / "a.dxf", sheet)
-    ...     [e.dxftype() for e in ezdxf.readfile(Path(folder) / "a.dxf").modelspace()]
+    >>> document = ezdxf.read(io.StringIO(dxf_bytes(sheet).decode()))
+    >>> [entity.dxftype() for entity in document.modelspace()]
     ['LWPOLYLINE']
     """
-    Path(path).write_bytes(dxf_bytes(drawing, version=version, colours=colours, plain=plain))
-
-
-def dxf_bytes(
-    drawing: SheetDrawing,
-    *,
-    version: str = "R2010",
-    colours: Preset | None = None,
-    plain: bool = False,
-) -> bytes:
-    """Return the bytes of the file that ``write_dxf`` writes; see there."""
     if version not in DXF_VERSIONS:
         raise InputError(
             f"DXF version {version!r} cannot be written; choose one of {', '.join(DXF_VERSIONS)}"

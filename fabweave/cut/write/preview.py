@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -66,7 +65,7 @@ class PreviewFrame:
 
 
 def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> PreviewFrame:
-    """Return how ``write_png`` maps a sheet to pixels.
+    """Return how ``png_bytes`` maps a sheet to pixels.
 
     Raises
     ------
@@ -94,15 +93,14 @@ def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> Previ
     )
 
 
-def write_png(
-    path: Path | str,
+def png_bytes(
     drawing: SheetDrawing,
     *,
     pixels_per_mm: float = 4.0,
     titles: Mapping[str, Title] | None = None,
     colours: Preset | None = None,
-) -> None:
-    """Write a picture of a sheet as PNG.
+) -> bytes:
+    """Return a picture of a sheet as the content of a PNG file.
 
     Pieces are filled lightly; outlines, holes and engraving have the colours that the laser
     program shows. Each piece carries its id in large letters, along the piece where it is
@@ -110,8 +108,6 @@ def write_png(
 
     Parameters
     ----------
-    path : path
-        The file to write.
     drawing : SheetDrawing
         One sheet, millimetres.
     pixels_per_mm : float
@@ -126,19 +122,6 @@ def write_png(
     InputError
         If the picture would be too large, or the drawing cannot be cut (see ``check_drawing``).
     """
-    Path(path).write_bytes(
-        png_bytes(drawing, pixels_per_mm=pixels_per_mm, titles=titles, colours=colours)
-    )
-
-
-def png_bytes(
-    drawing: SheetDrawing,
-    *,
-    pixels_per_mm: float = 4.0,
-    titles: Mapping[str, Title] | None = None,
-    colours: Preset | None = None,
-) -> bytes:
-    """Return the bytes of the file that ``write_png`` writes; see there."""
     check_drawing(drawing)
     frame = preview_frame(drawing, pixels_per_mm=pixels_per_mm)
     if titles is None:

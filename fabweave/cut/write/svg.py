@@ -10,7 +10,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from itertools import groupby, islice, pairwise
-from pathlib import Path
 from typing import TypeAlias
 from xml.sax.saxutils import escape, quoteattr
 
@@ -43,16 +42,15 @@ _STROKE_WIDTH = re.compile('stroke-width="[^"]*"')
 _Map: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
-def write_svg(
-    path: Path | str,
+def svg_text(
     drawing: SheetDrawing,
     *,
     colours: Preset | None = None,
     units: str = "mm",
     stroke_width_mm: float = HAIRLINE_MM,
     plain: bool = False,
-) -> None:
-    """Write a sheet as an SVG file.
+) -> str:
+    """Return a sheet as the text of an SVG file.
 
     Every layer is an Inkscape layer group, in the order of the cut and NOTES last. An outline is
     a closed ``path`` with the id ``A3.outline``; holes are ``circle`` elements (``A3.hole.1``,
@@ -63,8 +61,6 @@ def write_svg(
 
     Parameters
     ----------
-    path : path
-        The file to write.
     drawing : SheetDrawing
         One sheet, millimetres.
     colours : Preset or None
@@ -84,31 +80,12 @@ def write_svg(
 
     Examples
     --------
-    >>> import tempfile
     >>> from fabweave.cut.drawing import PieceDrawing
     >>> square = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]]), True)
     >>> sheet = SheetDrawing("sheet 1", 20.0, 10.0, (PieceDrawing("A1", (square,)),), ())
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_svg(Path(folder) / "a.svg", sheet)
-    ...     text = (Path(folder) / "a.svg").read_text(encoding="utf-8")
-    >>> 'd="M0,10L9,10L9,1L0,1Z"' in text
+    >>> 'd="M0,10L9,10L9,1L0,1Z"' in svg_text(sheet)
     True
     """
-    text = svg_text(
-        drawing, colours=colours, units=units, stroke_width_mm=stroke_width_mm, plain=plain
-    )
-    Path(path).write_bytes(text.encode("utf-8"))
-
-
-def svg_text(
-    drawing: SheetDrawing,
-    *,
-    colours: Preset | None = None,
-    units: str = "mm",
-    stroke_width_mm: float = HAIRLINE_MM,
-    plain: bool = False,
-) -> str:
-    """Return the text of the file that ``write_svg`` writes; see there."""
     if units not in SVG_UNITS:
         raise InputError(f"SVG units {units!r} are unknown; choose one of {', '.join(SVG_UNITS)}")
     if not (np.isfinite(stroke_width_mm) and stroke_width_mm > 0.0):

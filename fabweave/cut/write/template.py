@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from reportlab.pdfgen.canvas import Canvas
@@ -26,13 +25,11 @@ _INK = {
 }
 
 
-def write_template(path: Path | str, drawing: SheetDrawing, paper: str = "sheet") -> None:
-    """Write a sheet at full size as PDF.
+def template_pdf(drawing: SheetDrawing, paper: str = "sheet") -> bytes:
+    """Return a sheet at full size as the content of a PDF file.
 
     Parameters
     ----------
-    path : path
-        The file to write.
     drawing : SheetDrawing
     paper : str
         ``"sheet"`` for one page as large as the sheet, or one of ``PAPERS_MM``: pages that show
@@ -61,7 +58,7 @@ def write_template(path: Path | str, drawing: SheetDrawing, paper: str = "sheet"
             for column in range(columns):
                 _tile(canvas, drawing, paper, (column, row), (columns, rows))
     canvas.save()
-    Path(path).write_bytes(file.getvalue())
+    return file.getvalue()
 
 
 def tiles(paper: str, width_mm: float, height_mm: float) -> tuple[int, int]:

@@ -97,12 +97,8 @@ def plan_joints(
     rule : JointRule
     thickness_mm : float or (T,) float array
         Of the material, or of each thread's: tongues and slots are cut to their own thread's.
-
-    Returns
-    -------
-    JointPlan
     """
-    passes = joint_passes(runs, weave.threads)
+    passes = runs.joint_passes(weave.threads)
     strips, entry = _windows(ribbons, weave.threads, passes)
     middle = (strips.right + strips.left) / 2
     panel_mm = np.hypot(*(middle[entry + 1] - middle[entry]).T)
@@ -151,14 +147,6 @@ def lap_beyond(ribbons: Ribbons, lap_mm: float | None) -> float:
     middle = (ribbons.right + ribbons.left) / 2
     panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
     return max((lap_mm - float(panel.min())) / 2, 0.0)
-
-
-def joint_passes(runs: Runs, threads: Threads) -> IntArray:
-    """Return the pass at which each joint lies, (J,), in the order of the runs that end there."""
-    count = threads.lengths[runs.thread]
-    goes_on = threads.closed[runs.thread] | (runs.last < count - 1)
-    at = threads.offsets[runs.thread] + runs.last % np.maximum(count, 1)
-    return np.asarray(at[goes_on])
 
 
 def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Strips, IntArray]:

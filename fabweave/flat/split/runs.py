@@ -3,7 +3,6 @@
 import numpy as np
 
 from fabweave.core.arrays import IntArray, frozen_value
-from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.threads import Threads
 
@@ -24,19 +23,16 @@ class Runs:
     first: IntArray
     last: IntArray
 
-    def laps(self, threads: Threads) -> IntArray:
-        """Return the crossings at which one run ends and the next one begins."""
+    def joint_passes(self, threads: Threads) -> IntArray:
+        """Return the pass at which each joint lies, (J,), in the order of runs that end there."""
         count = threads.lengths[self.thread]
         goes_on = threads.closed[self.thread] | (self.last < count - 1)
         at = threads.offsets[self.thread] + self.last % np.maximum(count, 1)
-        return np.asarray(threads.crossing[at[goes_on]])
+        return np.asarray(at[goes_on])
 
-
-def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
-    """Unfold every piece: from where it enters its first panel to where it leaves its last."""
-    first, last = first_and_last_rung(ribbons, runs)
-    offsets, rung = run_rungs(ribbons, runs.thread, first, last)
-    return unfold(ribbons, offsets, rung)
+    def laps(self, threads: Threads) -> IntArray:
+        """Return the crossings at which one run ends and the next one begins."""
+        return threads.crossing[self.joint_passes(threads)]
 
 
 def first_and_last_rung(ribbons: Ribbons, runs: Runs) -> tuple[IntArray, IntArray]:

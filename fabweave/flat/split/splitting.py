@@ -8,8 +8,6 @@ is cut at the least cost for the joints of the others, which is the optimum of t
 of all.
 """
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
@@ -28,66 +26,10 @@ from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.sites import Sites
 from fabweave.flat.split.stagger import Joints
-from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
 #: A joint beside another strand's joint costs more by this share of a joint.
 _NEAR_SHARE = 0.25
-
-
-def split_threads(
-    ribbons: Ribbons,
-    weave: Weave,
-    *,
-    length_mm: float = np.inf,
-    max_length_mm: float = np.inf,
-    fits: Callable[[FloatArray], bool],
-    labels: tuple[str, ...],
-    usable: Sequence[tuple[float, float]] = (),
-    gap_mm: float = 0.0,
-    room: BoolArray | None = None,
-) -> Runs:
-    """Cut every thread at crossings where it goes under, at the least cost.
-
-    The cost is the predicted area of sheet, a price for every joint, and a little for unevenness
-    and for joints beside one another. A closed thread is always opened, into two pieces at least
-    where it goes under twice. Pieces of fewer than three crossings, joints without room and two
-    joints at one crossing are avoided where that is possible at all.
-
-    Parameters
-    ----------
-    ribbons, weave
-        The ribbons and who goes under where.
-    length_mm : float
-        Pieces are no longer than this, measured along their unfolded middle, laps included, but
-        for threads that cannot be cut so short.
-    max_length_mm : float
-        No piece is longer than this in any case.
-    fits : callable
-        Whether an outline (K, 2) fits the usable stock.
-    labels : tuple of str
-        Names of the threads, for messages.
-    usable : sequence of (float, float)
-        Width and height of the usable stock, if known: most pieces then need no call of ``fits``.
-    gap_mm : float
-        Distance between pieces on a sheet.
-    room : (X,) bool array, optional
-        Which crossings have room for a joint's fasteners; by default all.
-
-    Returns
-    -------
-    Runs
-        The pieces.
-
-    Raises
-    ------
-    CannotMakeError
-        If a stretch without any crossing to join at is still too long, too large or too curled.
-    """
-    bed = Bed(fits, tuple(usable), gap_mm)
-    every = np.arange(weave.threads.n_threads)
-    candidates = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
-    return choose_runs(candidates, weave, bed, labels, length_mm, max_length_mm, room)
 
 
 def choose_runs(
@@ -99,12 +41,34 @@ def choose_runs(
     max_length_mm: float,
     room: BoolArray | None,
 ) -> Runs:
-    """Choose from candidates as ``split_threads`` does.
+    """Cut every thread at crossings where it goes under, at the least cost.
+
+    The cost is the predicted area of sheet, a price for every joint, and a little for unevenness
+    and for joints beside one another. A closed thread is always opened, into two pieces at least
+    where it goes under twice. Pieces of fewer than three crossings, joints without room and two
+    joints at one crossing are avoided where that is possible at all.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        The pieces to choose from, no longer than ``length_mm``.
+    weave : Weave
+    bed : Bed
+        What pieces must fit on.
+    labels : tuple of str
+        Names of the threads, for messages.
+    length_mm : float
+        Pieces are no longer than this, measured along their unfolded middle, laps included, but
+        for threads that cannot be cut so short.
+    max_length_mm : float
+        No piece is longer than this in any case.
+    room : (X,) bool array, optional
+        Which crossings have room for a joint's fasteners; by default all.
 
     Raises
     ------
     CannotMakeError
-        If a thread cannot be cut.
+        If a stretch without any crossing to join at is still too long, too large or too curled.
     """
     joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
     cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm))

@@ -82,10 +82,6 @@ def measure_bends(ribbons: Ribbons) -> Bends:
     ----------
     ribbons : Ribbons
         With any number of rungs.
-
-    Returns
-    -------
-    Bends
     """
     following = following_rung(ribbons.offsets, ribbons.closed)
     has_quad = following >= 0
@@ -139,10 +135,6 @@ def measure_spans(ribbons: Ribbons, bends: Bends) -> Spans:
     ribbons : Ribbons
     bends : Bends
         Of the same ribbons.
-
-    Returns
-    -------
-    Spans
     """
     following = _following_pass(ribbons)
     here, there = ribbons.entry, ribbons.entry[np.maximum(following, 0)]

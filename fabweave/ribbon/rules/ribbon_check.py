@@ -94,10 +94,6 @@ def check_ribbons(
         Whether the width is left to fabweave: then no width is proposed.
     clashing : (X,) bool array, optional
         The crossings beside faces of the mesh that run through other faces.
-
-    Returns
-    -------
-    RibbonCheck
     """
     measured = measure_along(ribbons, limits)
     measured["layers"] = measure_layers(ribbons, weave, limits)

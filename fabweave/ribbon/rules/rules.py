@@ -84,7 +84,7 @@ def pass_of_rungs(ribbons: Ribbons) -> IntArray:
 
 
 def measure_along(
-    ribbons: Ribbons, limits: Limits, bends: Bends | None = None, spans: Spans | None = None
+    ribbons: Ribbons, limits: Limits, bends: Bends | None = None
 ) -> dict[str, Measured]:
     """Measure what depends on single ribbons: ``width``, ``bend``, ``twist`` and ``crease``.
 
@@ -92,13 +92,9 @@ def measure_along(
     side do. It may be softened over the ribbon from crossing to crossing, of length s, and no
     farther: crossings keep their planes. A material that bends to a radius r turns by s / r there,
     so no crease may be sharper.
-
-    Returns
-    -------
-    dict of str to Measured
     """
     bends = measure_bends(ribbons) if bends is None else bends
-    spans = measure_spans(ribbons, bends) if spans is None else spans
+    spans = measure_spans(ribbons, bends)
     middle = (ribbons.right + ribbons.left) / 2
     passes = np.arange(len(ribbons.entry))
     ends = ribbons.entry + 1

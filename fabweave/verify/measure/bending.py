@@ -60,10 +60,6 @@ def measure_bending(strip: Strip, widths: Floats) -> Bending:
         With one panel at least.
     widths : (R,) float array
         Across the strip, at each rung.
-
-    Returns
-    -------
-    Bending
     """
     rungs, count = strip.rungs, len(strip.rungs)
     here = np.arange(count if strip.closed else count - 1)

@@ -10,6 +10,8 @@ from fabweave.verify.read.glb import Strip
 
 #: Figures that superpose to this have no point out of place.
 _CLOSE_MM = 1e-3
+#: How often points that are out of place lose weight.
+_ROUNDS = 12
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ def fit_motion(source: Floats, target: Floats) -> Motion:
     return _weighted_motion(source, target, np.ones(len(source)))
 
 
-def fit_most(source: Floats, target: Floats, *, rounds: int = 12) -> Motion:
+def fit_most(source: Floats, target: Floats) -> Motion:
     """Return the motion without reflection that lays most points on their targets.
 
     Least squares, reweighted so that the sum of distances falls: one point that is out of place
@@ -54,7 +56,7 @@ def fit_most(source: Floats, target: Floats, *, rounds: int = 12) -> Motion:
     True
     """
     motion = fit_motion(source, target)
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         miss = np.hypot(*(motion.apply(source) - target).T)
         if np.max(miss) < _CLOSE_MM:
             break

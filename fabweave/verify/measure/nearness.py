@@ -123,11 +123,6 @@ def near_parts(steps: Steps, reach_mm: float) -> Near:
     The two panels of one crossing are left out. So are a part and itself, and two parts that
     follow each other along a thread, unless they run through each other.
 
-    Parameters
-    ----------
-    steps : Steps
-    reach_mm : float
-
     Returns
     -------
     Near

@@ -11,16 +11,13 @@ from fabweave.verify.crossing_map import (
     CrossingMap,
     Cut,
     Cutout,
-    Dropped,
     Joint,
-    Label,
     Piece,
     Sheet,
-    Station,
     Step,
     Thread,
 )
-from fabweave.verify.drawing import Floats, ReadError
+from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.json_schema import Node
 
 SCHEMA = "fabweave.crossing-map/1"
@@ -80,50 +77,19 @@ def read_crossing_map(path: Path) -> CrossingMap:
 
 def _sheet(node: Node) -> Sheet:
     """Read a sheet."""
-    outline = node["outline"].points(2)
-    defects = tuple(item.points(2) for item in node["defects"].items())
-    if min(len(ring) for ring in (outline, *defects)) < 3:
+    sheet = node.record(Sheet, number=node["sheet"].integer())
+    if min(len(ring) for ring in (sheet.outline, *sheet.defects)) < 3:
         raise ReadError(f"{node.path} has an outline or a defect of fewer than three points")
-    return Sheet(
-        number=node["sheet"].integer(),
-        name=node["name"].text(),
-        width_mm=node["width_mm"].number(),
-        height_mm=node["height_mm"].number(),
-        mirrored=node["mirrored"].flag(),
-        stock=node["stock"].text(),
-        offcut=node["offcut"].flag(),
-        price=node["price"].maybe(Node.number),
-        grain_deg=node["grain_deg"].maybe(Node.number),
-        outline=outline,
-        defects=defects,
-        material=node["material"].maybe(Node.text) if node.has("material") else None,
-        thickness_mm=node["thickness_mm"].number() if node.has("thickness_mm") else None,
-        code=node["code"].maybe(_code) if node.has("code") else None,
-        rest=node["rest"].maybe(_rest) if node.has("rest") else None,
-    )
-
-
-def _rest(node: Node) -> tuple[str, Floats]:
-    """Read what is kept of a sheet: its name and its outline."""
-    return node["name"].text(), node["outline"].points(2)
-
-
-def _code(node: Node) -> tuple[float, float, float]:
-    """Read where a sheet has its code."""
-    return node["x_mm"].number(), node["y_mm"].number(), node["dot_mm"].number()
+    return sheet
 
 
 def _cut(node: Node) -> Cut:
     """Read what the drawings are like."""
-    profile, preset, dxf, units = (
-        node[key].text() for key in ("profile", "preset", "dxf", "svg_units")
-    )
     colours = {
         item["layer"].text(): (item["colour"].text(), item["aci"].integer())
         for item in node["layers"].items()
     }
-    code = node["code"].text() if node.has("code") else None
-    return Cut(profile, preset, dxf, units, node["hairline_mm"].number(), colours, code)
+    return node.record(Cut, colours=colours)
 
 
 def _cutout(node: Node) -> Cutout:
@@ -143,7 +109,6 @@ def _cutout(node: Node) -> Cutout:
 def _piece(node: Node, mirrors: Mapping[int, float]) -> Piece:
     """Read a piece, given the widths of the sheets that are mirrored."""
     placement = node["placement"]
-    start, end = (item.maybe(Node.integer) for item in node["joints"].items(2))
     outline = node["outline"].points(2)
     if len(outline) < 3:
         raise ReadError(f"{node.path}.outline has fewer than three points")
@@ -153,21 +118,13 @@ def _piece(node: Node, mirrors: Mapping[int, float]) -> Piece:
         path = node["path"].points(3)
         if len(path) < 2:
             raise ReadError(f"{node.path}.path has fewer than two points")
-    return Piece(
-        id=node["id"].text(),
-        thread=node["thread"].integer(),
-        sheet=node["sheet"].integer(),
+    cutouts = tuple(_cutout(item) for item in node.items_of("cutouts"))
+    return node.record(
+        Piece,
         rotation_deg=placement["rotation_deg"].number(),
         shift=np.array([placement["x_mm"].number(), placement["y_mm"].number()]),
-        joints=(start, end),
         outline=outline,
         path=path,
-        stations=tuple(item.record(Station) for item in node["stations"].items()),
-        labels=tuple(item.record(Label) for item in node["labels"].items()),
-        dropped=tuple(item.record(Dropped) for item in node["dropped"].items()),
-        cutouts=tuple(_cutout(item) for item in node["cutouts"].items())
-        if node.has("cutouts")
-        else None,
+        cutouts=cutouts if node.has("cutouts") else None,
         mirror_mm=mirrors.get(node["sheet"].integer()),
-        kind=node["kind"].integer(),
     )

@@ -48,11 +48,6 @@ class Strip:
     grain_mm: float
 
 
-def read_glb(path: Path) -> dict[str, Strip]:
-    """Read the strips of a model; see ``read_model``."""
-    return read_model(path)[0]
-
-
 def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
     """Read a GLB file: every named mesh node is a strip, or a ball at a finding.
 

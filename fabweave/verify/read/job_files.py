@@ -14,7 +14,7 @@ from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.measure.areas import Areas, areas_of
 from fabweave.verify.measure.development import Development, develop_pieces
-from fabweave.verify.measure.supplies import Supply, thread_supplies
+from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
 from fabweave.verify.read.crossing_map import read_crossing_map
@@ -133,10 +133,7 @@ class Job:
     def clearance_mm(self) -> float | None:
         """The air between ribbons that is wanted, if the settings state it."""
         text = self.options.get("clearance")
-        try:
-            return float(str(text).removesuffix("mm")) if text is not None else None
-        except ValueError:
-            return None
+        return None if text is None else length_of(str(text))
 
     @cached_property
     def developments(self) -> dict[str, Development]:
@@ -240,8 +237,13 @@ def load_job(directory: Path, tally: Tally) -> Job:
         piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
         station_rows=read("stations.csv", lambda path: _read_csv(path, STATION_COLUMNS)),
         waste=read("waste.json", _read_waste),
-        ribbons=read("ribbons.json", _read_ribbons),
-        preflight=read("preflight.json", _read_preflight),
+        ribbons=read(
+            "ribbons.json",
+            lambda path: _read_lists(path, "fabweave.ribbons/1", "threads", "findings"),
+        ),
+        preflight=read(
+            "preflight.json", lambda path: _read_lists(path, "fabweave.preflight/1", "flaws")
+        ),
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer),
         manual=read("assembly.pdf", read_texts),
@@ -301,22 +303,13 @@ def _read_waste(path: Path) -> dict[str, Any]:
     return document
 
 
-def _read_ribbons(path: Path) -> dict[str, Any]:
-    """Read the figures and findings of the ribbons."""
-    document = _read_document(path, "fabweave.ribbons/1")
-    for key in ("threads", "findings"):
+def _read_lists(path: Path, schema: str, *keys: str) -> dict[str, Any]:
+    """Read JSON that has lists of records."""
+    document = _read_document(path, schema)
+    for key in keys:
         records = document.get(key)
         if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
             raise ReadError(f"it has no list of {key}")
-    return document
-
-
-def _read_preflight(path: Path) -> dict[str, Any]:
-    """Read which rules are broken where."""
-    document = _read_document(path, "fabweave.preflight/1")
-    flaws = document.get("flaws")
-    if not isinstance(flaws, list) or not all(isinstance(one, dict) for one in flaws):
-        raise ReadError("it has no list of flaws")
     return document
 
 

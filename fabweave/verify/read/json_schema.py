@@ -98,26 +98,29 @@ class Node:
         """Return null as None, anything else as read."""
         return None if self.value is None else read(self)
 
-    def record(self, kind: Callable[..., _Record]) -> _Record:
+    def record(self, kind: Callable[..., _Record], **given: Any) -> _Record:
         """Return an object as a dataclass: its fields by their names, as their types want them.
 
-        What has a default may be absent.
+        What has a default may be absent; what is given is not looked for.
         """
         return kind(
+            **given,
             **{
                 name: read(self[name])
-                for name, read, needed in _readers(kind)
+                for name, read, needed in _readers(kind, frozenset(given))
                 if needed or self.has(name)
-            }
+            },
         )
 
 
 @cache
-def _readers(kind: Any) -> list[tuple[str, _Read, bool]]:
-    """Return for each field of a dataclass its name, what reads it, and whether it is needed."""
+def _readers(kind: Any, given: frozenset[str]) -> list[tuple[str, _Read, bool]]:
+    """Return name, reader, and whether it is needed of each field of a dataclass, less some."""
     hints = get_type_hints(kind, include_extras=True)
     return [
-        (field.name, _reader(hints[field.name]), field.default is MISSING) for field in fields(kind)
+        (field.name, _reader(hints[field.name]), field.default is MISSING)
+        for field in fields(kind)
+        if field.name not in given
     ]
 
 

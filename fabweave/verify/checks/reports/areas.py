@@ -5,10 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.checks.reports.splitting import check_splitting
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
-from fabweave.verify.measure.areas import Areas, rectangles_around, sum_areas
+from fabweave.verify.measure.areas import (
+    Areas,
+    least_rectangle,
+    polygon_area,
+    rectangles_around,
+    sum_areas,
+)
 from fabweave.verify.read.job_files import Job, Rows, required
 from fabweave.verify.statement import Place, Tally
 
@@ -17,6 +22,8 @@ UTILISATION = 6e-5
 _SIZE_MM = 1e-6
 #: Of lengths that add up: so many millimetres, and this share of themselves.
 _LENGTH_MM, _SHARE = 0.05, 1e-6
+#: Of the pieces of a thread: the longest is rounded to a tenth, and the share that they fill.
+_LONGEST_MM, _FILL = 0.06, 2e-4
 #: Tables for people are rounded, but not more coarsely than this.
 _COARSEST = {"length_mm": 0.06, "width_mm": 0.06, "area_mm2": 0.06, "mass_g": 0.006}
 
@@ -25,7 +32,7 @@ def check_areas(job: Job, tally: Tally) -> None:
     """Recompute pieces.csv and waste.json from outlines and sheets."""
     plan, waste = required(job.map), required(job.waste)
     _check_piece_rows(plan, job, required(job.piece_rows), tally)
-    check_splitting(plan, waste, tally)
+    _check_splitting(plan, waste, tally)
     report = tally.at("waste.json")
     rows = {row.get("sheet"): row for row in waste["sheets"] if isinstance(row, dict)}
     report.same(
@@ -111,6 +118,29 @@ def _check_piece_rows(plan: CrossingMap, job: Job, rows: Rows, tally: Tally) -> 
         masses.append(stated["mass_g"])
         areas.append(area)
     _check_masses(job, names, np.array(masses), np.array(areas), slack["mass_g"], tally)
+
+
+def _check_splitting(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> None:
+    """Check pieces, lengths and fill of every thread; a report without them is left alone."""
+    splitting = waste.get("splitting")
+    if splitting is None:
+        return
+    rows = splitting["threads"] if isinstance(splitting, dict) else []
+    threads = [thread for thread in plan.threads if thread.pieces]
+    place = tally.at("waste.json", "splitting")
+    place.equal(
+        "the list of threads, each with its number of pieces,",
+        [(row.get("thread"), row.get("pieces")) for row in rows],
+        [(thread.label, len(thread.pieces)) for thread in threads],
+    )
+    for row, thread in zip(rows, threads, strict=False):
+        outlines = [plan.piece[name].outline for name in thread.pieces]
+        area = sum(polygon_area(outline) for outline in outlines)
+        around = sum(float(np.prod(least_rectangle(outline))) for outline in outlines)
+        longest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
+        here = place.at(f"thread {thread.label}")
+        here.number("longest_mm", row.get("longest_mm"), longest, within=_LONGEST_MM)
+        here.number("fill", row.get("fill"), area / around, within=_FILL)
 
 
 def _decimals(text: str) -> int:

@@ -32,7 +32,7 @@ def check_manual(job: Job, tally: Tally) -> None:
         here.expect(bool(heads), "it has no page for the sheet")
         material = f"{sheet.material} {sheet.thickness_mm:g} mm" if several else ""
         here.expect(all(material in line for line in heads), f"its page does not name {material}")
-        for name in (sheet.stock, sheet.rest[0] if sheet.rest is not None else ""):
+        for name in (sheet.stock, sheet.rest.name if sheet.rest is not None else ""):
             here.expect(_plain(name) in text, f"it does not name {name!r}")
     _check_map(plan, texts, place)
     _check_parts(plan, texts, place.at("parts list"))

@@ -39,7 +39,7 @@ def check_offcuts(job: Job, tally: Tally) -> None:
         _check_figures(record, sheet, here)
         if (drawing := offcuts.drawings.get(name)) is not None:
             _check_drawing(_rings(record), drawing, here)
-    rests = {sheet.rest[0] for sheet in plan.sheets if sheet.rest is not None}
+    rests = {sheet.rest.name for sheet in plan.sheets if sheet.rest is not None}
     stems = {name.rpartition("/")[2].removesuffix(".dxf") for name in files}
     tally.at("crossing_map.json").same("rests of sheets", rests, stems)
     if records or offcuts.stock is not None:
@@ -69,7 +69,9 @@ def _check_place(record: dict[str, Any], sheet: Sheet, plan: CrossingMap, place:
             max(plan.gap_mm - _SAME_MM, _SAME_MM),
             f"it is {{}} from piece {piece.id}",
         )
-    shown = sheet.rest is not None and corners_apart(sheet.rest[1], _rings(record)[0]) <= _SAME_MM
+    shown = (
+        sheet.rest is not None and corners_apart(sheet.rest.outline, _rings(record)[0]) <= _SAME_MM
+    )
     place.expect(shown, f"it is not what the map has as the rest of {sheet.name}")
     for at, defect in enumerate(sheet.defects, start=1):
         place.expect(not shapely.Polygon(defect).intersects(rest), f"it overlaps defect {at}")

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.checks.sheets.drawings import SAME_MM
-from fabweave.verify.crossing_map import CrossingMap, Sheet
+from fabweave.verify.crossing_map import Code, CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, Floats, ReadError
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.qr_code import read_code
@@ -37,14 +37,14 @@ def check_code(job: Job, tally: Tally) -> None:
         if svg is not None:
             wide = {look.width_mm or 0.0 for look in svg.looks.get(NOTES, ())}
             beyond = [width for width in wide if abs(width - plan.cut.hairline_mm) > _WIDTH_MM]
-            dot = [] if sheet.code is None else [sheet.code[2]]
+            dot = [] if sheet.code is None else [sheet.code.dot_mm]
             tally.at(f"{sheet.name}.svg").expect(
                 len(beyond) == len(dot) and np.allclose(beyond, dot, atol=_WIDTH_MM),
                 f"lines of {NOTES} are {beyond} mm wide, and dots {dot} mm",
             )
         if sheet.code is not None and dxf is not None:
             here = tally.at(f"{sheet.name}.dxf").against("crossing_map.json")
-            _check_dots(text or "", dxf, sheet, plan, here)
+            _check_dots(text or "", dxf, sheet, sheet.code, plan, here)
 
 
 def _check_text(text: str, options: dict[str, Any], place: Place) -> None:
@@ -80,9 +80,11 @@ def _is_number(word: str) -> bool:
     return word[1:2].isdigit() or word[1:2] == "."
 
 
-def _check_dots(text: str, drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place) -> None:
+def _check_dots(
+    text: str, drawing: Drawing, sheet: Sheet, code: Code, plan: CrossingMap, place: Place
+) -> None:
     """Check that the dots say the text, and nothing else is where the code and its border are."""
-    x, y, dot = sheet.code or (0.0, 0.0, 1.0)
+    x, y, dot = code.x_mm, code.y_mm, code.dot_mm
     notes = drawing.of(NOTES, None)
     two = notes[(drawing.sizes[notes] == 2) & ~drawing.closed[notes]]
     first = drawing.start[two]

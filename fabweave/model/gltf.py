@@ -1,0 +1,36 @@
+"""What all our glTF files have in common: metres, linear light, dull paint."""
+
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from fabweave.core.colour_space import Colours, light_of
+
+#: glTF counts in metres.
+METRES = 0.001
+
+
+def linear(colour: Colours) -> list[float]:
+    """Return the light of a colour in sRGB, as glTF takes it."""
+    return np.round(light_of(colour), 4).tolist()
+
+
+def painted(light: list[float]) -> trimesh.visual.TextureVisuals:
+    """Return a dull, opaque material that is seen from both sides."""
+    return trimesh.visual.TextureVisuals(
+        material=trimesh.visual.material.PBRMaterial(
+            baseColorFactor=[*light, 1.0],
+            metallicFactor=0.0,
+            roughnessFactor=0.8,
+            doubleSided=True,
+        )
+    )
+
+
+def glb_bytes(scene: trimesh.Scene, **options: Any) -> bytes:
+    """Return a scene as binary glTF."""
+    exported = scene.export(file_type="glb", **options)
+    if not isinstance(exported, bytes):
+        raise TypeError("the glTF exporter returned no bytes")
+    return exported

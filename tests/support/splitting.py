@@ -1,0 +1,37 @@
+"""Cut threads into pieces, and unfold these, as the steps of a job do one by one."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
+from fabweave.flat.split.candidate_costs import Bed, list_candidates
+from fabweave.flat.split.runs import Runs, first_and_last_rung
+from fabweave.flat.split.splitting import choose_runs
+from fabweave.flat.unfold.development import Strips, run_rungs, unfold
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+
+def split_threads(
+    ribbons: Ribbons,
+    weave: Weave,
+    *,
+    length_mm: float = np.inf,
+    max_length_mm: float = np.inf,
+    fits: Callable[[FloatArray], bool],
+    labels: tuple[str, ...],
+    usable: Sequence[tuple[float, float]] = (),
+) -> Runs:
+    """Cut every thread, from all candidates."""
+    bed = Bed(fits, tuple(usable))
+    every = np.arange(weave.threads.n_threads)
+    candidates = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
+    return choose_runs(candidates, weave, bed, labels, length_mm, max_length_mm, None)
+
+
+def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
+    """Unfold every piece: from where it enters its first panel to where it leaves its last."""
+    first, last = first_and_last_rung(ribbons, runs)
+    offsets, rung = run_rungs(ribbons, runs.thread, first, last)
+    return unfold(ribbons, offsets, rung)
