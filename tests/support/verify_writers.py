@@ -13,6 +13,7 @@ from functools import cache
 
 import numpy as np
 import shapely
+from pdf_writer import pdf_bytes
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
 from fabweave.verify.checks.model.ribbons import measure_strip
@@ -610,11 +611,7 @@ def write_manual(specimen, folder, *, edit=None):
     signs = {"(": r"\(", ")": r"\)", "\\": r"\\"}
     lines = ["".join(signs.get(sign, sign) for sign in text) for text in texts]
     content = zlib.compress("\n".join(f"BT ({line}) Tj ET" for line in lines).encode("cp1252"))
-    (folder / "assembly.pdf").write_bytes(
-        b"%PDF-1.4\n1 0 obj\n<< /Filter [ /FlateDecode ] >>\nstream\n"
-        + content
-        + b"\nendstream\nendobj\n%%EOF\n"
-    )
+    (folder / "assembly.pdf").write_bytes(pdf_bytes(content, filters=b"/Filter [ /FlateDecode ]"))
 
 
 def write_mesh(specimen, folder):

@@ -5,6 +5,7 @@ import re
 import zlib
 
 import pytest
+from pdf_writer import pdf_bytes
 from verify_writers import write_manual
 
 from fabweave.verify import verify_job
@@ -166,20 +167,18 @@ def test_a_spoiled_manual_is_found(specimen, job, spoil):
     assert failed(folder) == {"manual"}
 
 
-def pdf(content, description=b""):
-    return b"%PDF-1.4\n<<" + description + b">>\nstream\n" + content + b"\nendstream\n%%EOF"
-
-
 @pytest.mark.parametrize(
     "data",
     [
         b"",
         b"%PDF-1.4\n",
-        pdf(b"BT (a) Tj ET").removesuffix(b"%%EOF"),
-        pdf(b"BT ET"),
-        pdf(b"nothing packed", b"/Filter /FlateDecode"),
-        pdf(b"\x00\xff~>", b"/Filter [ /ASCII85Decode ]"),
-        pdf(b"(a) Tj", b"/Subtype /Image"),
+        pdf_bytes(b"BT (a) Tj ET").removesuffix(b"%%EOF\n"),
+        pdf_bytes(b"BT ET"),
+        pdf_bytes(),
+        pdf_bytes(b"nothing packed", filters=b"/Filter /FlateDecode"),
+        pdf_bytes(b"\x00\xff~>", filters=b"/Filter [ /ASCII85Decode ]"),
+        # A little that unpacks to very much.
+        pdf_bytes(zlib.compress(bytes(1 << 29), 9), filters=b"/Filter /FlateDecode"),
     ],
 )
 def test_what_is_no_manual_cannot_be_read(job, data):
@@ -192,6 +191,7 @@ def test_escapes_and_packing(tmp_path):
     shown = rb"(\(a\\b\) \351\t\r) Tj"
     packed = base64.a85encode(zlib.compress(shown)) + b"~>"
     path = tmp_path / "texts.pdf"
-    for data in (pdf(shown), pdf(packed, b"/Filter [ /ASCII85Decode /FlateDecode ]")):
+    filters = b"/Filter [ /ASCII85Decode /FlateDecode ]"
+    for data in (pdf_bytes(shown), pdf_bytes(packed, filters=filters)):
         path.write_bytes(data)
         assert read_texts(path) == ("(a\\b) \xe9\t\r",)

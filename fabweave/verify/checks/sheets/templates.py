@@ -33,10 +33,16 @@ def check_templates(job: Job, tally: Tally) -> None:
 def _check_pages(sheet: Sheet, template: Template, place: Place) -> None:
     """Check that one page is the sheet, or that all together show all of it."""
     size = np.array([sheet.width_mm, sheet.height_mm])
-    place.equal(
-        "the number of pages that show the sheet", len(template.origins), len(template.pages)
+    whole = len(template.pages) == 1 and not np.any(template.origins)
+    border = 0.0 if whole else _BORDER_MM
+    seen = np.column_stack([np.full_like(template.pages, border), template.pages - 2.0 * border])
+    place.at_most(
+        "window_mm",
+        float(np.abs(template.windows - seen).max()),
+        _SAME_MM,
+        "a page shows the sheet through a window that is off by {}",
     )
-    if len(template.pages) == 1 and not np.any(template.origins):
+    if whole:
         off = float(np.abs(template.pages[0] - size).max())
         place.at_most("page_mm", off, _SAME_MM, "its page and the sheet differ by {} in size")
         return
