@@ -234,9 +234,8 @@ def repaired(data):
     def length(match):
         return b"/Length %d" % len(match[2]) + match[1] + b"stream\n" + match[2] + b"endstream"
 
-    data = re.sub(
-        rb"/Length \d+([^>]*?>>\s*?)stream\n(.*?)endstream", length, data, flags=re.DOTALL
-    )
+    stream = rb"/Length \d+((?:(?!endobj|stream)[\s\S])*?>>\s*?)stream\n(.*?)endstream"
+    data = re.sub(stream, length, data, flags=re.DOTALL)
     body, rest = data[: data.rindex(b"\nxref\n") + 1], data[data.rindex(b"\ntrailer") :]
     places = [match.start() for match in re.finditer(rb"^\d+ 0 obj", body, re.MULTILINE)]
     table = b"".join(b"%010d 00000 n \n" % place for place in places)

@@ -259,15 +259,19 @@ def _require_shown(page: Stream) -> None:
             elif operator == b"Tf":
                 size = float(values[1])
             elif operator == b"Tm":
-                text = _matrix(values) @ place
-                scale = math.copysign(math.sqrt(abs(np.linalg.det(text))), np.linalg.det(text))
-                inside = np.all((text[2, :2] >= 0.0) & (text[2, :2] <= (page.width, page.height)))
-                if not (inside and scale * size >= _SMALLEST_POINTS):
-                    raise ReadError("a text is beyond its page, mirrored, or too small to be read")
+                _require_legible(_matrix(values) @ place, size, page)
     except ReadError:
         raise
     except (IndexError, ValueError) as error:
         raise ReadError(f"a text has no place or size: {error}") from error
+
+
+def _require_legible(place: Floats, size: float, page: Stream) -> None:
+    """Refuse a text at a place on a page where it cannot be read."""
+    area = float(np.linalg.det(place))
+    inside = np.all((place[2, :2] >= 0.0) & (place[2, :2] <= (page.width, page.height)))
+    if not (inside and area > 0.0 and math.sqrt(area) * size >= _SMALLEST_POINTS):
+        raise ReadError("a text is beyond its page, mirrored, or too small to be read")
 
 
 def _matrix(values: list[bytes]) -> Floats:
