@@ -1,7 +1,9 @@
 """The command that proves a finished job."""
 
 import json
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 import click
@@ -43,5 +45,15 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
         for check in proof.checks:
             for finding in check.findings:
                 console.print(f"{check.name}: {finding}", markup=False, soft_wrap=True)
+    faults = [fault for check in proof.checks for fault in check.faults]
+    if faults:
+        handle, name = tempfile.mkstemp(prefix="fabweave-verify-", suffix=".txt")
+        with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
+            file.write("\n\n".join(faults))
+        click.echo(
+            f"fabweave: the verifier itself failed {len(faults)} times, which says nothing about "
+            f"the job; please report it with {name} and, if you may share it, the job",
+            err=True,
+        )
     if not proof.ok:
         sys.exit(1)

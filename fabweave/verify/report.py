@@ -82,6 +82,8 @@ class Check:
         How many things are wrong altogether.
     measured : tuple of Measure
         The most extreme value of each quantity that was measured.
+    faults : tuple of str
+        Tracebacks, where the verifier itself was at fault.
     """
 
     name: str
@@ -92,6 +94,7 @@ class Check:
     findings: tuple[str, ...]
     found: int
     measured: tuple[Measure, ...]
+    faults: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain values."""

@@ -1,9 +1,16 @@
 """Hold what a job states to what it should state, and say in plain words where it does not."""
 
+import csv
 import math
+import re
+import struct
+import traceback
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
+
+from shapely.errors import ShapelyError
 
 from fabweave.verify.report import FINDINGS_KEPT, MEANINGS, Check, Measure
 
@@ -11,6 +18,13 @@ from fabweave.verify.report import FINDINGS_KEPT, MEANINGS, Check, Measure
 _ITEMS, _LETTERS = 5, 120
 #: By the end of a quantity's name: how its unit is written.
 _UNITS = {"_mm": " mm", "_mm2": " mm²", "_deg": "°"}
+
+
+#: What files that are not as agreed may raise anywhere.
+_BY_FILES = (
+    LookupError, ValueError, TypeError, ArithmeticError, AttributeError, ShapelyError, MemoryError,
+    RecursionError, SyntaxError, OSError, re.error, zlib.error, struct.error, csv.Error,
+)  # fmt: skip
 
 
 class Tally:
@@ -32,6 +46,7 @@ class Tally:
         self._count = 0
         self._found = 0
         self._findings: list[str] = []
+        self._faults: list[str] = []
         self._measured: dict[str, tuple[float, Measure]] = {}
 
     def at(self, *where: str) -> "Place":
@@ -47,6 +62,19 @@ class Tally:
         self._found += 1
         if len(self._findings) < FINDINGS_KEPT:
             self._findings.append(finding)
+
+    def unfinished(self, what: str, error: Exception) -> None:
+        """Keep that something could not be finished: files that contradict one another, or we.
+
+        Files can break any assumption, and then an error of these kinds is a finding about them.
+        Any other is a fault of the verifier, and is told as such.
+        """
+        said = f"{type(error).__name__}: {str(error)[:_LETTERS]}"
+        if isinstance(error, _BY_FILES):
+            self.fail(f"{what}: the files are not as agreed, or contradict one another ({said})")
+            return
+        self.fail(f"{what}: a fault of the verifier, which says nothing about the job ({said})")
+        self._faults.append("".join(traceback.format_exception(error)))
 
     def measure(self, quantity: str, value: float, limit: float, *, least: bool) -> bool:
         """Count a value that may not exceed (or, with ``least``, fall below) a limit; judge it."""
@@ -71,6 +99,7 @@ class Tally:
             findings=tuple(self._findings),
             found=self._found,
             measured=tuple(measure for _, measure in self._measured.values()),
+            faults=tuple(self._faults),
         )
 
 

@@ -6,16 +6,19 @@ import csv
 import itertools
 import json
 import math
+import re
 import struct
 import zlib
 from collections import Counter
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import shapely
 from pdf_writer import pdf_bytes
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
+from fabweave.assembly.viewer.page import viewer_page
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.read.glb import read_model
@@ -232,14 +235,17 @@ def glb_bytes(strips, *, edit=None):
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
 
 
-def png_bytes():
+def png_bytes(wide=30, high=20):
+    """Return a white picture with a black line."""
+
     def chunk(kind, body):
         return (
             struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
         )
 
-    head = struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0)
-    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"\0\xff")) + chunk(b"IEND", b"")
+    head = struct.pack(">IIBBBBB", wide, high, 8, 0, 0, 0, 0)
+    rows = (b"\0" + b"\xff" * wide) * (high - 1) + b"\0" * (wide + 1)
+    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
     return b"\x89PNG\r\n\x1a\n" + body
 
 
@@ -455,7 +461,8 @@ def write_sheets(specimen, folder, *, r12=False, edit=None):
         stem = folder / "sheets" / sheet["name"]
         stem.with_suffix(".dxf").write_text(dxf_text(shapes, sheet, r12=r12))
         stem.with_suffix(".svg").write_text(svg_text(shapes, sheet))
-        stem.with_suffix(".png").write_bytes(png_bytes())
+        size = (round(sheet["width_mm"]), round(sheet["height_mm"]))
+        stem.with_suffix(".png").write_bytes(png_bytes(*size))
 
 
 def write_plan(specimen, folder):
@@ -539,10 +546,20 @@ def viewer_data(specimen, plan, *, edit=None):
 def write_viewer(specimen, folder, *, edit=None, policy=POLICY, body=""):
     """Write the viewer; ``edit`` changes its data."""
     data = json.dumps(viewer_data(specimen, specimen.plan, edit=edit)).replace("<", "\\u003c")
-    (folder / "assembly.html").write_text(
-        f'<!doctype html><meta http-equiv="Content-Security-Policy" content="{policy}">{body}'
-        f'<script id="data" type="application/json">{data}</script>'
-    )
+    page = re.sub("<title>[^<]*", "<title>specimen: assembly", shipped_page(), count=1)
+    page = re.sub("<h1>[^<]*", "<h1>specimen", page, count=1)
+    page = re.sub(r'(<script id="data"[^>]*>)[^<]*', lambda start: start[1] + data, page)
+    assert POLICY in page
+    page = page.replace(POLICY, policy).replace("</body>", body + "</body>")
+    (folder / "assembly.html").write_text(page, encoding="utf-8")
+
+
+@cache
+def shipped_page():
+    """Return the page as it is shipped, around other data."""
+    crossing_map = SimpleNamespace(to_json=dict)
+    return viewer_page(crossing_map, {}, title="", colours=np.zeros((0, 3), np.uint8),
+                       view_deg=(0.0, 0.0))  # fmt: skip
 
 
 def placed_outline(plan, piece):

@@ -12,7 +12,7 @@ from fabweave.verify import verify_job
 from fabweave.verify.report import MEANINGS
 
 ROOT = Path(__file__).parents[2]
-ALLOWED = {"numpy", "scipy", "shapely"}
+ALLOWED = {"numpy", "PIL", "scipy", "shapely"}
 
 CLEAN = {
     "plain torus, three pieces a ring, three holes a joint": (torus(6, 4), {"offcentre": True}),

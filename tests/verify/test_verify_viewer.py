@@ -7,7 +7,8 @@ import pytest
 from verify_writers import POLICY, rounded, write_viewer
 
 from fabweave.verify import verify_job
-from fabweave.verify.read.viewer import POLICY as WANTED
+from fabweave.verify.checks.reports.viewer import FRAME, THREE
+from fabweave.verify.read.viewer import read_viewer
 
 
 def failed(folder):
@@ -105,7 +106,38 @@ def test_other_policies_are_found(job, specimen, policy):
     folder = job()
     write_viewer(specimen("octahedron"), folder, policy=policy)
     assert failed(folder) == {"viewer"}
-    assert POLICY == WANTED
+
+
+@pytest.mark.parametrize(
+    ("first", "other"),
+    [
+        (
+            '<meta name="viewport"',
+            '<meta http-equiv="refresh" content="0;url=http://a.b"><meta n="',
+        ),
+        ("<title>", "<title>a</title><title>"),
+        ("<h1>", "<h1>another "),
+        ('"use strict"', '"use strict";fetch("http://a.b")'),
+        ("Three.js Authors", "Three.js Author"),
+        ("<style>", "<style>#panel-steps{display:none}"),
+        ('<canvas id="labels"', '<canvas hidden id="labels"'),
+        ("default-src 'none'", "default-src 'self'"),
+        ("<html ", '<html onclick="a()" '),
+    ],
+)
+def test_a_page_that_is_not_as_shipped_is_found(job, first, other):
+    folder = job()
+    page = (folder / "assembly.html").read_text()
+    assert first in page
+    (folder / "assembly.html").write_text(page.replace(first, other, 1))
+    assert "viewer" in failed(folder)
+
+
+def test_the_digests_are_those_of_the_page_that_is_written(job):
+    """Where this fails after a change of the viewer, the new digests belong in the check."""
+    viewer = read_viewer(job() / "assembly.html")
+    assert viewer.frame == FRAME
+    assert viewer.three in THREE
 
 
 def test_two_documents_are_none(job):
@@ -113,7 +145,7 @@ def test_two_documents_are_none(job):
     page = (folder / "assembly.html").read_text()
     data = re.search("<script id.*</script>", page)[0]
     (folder / "assembly.html").write_text(page + data)
-    assert failed(folder) == {"files", "viewer"}
+    assert failed(folder) == {"viewer"}
 
 
 def test_a_map_of_more_than_we_know_is_compared_too(job, specimen):

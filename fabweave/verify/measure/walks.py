@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
+from fabweave.verify.read.content import read_content
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,9 @@ def read_obj(path: Path) -> LoadedMesh:
     """
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
-    for number, line in enumerate(path.read_text("utf-8", errors="replace").split("\n"), start=1):
+    for number, line in enumerate(
+        read_content(path).decode("utf-8", errors="replace").split("\n"), start=1
+    ):
         words = line.split()
         try:
             if words[:1] == ["v"]:

@@ -18,6 +18,7 @@ from fabweave.verify.crossing_map import (
     Thread,
 )
 from fabweave.verify.drawing import ReadError
+from fabweave.verify.read.content import read_text
 from fabweave.verify.read.json_schema import Node
 
 SCHEMA = "fabweave.crossing-map/1"
@@ -32,7 +33,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
         If it is not JSON or breaks the schema; the message says where.
     """
     try:
-        document = json.loads(path.read_text("utf-8"))
+        document = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
         raise ReadError(f"it is not JSON: {error}") from error
     root = Node(document, "map")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
+from fabweave.verify.read.content import read_content
 
 #: Groups that name something: entities, layers, line types, applications and pieces.
 _NAMES = (0, 2, 6, 8, 1000, 1001)
@@ -59,7 +60,7 @@ def read_groups(path: Path) -> Groups:
     ReadError
         If a group code is no number, or the file is truncated.
     """
-    text = path.read_bytes().decode("utf-8", errors="replace").replace("\r\n", "\n")
+    text = read_content(path).decode("utf-8", errors="replace").replace("\r\n", "\n")
     lines = text.split("\n")
     values = lines[1::2]
     codes = lines[: 2 * len(values) : 2]

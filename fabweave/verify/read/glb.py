@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
+from fabweave.verify.read.content import read_content
+from fabweave.verify.read.glb_scene import require_plain
 
 Json: TypeAlias = dict[str, Any]
 
 _MILLIMETRES = 1000.0
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_MOVES = ("matrix", "translation", "rotation", "scale")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,16 +65,13 @@ def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
         number.
     """
     try:
-        document, binary = _chunks(path.read_bytes())
+        document, binary = _chunks(read_content(path))
+        require_plain(document)
         strips: dict[str, Strip] = {}
         markers: dict[int, Floats] = {}
-        for number, node in enumerate(document.get("nodes", [])):
-            if "mesh" not in node:
-                continue
+        for number, node in enumerate(document["nodes"]):
             finding = _finding(node, document)
             label = str(node.get("name", f"node {number}"))
-            if any(move in node for move in _MOVES):
-                raise ReadError(f"node {label!r} is moved away from its coordinates")
             if finding is not None:
                 if finding in markers:
                     raise ReadError(f"finding {finding} has two balls")

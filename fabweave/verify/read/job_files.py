@@ -1,14 +1,18 @@
 """Load a finished job's files; whatever is missing or malformed becomes a finding."""
 
 import csv
+import io
 import json
 import math
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+from PIL import Image
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
@@ -17,6 +21,7 @@ from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
+from fabweave.verify.read.content import read_content, read_text
 from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
@@ -30,6 +35,8 @@ from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
 from fabweave.verify.statement import Place, Tally
 
+#: Width and height in pixels.
+Picture: TypeAlias = tuple[int, int]
 Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
 
@@ -45,7 +52,8 @@ STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
     "mate", "hole_mm", "step",
 )  # fmt: skip
-_PNG = b"\x89PNG\r\n\x1a\n"
+#: No picture of a job has more.
+_MOST_PIXELS = 1 << 28
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +180,12 @@ def sheet_drawings(
             tally.fail(f"{sheet.name}.{kind} is not checked, because it could not be read")
 
 
+def no_job() -> Job:
+    """Return a job of which nothing could be read."""
+    nothing = dict.fromkeys(field.name for field in fields(Job) if field.default is MISSING)
+    return Job(**{**nothing, "markers": {}, "dxf": {}, "svg": {}})  # type: ignore[arg-type]
+
+
 def load_job(directory: Path, tally: Tally) -> Job:
     """Read every file of a job, and count them.
 
@@ -191,12 +205,17 @@ def load_job(directory: Path, tally: Tally) -> Job:
     def read(name: str, reader: Callable[[Path], _Value]) -> _Value | None:
         """Read one file, or say why not."""
         tally.count()
+        if "\0" in name or ".." in Path(name).parts or Path(name).is_absolute():
+            tally.fail(f"{name!r} is not in the job's folder")
+            return None
         try:
             return reader(directory / name)
         except FileNotFoundError:
             tally.fail(f"{name} is missing")
         except (ReadError, OSError, UnicodeDecodeError) as error:
             tally.fail(f"{name} cannot be read: {error}")
+        except Exception as error:  # whatever stands in the files, this is a finding
+            tally.unfinished(f"{name} cannot be read", error)
         return None
 
     plan = read("crossing_map.json", read_crossing_map)
@@ -210,7 +229,9 @@ def load_job(directory: Path, tally: Tally) -> Job:
         drawing = read(f"sheets/{sheet.name}.svg", read_svg)
         if drawing is not None:
             svg[sheet.number] = drawing
-        read(f"sheets/{sheet.name}.png", _read_png)
+        picture = read(f"sheets/{sheet.name}.png", _read_png)
+        if picture is not None:
+            _check_shape(picture, sheet, tally)
     if plan is not None and (directory / "sheets").is_dir():
         known = {sheet.name for sheet in sheets}
         for path in sorted((directory / "sheets").iterdir()):
@@ -256,17 +277,36 @@ def load_job(directory: Path, tally: Tally) -> Job:
     )
 
 
-def _read_png(path: Path) -> bool:
-    """Require a PNG that is complete."""
-    data = path.read_bytes()
-    if not data.startswith(_PNG) or b"IEND" not in data[-12:]:
-        raise ReadError("it is not a complete PNG")
-    return True
+def _read_png(path: Path) -> Picture:
+    """Require a PNG that can be decoded to its end and shows something."""
+    try:
+        with Image.open(io.BytesIO(read_content(path)), formats=["PNG"]) as picture:
+            size = picture.size
+            if size[0] * size[1] <= _MOST_PIXELS:
+                pixels = np.asarray(picture.convert("RGB"))
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise ReadError(f"it is not a complete PNG: {error}") from error
+    if size[0] * size[1] > _MOST_PIXELS:
+        raise ReadError(f"it has {size[0]} x {size[1]} pixels")
+    if np.all(pixels == pixels[0, 0]):
+        raise ReadError("it is blank")
+    return size
+
+
+def _check_shape(picture: Picture, sheet: Sheet, tally: Tally) -> None:
+    """Check that a picture of a sheet has the shape of the sheet, with room for a heading."""
+    pixels_per_mm = picture[0] / max(sheet.width_mm, 1e-9)
+    rest = picture[1] / pixels_per_mm - sheet.height_mm
+    tally.at(f"{sheet.name}.png").expect(
+        -0.1 * sheet.height_mm <= rest <= 0.1 * sheet.height_mm + 0.3 * sheet.width_mm,
+        f"it has {picture[0]} x {picture[1]} pixels, but the sheet {sheet.width_mm:g} x "
+        f"{sheet.height_mm:g} mm",
+    )
 
 
 def _read_text(path: Path) -> str:
     """Read text that may not be empty."""
-    text = path.read_text("utf-8")
+    text = read_text(path)
     if not text.strip():
         raise ReadError("it is empty")
     return text
@@ -275,14 +315,14 @@ def _read_text(path: Path) -> str:
 def _read_toml(path: Path) -> dict[str, Any]:
     """Read settings."""
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        return tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise ReadError(f"it is not TOML: {error}") from error
 
 
 def _read_csv(path: Path, columns: tuple[str, ...]) -> Rows:
     """Read a table with exactly the agreed columns."""
-    with path.open(newline="", encoding="utf-8") as file:
+    with io.StringIO(read_text(path), newline="") as file:
         try:
             rows = list(csv.reader(file, strict=True))
         except csv.Error as error:
@@ -315,14 +355,14 @@ def _read_lists(path: Path, schema: str, *keys: str) -> dict[str, Any]:
 
 def _read_plan(path: Path) -> dict[str, Any]:
     """Read the crossing map as it is, once it is known to keep its schema."""
-    document: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    document: dict[str, Any] = json.loads(read_text(path))
     return document
 
 
 def _read_document(path: Path, schema: str) -> dict[str, Any]:
     """Read JSON of a schema, in millimetres."""
     try:
-        document = json.loads(path.read_text("utf-8"))
+        document = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
         raise ReadError(f"it is not JSON: {error}") from error
     if not isinstance(document, dict) or document.get("schema") != schema:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.drawing import Floats, ReadError
+from fabweave.verify.read.content import read_content
 
 #: No page of ours unpacks to more.
 _LARGEST = 1 << 28
@@ -79,7 +80,7 @@ def read_pages(path: Path) -> list[Stream]:
     ReadError
         If it is no complete PDF as ours are.
     """
-    objects, root = _objects(path.read_bytes())
+    objects, root = _objects(read_content(path))
     catalog = _object(objects, root)
     tree = _object(objects, _one(rb"/Pages (\d+) 0 R", catalog, "a catalog"))
     kids = re.search(rb"/Kids\s*\[([^\]]*)\]", tree[0])

@@ -1,12 +1,14 @@
 """Read the files for a service: one of each distinct piece, and the table of quantities."""
 
 import csv
+import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from fabweave.verify.drawing import Drawing, ReadError
+from fabweave.verify.read.content import read_text
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import read_svg
 
@@ -38,7 +40,7 @@ def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
     ReadError
         If the table has not the columns that it should.
     """
-    with (directory / TABLE).open(newline="", encoding="utf-8") as file:
+    with io.StringIO(read_text(directory / TABLE), newline="") as file:
         try:
             table = list(csv.reader(file, strict=True))
         except csv.Error as error:

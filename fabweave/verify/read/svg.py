@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.drawing import LAYERS, Drawing, Floats, Look, ReadError
+from fabweave.verify.read.content import read_content
 from fabweave.verify.read.svg_paths import path_runs
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -41,7 +42,7 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
     try:
         # The file is the user's own job, and expat limits entity expansion.
         parser = ET.XMLParser(target=_Builder())  # noqa: S314 - as said above
-        root = ET.parse(path, parser).getroot()  # noqa: S314 - the same
+        root = ET.fromstring(read_content(path), parser)  # noqa: S314 - the same
     except ET.ParseError as error:
         raise ReadError(f"it is not well-formed XML: {error}") from error
     if root.tag != f"{SVG}svg":

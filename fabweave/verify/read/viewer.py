@@ -2,22 +2,27 @@
 
 import base64
 import binascii
+import hashlib
 import json
+import re
 from dataclasses import dataclass
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
+from fabweave.verify.read.content import read_text
 
 SCHEMA = "fabweave.viewer/1"
 
-#: The policy that keeps a browser from loading anything, whatever a script asks for.
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
-
-_LOADS = ("src", "href", "srcset", "data", "action", "formaction", "poster", "background")
+#: The page in parts: what is always the same, and what is not. Nothing in it ends a script early.
+_PARTS = re.compile(
+    r"(?P<a>.*?<title>)(?P<title>[^<]*)(?P<b></title>.*?<h1>)(?P<heading>[^<]*)(?P<c></h1>.*?"
+    r'<script id="data" type="application/json">)(?P<data>[^<]*)(?P<d></script>\s*'
+    r'<script id="three">)(?P<three>.*?)(?P<e></script>.*)',
+    re.DOTALL,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +35,10 @@ class Viewer:
         The crossing map as the page has it.
     colours : list
         What it has as the threads' colours.
-    policies : tuple of str
-        The content security policies that stand in it.
-    loads : tuple of str
-        Every address in an attribute of an element that would be loaded or gone to.
+    frame : str
+        The SHA-256 of the page but for its title, its data and three.js.
+    three : str
+        The SHA-256 of three.js in it.
     counts : (P,) int array
         Rungs of each piece.
     panels : list of int arrays
@@ -48,45 +53,13 @@ class Viewer:
 
     plan: dict[str, Any]
     colours: list[Any]
-    policies: tuple[str, ...]
-    loads: tuple[str, ...]
+    frame: str
+    three: str
     counts: Ints
     panels: list[Ints]
     rungs: Floats
     from_right: Ints
     step_mm: float
-
-
-class _Page(HTMLParser):
-    """Collect what matters of a page."""
-
-    def __init__(self) -> None:
-        super().__init__(convert_charrefs=True)
-        self.data: list[str] = []
-        self.policies: list[str] = []
-        self.loads: list[str] = []
-        self.documents = 0
-        self._in_data = False
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Look at an element's attributes."""
-        values = {name: value or "" for name, value in attrs}
-        if tag == "meta" and values.get("http-equiv", "").lower() == "content-security-policy":
-            self.policies.append(values.get("content", ""))
-        self.loads += [values[name] for name in _LOADS if name in values]
-        if tag == "script" and values.get("id") == "data":
-            self.documents += 1
-            self._in_data = True
-
-    def handle_endtag(self, tag: str) -> None:
-        """Leave the data."""
-        if tag == "script":
-            self._in_data = False
-
-    def handle_data(self, data: str) -> None:
-        """Keep the data."""
-        if self._in_data:
-            self.data.append(data)
 
 
 def read_viewer(path: Path) -> Viewer:
@@ -97,23 +70,24 @@ def read_viewer(path: Path) -> Viewer:
     ReadError
         If the page has no data, or they break their schema.
     """
-    page = _Page()
-    page.feed(path.read_text("utf-8"))
-    if page.documents != 1:
-        raise ReadError(f"it has {page.documents} scripts with the id 'data' instead of one")
+    parts = _PARTS.fullmatch(read_text(path))
+    if parts is None:
+        raise ReadError("it has not one title, one heading, one script with data and three.js")
+    if parts["title"] != f"{parts['heading']}: assembly":
+        raise ReadError("its title and its heading differ")
     try:
-        document = json.loads("".join(page.data))
+        document = json.loads(parts["data"])
     except (ValueError, RecursionError) as error:
         raise ReadError(f"its data are not JSON: {error}") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise ReadError(f"the schema of its data is not {SCHEMA!r}")
     try:
-        return _viewer(page, document)
+        return _viewer(parts, document)
     except (LookupError, TypeError, ValueError, OverflowError, binascii.Error) as error:
         raise ReadError(f"its data lack something: {type(error).__name__}: {error}") from error
 
 
-def _viewer(page: _Page, document: dict[str, Any]) -> Viewer:
+def _viewer(parts: re.Match[str], document: dict[str, Any]) -> Viewer:
     """Decode the data."""
     space = document["space"]
     step = float(space["step_mm"])
@@ -128,11 +102,15 @@ def _viewer(page: _Page, document: dict[str, Any]) -> Viewer:
     return Viewer(
         plan=document["plan"],
         colours=document["colours"],
-        policies=tuple(page.policies),
-        loads=tuple(page.loads),
+        frame=_sha256("\n".join(parts.group("a", "b", "c", "d", "e"))),
+        three=_sha256(parts["three"]),
         counts=counts,
         panels=[np.array(panel, dtype=np.int64) for panel in space["panels"]],
         rungs=rungs + np.array(space["origin_mm"], dtype=np.float64).reshape(3),
         from_right=flags.astype(np.int64),
         step_mm=step,
     )
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
