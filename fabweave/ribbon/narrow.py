@@ -62,7 +62,9 @@ class Narrowing:
         )
 
 
-def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
+def narrow_ribbons(
+    lay: LayNarrowed, weave: Weave, limits: Limits, most: FloatArray | None = None
+) -> Narrowing:
     """Narrow ribbons, step by step, about the places where they are too near to one another.
 
     Where two stretches are too near, the ribbon gets narrower at the crossings at their ends, and
@@ -75,6 +77,8 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
         Lays ribbons, or a part of them, with a factor on the width at each pass.
     weave : Weave
     limits : Limits
+    most : (P,) float array, optional
+        Factors that are not exceeded, as far as ribbons stay wide enough to be handled.
 
     Returns
     -------
@@ -108,6 +112,10 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
     if is_too_stiff(measure_along(ribbons, limits, bends)["bend"]):
         return Narrowing(ribbons, factor, least, None)
     floor = np.minimum(least, 1.0)
+    if most is not None:
+        following = following_rung(weave.threads.offsets, weave.threads.closed)
+        factor = np.maximum(_tapered(most, following), floor)
+        ribbons = lay(factor, None)
     clearance, near = measure_clearance(ribbons, weave, limits)
     while True:
         narrower = _cleared(lay, weave, limits, near.pairs, factor, floor)
