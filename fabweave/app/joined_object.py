@@ -16,7 +16,7 @@ from fabweave.app.woven_object import (
     require_stiffness,
     resized,
 )
-from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.flat.joint.ends import CutStrips, cut_strips
@@ -29,7 +29,9 @@ from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, s
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
+from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.ribbon_limits import by_thread, thread_limits
 from fabweave.stock.supplies import Supplies
 
 #: So much narrower is the next width tried where a ribbon crosses itself.
@@ -178,7 +180,12 @@ def _narrower(
     narrowed, threads = woven.narrowed, woven.weave.threads
     if narrowed is None:
         raise CannotMakeError(_kinked(woven, kinks, "a smaller --width, or none"))
-    factor, floor = narrowed.factor.copy(), np.minimum(narrowed.least, 1.0)
+    # The panels stay wide enough to be handled. What lies in a sharp bend between them gets wider
+    # with narrower panels, not narrower.
+    entry, factor = woven.ribbons.entry, narrowed.factor.copy()
+    width = np.minimum(*(_width_mm(woven.ribbons, entry + side) for side in (0, 1)))
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    floor = factor * by_thread(limits.width_mm, threads.thread_of_pass) / np.maximum(width, 1e-9)
     thickness = supplies.thickness_mm(woven.bunches)
     while len(kinks.thread):
         ends = np.stack((kinks.first, kinks.last)) % threads.lengths[kinks.thread]
@@ -187,10 +194,14 @@ def _narrower(
         if stuck.any():
             raise CannotMakeError(_kinked(woven, some_runs(kinks, stuck), "a larger --size"))
         passes = np.unique(passes)
-        factor[passes] = np.maximum(_STEP * factor[passes], floor[passes])
+        factor[passes] = np.maximum(_STEP * factor[passes], np.minimum(floor, factor)[passes])
         ribbons = lay_ribbons(woven.source, woven.weave, settings, thickness, woven.laps, factor)
         kinks = some_runs(kinks, ~simple(strip_outlines(unfold_runs(ribbons, kinks))))
     return factor
+
+
+def _width_mm(ribbons: Ribbons, rung: IntArray) -> FloatArray:
+    return np.linalg.norm(ribbons.left[rung] - ribbons.right[rung], axis=1)
 
 
 def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:

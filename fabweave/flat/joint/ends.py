@@ -149,9 +149,15 @@ def _shape_ends(
     before: IntArray,
     after: IntArray,
 ) -> tuple[FloatArray | None, ...]:
-    """Shape the outlines, in place, where joints interlock; return the slots."""
+    """Shape the outlines, in place, where joints interlock; return the slots.
+
+    Those that cross themselves are left alone: they will not be cut.
+    """
     slots: list[FloatArray | None] = [None] * len(outlines)
+    sound = simple(outlines).tolist()
     for piece, (second, first) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
+        if not sound[piece]:
+            continue
         shape = plan.ends[first - 1] if first else None
         if shape is not None:
             at = int(stations.offsets[piece + 1]) - 1
