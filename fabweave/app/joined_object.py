@@ -97,8 +97,9 @@ def split_object(
         if not crossing:
             return JoinedObject(laid, plan, joints, cut)
         if len(crossing.kinks.thread):
+            # Loops are looked for afterwards: with a kink, a thread seems to have more of them.
             most = _narrower(laid, crossing.kinks, settings, supplies)
-        if len(crossing.loops.thread):
+        else:
             # No piece carried what is barred already, so that there is an end.
             known = [crossing.loops] if barred is None else [barred, crossing.loops]
             barred = joined_runs(*known)
