@@ -6,15 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.app.joined_object import check_joined
+from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
-from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import (
     WovenObject,
-    keep_clear,
-    require_stiffness,
     weave_object,
     width_notes,
 )
@@ -28,8 +25,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
-from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.stock.sheet_text import format_stock
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import find_bunches, thread_graph
@@ -259,14 +255,10 @@ def _planned(
 ) -> tuple[WovenObject, dict[str, Any]]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
     progress("pieces", 0, 1)
-    threads, sheets = woven.weave.threads, [format_stock(sheet) for sheet in settings.sheets]
+    sheets = [format_stock(sheet) for sheet in settings.sheets]
     try:
-        require_width(woven.ribbons, woven.labels, woven.size_mm)
-        require_no_loop(threads, woven.halfedges)
-        require_stiffness(woven, settings, supplies)
-        rules = hole_rules(settings, supplies)
-        plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, rules, supplies)
-        woven = keep_clear(woven, settings, supplies, plan.runs.laps(threads))
+        joined = split_object(woven, settings, supplies, hole_rules(settings, supplies))
+        woven, plan = joined.woven, joined.plan
     except FabweaveError as error:
         return woven, {"count": None, "because": str(error), "sheets": sheets}
     return woven, {

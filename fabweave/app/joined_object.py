@@ -16,26 +16,39 @@ from fabweave.app.woven_object import (
     require_stiffness,
     resized,
 )
-from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree, few_of
+from fabweave.flat.joint.ends import CutStrips, cut_strips
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.planning import JointPlan, plan_joints
-from fabweave.flat.split.runs import Runs
+from fabweave.flat.outline import simple, strip_outlines
+from fabweave.flat.split.runs import Runs, unfold_runs
+from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, some_runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
+from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.ribbon_limits import by_thread, thread_limits
 from fabweave.stock.supplies import Supplies
+
+#: So much narrower is the next width tried where a ribbon crosses itself.
+_STEP = 0.9
 
 
 @frozen_value
 class JoinedObject:
-    """A woven object with its ribbons as they are cut, and where they are cut and joined."""
+    """A woven object with its ribbons as they are cut, where they are joined, and their strips.
+
+    No strip crosses itself.
+    """
 
     woven: WovenObject
     plan: SplitPlan
     joints: JointPlan
+    cut: CutStrips
 
 
 def split_object(
@@ -46,6 +59,9 @@ def split_object(
     progress: Progress = no_progress,
 ) -> JoinedObject:
     """Plan where threads are cut into pieces and how these are joined; lay the ribbons for that.
+
+    Pieces are planned on ribbons as wide as asked. Those that cross themselves when they are cut
+    as planned are cut elsewhere; where that does not help, their ribbons get narrower.
 
     Parameters
     ----------
@@ -71,9 +87,23 @@ def split_object(
     require_no_loop(woven.weave.threads, woven.halfedges)
     require_stiffness(woven, settings, supplies)
     progress("pieces", 0, 1)
-    plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, rules, supplies)
-    woven, joints = _with_joints(woven, plan.runs, settings, supplies)
-    return JoinedObject(woven, plan, joints)
+    ribbons, weave, labels = woven.ribbons, woven.weave, woven.labels
+    plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies)
+    barred, most = None, None
+    while True:
+        laid, joints = _with_joints(woven, plan.runs, settings, supplies, most)
+        cut = cut_strips(laid.ribbons, weave, plan.runs, joints)
+        crossing = find_self_crossing(laid.ribbons, weave, plan.runs, cut.outlines)
+        if not crossing:
+            return JoinedObject(laid, plan, joints, cut)
+        if len(crossing.kinks.thread):
+            # Loops are looked for afterwards: with a kink, a thread seems to have more of them.
+            most = _narrower(laid, crossing.kinks, settings, supplies)
+        else:
+            # No piece carried what is barred already, so that there is an end.
+            known = [crossing.loops] if barred is None else [barred, crossing.loops]
+            barred = joined_runs(*known)
+            plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies, barred)
 
 
 def remake(
@@ -114,14 +144,21 @@ def check_joined(woven: WovenObject, settings: Settings, supplies: Supplies) -> 
 
 
 def _with_joints(
-    woven: WovenObject, runs: Runs, settings: Settings, supplies: Supplies
+    woven: WovenObject,
+    runs: Runs,
+    settings: Settings,
+    supplies: Supplies,
+    most: FloatArray | None = None,
 ) -> tuple[WovenObject, JointPlan]:
-    """Plan the joints, and lay the ribbons again with room for laps where they are."""
+    """Plan the joints, and lay the ribbons again with room for laps where they are.
+
+    If the width is left to fabweave, they are no wider than by factors ``most`` at each pass.
+    """
     rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
     thickness = supplies.thickness_mm(woven.bunches)
     laps = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness).laps
     while True:
-        woven = keep_clear(woven, settings, supplies, laps)
+        woven = keep_clear(woven, settings, supplies, laps, most)
         joints = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness)
         # Panels keep their shape when the strands move apart; but where ribbons were narrowed,
         # there may be room for nothing but a lap.
@@ -129,3 +166,62 @@ def _with_joints(
         if not len(more):
             return woven, joints
         laps = np.concatenate((laps, more))
+
+
+def _narrower(
+    woven: WovenObject, kinks: Runs, settings: Settings, supplies: Supplies
+) -> FloatArray:
+    """Return factors on the width at each pass with which some stretches do not cross themselves.
+
+    Raises
+    ------
+    CannotMakeError
+        If ribbons must not be narrower, or would be too narrow to be handled.
+    """
+    narrowed, threads = woven.narrowed, woven.weave.threads
+    if narrowed is None:
+        raise CannotMakeError(_kinked(woven, kinks, "a smaller --width, or none"))
+    # The panels stay wide enough to be handled. What lies in a sharp bend between them gets wider
+    # with narrower panels, not narrower.
+    entry, factor = woven.ribbons.entry, narrowed.factor.copy()
+    width = np.minimum(*(_width_mm(woven.ribbons, entry + side) for side in (0, 1)))
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    floor = factor * by_thread(limits.width_mm, threads.thread_of_pass) / np.maximum(width, 1e-9)
+    thickness = supplies.thickness_mm(woven.bunches)
+    while len(kinks.thread):
+        ends = np.stack((kinks.first, kinks.last)) % threads.lengths[kinks.thread]
+        passes = threads.offsets[kinks.thread] + ends
+        stuck = np.asarray(np.all(factor[passes] <= floor[passes], axis=0))
+        if stuck.any():
+            raise CannotMakeError(_kinked(woven, some_runs(kinks, stuck), "a larger --size"))
+        passes = np.unique(passes)
+        factor[passes] = np.maximum(_STEP * factor[passes], np.minimum(floor, factor)[passes])
+        ribbons = lay_ribbons(woven.source, woven.weave, settings, thickness, woven.laps, factor)
+        kinks = some_runs(kinks, ~simple(strip_outlines(unfold_runs(ribbons, kinks))))
+    return factor
+
+
+def _width_mm(ribbons: Ribbons, rung: IntArray) -> FloatArray:
+    return np.linalg.norm(ribbons.left[rung] - ribbons.right[rung], axis=1)
+
+
+def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:
+    """Say which stretches of threads would cross themselves however they are cut."""
+    threads = woven.weave.threads
+    places = []
+    for thread, first, last in zip(kinks.thread, kinks.first, kinks.last, strict=True):
+        ends = np.array([first, last]) % threads.lengths[thread]
+        centre = woven.ribbons.centre[threads.crossing[threads.offsets[thread] + ends]].mean(axis=0)
+        place = ", ".join(f"{value:.0f}" for value in centre)
+        places.append(
+            f"{woven.labels[thread]} between its crossings {ends[0]} and {ends[1]}, near ({place})"
+        )
+    return (
+        agree(
+            len(kinks.thread),
+            "{n} stretch[|es] of thread bend[s|] so sharply that [it|they] would cross "
+            "[itself|themselves] when unfolded: ",
+        )
+        + f"{few_of(places, 4)} mm; "
+        + f"{remedy} would help, or a smoother mesh (--fair, --refine or --remesh)"
+    )

@@ -197,6 +197,7 @@ def plan_job(
         rules,
         joined.joints,
         slots=settings.slots,
+        cut=joined.cut,
     )
     return PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
 

@@ -11,6 +11,7 @@ from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.joint.planning import lap_beyond
 from fabweave.flat.split.candidate_costs import Bed, list_candidates
 from fabweave.flat.split.length_curve import LENGTHS, compare_lengths, knee
+from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
 from fabweave.nest.container import Container, clear_rectangle, container_of
@@ -33,6 +34,7 @@ def plan_pieces(
     settings: Settings,
     rules: Sequence[HoleRule],
     supplies: Supplies,
+    barred: Runs | None = None,
 ) -> SplitPlan:
     """Split ribbons so that every piece fits the stock, at the least predicted cost.
 
@@ -49,6 +51,8 @@ def plan_pieces(
         The holes that joints may have, the preferred first.
     supplies : Supplies
         What it is cut from; with several materials, every piece fits the stock of each.
+    barred : Runs, optional
+        Stretches that no piece may carry all of.
 
     Raises
     ------
@@ -89,7 +93,9 @@ def plan_pieces(
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
     max_length = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
-    candidates = list_candidates(ribbons, weave, bed, max(side, max_length or 0.0), every)
+    candidates = list_candidates(
+        ribbons, weave, bed, max(side, max_length or 0.0), every, barred=barred
+    )
     choices = compare_lengths(
         candidates, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
     )

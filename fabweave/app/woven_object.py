@@ -130,11 +130,16 @@ def lay_ribbons(
 
 
 def keep_clear(
-    woven: WovenObject, settings: Settings, supplies: Supplies, laps: IntArray | None = None
+    woven: WovenObject,
+    settings: Settings,
+    supplies: Supplies,
+    laps: IntArray | None = None,
+    most: FloatArray | None = None,
 ) -> WovenObject:
     """Lay the ribbons of a woven object again, with room for laps where joints are.
 
-    If the width is left to fabweave, they get narrower where they would be too near to others.
+    If the width is left to fabweave, they get narrower where they would be too near to others, and
+    by no less than the factors ``most`` at each pass.
     """
     thickness = supplies.thickness_mm(woven.bunches)
 
@@ -144,7 +149,7 @@ def keep_clear(
     if not settings.width.auto:
         return replace(woven, ribbons=lay(), laps=laps)
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
-    narrowed = narrow_ribbons(lay, woven.weave, limits)
+    narrowed = narrow_ribbons(lay, woven.weave, limits, most)
     return replace(woven, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import BoolArray, FloatArray
 from fabweave.flat.path_fit import fit_paths
 from fabweave.flat.unfold.development import Strips
 
@@ -109,6 +109,21 @@ def raw_outlines(strips: Strips) -> list[FloatArray]:
     """Return the outlines with all vertices."""
     bounds = strips.offsets.tolist()
     return [strip_outline(strips.right[a:b], strips.left[a:b]) for a, b in pairwise(bounds)]
+
+
+def simple(outlines: Sequence[FloatArray]) -> BoolArray:
+    """Say which outlines are simple polygons.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> simple([square, square[[0, 2, 1, 3]], square[:2]]).tolist()
+    [True, False, False]
+    """
+    polygons = [
+        shapely.Polygon(outline) if len(outline) >= 3 else shapely.Polygon() for outline in outlines
+    ]
+    return np.asarray(shapely.is_valid(polygons) & ~shapely.is_empty(polygons))
 
 
 def resting_frame(outline: FloatArray, start: FloatArray, end: FloatArray) -> Frame:

@@ -52,6 +52,7 @@ def build_pieces(
     plan: JointPlan | None = None,
     *,
     slots: bool = False,
+    cut: CutStrips | None = None,
 ) -> PieceSet:
     """Build every piece with its stations, holes and joints.
 
@@ -70,23 +71,24 @@ def build_pieces(
         The joints; without it, riveted laps with one fastener.
     slots : bool
         Whether strands that lie under have slots in place of holes where they have no joint.
+    cut : CutStrips, optional
+        The strips as they are cut, if they are known.
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
-    before, after = _joint_numbers(runs, weave)
-    cut = cut_strips(ribbons, weave, runs, plan, before, after)
+    cut = cut_strips(ribbons, weave, runs, plan) if cut is None else cut
     drilled = drill(ribbons, weave, plan, cut, rules, slots=slots)
     kinds = [
         GLUE if kind.most_fasteners and not held else kind
         for kind, held in zip(plan.kind, drilled.held.tolist(), strict=True)
     ]
     marked = np.array([kind.marked for kind in kinds], dtype=np.bool_)
-    guides = guide_lines(cut, plan, before, after, marked)
+    guides = guide_lines(cut, plan, marked)
     numbers = _number_in_thread(runs)
     pieces = tuple(
         _piece(
             f"{labels[runs.thread[index]]}{numbers[index]}",
             int(runs.thread[index]),
-            (int(before[index]) or None, int(after[index]) or None),
+            (int(cut.before[index]) or None, int(cut.after[index]) or None),
             index,
             cut,
             weave,
@@ -154,22 +156,6 @@ def _slots(
         path = slot_path(float(drilled.hole_mm[at]), stations.point[at], stations.way[at])
         slots.append(Slot(int(at - rows.start), Path(frame.apply(path.points), path.bulges)))
     return tuple(slots)
-
-
-def _joint_numbers(runs: Runs, weave: Weave) -> tuple[IntArray, IntArray]:
-    """Return the joints before and after each piece, numbered from 1 in order of threads."""
-    count = len(runs.thread)
-    final = weave.threads.lengths[runs.thread] - 1
-    joined = weave.threads.closed[runs.thread] | (runs.last < final)
-    after = np.where(joined, np.cumsum(joined), 0)
-    starts = np.ones(count, dtype=bool)
-    starts[1:] = runs.thread[1:] != runs.thread[:-1]
-    begin = np.flatnonzero(starts)
-    end = np.append(begin[1:], count) - 1 if count else begin
-    before = np.zeros(count, dtype=np.int64)
-    before[1:] = after[:-1]
-    before[begin] = after[end]  # a ring's first piece follows its last; 0 on an open thread
-    return before, after
 
 
 def _number_in_thread(runs: Runs) -> IntArray:

@@ -106,8 +106,8 @@ def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) ->
         "{n} [vertex joins|vertices join] bodies that touch only at that point",
         "vertex",
         np.flatnonzero(fans > 1),
-        "separate the bodies there by splitting the vertex, or join them by faces",
-        fatal=True,
+        "nothing to do: each body gets a vertex of its own there",
+        fatal=False,
     )
     yield from problem(
         "non-orientable",

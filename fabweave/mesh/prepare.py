@@ -9,13 +9,14 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.report import MeshReport
-from fabweave.mesh.topology import EdgeGroups, group_edges
+from fabweave.mesh.topology import EdgeGroups, group_edges, split_fans
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:
-    """Drop loose vertices and turn faces so that the mesh can be woven; say what was done.
+    """Drop loose vertices, part bodies that only touch, and turn faces; say what was done.
 
-    In each component the direction of most faces stays; a closed component that is then inside
+    Where bodies touch only at a vertex, each gets a vertex of its own at that place. In each
+    component the direction of most faces stays; a closed component that is then inside
     out is turned as a whole. Nothing else is changed.
 
     Parameters
@@ -68,6 +69,18 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
                 len(loose),
                 "{n} [vertex belongs|vertices belong] to no face and [was|were] left out",
             )
+        )
+    if not report.vertex_manifold:
+        # Numbers of vertices are the file's, as in all other messages.
+        place = np.flatnonzero(used)
+        prepared, split = split_fans(prepared, group_edges(prepared))
+        notes.append(
+            agree(
+                len(split),
+                "{n} [vertex|vertices] at which bodies only touch, or fold onto themselves, "
+                "[was|were] split, so that each part has its own",
+            )
+            + f" (vertex {few_of(place[split].tolist(), 5)})"
         )
     edges = group_edges(prepared)
     patch = face_patches(edges, prepared.n_faces)

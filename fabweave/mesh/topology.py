@@ -154,6 +154,51 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
         valence = np.bincount(edges.tail, minlength=n_vertices)
         if np.array_equal(_walk_around(edges, n_vertices), valence):
             return (valence > 0).astype(np.int64)
+    number, label = _label_fans(edges)
+    vertex = np.empty(number, dtype=np.int64)
+    vertex[label] = edges.tail
+    return np.bincount(vertex, minlength=n_vertices)
+
+
+def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
+    """Give each fan at a vertex a vertex of its own, at the same place.
+
+    Bodies that touch only at a vertex are bodies apart then. The first fan keeps the vertex; new
+    ones come after all others.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+    edges : EdgeGroups
+        Its edges.
+
+    Returns
+    -------
+    mesh : PolyMesh
+    vertices : (N,) int array
+        The vertices that were split, each once.
+
+    Examples
+    --------
+    >>> bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
+    >>> apart, vertices = split_fans(bow_tie, group_edges(bow_tie))
+    >>> apart.faces(), vertices.tolist(), apart.n_vertices
+    ([[0, 1, 2], [5, 3, 4]], [0], 6)
+    """
+    number, label = _label_fans(edges)
+    vertex = np.empty(number, dtype=np.int64)
+    vertex[label] = edges.tail
+    # Fans are numbered in the order of their first corners.
+    first = np.zeros(number, dtype=bool)
+    first[np.unique(vertex, return_index=True)[1]] = True
+    own = vertex.copy()
+    own[~first] = mesh.n_vertices + np.arange(np.count_nonzero(~first))
+    vertices = np.concatenate((mesh.vertices, mesh.vertices[vertex[~first]]))
+    return PolyMesh(vertices, mesh.offsets, own[label]), np.unique(vertex[~first])
+
+
+def _label_fans(edges: EdgeGroups) -> tuple[int, IntArray]:
+    """Count the fans of all vertices, and return the one of each corner, in order of corners."""
     # Neighbours inside a group of half-edges are neighbours around both ends of the edge.
     inside = np.ones(len(edges.order), dtype=bool)
     inside[edges.starts[:-1]] = False
@@ -163,10 +208,7 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
     one_head, two_head = edges.next[one], edges.next[two]
     links_from = np.concatenate([one, one_head])
     links_to = np.concatenate([np.where(same, two, two_head), np.where(same, two_head, two)])
-    number, label = label_links(links_from, links_to, len(edges.order))
-    vertex = np.empty(number, dtype=np.int64)
-    vertex[label] = edges.tail
-    return np.bincount(vertex, minlength=n_vertices)
+    return label_links(links_from, links_to, len(edges.order))
 
 
 def _walk_around(edges: EdgeGroups, n_vertices: int) -> IntArray:

@@ -62,7 +62,9 @@ class Narrowing:
         )
 
 
-def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
+def narrow_ribbons(
+    lay: LayNarrowed, weave: Weave, limits: Limits, most: FloatArray | None = None
+) -> Narrowing:
     """Narrow ribbons, step by step, about the places where they are too near to one another.
 
     Where two stretches are too near, the ribbon gets narrower at the crossings at their ends, and
@@ -75,6 +77,8 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
         Lays ribbons, or a part of them, with a factor on the width at each pass.
     weave : Weave
     limits : Limits
+    most : (P,) float array, optional
+        Factors that are not exceeded, whatever is left to be handled.
 
     Examples
     --------
@@ -97,23 +101,28 @@ def narrow_ribbons(lay: LayNarrowed, weave: Weave, limits: Limits) -> Narrowing:
     >>> sorted(set(narrowing.factor.round(2).tolist())), len(narrowing.stuck)
     ([0.9], 0)
     """
-    factor = np.ones(len(weave.threads.crossing))
+    factor = top = np.ones(len(weave.threads.crossing))
     ribbons = lay(factor, None)
     bends = measure_bends(ribbons)
     least = _least_factors(ribbons, limits, bends)
+    if most is not None:
+        following = following_rung(weave.threads.offsets, weave.threads.closed)
+        factor = top = _tapered(most, following)
+        ribbons = lay(factor, None)
+        bends = measure_bends(ribbons)
     if is_too_stiff(measure_along(ribbons, limits, bends)["bend"]):
         return Narrowing(ribbons, factor, least, None)
-    floor = np.minimum(least, 1.0)
+    floor = np.minimum(least, top)
     clearance, near = measure_clearance(ribbons, weave, limits)
     while True:
         narrower = _cleared(lay, weave, limits, near.pairs, factor, floor)
         if narrower is factor:
             # In tight bends ribbons may have got narrower than their crossing panels: too narrow.
             thin = _least_factors(ribbons, limits, measure_bends(ribbons)) > _HANDLED
-            weak = np.flatnonzero(thin & (factor < 1) & (floor < 1))
+            weak = np.flatnonzero(thin & (factor < top) & (floor < top))
             if not len(weak):
                 return Narrowing(ribbons, factor, least, (clearance, near))
-            floor[weak] = np.minimum(factor[weak] / _STEP, 1.0)
+            floor[weak] = np.minimum(factor[weak] / _STEP, top[weak])
             narrower = np.maximum(factor, floor)
         changed = np.flatnonzero(narrower != factor)
         factor, ribbons = narrower, lay(narrower, None)

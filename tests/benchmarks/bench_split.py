@@ -29,26 +29,19 @@ from fabweave.core.arrays import IntArray
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidate_costs import Bed, Candidates, list_candidates, price_candidates
 from fabweave.flat.split.cost import sheet_area
-from fabweave.flat.split.runs import Runs, first_and_last_rung
+from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.splitting import choose_runs
-from fabweave.flat.unfold.development import Strips, run_rungs, unfold, unfold_threads
+from fabweave.flat.unfold.development import Strips, unfold_threads
 from fabweave.mesh.io.files import write_mesh
 from fabweave.nest.container import Container
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
 from fabweave.nest.nesting import nest
-from fabweave.ribbon.project import Ribbons
 from fabweave.stock.sheet_size import SheetSize
 
 SHEET, MARGIN, GAP = SheetSize(600.0, 400.0), 10.0, 2.0
 USABLE = (580.0, 380.0)
-
-
-def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
-    """Unfold every piece."""
-    first, last = first_and_last_rung(ribbons, runs)
-    return unfold(ribbons, *run_rungs(ribbons, runs.thread, first, last))
 
 
 BED = Bed(lambda outline: fits_rectangle(shape_of(outline)[0], Container(USABLE)), (USABLE,), GAP)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from irregular_meshes import lumpy_ball, pieces_of
 
 from fabweave.core.arc_path import straight_path
 from fabweave.cut.labels.marks import Marks, mark_pieces
@@ -255,3 +256,24 @@ def test_nothing_fits_a_hair():
     assert marks.labels == ()
     assert marks.ticks == ()
     assert len(marks.dropped) == 16
+
+
+def stands_nearest(piece: Piece, marks: Marks) -> list[bool]:
+    """Whether each label about a station is as near to it as to any other."""
+    return [
+        int(np.argmin(np.hypot(*(piece.points - label.centre).T))) == label.station
+        for label in marks.labels
+        if label.station is not None
+    ]
+
+
+# Where threads wind, a way along the thread leads past other stations: these had such labels.
+@pytest.mark.parametrize(("seed", "points"), [(0, 20), (1, 20), (2, 60), (5, 60)])
+def test_labels_of_irregular_meshes_stand_at_their_stations(seed, points):
+    pieces = list(pieces_of(lumpy_ball(seed, points, lumps=0.3), size="500mm"))
+    crossings = 1 + max(int(piece.crossings.max()) for piece in pieces)
+    marks = mark_pieces(pieces, crossings)
+    near = [own for piece, mark in zip(pieces, marks, strict=True)
+            for own in stands_nearest(piece, mark)]  # fmt: skip
+    assert len(near) > len(pieces)
+    assert all(near)

@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from sheet_fit import fits_some_sheet
-from splitting import split_threads, unfold_runs
+from splitting import split_threads
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError
@@ -14,7 +14,7 @@ from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.outline import Frame, resting_frame, strip_outline, strip_outlines
 from fabweave.flat.piece import Joint
 from fabweave.flat.pieces import PieceSet, build_pieces
-from fabweave.flat.split.runs import Runs
+from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.strand_owners import find_owners
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh

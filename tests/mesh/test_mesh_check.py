@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes_shared import mesh_params
+from meshes_shared import mesh_params, shared_mesh
 from strategies import (
     any_meshes,
     broken_meshes,
@@ -24,6 +24,7 @@ from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes import grids, solids
+from fabweave.weave.threads import trace_threads
 
 
 def codes(mesh):
@@ -60,15 +61,19 @@ def test_good_real_mesh_needs_nothing(known):
 
 
 REFUSED = {
-    "bad/catmark_nonman_edges.obj": {"non-manifold-edge", "non-manifold-vertex", "repeated-vertex"},
+    "bad/catmark_nonman_edges.obj": {"non-manifold-edge", "repeated-vertex"},
     "bad/catmark_val2_back2back.obj": {"duplicate-face"},
-    "bad/hourglass_ico.obj": {"non-manifold-vertex"},
     "bad/moebius.obj": {"non-orientable"},
     "bad/nonmanifold_edge.obj": {"non-manifold-edge"},
-    "bad/nonmanifold_vertex.obj": {"non-manifold-vertex"},
     "bad/test-nan.obj": {"not-finite"},
 }
-CURED = {"bad/cube_soup.obj", "bad/klein-bottle.obj", "bad/nonoriented_edge.obj"}
+CURED = {
+    "bad/cube_soup.obj",
+    "bad/hourglass_ico.obj",
+    "bad/klein-bottle.obj",
+    "bad/nonmanifold_vertex.obj",
+    "bad/nonoriented_edge.obj",
+}
 
 
 @pytest.mark.parametrize("known", mesh_params(bad=True))
@@ -219,14 +224,48 @@ def test_two_spheres_glued_at_a_vertex():
     both = merged(ball, other)
     indices = both.indices.copy()
     indices[indices == ball.n_vertices] = 0
-    report = check_mesh(PolyMesh(both.vertices, both.offsets, indices))
-    (problem,) = report.fatal
-    assert (problem.code, problem.where) == ("non-manifold-vertex", ((0,),))
+    mesh = PolyMesh(both.vertices, both.offsets, indices)
+    report = check_mesh(mesh)
+    (problem,) = (item for item in report.problems if item.code == "non-manifold-vertex")
+    assert (problem.where, problem.fatal) == (((0,),), False)
     assert report.edge_manifold
     assert not report.vertex_manifold
     assert report.n_components == 1
     assert report.genus is None
     assert "unreferenced-vertex" in report.codes
+    apart, after, notes = prepare_mesh(mesh)
+    assert after.component_genus == (0, 0)
+    assert after.n_vertices == 2 * ball.n_vertices
+    assert any("1 vertex at which bodies only touch" in note and "(vertex 0)" in note
+               for note in notes)  # fmt: skip
+    # The second one's corner is at the end now, where it was.
+    assert apart.vertices[-1].tolist() == ball.vertices[0].tolist()
+
+
+@pytest.mark.parametrize(
+    ("name", "bodies", "loops", "threads"),
+    # Two icosahedra of six threads each; two quads with a strand at each corner.
+    [("bad/hourglass_ico.obj", 2, 0, 12), ("bad/nonmanifold_vertex.obj", 2, 2, 8)],
+)
+def test_bodies_that_only_touch_are_parted(name, bodies, loops, threads):
+    mesh = read_mesh(shared_mesh(name)).mesh
+    prepared, report, notes = prepare_mesh(mesh)
+    assert (report.n_components, report.n_boundary_loops) == (bodies, loops)
+    assert report.component_genus == (0,) * bodies
+    assert prepared.n_vertices == mesh.n_vertices + 1
+    assert sum("split" in note for note in notes) == 1
+    assert trace_threads(build_halfedges(prepared)).n_threads == threads
+    # Every face is where it was.
+    assert np.array_equal(prepared.vertices[prepared.indices], mesh.vertices[mesh.indices])
+
+
+def test_three_corners_at_one_tip():
+    tip = [[0, 1, 2], [0, 3, 4], [0, 5, 6]]
+    points = np.random.default_rng(0).normal(size=(7, 3))
+    apart, report, notes = prepare_mesh(PolyMesh.from_faces(points, tip))
+    assert apart.faces() == [[0, 1, 2], [7, 3, 4], [8, 5, 6]]
+    assert report.n_components == 3
+    assert "1 vertex at" in notes[0]
 
 
 @pytest.mark.parametrize("valence", [5, 63, 64, 65, 200])

@@ -1,4 +1,4 @@
-"""Cut threads into pieces, and unfold these, as the steps of a job do one by one."""
+"""Cut threads into pieces, as a step of a job does."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,9 +6,8 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.flat.split.candidate_costs import Bed, list_candidates
-from fabweave.flat.split.runs import Runs, first_and_last_rung
+from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.splitting import choose_runs
-from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -28,10 +27,3 @@ def split_threads(
     every = np.arange(weave.threads.n_threads)
     candidates = list_candidates(ribbons, weave, bed, min(length_mm, max_length_mm), every)
     return choose_runs(candidates, weave, bed, labels, length_mm, max_length_mm, None)
-
-
-def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
-    """Unfold every piece: from where it enters its first panel to where it leaves its last."""
-    first, last = first_and_last_rung(ribbons, runs)
-    offsets, rung = run_rungs(ribbons, runs.thread, first, last)
-    return unfold(ribbons, offsets, rung)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import shapely
+from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.cut.labels.lettering import text_box
@@ -32,6 +33,8 @@ _WAYS = (*_BESIDE, 0.5)
 # The same places on the middle line, and then off it by these parts of the ribbon's width.
 _ASIDE = (0.0, 0.25, -0.25)
 
+#: Distances that differ less are the same.
+_SAME_MM = 1e-6
 #: So many boxes of each piece are tried at once.
 _CHUNK = 12
 
@@ -177,8 +180,12 @@ def _free_regions(
 
 
 def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _Places) -> _Boxes:
-    """List the boxes of every wish; places without room for its lowest choice are left out."""
+    """List the boxes of every wish.
+
+    Places without room for its lowest choice are left out, and those nearer to another station.
+    """
     stations = offsets_of(np.array([len(piece.crossings) for piece in pieces]))
+    own = _nearest_to_own(pieces, places)
     halves: list[tuple[float, float]] = []
     listed, n_choices, owner = [], [], []
     for index, (piece, piece_wishes) in enumerate(zip(pieces, wishes, strict=True)):
@@ -188,7 +195,8 @@ def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _P
             if wish.station is None:
                 listed.append(anywhere)
             else:
-                listed.append(first + wish.station * _PER_STATION + _AT_A_STATION)
+                beside = first + wish.station * _PER_STATION + _AT_A_STATION
+                listed.append(beside[own[beside]])
             halves += [_half_size(choice) for choice in wish.choices]
             n_choices.append(len(wish.choices))
             owner.append(index)
@@ -208,6 +216,23 @@ def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _P
         kept[some] = shapely.contains_xy(core[piece_of[some]], x[some], y[some])
     n_kept = np.bincount(number[kept], minlength=len(owner))
     return _Boxes(half, first_choice, place[kept], offsets_of(n_kept))
+
+
+def _nearest_to_own(pieces: Sequence[Piece], places: _Places) -> BoolArray:
+    """Say which places are no nearer to another station of their piece than to their own.
+
+    Where a piece winds, a way along it may lead past a station that is further on.
+    """
+    own = np.empty(len(places.centre) * _PER_STATION, dtype=np.bool_)
+    start = 0
+    for piece in pieces:
+        stop = start + len(piece.points)
+        centre = places.centre[start:stop].reshape(-1, _PER_STATION, 2)
+        mine = np.hypot(*np.moveaxis(centre - piece.points[:, None], -1, 0))
+        nearest = KDTree(piece.points).query(centre)[0]
+        own[start * _PER_STATION : stop * _PER_STATION] = (mine <= nearest + _SAME_MM).ravel()
+        start = stop
+    return own
 
 
 _PER_STATION = len(_WAYS) * len(_ASIDE)

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from fabweave.core.arc_path import Path
+from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.flat.joint.planning import JointPlan
 from fabweave.flat.outline import (
@@ -11,6 +11,7 @@ from fabweave.flat.outline import (
     inscribed_polygon,
     raw_outlines,
     ring_paths,
+    simple,
 )
 from fabweave.flat.split.runs import Runs, first_and_last_rung
 from fabweave.flat.unfold.development import Strips, run_rungs, unfold
@@ -67,6 +68,8 @@ class CutStrips:
 
     Parameters
     ----------
+    before, after : (N,) int arrays
+        The joints at the beginning and the end of each piece, 0 where there is none.
     stations : Stations
     strips : Strips
         As far as whole rungs go; pieces may end between two of them.
@@ -82,6 +85,8 @@ class CutStrips:
         The slot that each piece has at its first station.
     """
 
+    before: IntArray
+    after: IntArray
     stations: Stations
     strips: Strips
     entered: IntArray
@@ -92,17 +97,15 @@ class CutStrips:
     slots: tuple[FloatArray | None, ...]
 
 
-def cut_strips(ribbons: Ribbons, weave: Weave, runs: Runs, plan: JointPlan,
-               before: IntArray, after: IntArray) -> CutStrips:  # fmt: skip
+def cut_strips(ribbons: Ribbons, weave: Weave, runs: Runs, plan: JointPlan) -> CutStrips:
     """Unfold every piece, as far as its joints want it, and shape its ends.
 
     Parameters
     ----------
     ribbons, weave, runs, plan
         The ribbons, who is on top, which passes each piece carries, and the joints.
-    before, after : (N,) int arrays
-        The joints at the beginning and the end of each piece, 0 where there is none.
     """
+    before, after = joint_numbers(runs, weave)
     first, last = first_and_last_rung(ribbons, runs)
     begin, end = first.astype(np.float64), last.astype(np.float64)
     starts, stops = np.flatnonzero(before), np.flatnonzero(after)
@@ -120,15 +123,20 @@ def cut_strips(ribbons: Ribbons, weave: Weave, runs: Runs, plan: JointPlan,
     ends = np.stack((middle[trimmed.offsets[:-1]], middle[trimmed.offsets[1:] - 1]), axis=1)
     slots = _shape_ends(rings, stations, plan, before, after)
     paths = ring_paths(rings)
-    outlines = tuple(inscribed_polygon(path) for path in paths)
+    outlines = [inscribed_polygon(path) for path in paths]
+    for piece in np.flatnonzero(~simple(outlines)).tolist():
+        # In a narrow notch the polygon may cross itself though the path does not.
+        paths[piece], outlines[piece] = straight_path(rings[piece]), rings[piece]
     to_strip = strips.offsets[:-1] - low
     return CutStrips(
+        before,
+        after,
         stations,
         strips,
         entered + to_strip,
         left_by + to_strip,
         tuple(paths),
-        outlines,
+        tuple(outlines),
         ends,
         slots,
     )
@@ -141,9 +149,15 @@ def _shape_ends(
     before: IntArray,
     after: IntArray,
 ) -> tuple[FloatArray | None, ...]:
-    """Shape the outlines, in place, where joints interlock; return the slots."""
+    """Shape the outlines, in place, where joints interlock; return the slots.
+
+    Those that cross themselves are left alone: they will not be cut.
+    """
     slots: list[FloatArray | None] = [None] * len(outlines)
+    sound = simple(outlines).tolist()
     for piece, (second, first) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
+        if not sound[piece]:
+            continue
         shape = plan.ends[first - 1] if first else None
         if shape is not None:
             at = int(stations.offsets[piece + 1]) - 1
@@ -196,9 +210,23 @@ def _ring(polygon: shapely.Polygon) -> FloatArray:
     return np.asarray(ring[steps >= SHORTEST_SIDE_MM])
 
 
-def guide_lines(
-    cut: CutStrips, plan: JointPlan, before: IntArray, after: IntArray, marked: BoolArray
-) -> list[list[FloatArray]]:
+def joint_numbers(runs: Runs, weave: Weave) -> tuple[IntArray, IntArray]:
+    """Return the joints before and after each piece, numbered from 1 in order of threads."""
+    count = len(runs.thread)
+    final = weave.threads.lengths[runs.thread] - 1
+    joined = weave.threads.closed[runs.thread] | (runs.last < final)
+    after = np.where(joined, np.cumsum(joined), 0)
+    starts = np.ones(count, dtype=bool)
+    starts[1:] = runs.thread[1:] != runs.thread[:-1]
+    begin = np.flatnonzero(starts)
+    end = np.append(begin[1:], count) - 1 if count else begin
+    before = np.zeros(count, dtype=np.int64)
+    before[1:] = after[:-1]
+    before[begin] = after[end]  # a ring's first piece follows its last; 0 on an open thread
+    return before, after
+
+
+def guide_lines(cut: CutStrips, plan: JointPlan, marked: BoolArray) -> list[list[FloatArray]]:
     """Return lines to lay joined pieces by, for each piece in its strip's frame.
 
     A tick inside either edge shows where the other piece's end comes to lie, and a cross in the
@@ -206,11 +234,12 @@ def guide_lines(
 
     Parameters
     ----------
-    cut, plan, before, after
-        As for :func:`cut_strips`, and what came of it.
+    cut, plan
+        What came of :func:`cut_strips`, and the joints.
     marked : (J,) bool array
         Which joints have such lines.
     """
+    before, after = cut.before, cut.after
     guides: list[list[FloatArray]] = [[] for _ in before]
     for joints, where, mate, station in (
         (before, cut.entered, plan.end, cut.stations.offsets[:-1]),

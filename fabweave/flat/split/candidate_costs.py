@@ -14,7 +14,8 @@ from fabweave.flat.split.candidates import (
     station_of_site,
 )
 from fabweave.flat.split.cost import window_costs
-from fabweave.flat.split.self_clearance import last_clear
+from fabweave.flat.split.runs import Runs
+from fabweave.flat.split.self_clearance import also_barred, last_clear
 from fabweave.flat.split.sites import Sites, list_sites
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -68,6 +69,8 @@ class Candidates:
         The pieces from site to site.
     clear : (N, D) bool array
         Which of them keep clear of themselves.
+    barred : Runs or None
+        Stretches that no piece may carry all of, whatever these ribbons show.
     """
 
     ribbons: Ribbons
@@ -75,6 +78,7 @@ class Candidates:
     course: Course
     windows: Windows
     clear: BoolArray
+    barred: Runs | None = None
 
     @property
     def slack(self) -> FloatArray:
@@ -94,18 +98,24 @@ def list_candidates(
     longest_mm: float,
     threads: IntArray,
     most_passes: int = MOST_PASSES,
+    barred: Runs | None = None,
 ) -> Candidates:
-    """Measure all pieces that some threads could be cut into."""
+    """Measure all pieces that some threads could be cut into.
+
+    No piece may carry all of a stretch that is barred.
+    """
     sites = list_sites(weave).of(threads)
     course = lay_course(ribbons, most_passes)
     windows = measure_windows(
         course, sites, most_passes=most_passes, longest_mm=longest_mm, usable=bed.usable
     )
     behind = last_clear(course, int(windows.passes.max(initial=1)))
+    if barred is not None:
+        behind = also_barred(course, sites, behind, barred)
     at = station_of_site(course, sites)[:, None]
     there = windows.passes > 0
     last = np.where(there, at + windows.passes - 1, at)
-    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]))
+    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]), barred)
 
 
 def joint_price(candidates: Candidates) -> float:

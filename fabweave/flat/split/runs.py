@@ -3,6 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import IntArray, frozen_value
+from fabweave.flat.unfold.development import Strips, run_rungs, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.threads import Threads
 
@@ -33,6 +34,13 @@ class Runs:
     def laps(self, threads: Threads) -> IntArray:
         """Return the crossings at which one run ends and the next one begins."""
         return threads.crossing[self.joint_passes(threads)]
+
+
+def unfold_runs(ribbons: Ribbons, runs: Runs) -> Strips:
+    """Unfold every piece: from where it enters its first panel to where it leaves its last."""
+    first, last = first_and_last_rung(ribbons, runs)
+    offsets, rung = run_rungs(ribbons, runs.thread, first, last)
+    return unfold(ribbons, offsets, rung)
 
 
 def first_and_last_rung(ribbons: Ribbons, runs: Runs) -> tuple[IntArray, IntArray]:

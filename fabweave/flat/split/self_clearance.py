@@ -11,6 +11,8 @@ import shapely
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidates import Course
+from fabweave.flat.split.runs import Runs
+from fabweave.flat.split.sites import Sites
 from fabweave.flat.unfold.development import Strips
 
 #: Two stretches of one outline must not come nearer than this.
@@ -71,6 +73,42 @@ def last_clear(course: Course, most_passes: int) -> IntArray:
         behind[behind < course.offsets[:-1][thread]] = -1
         left = ~fresh & (early > behind[late])
         early, late = early[left], late[left]
+    return behind
+
+
+def also_barred(course: Course, sites: Sites, behind: IntArray, barred: Runs) -> IntArray:
+    """Return what :func:`last_clear` does where no piece may carry some other stretches, either.
+
+    Parameters
+    ----------
+    course : Course
+        Whole strips.
+    sites : Sites
+        Of the same threads.
+    behind : (M,) int array
+        What it returned.
+    barred : Runs
+        No piece carries all of one of these.
+
+    Returns
+    -------
+    (M,) int array
+    """
+    behind = behind.copy()
+    count = np.diff(course.offsets)
+    for thread, first, last in zip(
+        barred.thread.tolist(), barred.first.tolist(), barred.last.tolist(), strict=True
+    ):
+        # A ring's stations come again on its second lap.
+        lap, start = int(sites.lengths[thread]), int(course.offsets[thread])
+        for again in range(2 if sites.closed[thread] else 1):
+            low = first % lap + again * lap
+            high = low + last - first
+            if high < count[thread]:
+                behind[start + high] = max(behind[start + high], start + low)
+    np.maximum.accumulate(behind, out=behind)
+    thread_of = np.repeat(np.arange(len(count)), count)
+    behind[behind < course.offsets[:-1][thread_of]] = -1
     return behind
 
 

@@ -75,7 +75,9 @@ def choose_runs(
     lost = [thread for thread, cut in cuts.items() if cut is None]
     if lost:
         most = int(weave.threads.lengths.max()) + 1
-        wider = list_candidates(candidates.ribbons, weave, bed, max_length_mm, np.array(lost), most)
+        wider = list_candidates(
+            candidates.ribbons, weave, bed, max_length_mm, np.array(lost), most, candidates.barred
+        )
         cuts |= _cut(wider, joints, bed, max_length_mm)
         stuck = [
             f"{labels[thread]} between its crossings {first} and {last}"

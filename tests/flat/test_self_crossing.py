@@ -1,0 +1,111 @@
+"""Pieces that would cross themselves are cut elsewhere, made narrower, or refused with reasons."""
+
+import numpy as np
+import pytest
+import shapely
+from irregular_meshes import flat_ball, pieces_of, steep_sheet
+
+import fabweave as fw
+from fabweave.app import joined_object
+from fabweave.core.errors import CannotMakeError
+from fabweave.flat.outline import simple
+from fabweave.flat.split.candidates import lay_course
+from fabweave.flat.split.runs import Runs
+from fabweave.flat.split.self_clearance import also_barred, last_clear
+from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs
+from fabweave.flat.split.sites import list_sites
+from fabweave.mesh.shapes.grids import torus
+
+FLAT = {"size": "600mm", "smooth": 0, "sheet": "1200x800mm"}
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """How many loops and kinks each look at the pieces found."""
+    looks = []
+
+    def look(*args):
+        crossing = find_self_crossing(*args)
+        looks.append((len(crossing.loops.thread), len(crossing.kinks.thread)))
+        return crossing
+
+    monkeypatch.setattr(joined_object, "find_self_crossing", look)
+    return looks
+
+
+def all_simple(pieces) -> bool:
+    """Whether what is cut, arcs and all, crosses itself nowhere."""
+    return all(
+        shapely.Polygon(ring).is_valid
+        for piece in pieces
+        for ring in (piece.outline, piece.path.flattened(0.002))
+    )
+
+
+def test_a_piece_that_closes_on_itself_is_cut_elsewhere(found):
+    pieces = pieces_of(flat_ball(3), **FLAT)
+    assert found[0][0] > 0
+    assert found[-1] == (0, 0)
+    assert all_simple(pieces)
+
+
+def test_a_kink_of_a_ribbon_is_narrowed_away(found):
+    pieces = pieces_of(flat_ball(5), **FLAT)
+    assert found[0][1] == 1
+    assert found[-1] == (0, 0)
+    assert all_simple(pieces)
+
+
+def test_a_kink_in_a_ribbon_of_given_width_is_refused_with_its_place():
+    said = (
+        r"1 stretch of thread bends so sharply that it would cross itself when unfolded: "
+        r"[A-Z]+ between its crossings \d+ and \d+, near \(-?\d+, -?\d+, -?\d+\) mm; "
+        r"a smaller --width, or none would help"
+    )
+    options = {"size": "1500mm", "sheet": "1200x800mm", "width": 0.65}
+    mesh = steep_sheet(0, 50)
+    with pytest.raises(CannotMakeError, match=said) as refusal:
+        pieces_of(mesh, **options)
+    # Whoever asks before is told the same.
+    told = fw.inspect(fw.mesh(*mesh), **options).facts["pieces"]
+    assert told["because"] == str(refusal.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(8))
+def test_whatever_is_made_of_flat_balls_is_simple(seed):
+    assert all_simple(pieces_of(flat_ball(seed), **FLAT))
+
+
+def test_simple_outlines_are_told_from_others():
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    assert simple([square, square[[0, 2, 1, 3]], square[:2]]).tolist() == [True, False, False]
+
+
+def test_no_piece_carries_what_is_barred():
+    ribbons = fw.weave(fw.mesh(torus(8, 4, 60.0, 25.0))).ribbons().woven
+    course, sites = lay_course(ribbons.ribbons, 12), list_sites(ribbons.weave)
+    free = last_clear(course, 12)
+    count = int(sites.lengths[0])
+    # One stretch over the end of the ring, one of another thread, one of them twice.
+    barred = Runs(np.array([0, 1, 0]), np.array([count - 1, 2, count - 1]),
+                  np.array([count + 2, 5, count + 2]))  # fmt: skip
+    barred = joined_runs(barred, barred)
+    assert len(barred.thread) == 2
+    behind = also_barred(course, sites, free, barred)
+    start = course.offsets[:-1]
+    for thread in (0, 1, 2):
+        stations = int(course.offsets[thread + 1] - start[thread])
+        laps = int(sites.lengths[thread])
+        for first in range(laps):
+            for last in range(first + 1, min(first + 12, stations)):
+                at = start[thread] + last
+                carried = any(
+                    first <= low + lap * laps and high + lap * laps <= last
+                    for line, low, high in zip(*map(np.ndarray.tolist, (
+                        barred.thread, barred.first, barred.last)), strict=True)
+                    for lap in (0, 1)
+                    if line == thread
+                )  # fmt: skip
+                allowed = start[thread] + first > behind[at]
+                assert allowed == (start[thread] + first > free[at] and not carried)
