@@ -372,7 +372,14 @@ def write_waste(specimen, folder):
     waste = {"schema": "fabweave.waste/1", "units": "mm", "sheets": sheets, "totals": totals}
     waste["offcuts"] = []
     (folder / "waste.json").write_text(json.dumps(rounded(waste)))
-    (folder / "waste.html").write_text("<html></html>")
+    shown = [(sheet["name"], entry) for sheet, entry in zip(plan["sheets"], sheets, strict=True)]
+    rows = "".join(
+        f"<tr><td>{name}</td><td></td><td>{entry['pieces']}</td>"
+        + "".join(f"<td>{entry[key] / 100:.1f}</td>" for key in keys[1:4])
+        + f"<td>{100 * entry['utilisation']:.1f} %</td></tr>"
+        for name, entry in [*shown, ("all", totals)]
+    )
+    (folder / "waste.html").write_text(f"<html><table>{rows}</table></html>", encoding="utf-8")
 
 
 def bend_figures(strip):

@@ -1,8 +1,10 @@
 """Whatever may be drawn otherwise than coordinates say is found: programs obey much else."""
 
 import base64
+import json
 import re
 import shutil
+import struct
 import zlib
 
 import pytest
@@ -11,6 +13,7 @@ from jobs import OCTAHEDRON
 from fabweave.verify import verify_job
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.glb import read_model
 from fabweave.verify.read.pdf import read_texts
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import read_template
@@ -389,3 +392,56 @@ def test_a_window_that_hides_a_part_of_the_sheet_is_found(tiled, tmp_path):
         put(b"28.34646 28.34646 538.5827 785.1969 re", b"28.34646 28.34646 9 9 re")(data)
     )
     assert verify_job(folder).failed == ("templates",)
+
+
+def glb(edit):
+    """Change the document of a GLB file."""
+
+    def changed(data):
+        size = struct.unpack_from("<I", data, 12)[0]
+        document = json.loads(data[20 : 20 + size])
+        edit(document)
+        text = json.dumps(document).encode()
+        text += b" " * (-len(text) % 4)
+        rest = data[20 + size :]
+        head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+        return head + text + rest
+
+    return changed
+
+
+MODEL = {
+    "a strand that is not shown": lambda d: d["scenes"][0]["nodes"].pop(),
+    "a strand shown twice": lambda d: d["scenes"][0]["nodes"].append(0),
+    "another scene": lambda d: d["scenes"].append({"nodes": []}),
+    "another scene shown": lambda d: (d["scenes"].append({"nodes": [0]}), d.update(scene=1)),
+    "no scene shown": lambda d: d.pop("scene"),
+    "a strand moved": lambda d: d["nodes"][0].update(translation=[0, 0, 1]),
+    "a strand mirrored": lambda d: d["nodes"][0].update(scale=[1, 1, -1]),
+    "a strand turned": lambda d: d["nodes"][0].update(rotation=[1, 0, 0, 0]),
+    "a matrix": lambda d: d["nodes"][0].update(matrix=[1] * 16),
+    "a node above": lambda d: d["nodes"].append({"children": [0], "mesh": 0}),
+    "a skin": lambda d: d["nodes"][0].update(skin=0),
+    "a mesh of another strand": lambda d: d["nodes"][0].update(mesh=1),
+    "morphs": lambda d: d["meshes"][0].update(weights=[1.0]),
+    "targets of morphs": lambda d: d["meshes"][0]["primitives"][0].update(targets=[{}]),
+    "an animation": lambda d: d.update(animations=[{}]),
+    "an extension": lambda d: d.update(extensionsUsed=["KHR_draco_mesh_compression"]),
+    "extensions of a node": lambda d: d["nodes"][0].update(extensions={"KHR_node_visibility": {}}),
+    "glass": lambda d: d["materials"][0].update(alphaMode="BLEND"),
+    "clear paint": lambda d: d["materials"][0]["pbrMetallicRoughness"].update(
+        baseColorFactor=[1.0, 1.0, 1.0, 0.0]
+    ),
+    "one side": lambda d: d["materials"][0].update(doubleSided=False),
+    "a texture": lambda d: d["materials"][0]["pbrMetallicRoughness"].update(baseColorTexture={}),
+    "data elsewhere": lambda d: d["buffers"][0].update(uri="http://a.b/c.bin"),
+    "colours": lambda d: d["meshes"][0]["primitives"][0]["attributes"].update(COLOR_0=0),
+    "points": lambda d: d["meshes"][0]["primitives"][0].update(mode=0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MODEL)
+def test_model(sheet, tmp_path, name):
+    data = (sheet.parents[1] / "model.glb").read_bytes()
+    assert said_of(read_model, tmp_path / "a.glb", glb(lambda _: None)(data)) == ""
+    assert said_of(read_model, tmp_path / "a.glb", glb(MODEL[name])(data))

@@ -33,6 +33,7 @@ from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
+from fabweave.verify.read.waste_page import read_waste_page
 from fabweave.verify.statement import Place, Tally
 
 #: Width and height in pixels.
@@ -77,6 +78,8 @@ class Job:
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
     manual: tuple[str, ...] | None = None
+    #: The rows of the page on material: sheets, and all together.
+    waste_page: tuple[tuple[str, ...], ...] | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
     ready: Ready | None = None
     #: The sheets at full size, by their numbers; None where the settings want none.
@@ -243,7 +246,6 @@ def load_job(directory: Path, tally: Tally) -> Job:
     if options.get("template", "none") != "none":
         pages = {sheet.number: read(f"sheets/{sheet.name}.pdf", read_template) for sheet in sheets}
         templates = {number: page for number, page in pages.items() if page is not None}
-    read("waste.html", _read_text)
     read("render.png", _read_png)
     model, markers = read("model.glb", read_model) or (None, {})
     return Job(
@@ -268,6 +270,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer),
         manual=read("assembly.pdf", read_texts),
+        waste_page=read("waste.html", read_waste_page),
         templates=templates,
         ready=read_ready(directory, options, sheets, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
@@ -302,14 +305,6 @@ def _check_shape(picture: Picture, sheet: Sheet, tally: Tally) -> None:
         f"it has {picture[0]} x {picture[1]} pixels, but the sheet {sheet.width_mm:g} x "
         f"{sheet.height_mm:g} mm",
     )
-
-
-def _read_text(path: Path) -> str:
-    """Read text that may not be empty."""
-    text = read_text(path)
-    if not text.strip():
-        raise ReadError("it is empty")
-    return text
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from fabweave.verify.measure.areas import (
     sum_areas,
 )
 from fabweave.verify.read.job_files import Job, Rows, required
-from fabweave.verify.statement import Place, Tally
+from fabweave.verify.statement import Place, Tally, as_number, cell_number
 
 AREA_MM2 = 0.01
 UTILISATION = 6e-5
@@ -24,6 +24,8 @@ _SIZE_MM = 1e-6
 _LENGTH_MM, _SHARE = 0.05, 1e-6
 #: Of the pieces of a thread: the longest is rounded to a tenth, and the share that they fill.
 _LONGEST_MM, _FILL = 0.06, 2e-4
+#: What the page on material shows of each sheet, in square centimetres, and how it is rounded.
+_PAGE_CM2, _PAGE = ("piece_area_mm2", "hole_area_mm2", "waste_mm2"), 0.0501
 #: Tables for people are rounded, but not more coarsely than this.
 _COARSEST = {"length_mm": 0.06, "width_mm": 0.06, "area_mm2": 0.06, "mass_g": 0.006}
 
@@ -48,6 +50,8 @@ def check_areas(job: Job, tally: Tally) -> None:
         place.numbers(
             row, {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm}, within=_SIZE_MM
         )
+    if job.waste_page is not None:
+        _check_page(plan, waste, job.waste_page, tally.at("waste.html").against("waste.json"))
     totals, place = waste["totals"], report.at("totals")
     placed = [piece for piece in plan.pieces if piece.sheet in plan.sheet]
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
@@ -83,6 +87,31 @@ def _check_budget(
     share = figures.outline_mm2 / area if area else 0.0
     place.number("utilisation", record.get("utilisation"), share, within=UTILISATION)
     place.number("pieces", record.get("pieces"), pieces)
+
+
+def _check_page(
+    plan: CrossingMap, waste: dict[str, Any], rows: tuple[tuple[str, ...], ...], place: Place
+) -> None:
+    """Check the table of sheets that people read: a row for each sheet, and one for all."""
+    names = [sheet.name for sheet in plan.sheets]
+    if not place.equal("the row of sheets", [row[0] for row in rows], [*names, "all"]):
+        return
+    entries = {row.get("sheet"): row for row in waste["sheets"]}
+    for row, entry in zip(
+        rows, [*(entries.get(number, {}) for number in plan.sheet), waste["totals"]], strict=True
+    ):
+        wanted = [
+            entry.get("pieces", 0),
+            *(entry.get(key, 0.0) / 100.0 for key in _PAGE_CM2),
+            100.0 * entry.get("utilisation", 0.0),
+        ]
+        stated = [as_number(cell_number(cell.removesuffix("%").strip())) for cell in row[2:7]]
+        place.at(row[0]).expect(
+            len(stated) == len(wanted)
+            and all(abs(a - b) <= _PAGE for a, b in zip(stated, wanted, strict=True)),
+            f"it says {', '.join(row[2:7])}, but should say "
+            + ", ".join(f"{value:.1f}" for value in wanted),
+        )
 
 
 def _check_piece_rows(plan: CrossingMap, job: Job, rows: Rows, tally: Tally) -> None:
