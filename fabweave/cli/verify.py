@@ -5,35 +5,51 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from fabweave.cli.progress import progress_bar
+from fabweave.core.messages import few_of
 from fabweave.core.parallel.interrupt import held_back
+
+if TYPE_CHECKING:
+    from fabweave.app.remake import Remake
 
 
 @click.command()
 @click.argument("directory", type=click.Path(path_type=Path))
+@click.option(
+    "--remake",
+    is_flag=True,
+    help="Make the job again from its job.toml, too, and compare every file byte for byte.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells.")
-def verify(directory: Path, as_json: bool, quiet: bool) -> None:
+def verify(directory: Path, remake: bool, as_json: bool, quiet: bool) -> None:
     """Read the files of a finished job back and prove that they rebuild the weave.
 
     Exit code 0: every check holds. 1: some do not, and each says what it found.
+    With --remake, the mesh that the job names has to be where it was.
     """
     with held_back():
         from rich.console import Console
         from rich.table import Table
 
         from fabweave.app.job_folder import folder_is_readable
+        from fabweave.app.remake import remake_job
         from fabweave.verify import verify_job
 
     folder_is_readable(directory)
     with progress_bar(quiet or as_json) as progress:
         progress("verify", 0, 1)
         proof = verify_job(directory)
+        again = remake_job(directory, progress, workers=os.cpu_count() or 1) if remake else None
     if as_json:
-        click.echo(json.dumps(proof.to_json(), indent=1))
+        told = proof.to_json()
+        if again is not None:
+            told["remake"] = {"ok": again.ok, **again._asdict()}
+        click.echo(json.dumps(told, indent=1))
     elif not quiet:
         console = Console(highlight=False)
         table = Table("check", "", "checked", "worst", "what it proves", box=None)
@@ -55,5 +71,21 @@ def verify(directory: Path, as_json: bool, quiet: bool) -> None:
             f"the job; please report it with {name} and, if you may share it, the job",
             err=True,
         )
-    if not proof.ok:
+    if again is not None and not quiet and not as_json:
+        click.echo(_remade(again))
+    if not proof.ok or (again is not None and not again.ok):
         sys.exit(1)
+
+
+def _remade(again: "Remake") -> str:
+    """Say what came of making the job again."""
+    if again.ok:
+        return f"remake: job.toml gives the same {len(again.same)} files, byte for byte"
+    parts = (
+        ("differ", again.differing),
+        ("are not made again", again.only_there),
+        ("are made now, and are not there", again.only_again),
+    )
+    return "remake: not the same job: " + "; ".join(
+        f"{few_of(names)} {what}" for what, names in parts if names
+    )
