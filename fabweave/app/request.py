@@ -7,8 +7,8 @@ from pathlib import Path
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.cut.kerfed_sheets import check_kerf
-from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.crossing_map import read_crossing_map
+from fabweave.flat.joint.holes import HoleRule
 from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.sheet_text import check_stock

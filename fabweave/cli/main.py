@@ -2,6 +2,7 @@
 
 import logging
 import sys
+import warnings
 
 import click
 
@@ -52,6 +53,7 @@ def main(arguments: list[str] | None = None) -> None:
         speak_plainly(stream)
     # What libraries log is for their developers; what matters of it, errors say in our words.
     logging.getLogger().addHandler(logging.NullHandler())
+    warnings.simplefilter("ignore", RuntimeWarning)
     try:
         cli.main(arguments, standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):

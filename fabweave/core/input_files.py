@@ -14,6 +14,8 @@ MOST_TEXT_BYTES = 16 * 2**20
 #: Meshes of two million edges, and crossing maps of as many crossings, are smaller.
 MOST_BYTES = 2 * 2**30
 
+_CHUNK = 2**20
+
 
 def read_input(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> bytes:
     """Return the bytes of a file that a user names.
@@ -44,8 +46,12 @@ def read_input(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> byte
                 raise InputError(
                     f"cannot read {what} in {path}: it is {_sort_of(found.st_mode)}; name a file"
                 )
-            # What grows while it is read is cut off at the bound, and refused likewise.
-            data = b"" if found.st_size > most_bytes else file.read(most_bytes + 1)
+            data = b"" if found.st_size > most_bytes else file.read(found.st_size + 1)
+            while found.st_size < len(data) <= most_bytes:  # it grows while it is read
+                more = file.read(_CHUNK)
+                if not more:
+                    break
+                data += more
             if max(found.st_size, len(data)) > most_bytes:
                 raise InputError(
                     f"cannot read {what} in {path}: it has {max(found.st_size, len(data)):,} "

@@ -139,7 +139,7 @@ class _Entry:
             self.quantity(1 if kind == "offcut" else None),
             name=self.text("name") or f"{kind} {number}",
             price=self.price(),
-            material=self.text("material"),
+            material=self.material(),
             grain_deg=self.grain(),
             offcut=kind == "offcut",
             outline=() if outline is None else _ring(outline - low),
@@ -162,6 +162,11 @@ class _Entry:
         if value is not None and not (isinstance(value, str) and value.strip()):
             raise self.refuse(f'{key} is {shown(value, 40)}; write text, such as {key} = "ply"')
         return value
+
+    def material(self) -> str | None:
+        """Return the name of a material, and its sort, in the form in which threads name theirs."""
+        name = self.text("material")
+        return None if name is None else ":".join(map(str.strip, name.lower().split(":", 1)))
 
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""

@@ -100,7 +100,7 @@ class Kind:
         if isinstance(value, os.PathLike):
             value = os.fspath(value)
         if self.textual and not math.isnan(_as_number(value)):
-            value = f"{value:.10g}"
+            value = f"{_as_number(value):.10g}"
         if self.of_table is not None and isinstance(value, Mapping):
             value = self.of_table(value)
         return self.hold(self.read(value) if isinstance(value, str) else value)
@@ -322,6 +322,16 @@ def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -
     """Return the kind of the names of files."""
 
     def accept(value: Any) -> str | None:
-        return value if isinstance(value, str) and value.strip() and "\0" not in value else None
+        if not (isinstance(value, str) and value.strip() and "\0" not in value):
+            return None
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            # job.toml, titles and the QR code have it, and are in UTF-8.
+            told = ascii(value)
+            raise InputError(
+                f"the name {told} is not in UTF-8, and cannot be written down; rename the file"
+            ) from None
+        return value
 
     return Kind(metavar, expected, accept, as_it_is, write)

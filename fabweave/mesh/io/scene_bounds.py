@@ -9,6 +9,7 @@ import json
 import re
 import zipfile
 from collections import defaultdict
+from collections.abc import Iterable
 from typing import Any
 from xml.parsers import expat
 
@@ -32,10 +33,8 @@ _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 
 _EXTERNAL = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
-def check_archive(data: bytes, name: str) -> None:
-    """Raise InputError for a 3MF archive that unpacks to more than its share.
-
-    What it says of its sizes is checked: nothing beyond that is unpacked.
+def bounded_archive(data: bytes, name: str) -> bytes:
+    """Return an archive of the models alone, not packed, that a 3MF archive holds.
 
     Parameters
     ----------
@@ -43,6 +42,12 @@ def check_archive(data: bytes, name: str) -> None:
         The file.
     name : str
         Its name, for messages.
+
+    Raises
+    ------
+    InputError
+        If it unpacks to more than its share, is broken, or places too many objects. What it says
+        of its sizes is checked, and nothing beyond that is unpacked.
     """
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
@@ -71,18 +76,25 @@ def check_archive(data: bytes, name: str) -> None:
                     f"{name}: {entry.filename[:60]!r} is packed in a way that 3MF does not have "
                     "(only stored or deflated); export it again"
                 )
-        _check_models(archive, name)
+        models = _unpacked_models(archive, name)
+    _check_models(models.values(), name)
+    plain = io.BytesIO()
+    with zipfile.ZipFile(plain, "w", zipfile.ZIP_STORED) as copy:
+        for number, (path, model) in enumerate(models.items()):
+            copy.writestr(path or str(number), model)
+    return plain.getvalue()
 
 
-def _check_models(archive: zipfile.ZipFile, name: str) -> None:
-    """Raise InputError if the objects of a 3MF file, each as often as placed, are too many."""
-    parts: dict[str, list[str]] = defaultdict(list)
-    triangles: dict[str, int] = defaultdict(int)
+def _unpacked_models(archive: zipfile.ZipFile, name: str) -> dict[str, bytes]:
+    """Return the models of an archive, each of the size that is stated."""
+    models = {}
     for entry in archive.infolist():
         if not entry.filename.lower().endswith(".model"):
             continue
         try:
-            model = archive.read(entry)
+            with archive.open(entry) as file:
+                # Asked for all, Python unpacks what there is, whatever size is stated.
+                model = file.read(entry.file_size + 1)
         except Exception as error:  # a broken archive fails in many ways
             raise InputError(
                 f"{name}: {entry.filename[:60]!r} in it cannot be unpacked ({error}); export it "
@@ -90,6 +102,15 @@ def _check_models(archive: zipfile.ZipFile, name: str) -> None:
             ) from error
         if _EXTERNAL.search(model, 0, 1 << 16):
             raise InputError(f"{name}: its XML defines entities of its own; export it again")
+        models[entry.filename] = model
+    return models
+
+
+def _check_models(models: Iterable[bytes], name: str) -> None:
+    """Raise InputError if the objects of a 3MF file, each as often as placed, are too many."""
+    parts: dict[str, list[str]] = defaultdict(list)
+    triangles: dict[str, int] = defaultdict(int)
+    for model in models:
         if b"component" in model:
             _list_parts(model, name, parts, triangles)
     placed, count = _unfolded("world", parts, triangles, name)

@@ -12,8 +12,8 @@ from fabweave.core.errors import InputError
 from fabweave.core.input_files import MOST_BYTES, silenced
 from fabweave.core.messages import agree
 from fabweave.mesh.io.scene_bounds import (
+    bounded_archive,
     bounded_files,
-    check_archive,
     check_gltf,
     check_triangles,
     gltf_document,
@@ -68,7 +68,7 @@ def read_scene(data: bytes, path: Path, kind: str) -> tuple[PolyMesh, str | None
             check_gltf(gltf_document(data, kind), path.name)
             more = {"resolver": bounded_files(str(path), MOST_BYTES), "skip_materials": True}
         elif kind == "3mf":
-            check_archive(data, path.name)
+            data = bounded_archive(data, path.name)
         with warnings.catch_warnings(), np.errstate(all="ignore"), silenced("trimesh"):
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **more)
