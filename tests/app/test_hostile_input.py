@@ -1,8 +1,10 @@
 """Whatever an input file holds, what comes of it is a mesh, or an error of ours that helps."""
 
+import numpy as np
 import pytest
 from spoilt_input import Kinds, try_one
 
+from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings, settings_from_job, settings_from_options
 from fabweave.core.errors import InputError
 
@@ -78,3 +80,16 @@ def test_sorts_of_a_material_are_the_same_in_upper_case(told, tmp_path):
     settings = settings_from_options("shape:cube", material=f"warp={told},weft=card", stock=stock)
     assert settings.material == "warp=card:dark red,weft=card"
     assert settings.sheets[0].material == "card:dark red"
+
+
+def test_a_face_of_very_many_corners_is_refused(tmp_path):
+    # Around a circle, with a point above: read in linear time, and then refused.
+    count = 50_000
+    angle = np.arange(count) * (2 * np.pi / count)
+    rows = [f"v {x} {y} 0" for x, y in zip(np.cos(angle), np.sin(angle), strict=True)]
+    rows += ["v 0 0 1", "f " + " ".join(map(str, range(count, 0, -1)))]
+    rows += [f"f {at + 1} {(at + 1) % count + 1} {count + 1}" for at in range(count)]
+    (tmp_path / "cone.obj").write_text("\n".join(rows))
+    settings = settings_from_options(str(tmp_path / "cone.obj"), size=300)
+    with pytest.raises(InputError, match=r"1 face has more than 2000 corners \(face 0 has 50000\)"):
+        load_mesh(settings)
