@@ -120,7 +120,7 @@ def read_json(path: Path, read: Callable[[object], _Record], what: str) -> _Reco
         If the file cannot be read, or does not hold what it should; the message says why.
     """
     try:
-        data = read_input(path, what, MOST_BYTES)
+        data = read_input(path, f"the {what}", MOST_BYTES)
     except InputError as error:
         raise InputError(f"{error}; it is one of the files of a finished job") from error
     try:

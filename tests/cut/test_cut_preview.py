@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fabweave.core.errors import InputError
-from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.titles import Title, place_titles
 from fabweave.cut.presets import preset_named
