@@ -93,3 +93,13 @@ def test_a_face_of_very_many_corners_is_refused(tmp_path):
     settings = settings_from_options(str(tmp_path / "cone.obj"), size=300)
     with pytest.raises(InputError, match=r"1 face has more than 2000 corners \(face 0 has 50000\)"):
         load_mesh(settings)
+
+
+def test_a_drawing_that_is_cut_off_is_not_taken_for_a_smaller_one(kinds, tmp_path, capfd):
+    whole = (kinds.folder / "offcut.dxf").read_bytes()
+    (tmp_path / "stock.toml").write_text('[[offcut]]\noutline = "part.dxf"\n')
+    for share in range(1, 20):
+        (tmp_path / "part.dxf").write_bytes(whole[: len(whole) * share // 20])
+        with pytest.raises(InputError, match="it does not end with EOF as DXF files do"):
+            settings_from_options("shape:cube", stock=tmp_path / "stock.toml")
+    assert capfd.readouterr().err == ""
