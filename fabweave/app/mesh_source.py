@@ -25,6 +25,8 @@ from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements
 _LEAST_MM, _MOST_MM = 0.01, 1e6
 
 
+#: Faces with more corners are slips of an export; looking for intersections takes the square of it.
+_MOST_CORNERS = 2000
 #: Larger meshes would fill the memory of a workstation, and nobody weaves so much by hand.
 MOST_EDGES = 2_000_000
 
@@ -94,6 +96,7 @@ def load_mesh(
         file = read_mesh(settings.mesh)
         mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
         notes += file.notes
+    _require_small_faces(mesh)
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
     mesh = turn_upright(mesh, settings.up)
@@ -118,6 +121,18 @@ def load_mesh(
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
     return LoadedMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes))
+
+
+def _require_small_faces(mesh: PolyMesh) -> None:
+    """Raise InputError for faces with more corners than ribbons could have room at."""
+    large = np.flatnonzero(mesh.face_sizes > _MOST_CORNERS)
+    if len(large):
+        raise InputError(
+            agree(len(large), "{n} [face has|faces have]")
+            + f" more than {_MOST_CORNERS} corners (face {large[0]} has "
+            f"{mesh.face_sizes[large[0]]}), and a ribbon would cross each of their sides; divide "
+            "them into smaller faces in a modelling program"
+        )
 
 
 def _require_few(n_edges: int) -> None:

@@ -3,8 +3,8 @@
 Settings → LoadedMesh → WovenMesh → WovenObject → PlannedJob → Layout → Job → folder → proof
 """
 
-from collections.abc import Callable, Collection
-from contextlib import ExitStack
+from collections.abc import Callable, Collection, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -28,7 +28,7 @@ from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import WovenObject, lay_object
 from fabweave.assembly.order.planning import Order, plan_order
 from fabweave.core.arrays import Progress, no_progress
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.core.parallel.workers import Start, at_once, side_workers
 from fabweave.cut.kerfed_sheets import kerfed_sheets
@@ -116,8 +116,24 @@ def run_job(
         nesting = executors or processes(workers)
         job = make_job(settings, progress, mesh=mesh, start=start, executors=nesting)
         # Processes end before the folder is moved, or removed: no file comes to it late.
-        with finished_folder(directory, replaced) as folder, stack.pop_all():
+        with (
+            _told_where(directory),
+            finished_folder(directory, replaced) as folder,
+            stack.pop_all(),
+        ):
             return write_and_prove(job, folder, progress, start)
+
+
+@contextmanager
+def _told_where(directory: Path) -> Iterator[None]:
+    """Name the folder where it cannot be written: of a full disk the system says no path."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"cannot write the job in {directory}: {error.strerror or error}; nothing was kept. "
+            "Free some space, or name another folder with -o"
+        ) from error
 
 
 def make_job(

@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.cut.kerfed_sheets import check_kerf
+from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.per_bunch import by_bunch
+from fabweave.stock.sheet_text import check_stock
 from fabweave.stock.supplies import Supplies
 from fabweave.stock.supply_plan import parse_materials, plan_supplies
 
@@ -22,7 +25,9 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     Raises
     ------
     InputError
-        If settings by bunch name other bunches than the rest, or the kerf wants a larger gap.
+        If settings by bunch name other bunches than the rest, the kerf wants a larger gap, the
+        hole is too small to burn, the margin leaves nothing of a sheet, or the layout to be taken
+        cannot be read.
     """
     supplies = plan_supplies(
         parse_materials(settings.material),
@@ -32,6 +37,12 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         settings.materials,
     )
     check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
+    # What cannot be is refused before the work, though it is needed only later.
+    hole_rules(settings, supplies)
+    for supply in supplies.each:
+        check_stock(supply.sheets, settings.margin_mm)
+    if settings.layout is not None:
+        read_crossing_map(Path(settings.layout))
     return (
         replace(
             settings,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -210,8 +211,10 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         kept["layout"] = str(path.parent / kept["layout"])
     settings = _settings(options, kept, where=f"{path}, ")
     beside = path.parent / settings.mesh
-    elsewhere = settings.mesh.startswith("shape:") or Path(settings.mesh).exists()
-    return settings if elsewhere or not beside.exists() else replace(settings, mesh=str(beside))
+    elsewhere = settings.mesh.startswith("shape:") or os.path.exists(settings.mesh)
+    return (
+        settings if elsewhere or not os.path.exists(beside) else replace(settings, mesh=str(beside))
+    )
 
 
 def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:

@@ -13,8 +13,10 @@ from fabweave.core.parallel.interrupt import held_back
 @click.argument("directory", required=False, type=click.Path(path_type=Path))
 @click.option("--material", metavar="NAME", help="What it is cut from. [default: the job's]")
 @table_option("materials")
-@click.option("--thickness", type=Length(), help="Measured thickness. [default: the job's]")
-@click.option("--hole", type=Length(), help="Hole for the fastener. [default: the job's, or 3.3mm]")
+@click.option("--thickness", type=Length(100.0), help="Measured thickness. [default: the job's]")
+@click.option(
+    "--hole", type=Length(1000.0), help="Hole for the fastener. [default: the job's, or 3.3mm]"
+)
 @click.option(
     "-o",
     "--output",

@@ -1,6 +1,8 @@
 """The command line: its commands, and what becomes of errors."""
 
+import logging
 import sys
+import warnings
 
 import click
 
@@ -14,6 +16,7 @@ from fabweave.cli.model import model
 from fabweave.cli.preflight import preflight
 from fabweave.cli.shapes import shapes
 from fabweave.cli.targets import targets
+from fabweave.cli.terminal import speak_plainly
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
 
@@ -46,6 +49,11 @@ for _command in (
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; exit with 0, 1 (cannot be made) or 2 (wrong usage or input)."""
+    for stream in (sys.stdout, sys.stderr):
+        speak_plainly(stream)
+    # What libraries log is for their developers; what matters of it, errors say in our words.
+    logging.getLogger().addHandler(logging.NullHandler())
+    warnings.simplefilter("ignore", RuntimeWarning)
     try:
         cli.main(arguments, standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
@@ -59,5 +67,13 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(1 if isinstance(error, CannotMakeError) else 2)
     except OSError as error:  # what no module foresaw: a full disk, a folder that may not be made
         where = f" {error.filename}" if error.filename else ""
-        click.echo(f"fabweave: cannot read or write{where}: {error.strerror}", err=True)
+        why = error.strerror or error
+        click.echo(f"fabweave: cannot read or write{where}: {why}", err=True)
         sys.exit(2)
+    except MemoryError:
+        click.echo(
+            "fabweave: there is not enough memory for this; use a coarser mesh, fewer steps of "
+            "refinement or a lower --effort, or close other programs",
+            err=True,
+        )
+        sys.exit(1)

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     "rhino) or .png (a picture). All but .glb are in millimetres.",
 )
 @click.option("--yarn", is_flag=True, help="Round yarns, as thick as they have room, not ribbons.")
-@click.option("--yarn-radius", type=Length(), help="One radius for all yarns (implies --yarn).")
+@click.option(
+    "--yarn-radius", type=Length(1000.0), help="One radius for all yarns (implies --yarn)."
+)
 @click.option(
     "--sides", type=int, default=12, show_default=True, help="Sides of the yarns' cross-section."
 )

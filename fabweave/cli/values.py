@@ -5,6 +5,7 @@ from typing import Any
 import click
 
 from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
 from fabweave.core.units import parse_length
 
 
@@ -13,14 +14,21 @@ class Length(click.ParamType[float]):
 
     name = "length"
 
+    def __init__(self, most_mm: float) -> None:
+        self.most_mm = most_mm
+
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
         """Read what was typed."""
-        if isinstance(value, int | float):
-            return float(value)
+        what = param.human_readable_name if param else "length"
         try:
-            return parse_length(value, what=param.human_readable_name if param else "length")
+            length = value if isinstance(value, int | float) else parse_length(value, what=what)
+            if not 0.001 <= length <= self.most_mm:
+                raise InputError(  # noqa: TRY301 -- told as the other
+                    f"{what} {shown(value)} is not from 0.001 to {self.most_mm:g} mm"
+                )
+            return float(length)
         except InputError as error:
             self.fail(str(error), param, ctx)
 

@@ -1,5 +1,6 @@
 """Read tables of TOML that people write: every entry by one list of keys, with errors that help."""
 
+import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,10 +8,14 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from fabweave.core.errors import InputError
-from fabweave.core.messages import closest_first
+from fabweave.core.input_files import read_text
+from fabweave.core.messages import closest_first, shown
 
 #: Returns a value as it is held, or None if it is not what is expected.
 Accept: TypeAlias = Callable[[Any], Any]
+#: What cannot stand in a dotted key of TOML, and how many dots none has that is meant.
+_BESIDE_KEYS = re.compile(r"[^\w\-.\"' \t]+")
+_MOST_DOTS = 200
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,7 @@ to 9
             continue
         values[key.name] = key.accept(table[key.name])
         if values[key.name] is None:
-            value = f"{table[key.name]!r:.60}"
+            value = shown(table[key.name])
             raise InputError(f"{where}: {key.name} is {value}, but must be {key.expected}")
     return values
 
@@ -165,7 +170,24 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
     InputError
         If it cannot be read; the message says what was to be read, from where, and why not.
     """
+    return parse_toml(read_text(path, what), f"cannot read {what} in {path}")
+
+
+def parse_toml(text: str, trouble: str) -> dict[str, Any]:
+    """Return what a text of TOML holds.
+
+    Raises
+    ------
+    InputError
+        If it is no TOML, or is nested deeper than anything that fabweave reads; the message begins
+        with the trouble.
+    """
+    # The parser's time grows with the square of a key's length: longer ones are not even tried.
+    if max(part.count(".") for part in _BESIDE_KEYS.split(text)) > _MOST_DOTS:
+        raise InputError(f"{trouble}: a key has more than {_MOST_DOTS} dots; no key here has")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"cannot read {what} in {path}: {error}") from error
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{trouble}: its lists or tables are nested too deeply") from None
+    except ValueError as error:
+        raise InputError(f"{trouble}: {error}") from error

@@ -32,6 +32,24 @@ def agree(count: int, text: str) -> str:
     return chosen.replace("{n}", str(count))
 
 
+def shown(value: object, most: int = 60) -> str:
+    """Return a value as Python writes it, cut off where that is long.
+
+    Numbers of thousands of digits and lists that are nested very deeply cannot be written: then
+    what sort of value it is.
+
+    Examples
+    --------
+    >>> shown("12"), shown("o" * 99, 10), shown(10**5000)
+    ("'12'", "'oooooo...", 'a value of type int')
+    """
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):
+        text = f"a value of type {type(value).__name__}"
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
 def few_of(names: Sequence[object], most: int = 8) -> str:
     """Return the first of some names or numbers, and how many more there are.
 

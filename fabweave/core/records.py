@@ -25,6 +25,8 @@ from typing import (
 )
 
 from fabweave.core.errors import InputError
+from fabweave.core.input_files import MOST_BYTES, read_input
+from fabweave.core.messages import shown
 
 _Record = TypeVar("_Record")
 _Convert: TypeAlias = Callable[[Any], Any]
@@ -118,12 +120,14 @@ def read_json(path: Path, read: Callable[[object], _Record], what: str) -> _Reco
         If the file cannot be read, or does not hold what it should; the message says why.
     """
     try:
-        return read(json.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(
-            f"cannot read {path}: {error.strerror}; it is one of the files of a finished job"
-        ) from error
-    except (ValueError, RecursionError) as error:
+        data = read_input(path, f"the {what}", MOST_BYTES)
+    except InputError as error:
+        raise InputError(f"{error}; it is one of the files of a finished job") from error
+    try:
+        return read(json.loads(data.decode("utf-8")))
+    except RecursionError:
+        raise InputError(f"{path} is not a {what}: its lists are nested too deeply") from None
+    except ValueError as error:
         raise InputError(
             f"{path} is not a {what}: {error}; use the {path.name} of a finished job, or make the "
             "job again"
@@ -198,7 +202,7 @@ class _MisfitError(Exception):
 def _require(fits: bool, value: Any, wanted: str) -> None:
     """Raise an error unless a value fits."""
     if not fits:
-        raise _MisfitError(f"is {value!r:.60}, {wanted}")
+        raise _MisfitError(f"is {shown(value)}, {wanted}")
 
 
 @cache
@@ -217,11 +221,22 @@ def _reader(hint: Any) -> _Convert:
     return _scalar_reader(*_SCALARS[hint])
 
 
+#: Whole numbers are smaller: arrays hold them in 64 bits.
+_MOST_WHOLE = 2**63
 #: What a scalar of a type must be, and what to say if it is not.
 _SCALARS: dict[Any, tuple[Callable[[Any], bool], str]] = {
     bool: (lambda value: type(value) is bool, "neither true nor false"),
-    int: (lambda value: type(value) is int, "not a whole number"),
-    float: (lambda value: type(value) in (int, float) and math.isfinite(value), "not a number"),
+    int: (
+        lambda value: type(value) is int and abs(value) < _MOST_WHOLE,
+        "not a whole number",
+    ),
+    float: (
+        lambda value: (
+            (type(value) is float and math.isfinite(value))
+            or (type(value) is int and abs(value) < _MOST_WHOLE)
+        ),
+        "not a number",
+    ),
     str: (lambda value: type(value) is str, "not text"),
 }
 
@@ -272,7 +287,7 @@ def _union_reader(kinds: list[Any], or_none: bool) -> _Convert:
             raise _MisfitError("has no 'kind'")
         kind = value["kind"]
         if kind not in tuple(readers):
-            raise _MisfitError(f"is {kind!r:.60}, not {_either(readers)}", ".kind")
+            raise _MisfitError(f"is {shown(kind)}, not {_either(readers)}", ".kind")
         return readers[kind](value)
 
     return read

@@ -23,7 +23,7 @@ _APART_MM = 15.0
 _REST_MM = 0.2
 #: An arc that bulges by more than this over a micro-joint is no place for one, millimetres.
 _BULGE_MM = 0.01
-_WORDS = re.compile(r"(?P<count>\d+)(?::(?P<width>.+))?")
+_WORDS = re.compile(r"(?P<count>[0-9]{1,9})(?::(?P<width>.+))?")
 
 
 @dataclass(frozen=True)

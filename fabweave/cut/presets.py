@@ -14,8 +14,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
-from fabweave.core.messages import closest_first
+from fabweave.core.messages import closest_first, shown
 from fabweave.cut.drawing import Layer
 
 #: The preset that is used where none is asked for.
@@ -39,9 +40,9 @@ class LayerColour:
     def __post_init__(self) -> None:
         """Refuse a colour that a laser program would have to guess."""
         if re.fullmatch(r"#[0-9A-F]{6}", self.colour) is None:
-            raise InputError(f"the colour {self.colour!r} is not of the form '#RRGGBB'")
+            raise InputError(f"the colour {shown(self.colour)} is not of the form '#RRGGBB'")
         if not 1 <= self.aci <= 255:
-            raise InputError(f"the colour index {self.aci} is not from 1 to 255")
+            raise InputError(f"the colour index {shown(self.aci)} is not from 1 to 255")
 
     @property
     def rgb(self) -> tuple[int, int, int]:
@@ -177,10 +178,7 @@ def find_preset(text: str) -> Preset:
     if not text.lower().endswith(".toml"):
         return preset_named(text)
     path = Path(text)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"cannot read the preset in {text}: {error}") from error
+    table = read_toml(path, "the preset")
     return read_preset({"name": path.stem, **table}, text)
 
 
@@ -222,11 +220,11 @@ def read_preset(table: Mapping[str, Any], where: str) -> Preset:
     name, description = table.get("name"), table.get("description", "")
     width = table.get("hairline_mm", HAIRLINE_MM)
     if not (isinstance(name, str) and re.fullmatch(r"[ -~]{1,60}", name)):
-        raise InputError(f"{where}: its name is {name!r}; use 1 to 60 characters of ASCII")
+        raise InputError(f"{where}: its name is {shown(name)}; use 1 to 60 characters of ASCII")
     if not (isinstance(description, str) and (not description or description.isprintable())):
         raise InputError(f"{where}: its description must be one line of text, or left out")
     if not isinstance(width, int | float) or isinstance(width, bool):
-        raise InputError(f"{where}: hairline_mm is {width!r}; write a number, such as 0.025")
+        raise InputError(f"{where}: hairline_mm is {shown(width)}; write a number, such as 0.025")
     try:
         colours = {known[key]: _colour(entry) for key, entry in layers.items()}
         return Preset(name, description, colours, float(width))
@@ -239,16 +237,15 @@ def _colour(entry: object) -> LayerColour:
     stated = {"colour": entry} if isinstance(entry, str) else entry
     if not isinstance(stated, Mapping) or not {"colour"} <= set(stated) <= {"colour", "aci"}:
         raise InputError(
-            f"{str(entry)[:60]!r} is not a colour; "
-            "write '#RRGGBB', or { colour = '#RRGGBB', aci = 1 }"
+            f"{shown(entry)} is not a colour; write '#RRGGBB', or {{ colour = '#RRGGBB', aci = 1 }}"
         )
     colour, aci = stated["colour"], stated.get("aci")
     if not isinstance(colour, str):
-        raise InputError(f"the colour {str(colour)[:60]!r} is not of the form '#RRGGBB'")
+        raise InputError(f"the colour {shown(colour)} is not of the form '#RRGGBB'")
     if aci is None:
         return LayerColour(colour.upper(), _nearest_aci(LayerColour(colour.upper(), 1).rgb))
     if not isinstance(aci, int) or isinstance(aci, bool):
-        raise InputError(f"the colour index {str(aci)[:60]!r} is not a number from 1 to 255")
+        raise InputError(f"the colour index {shown(aci)} is not a number from 1 to 255")
     return LayerColour(colour.upper(), aci)
 
 

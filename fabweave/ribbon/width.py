@@ -10,6 +10,8 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.units import parse_length
 
+#: No machine cuts narrower ribbons, and no sheet is wider, in millimetres.
+_THINNEST_MM, _WIDEST_MM = 0.001, 20_000.0
 _RELATIVE = re.compile(r"\d*\.?\d+", re.ASCII)
 
 
@@ -134,13 +136,30 @@ def parse_width(text: str) -> WidthRule:
     if not dots:
         if comma:
             raise InputError(_usage(text))
-        constant = parse_length(bounds, what="width")
+        constant = _bound(bounds, "width")
         return WidthRule(relative, constant, constant)
     return WidthRule(
         relative,
-        parse_length(least, what="least width") if least.strip() else 0.0,
-        parse_length(most, what="greatest width") if most.strip() else math.inf,
+        _bound(least, "least width") if least.strip() else 0.0,
+        _bound(most, "greatest width") if most.strip() else math.inf,
     )
+
+
+def _bound(text: str, what: str) -> float:
+    """Read a width in millimetres.
+
+    Raises
+    ------
+    InputError
+        If it is none, or wider than any sheet.
+    """
+    width = parse_length(text, what=what)
+    if not _THINNEST_MM <= width <= _WIDEST_MM:
+        raise InputError(
+            f"{what} {text.strip()[:40]!r} is not a length from {_THINNEST_MM:g} to "
+            f"{_WIDEST_MM:g} mm; check the unit"
+        )
+    return width
 
 
 def _exact(value_mm: float) -> str:

@@ -1,6 +1,5 @@
 """Read the outline of an offcut from a DXF file: one closed line, and holes in it."""
 
-import logging
 import math
 from pathlib import Path
 from typing import Any
@@ -9,15 +8,18 @@ import numpy as np
 import shapely
 from ezdxf.document import Drawing
 from ezdxf.filemanagement import readfile
-from ezdxf.lldxf.const import DXFError
 
 from fabweave.core.arc_path import flattened
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
+from fabweave.core.input_files import read_input, silenced
 from fabweave.core.messages import agree
 
 _CHORD_MM = 0.01  # how far chords may be from arcs
 _MOST_CORNERS = 20_000
+_MOST_RINGS = 5_000
+#: What stands near the end of every DXF file, text or binary.
+_END, _TAIL = b"EOF", 64
 
 
 def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
@@ -42,30 +44,27 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     InputError
         If it cannot be read, or draws none or more than one outline.
     """
-    logger = logging.getLogger("ezdxf")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+    data = read_input(path, "the outline")
+    if _END not in data[-_TAIL:]:
+        raise InputError(
+            f"cannot read the outline in {path}: it does not end with EOF as DXF files do, so it "
+            "is cut off, or not a DXF file; copy it again, or export it as R2010"
+        )
+    rings: list[FloatArray] = []
     try:
-        document = readfile(path)
-        scale = _scale(document, path)
-        rings = [
-            scale * ring
-            for entity in document.modelspace()
-            for ring in _rings(entity, _CHORD_MM / scale)
-        ]
-    except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"cannot read the outline in {path}: {reason}") from error
-    except InputError:
+        with silenced("ezdxf"):
+            document = readfile(path)
+            scale = _scale(document, path)
+            for entity in document.modelspace():
+                rings += [scale * ring for ring in _rings(entity, _CHORD_MM / scale)]
+                _require_few(rings, path)
+    except (InputError, MemoryError):
         raise
-    # Of a file that is no DXF, or half of one, ezdxf makes any error.
-    except (DXFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+    except Exception as error:  # of a file that is no DXF, or half of one, ezdxf makes any error
         raise InputError(
             f"{path} cannot be read as a DXF file ({type(error).__name__}); export it again, as "
             "R2010 or R2000"
         ) from error
-    finally:
-        logger.setLevel(level)
     rings = [ring for ring in rings if np.isfinite(ring).all()]
     polygons = [shapely.Polygon(ring) for ring in rings]
     order = sorted(range(len(rings)), key=lambda at: -polygons[at].area)
@@ -83,6 +82,15 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
             "one outline in a file, with nothing outside it"
         )
     return rings[order[0]], [rings[at] for at in order[1:] if polygons[at].area > 0.0]
+
+
+def _require_few(rings: list[FloatArray], path: Path) -> None:
+    """Raise InputError for more closed lines than any offcut has."""
+    if len(rings) > _MOST_RINGS:
+        raise InputError(
+            f"{path} has more than {_MOST_RINGS} closed lines; keep the outline of the offcut and "
+            "the holes in it"
+        )
 
 
 def _scale(document: Drawing, path: Path) -> float:

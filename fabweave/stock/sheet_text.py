@@ -12,6 +12,8 @@ from fabweave.stock.sheet_size import SheetSize
 
 #: A longer side is a slip of the unit, not a sheet.
 MAX_SIDE_MM = 20_000.0
+#: Nobody has more sheets of one size.
+MOST_SHEETS = 1_000_000
 _STOCK = re.compile(r"(?P<size>[^:*]*?)\s*(?:[:*]\s*(?P<quantity>.*?))?\s*")
 _PAIR = re.compile(r"(?P<width>[^x×]+)[x×](?P<height>[^x×]+)", re.IGNORECASE)
 _BARE = re.compile(r"\s*[\d.eE+-]+\s*")
@@ -59,7 +61,7 @@ def parse_stock(text: str) -> SheetSize:
     pair = _PAIR.fullmatch(stock["size"]) if stock else None
     if stock is None or pair is None:
         raise InputError(
-            f"sheet {text!r} is not WIDTHxHEIGHT with an optional unit and quantity, "
+            f"sheet {text[:80]!r} is not WIDTHxHEIGHT with an optional unit and quantity, "
             "such as 600x400mm or 24x18in:3"
         )
     width, height = pair["width"], pair["height"]
@@ -77,10 +79,11 @@ def parse_stock(text: str) -> SheetSize:
         )
     quantity: int | None = None
     if stock["quantity"] is not None:
-        if not re.fullmatch(r"\d+", stock["quantity"]) or int(stock["quantity"]) < 1:
+        digits = re.fullmatch(r"[0-9]{1,9}", stock["quantity"])
+        if not digits or not 1 <= int(stock["quantity"]) <= MOST_SHEETS:
             raise InputError(
-                f"quantity {stock['quantity']!r} of sheet {text!r} must be a whole number "
-                "of at least 1; leave it out if there is no limit"
+                f"quantity {stock['quantity'][:40]!r} of sheet {text[:80]!r} must be a whole "
+                f"number from 1 to {MOST_SHEETS}; leave it out if there is no limit"
             )
         quantity = int(stock["quantity"])
     return SheetSize(sides[0], sides[1], quantity)

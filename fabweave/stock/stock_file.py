@@ -6,7 +6,6 @@ in place of the names of their files, so that a job needs nothing beside it.
 
 import math
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,11 +14,13 @@ from typing import Any
 import numpy as np
 import shapely
 
+from fabweave.core.entries import parse_toml
 from fabweave.core.errors import InputError
-from fabweave.core.messages import agree, closest_first
+from fabweave.core.input_files import read_text
+from fabweave.core.messages import agree, closest_first, shown
 from fabweave.core.units import format_length, parse_length
 from fabweave.stock.sheet_size import Ring, SheetSize
-from fabweave.stock.sheet_text import MAX_SIDE_MM, parse_stock
+from fabweave.stock.sheet_text import MAX_SIDE_MM, MOST_SHEETS, parse_stock
 
 _KINDS = ("offcut", "sheet")
 _KEYS = ("name", "size", "outline", "quantity", "price", "grain", "material", "defects")
@@ -38,11 +39,8 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
     InputError
         If it cannot be read; the message says in which line or entry, and what to do.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-        document = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"cannot read the stock in {path}: {error}") from error
+    text = read_text(path, "the stock")
+    document = parse_toml(text, f"cannot read the stock in {path}")
     lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
     for number, line in enumerate(text.splitlines(), start=1):
         head = _HEAD.match(line)
@@ -141,7 +139,7 @@ class _Entry:
             self.quantity(1 if kind == "offcut" else None),
             name=self.text("name") or f"{kind} {number}",
             price=self.price(),
-            material=self.text("material"),
+            material=self.material(),
             grain_deg=self.grain(),
             offcut=kind == "offcut",
             outline=() if outline is None else _ring(outline - low),
@@ -162,14 +160,19 @@ class _Entry:
         """Return a text that may be missing."""
         value = self.table.get(key)
         if value is not None and not (isinstance(value, str) and value.strip()):
-            raise self.refuse(f'{key} is {value!r:.40}; write text, such as {key} = "ply"')
+            raise self.refuse(f'{key} is {shown(value, 40)}; write text, such as {key} = "ply"')
         return value
+
+    def material(self) -> str | None:
+        """Return the name of a material, and its sort, in the form in which threads name theirs."""
+        name = self.text("material")
+        return None if name is None else ":".join(map(str.strip, name.lower().split(":", 1)))
 
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""
         value = self.table.get("size")
         if not isinstance(value, str):
-            problem = "there is no size" if value is None else f"size is {value!r:.40}"
+            problem = "there is no size" if value is None else f"size is {shown(value, 40)}"
             raise self.refuse(problem + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
         try:
             size = parse_stock(value)
@@ -229,10 +232,10 @@ class _Entry:
         value = self.table.get("quantity", fallback)
         if value is None:
             return None
-        if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MOST_SHEETS:
             raise self.refuse(
-                f"quantity is {value!r:.40}, but must be a whole number of at least 1; leave it "
-                "out if there is no limit"
+                f"quantity is {shown(value, 40)}, but must be a whole number from 1 to "
+                f"{MOST_SHEETS}; leave it out if there is no limit"
             )
         return value
 
@@ -245,7 +248,7 @@ class _Entry:
                 number = math.inf
             if math.isfinite(number):
                 return number
-        raise self.refuse(f"{key} is {value!r:.40}, which is not a number")
+        raise self.refuse(f"{key} is {shown(value, 40)}, which is not a number")
 
     def price(self) -> float | None:
         """Return the price of one sheet."""
@@ -266,8 +269,8 @@ class _Entry:
                 value = float(value.strip().removesuffix("deg").removesuffix("°"))
             except ValueError:
                 raise self.refuse(
-                    f"grain is {value!r:.40}; write its angle to the sheet's width in degrees, "
-                    "such as grain = 90"
+                    f"grain is {shown(value, 40)}; write its angle to the sheet's width in "
+                    "degrees, such as grain = 90"
                 ) from None
         return round(self.number("grain", value) % 180.0, 6) % 180.0
 

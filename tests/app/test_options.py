@@ -163,9 +163,7 @@ def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
     with pytest.raises(InputError) as caught:
         Settings("shape:cube", pattern="nonsense", size_mm=-5, colours="grey")
     first, second, third = str(caught.value).splitlines()
-    assert first == (
-        "size_mm: -5 is not a length greater than 0, such as 12 (millimetres) or '0.5in'"
-    )
+    assert first == ("size_mm: -5 is not a length from 0.01 to 1000000 mm, such as 12 or '0.5in'")
     assert second.startswith("pattern: there is no pattern 'nonsense'; choose plain, twill")
     assert third == "colours: 'grey' is not one of safe, hue-circle, hue-range"
 
@@ -215,7 +213,7 @@ def _by_bunch(each: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     return each | st.builds(lambda one, two: f"warp={one},weft={two}", each, each)
 
 
-LENGTHS = _units(0.01, 900.0)
+LENGTHS = _units(0.01, 900.0 / 25.4)  # of any unit
 WIDTHS = st.sampled_from(["auto", "0.5", "12mm", "6mm..14mm", "0.4,6mm..14mm", "auto,..9mm"])
 SHEETS = st.builds(
     lambda wide, high, end, bunch: f"{bunch}{wide}x{high}mm{end}",
@@ -233,19 +231,19 @@ TYPED = {
     "pattern": st.sampled_from(["plain", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]),
     "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
     "materials": st.just("FOLDER/materials.toml"),
-    "thickness": _by_bunch(LENGTHS),
+    "thickness": _by_bunch(_units(0.01, 3.9)),
     "width": WIDTHS,
     "smooth": st.integers(0, 50).map(str),
     "crossing": st.floats(0.01, 0.99).map(str),
-    "clearance": _units(0.0, 9.0),
+    "clearance": _units(0.01, 3.9) | st.just("0"),
     "max_length": LENGTHS | st.just("auto"),
     "hole": LENGTHS | st.just("none"),
     "joint": st.sampled_from(["rivet", "rivet:3", "glue", "dovetail", "slot", "none"]),
     "lap": LENGTHS | st.just("auto"),
     "sheet": SHEETS,
     "stock": st.just("FOLDER/stock.toml"),
-    "margin": _units(0.0, 90.0),
-    "gap": _by_bunch(_units(0.0, 90.0)),
+    "margin": LENGTHS | st.just("0mm"),
+    "gap": _by_bunch(LENGTHS | st.just("0")),
     "rotations": st.sampled_from(["free", "90", "180 deg", "grain", "Grain: 5°", "grain:12.5deg"]),
     "seed": st.integers(0, 2**63 - 1).map(str),
     "layout": st.just("crossing_map.json"),
@@ -253,7 +251,7 @@ TYPED = {
     "hairline": _units(0.01, 0.03) | st.just("epilog"),
     "target": st.sampled_from(["default", "Fictiv"]),
     "targets": st.just("FOLDER/targets.toml"),
-    "kerf": _units(0.0, 0.9),
+    "kerf": _units(0.01, 0.39) | st.just("0"),
     "micro_joints": st.sampled_from(["4", "12:0.5mm", "1:0.02in"]),
 }
 
@@ -393,7 +391,7 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
         ({"sise": 3}, "there is no option 'sise'; the nearest is 'size'"),
         ({"size_mm": 3}, "there is no option 'size_mm'; the nearest is 'size'"),
         ({"size": "12 furlongs"}, "size: unknown unit 'furlongs'"),
-        ({"size": -3}, "size: -3 is not a length greater than 0"),
+        ({"size": -3}, "size: -3 is not a length from 0.01 to 1000000 mm"),
         ({"seed": "many"}, "seed: 'many' is not a whole number"),
         ({"fair": {"a": 1}}, r"fair: \{'a': 1\} is not a whole number"),
         ({"paper": ["a4"]}, r"paper: \['a4'\] is not one of a4, letter"),

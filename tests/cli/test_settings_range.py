@@ -16,8 +16,14 @@ from fabweave.core.errors import InputError
     [
         (("--seed", "-5"), "'--seed': -5 is not a whole number from 0 to"),
         (("--seed", str(2**63)), "is not a whole number from 0 to"),
-        (("--size", "1e300mm"), "set the size, such as"),
-        (("--size", "1e-300mm"), "set the size, such as"),
+        (("--size", "1e300mm"), "'1e300mm' is not a length from 0.01 to 1000000 mm"),
+        (("--size", "1e-300mm"), "'1e-300mm' is not a length from 0.01 to 1000000 mm"),
+        (("--clearance", "1e200"), "'1e200' is not a length from 0.001 to 100 mm, or 0"),
+        (("--thickness", "warp=0.4,weft=1e9"), "'1e9' is not a length from 0.001 to 100 mm"),
+        (("--width", "..1e9mm"), "width '1e9mm' is not a length from 0.001 to 20000 mm"),
+        (("--max-length", "1e30"), "'1e30' is not a length from 0.001 to 1000000 mm"),
+        (("--lap", "1e300"), "'1e300' is not a length from 0.001 to 20000 mm"),
+        (("--margin", "1e100"), "'1e100' is not a length from 0.001 to 20000 mm, or 0"),
         (("--scale", "1e9"), "the mesh would be 1e+11 mm in size"),
     ],
 )

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fabweave.core.errors import InputError
-from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.titles import Title, place_titles
 from fabweave.cut.presets import preset_named
@@ -239,3 +239,10 @@ def test_a_round_outline_has_a_title_and_a_piece_without_outline_none():
     disc = PieceDrawing("D1", (Circle(Layer.CUT_OUTER, 30.0, 30.0, 10.0),))
     assert np.hypot(*np.subtract(place_titles([disc])["D1"][:2], 30.0)) < 3.0
     assert place_titles([PieceDrawing("E1", ())]) == {}
+
+
+def test_the_picture_of_a_very_large_sheet_has_fewer_pixels_for_each_millimetre():
+    usual = preview_frame(SheetDrawing("s", 1000.0, 700.0, (), ()))
+    large = preview_frame(SheetDrawing("s", 20_000.0, 20_000.0, (), ()))
+    assert usual.pixels_per_mm == 4.0
+    assert 0.9e8 < large.width_px * large.height_px <= 1e8

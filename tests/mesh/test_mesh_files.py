@@ -448,7 +448,7 @@ def test_unreadable_paths(tmp_path):
         tmp_path / "a": "without an extension",
     }
     (tmp_path / "folder.ply").mkdir()
-    cases[tmp_path / "folder.ply"] = "this is a folder"
+    cases[tmp_path / "folder.ply"] = "it is a folder"
     for extension in READABLE:
         empty = tmp_path / f"empty.{extension}"
         empty.write_bytes(b"")

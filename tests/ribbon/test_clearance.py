@@ -1,5 +1,6 @@
 """Ribbons that come too near are found, and nothing else is."""
 
+import tracemalloc
 from dataclasses import replace
 
 import igl
@@ -9,9 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import shared_mesh
 
+from fabweave.app.inspection import inspect_mesh
 from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings
+from fabweave.app.settings import Settings, settings_from_options
 from fabweave.app.woven_object import weave_object
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.surfaces import ribbon_triangles
@@ -167,3 +170,14 @@ def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: 
 
     assert near_by(found) == near_by(exact)
     assert bool(near_by(exact)) == (name == "tri/csaszar.obj")
+
+
+def test_what_is_all_but_filled_with_material_is_refused_in_bounded_memory():
+    # Every ribbon is within reach of every other: some forty million pairs.
+    settings = settings_from_options("shape:cube", size=2.0, refine="catmull-clark:4")
+    tracemalloc.start()
+    with pytest.raises(CannotMakeError, match=r"too small for its material: more than \d+ "):
+        inspect_mesh(settings)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 700e6

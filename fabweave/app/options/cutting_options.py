@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from fabweave.app.options.file_kinds import layout, library, preset, sheets, stock_list
 from fabweave.app.options.kinds import (
+    MOST_MM,
     MOST_WHOLE,
     choice,
     flag,
@@ -17,6 +18,9 @@ from fabweave.app.options.kinds import (
 )
 from fabweave.app.options.option import CUTTER, MANUAL, SEARCH, SHEETS, WEAVE, Option
 
+#: No side of a sheet is longer.
+_LONGEST_SHEET_MM = 20_000.0
+
 
 def _target_names() -> Iterable[str]:
     return (target.name for target in load("fabweave.cut.preflight.targets.targets")())
@@ -27,7 +31,7 @@ CUTTING_OPTIONS = (
     Option(
         "max_length",
         SHEETS,
-        length(automatic="auto", metavar="LENGTH|auto"),
+        length(MOST_MM, automatic="auto", metavar="LENGTH|auto"),
         "No piece is longer along its middle; or auto: what several lengths come to in sheet and "
         "joints is predicted, and the one at the knee of that curve taken.",
         otherwise="auto",
@@ -35,7 +39,7 @@ CUTTING_OPTIONS = (
     Option(
         "hole",
         SHEETS,
-        length(zero="none", metavar="LENGTH|none"),
+        length(1000.0, zero="none", metavar="LENGTH|none"),
         "Diameter of the fastener holes.",
         otherwise="the largest common size that nine crossings of ten have room for",
         making=True,
@@ -52,7 +56,7 @@ CUTTING_OPTIONS = (
     Option(
         "lap",
         SHEETS,
-        length(automatic="auto", metavar="LENGTH|auto"),
+        length(_LONGEST_SHEET_MM, automatic="auto", metavar="LENGTH|auto"),
         "How far joined pieces lap; no farther than to the crossings beside.",
         otherwise="auto, the crossing's own panel",
     ),
@@ -88,14 +92,14 @@ CUTTING_OPTIONS = (
     Option(
         "margin",
         SHEETS,
-        length(zero="0mm"),
+        length(_LONGEST_SHEET_MM, zero="0mm"),
         "Border of each sheet that stays empty.",
         default="10mm",
     ),
     Option(
         "gap",
         SHEETS,
-        length_by_bunch(zero="0mm"),
+        length_by_bunch(1000.0, zero="0mm"),  # as an entry of materials.toml
         "Least distance between pieces, or by bunch: warp=2mm,weft=4mm.",
         otherwise="the material's",
         making=True,
@@ -250,7 +254,7 @@ CUTTING_OPTIONS = (
     Option(
         "kerf",
         CUTTER,
-        length(zero=""),
+        length(10.0, zero=""),  # as an entry of materials.toml
         "Width of the line that the beam burns: the sheets to cut, with outlines moved outward and "
         "holes inward by half of it, go to the folder cut; those in sheets stay nominal. Leave it "
         "out for services, which take it off themselves.",

@@ -14,11 +14,14 @@ from typing import Any, TypeAlias
 
 from fabweave.core.entries import Accept
 from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
 from fabweave.core.units import parse_length
 from fabweave.stock.per_bunch import by_bunch, format_by_bunch, split_by_bunch
 
 #: Returns the words that an option takes.
 Words: TypeAlias = Callable[[], Iterable[str]]
+#: Lengths are no smaller than what any machine cuts, and no greater than the largest object.
+LEAST_MM, MOST_MM = 0.001, 1e6
 #: TOML holds whole numbers up to this.
 MOST_WHOLE = 2**63 - 1
 
@@ -97,7 +100,7 @@ class Kind:
         if isinstance(value, os.PathLike):
             value = os.fspath(value)
         if self.textual and not math.isnan(_as_number(value)):
-            value = f"{value:.10g}"
+            value = f"{_as_number(value):.10g}"
         if self.of_table is not None and isinstance(value, Mapping):
             value = self.of_table(value)
         return self.hold(self.read(value) if isinstance(value, str) else value)
@@ -112,9 +115,7 @@ class Kind:
         """
         found = self.accept(value)
         if found is None:
-            shown = repr(value)
-            shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
-            raise InputError(f"{shown} is not {self.told}")
+            raise InputError(f"{shown(value)} is not {self.told}")
         return found
 
 
@@ -185,11 +186,21 @@ def number(below: float = math.inf) -> Kind:
     return Kind("NUMBER", f"a number greater than 0{end}", accept, read)
 
 
-def length(*, zero: str | None = None, automatic: str = "", metavar: str = "LENGTH") -> Kind:
+def length(
+    most: float,
+    *,
+    least: float = LEAST_MM,
+    zero: str | None = None,
+    automatic: str = "",
+    metavar: str = "LENGTH",
+) -> Kind:
     """Return the kind of lengths in millimetres.
 
     Parameters
     ----------
+    most, least : float
+        The range, in millimetres: what lies outside is a slip of the unit, and arithmetic would get
+        coarse, or layouts large, with it.
     zero : str or None
         How job.toml has a length of 0; None if 0 is no length here, empty if it is left out.
     automatic : str
@@ -199,24 +210,30 @@ def length(*, zero: str | None = None, automatic: str = "", metavar: str = "LENG
 
     def accept(value: Any) -> float | None:
         plain = _as_number(value)
-        return plain if 0.0 < plain < math.inf or (plain == 0.0 and zero is not None) else None
+        return plain if least <= plain <= most or (plain == 0.0 and zero is not None) else None
 
     def read(text: str) -> float:
-        return 0.0 if zero and text == zero else parse_length(text, zero_ok=zero is not None)
+        if zero and text == zero:
+            return 0.0
+        read = parse_length(text, zero_ok=zero is not None)
+        if accept(read) is None:
+            raise InputError(f"{shown(text)} is not {expected}")
+        return read
 
     def write(value: float | None) -> str | None:
         if value is None or (value == 0.0 and zero == ""):
             return None
         return zero if value == 0.0 and zero is not None else f"{value:.10g}mm"
 
-    least = "greater than 0" if zero is None else "of 0 or more"
-    expected = f"a length {least}, such as 12 (millimetres) or '0.5in'"
+    ends = f"from {least:g} to {most:.0f} mm" + ("" if zero is None else ", or 0")
+    example = "12 or '0.5in'" if most > 100.0 else "0.2 or '0.01in'"
+    expected = f"a length {ends}, such as {example}"
     return Kind(metavar, expected, accept, read, write, unit="mm", automatic=automatic)
 
 
-def length_by_bunch(*, zero: str | None = None) -> Kind:
+def length_by_bunch(most: float, *, zero: str | None = None) -> Kind:
     """Return the kind of a length, or of pairs of a bunch's name and its length."""
-    one = length(zero=zero)
+    one = length(most, zero=zero)
 
     def accept(value: Any) -> Any:
         if not isinstance(value, tuple):
@@ -244,7 +261,7 @@ def length_by_bunch(*, zero: str | None = None) -> Kind:
 
 def hairline() -> Kind:
     """Return the kind of a line's width, or of the name of a preset whose lines are as wide."""
-    width = length(metavar="LENGTH|NAME")
+    width = length(1.0, metavar="LENGTH|NAME")
 
     def names() -> tuple[str, ...]:
         return tuple(load("fabweave.cut.presets.preset_names")())
@@ -305,6 +322,16 @@ def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -
     """Return the kind of the names of files."""
 
     def accept(value: Any) -> str | None:
-        return value if isinstance(value, str) and value.strip() and "\0" not in value else None
+        if not (isinstance(value, str) and value.strip() and "\0" not in value):
+            return None
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            # job.toml, titles and the QR code have it, and are in UTF-8.
+            told = ascii(value)
+            raise InputError(
+                f"the name {told} is not in UTF-8, and cannot be written down; rename the file"
+            ) from None
+        return value
 
     return Kind(metavar, expected, accept, as_it_is, write)

@@ -2,6 +2,7 @@
 
 from fabweave.app.options.file_kinds import library
 from fabweave.app.options.kinds import (
+    MOST_MM,
     choice,
     length,
     length_by_bunch,
@@ -39,7 +40,7 @@ OBJECT_OPTIONS = (
     Option(
         "size",
         MESH,
-        length(),
+        length(MOST_MM, least=0.01),
         "Scale the mesh so that its largest dimension is this, e.g. 400mm or 16in. Without it the "
         "mesh's numbers are millimetres.",
     ),
@@ -125,7 +126,7 @@ OBJECT_OPTIONS = (
     Option(
         "thickness",
         RIBBONS,
-        length_by_bunch(),
+        length_by_bunch(100.0),  # as an entry of materials.toml
         "Measured thickness, such as 0.5mm, or by bunch: warp=0.5mm,weft=0.8mm.",
         otherwise="the material's",
     ),
@@ -160,7 +161,7 @@ OBJECT_OPTIONS = (
     Option(
         "clearance",
         RIBBONS,
-        length(zero="0mm"),
+        length(100.0, zero="0mm"),
         "Air between two layers at a crossing.",
         default="0.1mm",
     ),

@@ -27,6 +27,7 @@ _BAR_MM = 100.0
 #: A picture is painted this many times larger, then shrunk, so that its lines are smooth.
 _SUPERSAMPLING = 2
 _MAX_PIXELS = 100_000_000
+_PIXELS_PER_MM = 4.0
 
 
 @dataclass(frozen=True)
@@ -64,20 +65,25 @@ class PreviewFrame:
         return points * (self.pixels_per_mm, -self.pixels_per_mm) + (self.left_px, self.bottom_px)
 
 
-def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> PreviewFrame:
+def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float | None = None) -> PreviewFrame:
     """Return how ``png_bytes`` maps a sheet to pixels.
+
+    Without a scale, 4 pixels are a millimetre, or fewer where the picture would be too large.
 
     Raises
     ------
     InputError
         If the scale is not positive, or the picture would be larger than 100 megapixels.
     """
-    if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0.0):
+    if pixels_per_mm is not None and not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0.0):
         raise InputError(f"the scale is {pixels_per_mm} pixels per mm; it must be positive")
     growth = max(1.0, max(drawing.width_mm, drawing.height_mm) / _PLAIN_SHEET_MM)
     border, heading = _BORDER_MM * growth, _HEADING_MM * growth
-    wide = (drawing.width_mm + 2.0 * border) * pixels_per_mm
-    high = (drawing.height_mm + 2.0 * border + heading) * pixels_per_mm
+    wide = drawing.width_mm + 2.0 * border
+    high = drawing.height_mm + 2.0 * border + heading
+    if pixels_per_mm is None:
+        pixels_per_mm = min(_PIXELS_PER_MM, float(np.sqrt(_MAX_PIXELS / wide / high)) * 0.99)
+    wide, high = wide * pixels_per_mm, high * pixels_per_mm
     if not wide * high <= _MAX_PIXELS:
         raise InputError(
             f"the picture of sheet {drawing.name!r} would have {wide:.0f} x {high:.0f} pixels, "
@@ -96,7 +102,7 @@ def preview_frame(drawing: SheetDrawing, *, pixels_per_mm: float = 4.0) -> Previ
 def png_bytes(
     drawing: SheetDrawing,
     *,
-    pixels_per_mm: float = 4.0,
+    pixels_per_mm: float | None = None,
     titles: Mapping[str, Title] | None = None,
     colours: Preset | None = None,
 ) -> bytes:

@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
+from fabweave.core.input_files import MOST_BYTES, read_input
 from fabweave.mesh.io.obj import obj_bytes, read_obj
 from fabweave.mesh.io.off import off_bytes, read_off
 from fabweave.mesh.io.ply import ply_bytes, read_ply
@@ -79,12 +80,12 @@ def read_mesh(path: str | Path) -> MeshFile:
     """
     path = Path(path)
     kind = _format_of(path, READABLE, "read")
-    data = _bytes_of(path)
+    data = read_input(path, "the mesh", MOST_BYTES)
     if not data:
         raise InputError(f"{path.name}: the file is empty")
     unit: str | None = None
     if kind in _SCENES:
-        mesh, unit, notes = read_scene(path, kind)
+        mesh, unit, notes = read_scene(data, path, kind)
     else:
         mesh, notes = dict(_READERS)[kind](data, path.name)
     if not mesh.n_faces:
@@ -137,14 +138,3 @@ def _format_of(path: Path, known: tuple[str, ...], verb: str) -> str:
             + ", ".join(item.upper() for item in known)
         )
     return kind
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: this is a folder; name the mesh file in it") from None
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        raise InputError(f"{path}: cannot read the file: {error}") from error

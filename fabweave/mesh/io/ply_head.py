@@ -31,6 +31,9 @@ _TYPES = {
 _END = re.compile(rb"^[ \t]*end_header[ \t]*(\r\n|\n|\r|\Z)", re.MULTILINE)
 _END_OLD_MAC = re.compile(rb"\r[ \t]*end_header[ \t]*\r")
 
+#: Scanners write some twenty properties; time grows with the square of their number.
+_MOST_NAMED = 1000
+
 
 @dataclass(frozen=True)
 class Property:
@@ -112,11 +115,21 @@ def read_head(data: bytes, name: str) -> Head:
                 elements[-1] = Element(last.name, last.number, (*last.properties, _property(words)))
             else:
                 raise ValueError("this line is not a format, an element, a property or a comment")  # noqa: TRY301 -- one place adds the line number
+            _require_few(elements)
         except ValueError as error:
             raise InputError(f"{name}, line {number}: {line[:60]!r}: {error}") from None
     if not known:
         raise InputError(f"{name}: the header has no line that begins with format")
     return Head(order, tuple(elements), end.end(), len(lines) + 1)
+
+
+def _require_few(elements: list[Element]) -> None:
+    """Raise ValueError for more elements, or properties of one, than any mesh has."""
+    if len(elements) > _MOST_NAMED or (elements and len(elements[-1].properties) > _MOST_NAMED):
+        raise ValueError(
+            f"there are more than {_MOST_NAMED} elements, or properties of an element; export "
+            "positions and faces only"
+        )
 
 
 def _order(words: list[str]) -> str | None:

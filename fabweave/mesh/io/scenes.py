@@ -1,6 +1,6 @@
 """Read triangle files (STL, GLB, glTF, 3MF) through trimesh."""
 
-import json
+import io
 import warnings
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,15 @@ import numpy as np
 
 from fabweave.core.arrays import offsets_of
 from fabweave.core.errors import InputError
+from fabweave.core.input_files import MOST_BYTES, silenced
 from fabweave.core.messages import agree
+from fabweave.mesh.io.scene_bounds import (
+    bounded_archive,
+    bounded_files,
+    check_gltf,
+    check_triangles,
+    gltf_document,
+)
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.weld import weld_mesh
 
@@ -24,13 +32,15 @@ _UNITS = {
 }
 
 
-def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, ...]]:
+def read_scene(data: bytes, path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, ...]]:
     """Read a file of triangles as one mesh, its objects placed and its vertices welded.
 
     Parameters
     ----------
-    path : Path
+    data : bytes
         The file.
+    path : Path
+        Where it is: a glTF file may name others beside it.
     kind : {"stl", "glb", "gltf", "3mf"}
         Its format.
 
@@ -46,25 +56,33 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
     Raises
     ------
     InputError
-        If the file cannot be read, or holds no triangles.
+        If the file cannot be read, holds no triangles, or unpacks to more than can be meant.
     """
     # trimesh takes half a second to import; most jobs never need it.
     import trimesh  # noqa: PLC0415 -- see above
 
+    more: dict[str, Any] = {}
     try:
-        if kind == "gltf":
+        if kind in ("glb", "gltf"):
             # If this is not JSON, trimesh would quietly read model.gltf beside it instead.
-            json.loads(path.read_bytes())
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            check_gltf(gltf_document(data, kind), path.name)
+            more = {"resolver": bounded_files(str(path), MOST_BYTES), "skip_materials": True}
+        elif kind == "3mf":
+            data = bounded_archive(data, path.name)
+        with warnings.catch_warnings(), np.errstate(all="ignore"), silenced("trimesh"):
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(str(path), file_type=kind, process=False)
-            parts = _placed_parts(scene, trimesh.Trimesh)
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **more)
+            parts = _placed_parts(scene, trimesh.Trimesh, path.name)
             unit = _UNITS.get(str(scene.units))
+    except InputError:
+        raise
     except ImportError as error:
         raise InputError(
             f"{path.name}: reading {kind.upper()} needs the Python package {error.name!r}; install "
             "fabweave[threemf], or export the mesh as OBJ"
         ) from None
+    except MemoryError:
+        raise
     except Exception as error:  # whatever a broken file makes the library do is a broken file
         raise InputError(
             f"{path.name}: this cannot be read as a {kind.upper()} file "
@@ -101,14 +119,17 @@ def read_scene(path: Path, kind: str) -> tuple[PolyMesh, str | None, tuple[str, 
     return mesh, "m" if kind in ("glb", "gltf") else unit, tuple(notes)
 
 
-def _placed_parts(scene: Any, mesh_type: Any) -> list[tuple[Any, Any]]:
+def _placed_parts(scene: Any, mesh_type: Any, name: str) -> list[tuple[Any, Any]]:
     """Return vertices and faces of every instance in the scene, at its place."""
-    parts = []
+    parts: list[tuple[Any, Any]] = []
+    triangles = 0
     for node in sorted(scene.graph.nodes_geometry):
         transform, geometry_name = scene.graph[node]
         geometry = scene.geometry[geometry_name]
         if not isinstance(geometry, mesh_type) or not len(geometry.faces):
             continue
+        triangles += len(geometry.faces)
+        check_triangles(triangles, len(parts) + 1, name)
         vertices = np.asarray(geometry.vertices, dtype=np.float64)
         faces = np.asarray(geometry.faces, dtype=np.int64)
         if not np.array_equal(transform, np.eye(4)):

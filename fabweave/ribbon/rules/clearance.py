@@ -1,11 +1,12 @@
 """Measure how near ribbons come to one another where they do not cross."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.errors import CannotMakeError
 from fabweave.ribbon.facets import Facets, cut_facets, facet_pairs
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.distance import apart_by, triangle_distances
@@ -19,8 +20,14 @@ from fabweave.ribbon.stretches import (
     triangles_of,
 )
 
-#: Stretches are looked up in blocks of this many.
+#: Stretches are looked up, and pairs measured, in blocks of this many.
 _BLOCK = 1 << 14
+#: Blocks are smaller where so many pairs of boxes might come of one.
+_MOST_CANDIDATES = 1 << 23
+#: Of objects that can be made, and of those that a larger size would mend, a stretch is near to a
+#: few others. With more near pairs than so many for each stretch, and so many at all, the object is
+#: all but filled with material, and looking for more would take memory and time without end.
+_NEAR_EACH, _FEW_NEAR = 8, 8000
 #: A view along which no wall of a usual shape is seen edge-on: the rows are a rotation.
 _TILT = np.linalg.qr(np.array([[1.0, 0.37, 0.61], [-0.29, 1.0, 0.43], [-0.53, -0.31, 1.0]]))[0].T
 
@@ -79,6 +86,11 @@ def near_pairs(
     -------
     Nearness
         Sorted by pairs.
+
+    Raises
+    ------
+    CannotMakeError
+        If so many pairs are near that the object is all but filled with material.
     """
     stretches = cut_stretches(ribbons)
     if among is None:
@@ -86,22 +98,32 @@ def near_pairs(
         selected = np.full(len(stretches.thread), beside is None)
         if beside is not None:
             selected[beside] = True
-        blocks = _boxes_within_reach(ribbons, stretches, reach_mm, selected)
+        blocks: Iterable[IntArray] = _boxes_within_reach(ribbons, stretches, reach_mm, selected)
         next_to = neighbours(stretches)
         next_to = next_to[selected[next_to].any(axis=1)]
     else:
         triangles = triangles_of(stretches, np.unique(among))
         facets = cut_facets(ribbons, triangles[::2] // 2)
-        blocks = [among[start : start + _BLOCK] for start in range(0, len(among), _BLOCK)]
+        blocks = (among[start : start + _BLOCK] for start in range(0, len(among), _BLOCK))
         steps = steps_apart(stretches, among)
         next_to = among[(steps == 0) | (steps == 1)]
     along = passes_along(stretches, next_to)
     straight = (along >= 0) & run_straight(ribbons, stretches)[along]
     measurements = [folded_pairs(stretches, facets, next_to[~straight])]
+    most = max(_FEW_NEAR, _NEAR_EACH * (len(stretches.offsets) - 1))
+    count = 0
     for block in blocks:
         pairs = block[_apart(stretches, crossing, block)]
         reach = np.full(len(pairs), reach_mm) if wanted is None else wanted(pairs)
         measurements.append(_measure(stretches, facets, pairs, reach))
+        count += len(measurements[-1][0])
+        if count > most:
+            raise CannotMakeError(
+                f"the object is too small for its material: more than {most} pairs of ribbons, "
+                f"which do not cross there, are nearer than the {reach_mm:g} mm of one thickness "
+                "and the clearance, so most of the object is filled with material; use a much "
+                "larger --size, a thinner material, a smaller --clearance, or a coarser mesh"
+            )
     return in_order(*(np.concatenate(part) for part in zip(*measurements, strict=True)))
 
 
@@ -113,11 +135,11 @@ def in_order(pairs: IntArray, distance_mm: FloatArray, place: FloatArray) -> Nea
 
 def _boxes_within_reach(
     ribbons: Ribbons, stretches: Stretches, reach_mm: float, selected: BoolArray
-) -> list[IntArray]:
-    """Return pairs of stretches, one of them asked for, whose boxes are within reach, in blocks."""
+) -> Iterator[IntArray]:
+    """Yield pairs of stretches, one of them asked for, whose boxes are within reach, in blocks."""
     filled = np.flatnonzero(np.diff(stretches.offsets) > 0)
     if not len(filled):
-        return []
+        return
     quads = stretches.triangle[::2] // 2
     after = following_rung(ribbons.offsets, ribbons.closed)[quads]
     rails = [rail @ _TILT.T for rail in (ribbons.right, ribbons.left)]
@@ -129,17 +151,19 @@ def _boxes_within_reach(
     tree = shapely.STRtree(boxes)
     selected = selected[filled]
     rows = np.flatnonzero(selected)
-    blocks = []
-    for start in range(0, len(rows), _BLOCK):
-        first, second = tree.query(boxes[rows[start : start + _BLOCK]])
+    # Where all is near to all, a block holds no more pairs than memory has room for.
+    block = min(_BLOCK, max(_MOST_CANDIDATES // len(filled), 1))
+    for start in range(0, len(rows), block):
+        first, second = tree.query(boxes[rows[start : start + block]])
         first = rows[first + start]
         keep = (first < second) | ((first > second) & ~selected[second])
         first, second = first[keep], second[keep]
         keep = (low[first, 2] <= high[second, 2]) & (low[second, 2] <= high[first, 2])
-        pairs = np.column_stack((filled[first[keep]], filled[second[keep]]))
-        pairs.sort(axis=1)
-        blocks.append(pairs)
-    return blocks
+        first, second = filled[first[keep]], filled[second[keep]]
+        for at in range(0, len(first), _BLOCK):
+            pairs = np.column_stack((first[at : at + _BLOCK], second[at : at + _BLOCK]))
+            pairs.sort(axis=1)
+            yield pairs
 
 
 def _apart(stretches: Stretches, crossing: IntArray, pairs: IntArray) -> IntArray:

@@ -53,6 +53,8 @@ STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
     "mate", "hole_mm", "step",
 )  # fmt: skip
+#: Around a sheet on its picture there is no more than this, and this share of its longer side.
+_ROOM_MM, _ROOM = 60.0, 0.1
 #: No picture of a job has more.
 _MOST_PIXELS = 1 << 28
 
@@ -297,11 +299,13 @@ def _read_png(path: Path) -> Picture:
 
 
 def _check_shape(picture: Picture, sheet: Sheet, tally: Tally) -> None:
-    """Check that a picture of a sheet has the shape of the sheet, with room for a heading."""
-    pixels_per_mm = picture[0] / max(sheet.width_mm, 1e-9)
-    rest = picture[1] / pixels_per_mm - sheet.height_mm
+    """Check that a picture has the shape of its sheet, with some room around it."""
+    sides = np.array([sheet.width_mm, sheet.height_mm])
+    room = _ROOM_MM + _ROOM * sides.max()
+    # There has to be a scale at which neither side lacks anything nor has too much around it.
+    least, most = np.max(picture / (sides + room)), np.min(picture / np.maximum(sides, 1e-9))
     tally.at(f"{sheet.name}.png").expect(
-        -0.1 * sheet.height_mm <= rest <= 0.1 * sheet.height_mm + 0.3 * sheet.width_mm,
+        least <= most,
         f"it has {picture[0]} x {picture[1]} pixels, but the sheet {sheet.width_mm:g} x "
         f"{sheet.height_mm:g} mm",
     )

@@ -1,0 +1,114 @@
+"""Read the files that users name: ordinary files only, of bounded size, and with plain errors."""
+
+import logging
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fabweave.core.errors import InputError
+
+#: Lists and tables that people write, and drawings of outlines, are far smaller, in bytes.
+MOST_TEXT_BYTES = 16 * 2**20
+#: Meshes of two million edges, and crossing maps of as many crossings, are smaller.
+MOST_BYTES = 2 * 2**30
+
+_CHUNK = 2**20
+
+
+def read_input(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> bytes:
+    """Return the bytes of a file that a user names.
+
+    Only ordinary files are read, or what links lead to: a device or a pipe may never end. The size
+    is looked at before anything is read.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What is to be read, for the message, such as ``"the preset"``.
+    most_bytes : int
+        Larger files are refused.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is no ordinary file, or is too large; the message says why.
+    """
+    try:
+        # Without O_NONBLOCK, a pipe would be waited for before it could be looked at.
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+        handle = os.open(path, flags)
+        with os.fdopen(handle, "rb") as file:
+            found = os.fstat(handle)
+            if not stat.S_ISREG(found.st_mode):
+                raise InputError(
+                    f"cannot read {what} in {path}: it is {_sort_of(found.st_mode)}; name a file"
+                )
+            data = b"" if found.st_size > most_bytes else file.read(found.st_size + 1)
+            while found.st_size < len(data) <= most_bytes:  # it grows while it is read
+                more = file.read(_CHUNK)
+                if not more:
+                    break
+                data += more
+            if max(found.st_size, len(data)) > most_bytes:
+                raise InputError(
+                    f"cannot read {what} in {path}: it has {max(found.st_size, len(data)):,} "
+                    f"bytes, and at most {most_bytes:,} are read; is it the right file?"
+                )
+            return data
+    except FileNotFoundError:
+        raise InputError(f"cannot read {what} in {path}: there is no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"cannot read {what} in {path}: it is a folder; name a file") from None
+    except OSError as error:
+        raise InputError(f"cannot read {what} in {path}: {error.strerror or error}") from error
+    except ValueError as error:  # a name with a null character
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"cannot read {what} in {str(path)!r}: {error}") from error
+
+
+def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
+    """Return the text of a file that a user names, as :func:`read_input` reads it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not in UTF-8; the message says in which line.
+    """
+    data = read_input(path, what, most_bytes)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError(
+            f"cannot read {what} in {path}: line {line} is not in UTF-8; save the file as UTF-8"
+        ) from error
+
+
+@contextmanager
+def silenced(library: str) -> Iterator[None]:
+    """Keep a library from logging what we tell in our own words."""
+    logger = logging.getLogger(library)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+def _sort_of(mode: int) -> str:
+    """Say what is not an ordinary file."""
+    for is_sort, name in (
+        (stat.S_ISDIR, "a folder"),
+        (stat.S_ISFIFO, "a pipe"),
+        (stat.S_ISCHR, "a device"),
+        (stat.S_ISBLK, "a device"),
+        (stat.S_ISSOCK, "a socket"),
+    ):
+        if is_sort(mode):
+            return name
+    return "no ordinary file"
