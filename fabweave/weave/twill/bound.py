@@ -122,7 +122,7 @@ def prove_bound(
     >>> from fabweave.weave.threads import trace_threads
     >>> halfedges = build_halfedges(grids.sphere(2, 50.0))
     >>> prove_bound(couple(twill_conditions(halfedges, trace_threads(halfedges))), [])
-    Bound(least=16, optimum=True)
+    Bound(least=16, optimum=True, cut_short=False)
     """
     everything = _Region(np.arange(len(couplings.pairs)), np.arange(len(couplings.windows)))
     if couplings.n_crossings <= _MOST_WHOLE:
