@@ -15,6 +15,7 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import light_of
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.model.bodies import Body
+from fabweave.model.woven_glb import state_up
 
 #: glTF counts in metres.
 _METRES = 0.001
@@ -92,7 +93,11 @@ def _glb(bodies: Sequence[Body]) -> bytes:
             )
         )
         scene.add_geometry(mesh, node_name=body.label, geom_name=body.label)
-    exported = scene.export(file_type="glb", include_normals=bodies[0].normals is not None)
+    exported = scene.export(
+        file_type="glb",
+        include_normals=bodies[0].normals is not None,
+        tree_postprocessor=state_up,
+    )
     if not isinstance(exported, bytes):
         raise TypeError("the glTF exporter returned no bytes")
     return exported

@@ -1,6 +1,7 @@
 """Export ribbons as a coloured 3-D model."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -68,10 +69,15 @@ def woven_glb(
     for number, ball in enumerate(_markers(ribbons, findings), start=1):
         name = f"finding-{number}-{findings[number - 1].rule}"
         scene.add_geometry(ball, node_name=name, geom_name=name)
-    exported = scene.export(file_type="glb")
+    exported = scene.export(file_type="glb", tree_postprocessor=state_up)
     if not isinstance(exported, bytes):
         raise TypeError("the glTF exporter returned no bytes")
     return exported
+
+
+def state_up(tree: dict[str, Any]) -> None:
+    """State in a tree of glTF that z points up: its standard says y, and woven objects have z."""
+    tree["asset"]["extras"] = {"up": "z"}
 
 
 def _paint(colour: list[float]) -> trimesh.visual.TextureVisuals:
