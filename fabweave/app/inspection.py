@@ -57,10 +57,10 @@ _MOST_VOTED = 30_000
 #: would be made ...
 _MOST_SEARCHED = 2000
 #: ... pieces are planned, ribbons kept clear and a twill voted on ...
-_MOST_PLANNED = 12_000
+_MOST_PLANNED = 20_000
 #: ... and refinements tried; a bound is proved with so much work (see prove_bound).
 _MOST_QUICKLY_REFINED = 20_000
-_QUICK_WORK = 1_000_000_000
+_QUICK_WORK = 4_000_000_000
 
 
 @frozen_value

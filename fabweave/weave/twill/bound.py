@@ -27,8 +27,8 @@ _MOST_WHOLE = 200
 _MOST_MERGED = 160
 
 #: Work is counted in numbers of tables that are computed; to look up a condition or a table takes
-#: as long as so many.
-_LOOK_UP = 10_000
+#: as long as so many, where it is computed and where regions are only tried for merging.
+_LOOK_UP, _TRIAL = 10_000, 2500
 
 _PAIR = np.eye(2, dtype=np.int16)
 _WINDOW = np.einsum("ab,cd->abcd", 1 - _PAIR, 1 - _PAIR)
@@ -100,8 +100,9 @@ def prove_bound(
         Crossings around each place where the twill is likely to break, such as
         ``irregular_seeds``.
     most_work : int, optional
-        Stop when tables with about so many numbers were computed: regions that were not solved by
-        then count for nothing. The same on every machine.
+        Stop merging regions after the work of so many numbers in tables, and solving them after
+        as much again: regions that were not solved by then count for nothing. The same on every
+        machine.
     progress : callable
         Told which region is being solved.
 
@@ -133,7 +134,7 @@ def prove_bound(
         return Bound(0, optimum=False)
     most = math.inf if most_work is None else most_work
     regions, far = _deal(couplings, seeds)
-    merging, solving = _Work(most / 2), _Work(most)
+    merging, solving = _Work(most), _Work(most)
     progress("twill bound", 0, len(regions))
     merged = _merged(couplings, regions, merging)
     least = 0
@@ -235,7 +236,7 @@ def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_
             np.concatenate((one.pairs, other.pairs)), np.concatenate((one.windows, other.windows))
         )
         tables, sharing = _scopes(couplings, both)
-        work.spend(_LOOK_UP * len(tables))
+        work.spend(_TRIAL * len(tables))
         if _order(sharing, _REGION_WIDTH) is not None:
             result[first], result[second] = both, None
             inside[first] |= inside[second]
