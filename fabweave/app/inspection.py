@@ -12,6 +12,8 @@ from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
+    require_stiffness,
+    stiffness_check,
     weave_object,
     width_notes,
 )
@@ -25,7 +27,10 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
-from fabweave.ribbon.measures import ribbon_widths, thread_lengths
+from fabweave.ribbon.boundary_turns import require_no_loop
+from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
+from fabweave.ribbon.rules.remedy import Depth
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.sheet_text import format_stock
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import find_bunches, thread_graph
@@ -43,9 +48,17 @@ from fabweave.weave.twill.voting import best_vote
 _REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "sqrt3:1", "loop:1")
 #: Fabrics that are tried.
 _FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
-#: Larger meshes are not refined on trial, nor voted on.
+#: Larger meshes are not refined on trial, nor voted on, however thorough the inspection is.
 _MOST_REFINED = 60_000
 _MOST_VOTED = 30_000
+#: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
+#: would be made ...
+_MOST_SEARCHED = 2000
+#: ... pieces are planned, ribbons kept clear and a twill voted on ...
+_MOST_PLANNED = 20_000
+#: ... and refinements tried; a bound is proved with so much work (see prove_bound).
+_MOST_QUICKLY_REFINED = 20_000
+_QUICK_WORK = 4_000_000_000
 
 
 @frozen_value
@@ -58,8 +71,8 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
-        ``fabrics``, ``ribbons``, ``pieces``, ``checks`` and
-        ``notes``.
+        ``fabrics``, ``ribbons``, ``pieces``, ``checks``, ``left_out`` (what only a thorough
+        inspection tells) and ``notes``.
     """
 
     woven: WovenObject
@@ -67,7 +80,11 @@ class Inspection:
 
 
 def inspect_mesh(
-    settings: Settings, progress: Progress = no_progress, given_mesh: PolyMesh | None = None
+    settings: Settings,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+    *,
+    thorough: bool = False,
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
@@ -79,6 +96,10 @@ def inspect_mesh(
         Told what is being done.
     given_mesh : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
+    thorough : bool
+        Whether to plan the pieces and look for every remedy however many crossings there are,
+        which may take an hour. How much is done otherwise depends on the number of crossings
+        alone, so the same mesh is always told the same.
 
     Raises
     ------
@@ -87,27 +108,52 @@ def inspect_mesh(
     """
     settings, supplies = complete_settings(settings)
     woven = weave_object(settings, supplies, progress, given_mesh)
-    woven, pieces = _planned(woven, settings, supplies, progress)
-    progress("checks", 0, 1)
-    check = try_refinement(check_joined(woven, settings, supplies), woven, settings, supplies)
-    mesh, halfedges = woven.mesh, woven.halfedges
     threads = woven.weave.threads
-    progress("twill", 0, 1)
+    depth = _depth(threads.n_crossings, thorough=thorough)
+    left_out: list[str] = []
+    woven, pieces, stiff = _planned(woven, settings, supplies, depth, progress)
+    if "left_out" in pieces:
+        left_out.append("the pieces, and how near ribbons come to one another")
+    if depth == Depth.SEARCHED or stiff is None:
+        progress("checks", 0, 1)
+        check = check_joined(woven, settings, supplies, depth)
+    else:
+        check = stiff
+    notes = []
+    if depth == Depth.SEARCHED:
+        progress("refinements as remedy", 0, 1)
+        check = try_refinement(check, woven, settings, supplies)
+        progress("widths", 0, 1)
+        notes += width_notes(woven, settings, supplies)
+    else:
+        if check.findings:
+            left_out.append("the size at which all rules hold, and other remedies")
+        left_out.append("how wide ribbons of constant width could be")
+    mesh, halfedges = woven.mesh, woven.halfedges
+    progress("mesh facts", 0, 1)
     facts = {
         "mesh": _mesh_facts(mesh, halfedges),
         "threads": _thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
         "bunches": _bunch_facts(threads),
-        "twill": _twill_facts(woven, settings, progress),
-        "fabrics": _fabric_facts(halfedges, threads, woven.labels),
+        "twill": _twill_facts(woven, settings, left_out, progress, thorough=thorough),
+        "fabrics": _fabric_facts(halfedges, threads, woven.labels, progress),
         "ribbons": _spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
-            "notes": [*width_notes(woven, settings, supplies), *ribbon_notes(check)],
+            "notes": [*notes, *ribbon_notes(check)],
         },
+        "left_out": left_out,
         "notes": [*woven.source.notes, *woven.result.notes],
     }
     return Inspection(woven, facts)
+
+
+def _depth(n_crossings: int, *, thorough: bool) -> Depth:
+    """Return how far ribbons are checked."""
+    if thorough or n_crossings <= _MOST_SEARCHED:
+        return Depth.SEARCHED
+    return Depth.NEAR if n_crossings <= _MOST_PLANNED else Depth.ALONG
 
 
 def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
@@ -165,8 +211,16 @@ def _bunch_facts(threads: Threads) -> dict[str, Any]:
     }
 
 
-def _twill_facts(woven: WovenObject, settings: Settings, progress: Progress) -> dict[str, Any]:
-    """Decide the 2/2 twill, here and after changes of the mesh."""
+def _twill_facts(
+    woven: WovenObject,
+    settings: Settings,
+    left_out: list[str],
+    progress: Progress,
+    *,
+    thorough: bool,
+) -> dict[str, Any]:
+    """Decide the 2/2 twill, here and after changes of the mesh; add what is left out to a list."""
+    progress("twill", 0, 1)
     halfedges, threads, twill = woven.halfedges, woven.weave.threads, woven.result.twill
     conditions = twill_conditions(halfedges, threads)
     facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
@@ -178,11 +232,20 @@ def _twill_facts(woven: WovenObject, settings: Settings, progress: Progress) -> 
         reason, voted, bound = None, None, None
         if not decision.twillable:
             reason = explain(halfedges, threads, conditions, decision, woven.labels)
-            if threads.n_crossings <= _MOST_VOTED:
+            if threads.n_crossings <= (_MOST_VOTED if thorough else _MOST_PLANNED):
                 progress("voting", 0, 1)
                 voted = best_vote(conditions, threads, woven.bunches).broken
                 seeds = irregular_seeds(halfedges, threads)
-                bound = prove_bound(couple(conditions), seeds, progress=progress)
+                bound = prove_bound(
+                    couple(conditions),
+                    seeds,
+                    most_work=None if thorough else _QUICK_WORK,
+                    progress=progress,
+                )
+                if bound.cut_short:
+                    left_out.append("the best proof of how many conditions every twill breaks")
+            elif threads.n_crossings <= _MOST_VOTED:
+                left_out.append("how many conditions a twill breaks")
     if reason is None:
         return facts
     facts |= {"exact": False, "because": reason.text}
@@ -192,14 +255,17 @@ def _twill_facts(woven: WovenObject, settings: Settings, progress: Progress) -> 
         facts["at_least_broken"] = max(bound.least, 1)
     if twill is not None:
         facts["broken"] = twill.weave.broken.total
-    facts["exact_after"] = _exact_after(woven.mesh, settings, progress)
+    n_edges = halfedges.n_edges
+    facts["exact_after"] = []
+    if n_edges <= (_MOST_REFINED if thorough else _MOST_QUICKLY_REFINED):
+        facts["exact_after"] = _exact_after(woven.mesh, settings, progress)
+    elif n_edges <= _MOST_REFINED:
+        left_out.append("after which refinements an exact twill exists")
     return facts
 
 
 def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list[dict[str, Any]]:
     """Return the options that would give the mesh an exact twill, and how large it is then."""
-    if build_halfedges(mesh).n_edges > _MOST_REFINED:
-        return []
     options = []
     for number, text in enumerate(("", *_REFINEMENTS)):
         progress("refinements", number, len(_REFINEMENTS) + 1)
@@ -238,10 +304,13 @@ def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
     return paired
 
 
-def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> dict[str, Any]:
+def _fabric_facts(
+    halfedges: Halfedges, threads: Threads, labels: Sequence[str], progress: Progress
+) -> dict[str, Any]:
     """Try the usual fabrics."""
     exact, reasons = [], {}
-    for text in _FABRICS:
+    for number, text in enumerate(_FABRICS):
+        progress("fabrics", number, len(_FABRICS))
         result = weave_fabric(halfedges, threads, parse_fabric(text), labels=labels)
         if result.weave is not None:
             exact.append(text)
@@ -251,22 +320,36 @@ def _fabric_facts(halfedges: Halfedges, threads: Threads, labels: Sequence[str])
 
 
 def _planned(
-    woven: WovenObject, settings: Settings, supplies: Supplies, progress: Progress
-) -> tuple[WovenObject, dict[str, Any]]:
-    """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them."""
-    progress("pieces", 0, 1)
+    woven: WovenObject, settings: Settings, supplies: Supplies, depth: Depth, progress: Progress
+) -> tuple[WovenObject, dict[str, Any], RibbonCheck | None]:
+    """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them.
+
+    Also return the check of an object whose material is too stiff.
+    """
     sheets = [format_stock(sheet) for sheet in settings.sheets]
+    stiff: RibbonCheck | None = None
     try:
+        require_width(woven.ribbons, woven.labels, woven.size_mm)
+        require_no_loop(woven.weave.threads, woven.halfedges)
+        progress("stiffness", 0, 1)
+        stiff = stiffness_check(woven, settings, supplies)
+        if stiff is not None:
+            require_stiffness(woven, settings, supplies, stiff)
+        if depth == Depth.ALONG:
+            why = f"there are more than {_MOST_PLANNED} crossings"
+            return woven, {"count": None, "left_out": why, "sheets": sheets}, None
+        progress("pieces", 0, 1)
         joined = split_object(woven, settings, supplies, hole_rules(settings, supplies))
         woven, plan = joined.woven, joined.plan
     except FabweaveError as error:
-        return woven, {"count": None, "because": str(error), "sheets": sheets}
-    return woven, {
+        return woven, {"count": None, "because": str(error), "sheets": sheets}, stiff
+    pieces = {
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
+    return woven, pieces, None
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:

@@ -33,6 +33,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *(_topic(note) for note in facts["checks"]["notes"]),
         ("pieces", _pieces(facts["pieces"])),
         *_choices(facts["pieces"]),
+        *_left_out_rows(facts["left_out"]),
     ]
 
 
@@ -118,12 +119,21 @@ def _fabric_rows(fabrics: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _pieces(pieces: Mapping[str, Any]) -> str:
+    if "left_out" in pieces:
+        return f"not planned, as {pieces['left_out']} (--thorough plans them)"
     if pieces["count"] is None:
         return f"cannot be cut: {pieces['because']}"
     return (
         f"{pieces['count']}, up to {pieces['max_length_mm']:.0f} mm long, for sheets of "
         f"{' or '.join(pieces['sheets'])}"
     )
+
+
+def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
+    """Say what was left out for the sake of time."""
+    if not left_out:
+        return []
+    return [("left out", f"{'; '.join(left_out)}. --thorough tells that too, and takes longer")]
 
 
 def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -30,6 +30,7 @@ from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.ribbon_limits import by_thread, thread_limits
 from fabweave.stock.supplies import Supplies
@@ -135,11 +136,17 @@ def remake(
         return keep_clear(other, settings, supplies)
 
 
-def check_joined(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
+def check_joined(
+    woven: WovenObject, settings: Settings, supplies: Supplies, depth: Depth = Depth.SEARCHED
+) -> RibbonCheck:
     """Check the ribbons of an object, and confirm the sizes that are proposed on what is made."""
     rules = hole_rules(settings, supplies)
     return check_object(
-        woven, settings, supplies, lambda size: remake(woven, settings, supplies, rules, size)
+        woven,
+        settings,
+        supplies,
+        lambda size: remake(woven, settings, supplies, rules, size),
+        depth,
     )
 
 

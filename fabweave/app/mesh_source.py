@@ -8,6 +8,7 @@ from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
+from fabweave.mesh.bodies import keep_bodies, parse_bodies
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -16,7 +17,8 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.quads import parse_remesh, remesh_quads
 from fabweave.mesh.report import MeshReport
-from fabweave.mesh.resize import largest_dimension, resize_mesh, turn_upright
+from fabweave.mesh.resize import Up, largest_dimension, resize_mesh, turn_upright
+from fabweave.mesh.seams import weld_seams
 from fabweave.mesh.shapes.catalogue import PREFIX, is_shape, parse_shape
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
@@ -64,9 +66,9 @@ def load_mesh(
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
-    A mesh is first turned upright, checked, oriented and brought to size; then remeshed to quads,
-    refined, faired, and brought to size again where that changed it; at last subdivided for
-    triaxial twill.
+    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented
+    and brought to size; then remeshed to quads, refined, faired, and brought to size again where
+    that changed it; at last subdivided for triaxial twill.
 
     Parameters
     ----------
@@ -87,6 +89,7 @@ def load_mesh(
     notes: list[str] = []
     unit: str | None = None
     unit_mm = 1.0
+    up: Up = "z"
     title = Path(settings.mesh).stem
     if given_mesh is not None:
         mesh = given_mesh
@@ -94,13 +97,26 @@ def load_mesh(
         mesh, title, unit = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX), "mm"
     else:
         file = read_mesh(settings.mesh)
-        mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
+        mesh, unit, unit_mm, up = file.mesh, file.unit, file.unit_mm or 1.0, file.up
         notes += file.notes
+        if settings.up is None and up != "z":
+            notes.append(
+                f"the mesh was turned so that its {up} axis points up, as {file.format.upper()} "
+                "files have it; --up z leaves it as it is"
+            )
     _require_small_faces(mesh)
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
-    mesh = turn_upright(mesh, settings.up)
-    mesh, report, repairs = prepare_mesh(mesh)
+    mesh, welded = weld_seams(mesh, settings.weld)
+    mesh, kept = keep_bodies(mesh, parse_bodies(settings.bodies))
+    notes += [*welded, *kept]
+    mesh = turn_upright(mesh, settings.up or up)
+    try:
+        mesh, report, repairs = prepare_mesh(mesh)
+    except InputError as error:
+        # The numbers in the message are those of the mesh after what was done to it.
+        done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
+        raise InputError(f"{error}{done}") from None
     clashes = self_intersections(mesh)
     notes += [*repairs, *mesh_notes(report, clashes)]
     if settings.size_mm is None:

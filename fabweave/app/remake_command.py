@@ -46,7 +46,7 @@ def command_text(settings: Settings, usual: Settings) -> str:
         if value is None or value == expected.get(option.name):
             continue
         if option.kind.flag:
-            words.append(option.flag)
+            words.append(option.flag if value else option.denial)
         else:
             for one in value if isinstance(value, list) else [value]:
                 words += [option.flag, str(one)]

@@ -55,7 +55,9 @@ class Settings:
     """
 
     mesh: str
-    up: Up = default("up")
+    up: Up | None = default("up")
+    weld: bool | None = default("weld")
+    bodies: str = default("bodies")
     size_mm: float | None = default("size_mm")
     scale: float | None = default("scale")
     remesh: str | None = default("remesh")

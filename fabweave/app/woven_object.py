@@ -22,7 +22,7 @@ from fabweave.ribbon.heights import crossing_heights
 from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.rules.clearance import Nearness
-from fabweave.ribbon.rules.remedy import is_too_stiff
+from fabweave.ribbon.rules.remedy import Depth, is_too_stiff
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons, require_pliable
 from fabweave.ribbon.rules.rules import measure_along, measure_clearance
 from fabweave.ribbon.smooth import smooth_ribbons
@@ -158,6 +158,7 @@ def check_object(
     settings: Settings,
     supplies: Supplies,
     remake: Callable[[float], WovenObject] | None = None,
+    depth: Depth = Depth.SEARCHED,
 ) -> RibbonCheck:
     """Check the ribbons of a woven object against their materials, and look for remedies.
 
@@ -171,6 +172,8 @@ def check_object(
     remake : callable, optional
         Plans its pieces and lays its ribbons for them at another size, in millimetres. Without it,
         they are taken to have room for a lap everywhere.
+    depth : Depth
+        How far the check goes.
     """
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(woven.bunches)
@@ -213,6 +216,7 @@ def check_object(
         settle=settle,
         auto=narrowed is not None,
         clashing=_beside_clashes(woven) if woven.source.clashes else None,
+        depth=depth,
     )
 
 
@@ -236,11 +240,33 @@ def _scaled(source: LoadedMesh, factor: float) -> LoadedMesh:
     return replace(source, mesh=PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices))
 
 
-def require_stiffness(woven: WovenObject, settings: Settings, supplies: Supplies) -> None:
-    """Raise CannotMakeError if a material is too stiff for an object."""
+def stiffness_check(
+    woven: WovenObject, settings: Settings, supplies: Supplies
+) -> RibbonCheck | None:
+    """Return the check of an object for which a material is too stiff; None if none is.
+
+    It goes no farther than is needed to say at which size the material would do.
+    """
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
-    if is_too_stiff(measure_along(woven.ribbons, limits)["bend"]):
-        check = check_object(woven, settings, supplies)
+    if not is_too_stiff(measure_along(woven.ribbons, limits)["bend"]):
+        return None
+    return check_object(woven, settings, supplies, depth=Depth.ALONG)
+
+
+def require_stiffness(
+    woven: WovenObject, settings: Settings, supplies: Supplies, check: RibbonCheck | None = None
+) -> None:
+    """Raise CannotMakeError if a material is too stiff for an object.
+
+    Parameters
+    ----------
+    woven, settings, supplies
+        What is checked.
+    check : RibbonCheck, optional
+        What :func:`stiffness_check` found, if that is known already.
+    """
+    check = check or stiffness_check(woven, settings, supplies)
+    if check is not None:
         for finding in check.refused:
             index = int(supplies.of(woven.bunches)[woven.labels.index(finding.thread)])
             thinner = thinner_supply(supplies, index, finding.value)

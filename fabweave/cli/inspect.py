@@ -35,11 +35,18 @@ from fabweave.core.parallel.interrupt import held_back
     help="Write the signed Gauss code of the threads, a line each, for knot theory; meshes of any "
     "genus.",
 )
+@click.option(
+    "--thorough",
+    is_flag=True,
+    help="Plan the pieces and look for every remedy however large the mesh is. Without it, what "
+    "takes long is left out above some thousand crossings, and the answer says what.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 def inspect(
     png: Path | None,
     pd: Path | None,
     gauss: Path | None,
+    thorough: bool,
     as_json: bool,
     mesh: str | None,
     **options: Any,
@@ -77,7 +84,7 @@ def inspect(
     if len(set(named)) < len(named):
         raise InputError("two of --png, --pd and --gauss name the same file; name one for each")
     with progress_bar(as_json) as progress:
-        found = inspect_mesh(settings, progress)
+        found = inspect_mesh(settings, progress, thorough=thorough)
         files: dict[Path, bytes] = {}
         if pd is not None:
             files[pd] = inspection_link(found).encode()

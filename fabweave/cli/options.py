@@ -64,16 +64,15 @@ class TableOption(SectionedOption):
             is_flag=kind.flag or None,
             type=None if kind.flag else Typed(option),
             multiple=kind.repeatable,
+            # Where nothing is said, fabweave decides.
+            **({"default": None} if kind.denied else {}),
         )
         self.option = option
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str]:  # noqa: ARG002
         """Return what help says of it: name and value, and what it is."""
-        name = self.option.flag
-        if not self.option.kind.flag:
-            name += f" {self.option.metavar}"
         usual = f" [default: {self.option.usual}]" if self.option.usual else ""
-        return name, self.option.text + usual
+        return self.option.shown, self.option.text + usual
 
 
 class SectionedCommand(click.Command):
@@ -119,7 +118,8 @@ def job_options(*, making: bool = False) -> Decorator:
 def table_option(name: str) -> Decorator:
     """Return what gives a command an option of the table."""
     option = option_named(name)
-    return click.option(option.flag, cls=TableOption, option=option)
+    names = f"{option.flag}/{option.denial}" if option.kind.denied else option.flag
+    return click.option(names, cls=TableOption, option=option)
 
 
 def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:

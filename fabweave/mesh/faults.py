@@ -225,7 +225,7 @@ def _seam_problems(vertices: FloatArray, edges: EdgeGroups) -> Iterator[Problem]
         "{n} boundary [vertex is|vertices are] at the same place as another vertex",
         "vertex",
         rim[crowd[group] > 1] if len(rim) else rim,
-        "the surface is cut open there, and no ribbon will cross; merge vertices by distance if "
-        "it should be closed",
+        "the surface is cut open there, and no ribbon will cross; merge the vertices (--weld) "
+        "if it should be closed",
         fatal=False,
     )

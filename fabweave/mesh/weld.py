@@ -5,14 +5,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from fabweave.core.arrays import FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 
 #: Vertices closer than this share of the bounding box's diagonal are one vertex.
 WELD_TOLERANCE = 1e-8
 
 
-def weld_mesh(mesh: PolyMesh) -> tuple[PolyMesh, int, int]:
+def weld_mesh(mesh: PolyMesh, among: BoolArray | None = None) -> tuple[PolyMesh, int, int]:
     """Join vertices that are at the same place, and drop what collapses.
 
     Vertices that are linked by a chain of steps within `WELD_TOLERANCE` become one, at the place of
@@ -23,6 +23,8 @@ def weld_mesh(mesh: PolyMesh) -> tuple[PolyMesh, int, int]:
     ----------
     mesh : PolyMesh
         Any mesh whose faces name vertices that exist.
+    among : (V,) bool array, optional
+        Only these vertices are joined.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def weld_mesh(mesh: PolyMesh) -> tuple[PolyMesh, int, int]:
     >>> mesh.faces(), joined, dropped
     ([[0, 1, 2], [1, 3, 2]], 2, 0)
     """
-    leader, label = _first_of_each(_coincident_groups(mesh.vertices))
+    leader, label = _first_of_each(coincident_groups(mesh.vertices, among))
     indices = label[mesh.indices]
     face = face_of_corner(mesh)
     previous = np.arange(mesh.n_corners) - 1
@@ -57,8 +59,19 @@ def weld_mesh(mesh: PolyMesh) -> tuple[PolyMesh, int, int]:
     return welded, mesh.n_vertices - len(leader), int(np.count_nonzero(~stays))
 
 
-def _coincident_groups(vertices: FloatArray) -> IntArray:
-    """Label vertices so that those at the same place share a label, (V,)."""
+def coincident_groups(vertices: FloatArray, among: BoolArray | None = None) -> IntArray:
+    """Label vertices so that those at the same place share a label, (V,).
+
+    If only some are chosen, each of the others has a label of its own.
+    """
+    if among is not None:
+        group = np.arange(len(vertices))
+        chosen = np.flatnonzero(among)
+        part = coincident_groups(vertices[chosen])
+        leader, label = _first_of_each(part)
+        group[chosen] = chosen[leader][label]
+        compact: IntArray = np.unique(group, return_inverse=True)[1].astype(np.int64)
+        return compact
     group = same_position_groups(vertices)
     leader, label = _first_of_each(group)
     finite = np.flatnonzero(np.isfinite(vertices[leader]).all(axis=1))

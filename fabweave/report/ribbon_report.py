@@ -18,7 +18,7 @@ from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import Finding, FindingRecord, finding_record, sentence
-from fabweave.ribbon.rules.remedy import SIZED
+from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
@@ -257,6 +257,8 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
 
 def _size_note(check: RibbonCheck) -> list[str]:
     """Say at which size the rules hold; no note where there is nothing that a size would change."""
+    if check.depth < Depth.SEARCHED:
+        return []  # nobody looked for it
     sized = [finding for finding in check.findings if finding.rule in SIZED]
     what, size = "widths, bends, creases and clearances", check.smallest_mm
     if size is None:

@@ -337,3 +337,56 @@ def test_files_that_cannot_be_written_are_told_at_once(
     error = capsys.readouterr().err
     assert words in " ".join(error.split())
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def small_limits(monkeypatch) -> None:
+    """Let 64 crossings be many."""
+    for name in ("_MOST_SEARCHED", "_MOST_PLANNED", "_MOST_QUICKLY_REFINED"):
+        monkeypatch.setattr(f"fabweave.app.inspection.{name}", 20)
+
+
+@pytest.mark.usefixtures("small_limits")
+def test_a_large_mesh_is_answered_without_what_takes_long_and_says_so(capsys) -> None:
+    whole = inspect_mesh(Settings("shape:hypar?m=6&n=6", size_mm=300.0), thorough=True).facts
+    facts = facts_of("shape:hypar?m=6&n=6")
+    for known in ("mesh", "bunches", "fabrics"):
+        assert facts[known] == whole[known]
+    for known in ("count", "closed", "crossings", "passes"):
+        assert facts["threads"][known] == whole["threads"][known]
+    assert facts["twill"]["exact"] == whole["twill"]["exact"]
+    assert (whole["left_out"], facts["pieces"]["count"]) == ([], None)
+    assert whole["pieces"]["count"] > 0
+    assert facts["left_out"][0].startswith("the pieces")
+    assert "pieces: not planned" in text_of(facts)
+    assert "left out: the pieces" in text_of(facts)
+    assert "--thorough" in text_of(facts)
+    assert "--thorough" not in text_of(whole)
+    assert run("inspect", "shape:hypar?m=6&n=6", "--size", "300mm", "--json", "--thorough") == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(whole))
+
+
+@pytest.mark.usefixtures("small_limits")
+def test_what_is_too_stiff_is_told_of_large_meshes_as_make_tells_it() -> None:
+    settings = Settings("shape:torus?m=8&n=4", size_mm=20.0)
+    with pytest.raises(CannotMakeError, match="too stiff") as error:
+        make_job(settings)
+    assert inspect_mesh(settings).facts["pieces"]["because"] == str(error.value)
+
+
+@pytest.mark.usefixtures("small_limits")
+def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(monkeypatch) -> None:
+    monkeypatch.setattr("fabweave.app.inspection._MOST_PLANNED", 2000)
+    settings = Settings("shape:torus?m=8&n=4", size_mm=120.0, material="birch-veneer")
+    whole = inspect_mesh(settings, thorough=True).facts
+    facts = inspect_mesh(settings).facts
+    assert facts["pieces"] == whole["pieces"]
+    quick, full = (
+        {found["rule"]: found for found in one["checks"]["findings"]} for one in (facts, whole)
+    )
+    assert set(quick) == set(full)
+    alike = [rule for rule in full if rule in ("bend", "width", "crease")]
+    assert alike
+    for rule in alike:
+        assert 120 < quick[rule]["size_mm"] <= full[rule]["size_mm"]
+    assert "the size at which all rules hold, and other remedies" in facts["left_out"]

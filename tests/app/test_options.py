@@ -93,7 +93,9 @@ NO_NUMBERS = ("1", b"1", math.nan, math.inf, -math.inf, -1.0, True, 1j, 10**400)
 #: For every field, values that no job can be made with.
 SPOILT = {
     "mesh": (None, "", " ", 3, "a\0b"),
-    "up": ("up", "Z", 2, None),
+    "up": ("up", "Z", 2),
+    "weld": ("yes", 1),
+    "bodies": ("some", "0", 3, None),
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
     "scale": (*NO_NUMBERS, 0),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
@@ -223,6 +225,7 @@ SHEETS = st.builds(
 #: For every option, what may be typed.
 TYPED = {
     "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
+    "bodies": st.sampled_from(["all", "largest", "12"]),
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
     "remesh": st.sampled_from(["quads", "quads:300"]),
@@ -317,8 +320,9 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
 def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
-        "shape:torus", up="y", size="40cm", remesh="quads", refine="loop:1", fair=3,
-        pattern="twill", boundary="turn", material="warp=felt,weft=card", thickness="2mm",
+        "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
+        refine="loop:1", fair=3, pattern="twill", boundary="turn",
+        material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
         max_length="15cm", hole="none", joint="glue", lap=12, slots=True, sheet="600x400mm",
         stock=f"{folder}/stock.toml", margin=5, gap="warp=2mm,weft=3mm", rotations=90,
@@ -437,7 +441,7 @@ def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
     ("text", "words"),
     [
         ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "sets 2 unknown options: color, sise; "
-         "known are boundary, clearance"),
+         "known are bodies, boundary, clearance"),
         ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: length 'large' is not"),
         ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: 3 is not the name of"),
         ("[job]\nup = 'z'", "no mesh: name a file, or a shape"),

@@ -54,6 +54,8 @@ def test_every_option_is_told_with_its_default() -> None:
     for option in OPTIONS[1:]:
         usual = f" [default: {option.usual}]" if option.usual else ""
         value = "" if option.kind.flag else f" {option.metavar}"
+        if option.kind.denied:
+            value = f" / --no-{option.flag[2:]}"
         row = told[option.flag]
         assert row.startswith(f"{option.flag}{value} {option.text}{usual}"), option.name
         assert row.count("[default") == bool(usual), option.name

@@ -1,5 +1,6 @@
 """Reading and writing: the traps of each format, exact round trips, and broken files."""
 
+import json
 import struct
 import zipfile
 
@@ -8,9 +9,12 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jobs import run
 from mesh_writers import binary_off, binary_ply
 from strategies import any_meshes
 
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.mesh import weld
 from fabweave.mesh.check import check_mesh
@@ -132,19 +136,57 @@ def test_off_traps(text):
     assert mesh.faces() == HOUSE_FACES
 
 
-@pytest.mark.parametrize(("keyword", "extra"), [("", 0), ("C", 4), ("N", 3), ("STCN", 9)])
-@pytest.mark.parametrize("colours", [(), (3,), (0, 4, 1, 3, 0)])
-def test_off_binary(keyword, extra, colours):
-    data = f"{keyword}OFF BINARY\n".encode() + struct.pack(">3i", 5, 5, 0)
+def house_off(order, keyword, extra, colours):
+    data = f"{keyword}OFF BINARY\n".encode() + struct.pack(f"{order}3i", 5, 5, 0)
     for vertex in HOUSE:
-        data += struct.pack(f">{3 + extra}f", *vertex, *[0.5] * extra)
+        data += struct.pack(f"{order}{3 + extra}f", *vertex, *[0.5] * extra)
     for number, face in enumerate(HOUSE_FACES):
         colour = colours[number % len(colours)] if colours else 0
-        data += struct.pack(f">{len(face) + 1}i", len(face), *face)
-        data += struct.pack(f">i{colour}f", colour, *[0.25] * colour)
-    mesh = read("off", data)
+        data += struct.pack(f"{order}{len(face) + 1}i", len(face), *face)
+        data += struct.pack(f"{order}i{colour}f", colour, *[0.25] * colour)
+    return data
+
+
+@pytest.mark.parametrize("order", [">", "<"])
+@pytest.mark.parametrize(("keyword", "extra"), [("", 0), ("C", 4), ("N", 3), ("STCN", 9)])
+@pytest.mark.parametrize("colours", [(), (3,), (0, 4, 1, 3, 0)])
+def test_off_binary(order, keyword, extra, colours):
+    mesh = read("off", house_off(order, keyword, extra, colours))
     assert mesh.vertices.tolist() == HOUSE
     assert mesh.faces() == HOUSE_FACES
+
+
+def test_off_in_the_other_byte_order_is_said():
+    assert read_off(house_off(">", "", 0, ()), "a.off")[1] == ()
+    assert "little-endian" in read_off(house_off("<", "", 0, ()), "a.off")[1][0]
+
+
+#: Two strips: a band of four triangles, and one of a triangle, a detour and two more.
+STRIPS = ([0, 1, 2, 3, 4, 0], [2, 1, 0, -1, 4, 3, 2, 2, 1])
+STRIP_FACES = [
+    [0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 0], [2, 1, 0], [4, 3, 2],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("order", ["", "<", ">"])
+@pytest.mark.parametrize("empty_faces", [False, True])
+def test_ply_strips(order, empty_faces):
+    kind = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    head = ["ply", f"format {kind} 1.0", f"element vertex {len(HOUSE)}"]
+    head += [f"property float {axis}" for axis in "xyz"]
+    if empty_faces:
+        head += ["element face 0", "property list uchar int vertex_indices"]
+    head += ["element tristrips 2", "property list int int vertex_indices", "end_header", ""]
+    data = "\n".join(head).encode()
+    for row in (*HOUSE, *STRIPS):
+        values = row if row in HOUSE else [len(row), *row]
+        if order:
+            data += struct.pack(f"{order}{len(values)}{'f' if row in HOUSE else 'i'}", *values)
+        else:
+            data += " ".join(map(str, values)).encode() + b"\n"
+    mesh, notes = read_ply(data, "a.ply")
+    assert mesh.faces() == STRIP_FACES
+    assert notes == ("the file has 2 rows of triangle strips, which were read as 6 triangles",)
 
 
 def test_off_says_what_it_left_out():
@@ -391,8 +433,8 @@ BROKEN = {
     "ply strips": (
         "ply",
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
-        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0\n",
-        "triangle strips",
+        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n3 0 1 2\n",
+        "a face names vertex 1, but there are only 1",
     ),
     "ply no z": (
         "ply",
@@ -670,3 +712,38 @@ def test_spoiled_triangle_file_gives_a_mesh_or_an_input_error(tmp_path, extensio
             messages.append(str(error))
     assert messages
     assert all(message.startswith(bad.name) for message in messages)
+
+
+@pytest.mark.parametrize("extension", ["glb", "gltf"])
+@pytest.mark.parametrize(("up", "tall"), [(None, 2), ("y", 2), ("z", 1), ("x", 0)])
+def test_gltf_has_y_up_unless_said_otherwise(extension, up, tall, tmp_path):
+    # Tall along y, as the standard of glTF has it.
+    box = trimesh.creation.box((1.0, 7.0, 2.0))
+    path = tmp_path / f"box.{extension}"
+    path.write_bytes(
+        box.export(file_type="glb")
+        if extension == "glb"
+        else json.dumps(gltf_in_one_file(box)).encode()
+    )
+    assert read_mesh(path).up == "y"
+    loaded = load_mesh(Settings(str(path), up=up, size_mm=70.0))
+    size = np.ptp(loaded.mesh.vertices, axis=0)
+    # With x up, y becomes x.
+    assert size[tall] == pytest.approx(70.0)
+    assert any("y axis points up" in note for note in loaded.notes) == (up is None)
+
+
+def gltf_in_one_file(box):
+    files = trimesh.exchange.gltf.export_gltf(box.scene(), embed_buffers=True)
+    return json.loads(files["model.gltf"])
+
+
+def test_our_own_models_are_read_as_they_were_written(tmp_path):
+    torus = ("shape:torus?m=8&n=4", "--size", "200mm")
+    for extra in ((), ("--yarn",)):
+        assert run("model", *torus, *extra, "-o", tmp_path / "own.glb") == 0
+        found = read_mesh(tmp_path / "own.glb")
+        assert found.up == "z"
+        loaded = load_mesh(Settings(str(tmp_path / "own.glb")))
+        assert np.argmin(np.ptp(loaded.mesh.vertices, axis=0)) == 2  # it lies flat, as the torus
+        assert not any("points up" in note for note in loaded.notes)

@@ -201,7 +201,13 @@ def test_bounds_of_large_spheres_lie_below_what_is_known(steps, at_least, at_mos
     halfedges = build_halfedges(refined(solids.cube(), f"catmull-clark:{steps}"))
     threads = trace_threads(halfedges)
     couplings = couple(twill_conditions(halfedges, threads))
-    bound = prove_bound(couplings, irregular_seeds(halfedges, threads))
+    seeds = irregular_seeds(halfedges, threads)
+    bound = prove_bound(couplings, seeds)
+    assert not bound.cut_short
+    # With less work less is proved, and never too much.
+    little, some = (prove_bound(couplings, seeds, most_work=work) for work in (1, 30_000_000))
+    assert little.least <= some.least <= bound.least
+    assert little.cut_short
     assert at_least <= bound.least <= at_most
     assert not bound.optimum
 

@@ -76,13 +76,17 @@ def make(
     return WrittenJob(Path(folder), finished, layout)
 
 
-def inspect(mesh: Any, *, progress: Progress = no_progress, **options: Any) -> Inspection:
+def inspect(
+    mesh: Any, *, progress: Progress = no_progress, thorough: bool = False, **options: Any
+) -> Inspection:
     """Tell what a mesh is, which weaves are exact on it, and what would make them so.
 
     Parameters
     ----------
     mesh, progress, options
         As for :func:`make`; options of files are of no account.
+    thorough : bool
+        Whether to tell what takes long of large meshes, too; else ``facts["left_out"]`` names it.
 
     Returns
     -------
@@ -102,7 +106,7 @@ def inspect(mesh: Any, *, progress: Progress = no_progress, **options: Any) -> I
     (4, False)
     """
     request = request_of(mesh, options)
-    return Inspection(inspect_mesh(request.settings, progress, request.given))
+    return Inspection(inspect_mesh(request.settings, progress, request.given, thorough=thorough))
 
 
 def verify(folder: str | Path) -> VerifyReport:

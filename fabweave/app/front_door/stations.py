@@ -52,6 +52,8 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
     return (
         settings.mesh,
         settings.up,
+        settings.weld,
+        settings.bodies,
         settings.size_mm,
         settings.scale,
         settings.remesh,

@@ -4,6 +4,7 @@ from fabweave.app.options.file_kinds import library
 from fabweave.app.options.kinds import (
     MOST_MM,
     choice,
+    flag,
     length,
     length_by_bunch,
     load,
@@ -35,7 +36,26 @@ OBJECT_OPTIONS = (
         choice(("z", "y", "x")),
         "Which axis of the mesh points up; the mesh is turned so that it becomes z. Many models "
         "have y up, and lie on their back in pictures unless that is said.",
-        default="z",
+        otherwise="z; y for GLB and glTF, whose standard says so",
+    ),
+    Option(
+        "weld",
+        MESH,
+        flag(denied=True),
+        "Merge vertices at the same place into one. Programs split vertices where normals or "
+        "textures change, which leaves loose faces that nothing is woven across. STL, GLB and 3MF "
+        "are always merged.",
+        otherwise="done at boundaries if most of their vertices have another at the same place",
+    ),
+    Option(
+        "bodies",
+        MESH,
+        text(
+            "all|largest|N", "all, largest or a whole number", "fabweave.mesh.bodies.parse_bodies"
+        ),
+        "How many bodies of the mesh to keep: all, only the largest, or the N largest, by the "
+        "diagonals of their bounding boxes. Scans often hold small pieces of debris.",
+        default="all",
     ),
     Option(
         "size",

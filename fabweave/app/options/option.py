@@ -56,9 +56,17 @@ class Option:
         return "--" + self.name.replace("_", "-")
 
     @property
+    def denial(self) -> str:
+        """Its name where it is denied, such as ``--no-weld``."""
+        return "--no-" + self.flag[2:]
+
+    @property
     def shown(self) -> str:
-        """Its name as the reference shows it: nothing for the mesh, which is no option."""
-        return "" if self.name == "mesh" else self.flag
+        """Its name and value as help shows them: no name for the mesh, which is no option."""
+        names = "" if self.name == "mesh" else self.flag
+        if self.kind.denied:
+            names += f" / {self.denial}"
+        return names if self.kind.flag else f"{names} {self.metavar}".lstrip()
 
     @property
     def field(self) -> str:

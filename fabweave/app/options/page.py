@@ -41,7 +41,6 @@ def options_page() -> str:
 def _entry(option: Option) -> str:
     """Return the entry of one option."""
     kind = option.kind
-    heading = " ".join(filter(None, (option.shown, "" if kind.flag else option.metavar)))
     text = textwrap.fill(option.text, _WIDE, break_on_hyphens=False, break_long_words=False)
     facts = ["takes no value" if kind.flag else f"takes {kind.told}"]
     if kind.unit:
@@ -53,4 +52,4 @@ def _entry(option: Option) -> str:
     if option.making:
         facts.append("for `fabweave make` only")
     facts.append(f"`Settings.{option.field}`")
-    return "\n".join([f"### `{heading}`", "", text, "", *(f"- {fact}" for fact in facts), ""])
+    return "\n".join([f"### `{option.shown}`", "", text, "", *(f"- {fact}" for fact in facts), ""])

@@ -11,8 +11,9 @@ from fabweave.core.input_files import MOST_BYTES, read_input
 from fabweave.mesh.io.obj import obj_bytes, read_obj
 from fabweave.mesh.io.off import off_bytes, read_off
 from fabweave.mesh.io.ply import ply_bytes, read_ply
-from fabweave.mesh.io.scenes import read_scene
+from fabweave.mesh.io.scenes import has_z_up, read_scene
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.resize import Up
 
 #: Millimetres in each unit that a mesh file can state.
 UNIT_MM = (("um", 0.001), ("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("ft", 304.8))
@@ -44,12 +45,15 @@ class MeshFile:
         The unit that the file states (one of those in `UNIT_MM`), or None if it states none.
     notes : tuple of str
         What a person should know about the reading.
+    up : {"z", "y"}
+        The axis that points up by the format's standard; z where it has none.
     """
 
     mesh: PolyMesh
     format: str
     unit: str | None = None
     notes: tuple[str, ...] = ()
+    up: Up = "z"
 
     @property
     def unit_mm(self) -> float | None:
@@ -93,7 +97,8 @@ def read_mesh(path: str | Path) -> MeshFile:
             f"{path.name}: the file has {mesh.n_vertices} vertices and no faces; export it again "
             "as a polygon mesh"
         )
-    return MeshFile(mesh, kind, unit, notes)
+    up: Up = "y" if kind in ("glb", "gltf") and not has_z_up(data) else "z"
+    return MeshFile(mesh, kind, unit, notes, up)
 
 
 def write_mesh(path: str | Path, mesh: PolyMesh) -> None:

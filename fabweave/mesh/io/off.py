@@ -1,8 +1,10 @@
 """Read and write polygon meshes in OFF, as text and as binary."""
 
 import re
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fabweave.core.arrays import IntArray, offsets_of
 from fabweave.core.errors import InputError
@@ -154,19 +156,29 @@ def _record_starts(flat: list[int], n_faces: int) -> IntArray:
 
 
 def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMesh, tuple[str, ...]]:
-    """Read what follows ``OFF BINARY``: big-endian 32-bit integers and floats."""
+    """Read what follows ``OFF BINARY``: 32-bit integers and floats.
+
+    The format wants them big-endian; some programs write them as their machine has them.
+    """
     words = np.frombuffer(data, dtype=">i4", offset=base, count=(len(data) - base) // 4)
     if len(words) < 3:
         raise InputError(f"{name}, byte {base}: the file ends inside its header")
-    n_vertices, n_faces = int(words[0]), int(words[1])
     width = 3 + extra
+    turned = words.view("<i4")
+    notes: tuple[str, ...] = ()
+    if not _has_room(words, width) and _has_room(turned, width):
+        words = turned
+        notes = ("the numbers in the file are little-endian, and were read as such",)
+    n_vertices, n_faces = int(words[0]), int(words[1])
     start = 3 + n_vertices * width
-    if n_vertices < 0 or n_faces < 0 or start + 2 * n_faces > len(words):
+    if not _has_room(words, width):
         raise InputError(
             f"{name}, byte {base}: the header promises {n_vertices} vertices and {n_faces} faces, "
             f"but only {len(data) - base} bytes follow"
         )
-    floats = words[3:start].view(">f4").reshape(n_vertices, width)[:, :3]
+    floats = (
+        words[3:start].view(words.dtype.str.replace("i", "f")).reshape(n_vertices, width)[:, :3]
+    )
     sizes = []
     starts = []
     position, end = start, len(words)
@@ -191,7 +203,14 @@ def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMes
     check_range(size_array, indices, n_vertices, name)
     with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
         vertices = floats.astype(np.float64)
-    return PolyMesh(vertices, offsets, indices), ()
+    return PolyMesh(vertices, offsets, indices), notes
+
+
+def _has_room(words: npt.NDArray[Any], width: int) -> bool:
+    """Tell whether the vertices and faces that the head of a binary file promises may follow."""
+    n_vertices, n_faces = int(words[0]), int(words[1])
+    room = 3 + n_vertices * width + 2 * n_faces
+    return n_vertices >= 0 and n_faces >= 0 and room <= len(words)
 
 
 def off_bytes(mesh: PolyMesh) -> bytes:

@@ -1,7 +1,10 @@
 """Read polygon meshes in PLY, text or binary, and write them as text."""
 
+import numpy as np
+
 from fabweave.core.arrays import FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
+from fabweave.core.messages import agree
 from fabweave.mesh.io.obj import counted_face_lines, vertex_lines
 from fabweave.mesh.io.off import check_range
 from fabweave.mesh.io.ply_body import BinaryBody, TextBody
@@ -14,8 +17,8 @@ _FACE_LISTS = ("vertex_indices", "vertex_index")
 def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     r"""Read the bytes of a PLY file: text, little-endian or big-endian.
 
-    Positions and faces are read; other properties and elements, before or after them, are
-    passed over.
+    Positions and faces are read, or triangle strips where there are no faces; other properties
+    and elements, before or after them, are passed over.
 
     Parameters
     ----------
@@ -53,26 +56,54 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
         body = BinaryBody(data, header.size, header.order, name)
     vertices: FloatArray | None = None
     faces: tuple[IntArray, IntArray] | None = None
+    strips: tuple[IntArray, IntArray] | None = None
     for element in header.elements:
         if element.name == "vertex" and vertices is None:
             vertices = body.scalars(element, _columns(element, name))
         elif element.name == "face" and faces is None:
             faces = body.lists(element, _face_list(element, name))
+        elif element.name == "tristrips" and strips is None:
+            strips = body.lists(element, _face_list(element, name))
         else:
             body.skip(element)
-        if vertices is not None and faces is not None:
+        if vertices is not None and faces is not None and len(faces[0]):
             break
     if vertices is None:
         raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its header)")
+    if strips is not None and (faces is None or not len(faces[0])):
+        triangles = _triangles_of_strips(*strips)
+        check_range(np.full(len(triangles), 3), triangles.ravel(), len(vertices), name)
+        offsets = 3 * np.arange(len(triangles) + 1)
+        number = agree(len(strips[0]), "{n} [row|rows] of triangle strips")
+        note = f"the file has {number}, which were read as {len(triangles)} triangles"
+        return PolyMesh(vertices, offsets, triangles.ravel()), (note,)
     if faces is None:
-        strips = any(element.name == "tristrips" for element in header.elements)
         raise InputError(
-            f"{name}: the file has no faces (no element 'face' in its header); "
-            + ("it holds triangle strips, " if strips else "is it a point cloud? ")
-            + "export it again with polygon faces"
+            f"{name}: the file has no faces (no element 'face' in its header); is it a point "
+            "cloud? export it again with polygon faces"
         )
     check_range(faces[0], faces[1], len(vertices), name)
     return PolyMesh(vertices, offsets_of(faces[0]), faces[1]), ()
+
+
+def _triangles_of_strips(counts: IntArray, items: IntArray) -> IntArray:
+    """Return the triangles of strips of vertices, (T, 3).
+
+    A strip ends with its row, or at a vertex of -1. Every other triangle runs the other way round,
+    and those with a vertex twice only lead from one place to another.
+    """
+    row = np.repeat(np.arange(len(counts)), counts)
+    ends = items == -1
+    fresh = np.ones(len(items), dtype=bool)
+    fresh[1:] = (row[1:] != row[:-1]) | ends[:-1]
+    start = np.maximum.accumulate(np.where(fresh, np.arange(len(items)), 0))
+    at = np.arange(max(len(items) - 2, 0))
+    at = at[(start[at] == start[at + 2]) & ~ends[at + 2]]
+    odd = (at - start[at]) % 2 == 1
+    first, second = np.where(odd, at + 1, at), np.where(odd, at, at + 1)
+    triangles = np.column_stack((items[first], items[second], items[at + 2]))
+    a, b, c = triangles.T
+    return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
 
 
 def _columns(element: Element, name: str) -> list[int]:

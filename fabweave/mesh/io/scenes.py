@@ -1,6 +1,7 @@
 """Read triangle files (STL, GLB, glTF, 3MF) through trimesh."""
 
 import io
+import json
 import warnings
 from pathlib import Path
 from typing import Any
@@ -117,6 +118,24 @@ def read_scene(data: bytes, path: Path, kind: str) -> tuple[PolyMesh, str | None
     if not mesh.n_faces:
         raise InputError(f"{path.name}: every face in the file has collapsed to a line or a point")
     return mesh, "m" if kind in ("glb", "gltf") else unit, tuple(notes)
+
+
+def has_z_up(data: bytes) -> bool:
+    """Tell whether a GLB or glTF file states that z points up, as those of fabweave do.
+
+    Examples
+    --------
+    >>> has_z_up(b'{"asset": {"version": "2.0", "extras": {"up": "z"}}}')
+    True
+    """
+    text = data
+    if data[:4] == b"glTF":
+        text = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    try:
+        stated = json.loads(text)["asset"]["extras"]["up"]
+    except (ValueError, LookupError, TypeError, RecursionError):
+        return False
+    return bool(stated == "z")
 
 
 def _placed_parts(scene: Any, mesh_type: Any, name: str) -> list[tuple[Any, Any]]:

@@ -4,6 +4,7 @@ import bisect
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
@@ -28,10 +29,28 @@ Lay: TypeAlias = Callable[[float, float, bool, Part | None], Ribbons]
 #: them to have room for laps everywhere; tells what is too near, if that is known.
 Settle: TypeAlias = Callable[[float, bool], tuple[Ribbons, Nearness | None]]
 
+
+class Depth(IntEnum):
+    """How far a check of ribbons goes; each takes several times as long as the one before.
+
+    ``ALONG`` measures single ribbons, and looks for a size only where a material is refused;
+    ``NEAR`` measures what is too near, too, and looks for the sizes at which each rule along
+    single ribbons holds; ``SEARCHED`` looks for every size and width, and confirms them on what
+    would be made there.
+    """
+
+    ALONG = 1
+    NEAR = 2
+    SEARCHED = 3
+
+
 #: A material is too stiff if it takes less than half the bend ...
 TOO_STIFF = 2.0
 #: ... in more than this share of the spans between crossings: a few tight places may be trimmed.
 STIFF_SHARE = 0.25
+#: Of more spans than these, so many decide on the size from which a material is not too stiff; all
+#: are measured at that size, and at sizes larger by this share each, until it does.
+_MOST_SPANS, _SPANS, _STIFF_STRIDE = 24_000, 4000, 0.01
 #: Narrower ribbons are tried in these steps, down to a third.
 _NARROWER = tuple(step / 20 for step in range(19, 5, -1))
 #: While a size is looked for, so many of the tightest places of each rule are measured; at its
@@ -95,6 +114,8 @@ class Search:
         ``lay`` lays.
     auto : bool
         Whether their width is left to fabweave: then no width is proposed.
+    depth : Depth
+        How much is looked for.
     """
 
     def __init__(
@@ -108,7 +129,9 @@ class Search:
         *,
         settle: Settle | None = None,
         auto: bool = False,
+        depth: Depth = Depth.SEARCHED,
     ) -> None:
+        self._depth = depth
         self._weave, self._limits, self._lay = weave, limits, lay
         self._size = size_mm
         self._near = near
@@ -129,8 +152,11 @@ class Search:
         -------
         findings : list of Finding
         size : int or None
-            The smallest size at which all rules hold that a size can fix.
+            The smallest size at which all rules hold that a size can fix; None, too, where the
+            search does not go so far.
         """
+        if self._depth < Depth.SEARCHED:
+            return [self._remedy(finding, self._size_along(finding)) for finding in findings], None
         sizes: dict[str, int | None] = {}
         for finding in findings:
             if finding.rule in SIZED and (finding.rule != "clearance" or self._few):
@@ -159,12 +185,19 @@ class Search:
             overall = self._confirmed_size(max(known), SIZED, planned=True)
         return [self._remedy(finding, sizes.get(finding.rule)) for finding in findings], overall
 
+    def _size_along(self, finding: Finding) -> int | None:
+        """Return the smallest size at which a rule along single ribbons holds, if it is wanted."""
+        wanted = self._depth == Depth.NEAR or finding.severity == "refuse"
+        if not wanted or finding.rule not in SIZED or finding.rule == "clearance":
+            return None
+        return self._smallest_along((finding.rule,))
+
     def _remedy(self, finding: Finding, size: int | None) -> Finding:
         """Add the size and the width at which a rule holds."""
         finding = replace(finding, size_mm=size)
         if finding.severity == "refuse":
-            finding = replace(finding, may_be_mm=self._smallest(self._stiffness))
-        if finding.rule in self._narrowing:
+            finding = replace(finding, may_be_mm=self._size_of_stiffness())
+        if finding.rule in self._narrowing and self._depth == Depth.SEARCHED:
             finding = replace(finding, width_factor=self._narrower(finding.rule))
         return finding
 
@@ -176,19 +209,22 @@ class Search:
     def _smallest_for(self, rules: Sequence[str]) -> int | None:
         """Return the smallest size at which some rules hold."""
         along = [rule for rule in rules if rule != "clearance"]
-        size: int | None = math.ceil(self._size)
-        if along:
-            size = self._along(along, math.ceil(self._size), watched=True)
-            # The tightest places decide; then all are measured, and more are watched.
-            while size is not None and self._margin(size, along, watched=False) < 1:
-                # What lies before a first crossing, or after a last one, cannot be watched.
-                seen = self._margin(size, along, watched=True) < 1
-                size = self._along(along, size, watched=seen)
+        size = self._smallest_along(along) if along else math.ceil(self._size)
         if size is not None and "clearance" in rules:
             size = self._clear_now(size)
         if size is None or (len(along) == len(rules) and not self._few):
             return size
         return self._confirmed_size(size, rules, planned=self._few)
+
+    def _smallest_along(self, rules: Sequence[str]) -> int | None:
+        """Return the smallest size at which some rules along single ribbons hold."""
+        size = self._along(rules, math.ceil(self._size), watched=True)
+        # The tightest places decide; then all are measured, and more are watched.
+        while size is not None and self._margin(size, rules, watched=False) < 1:
+            # What lies before a first crossing, or after a last one, cannot be watched.
+            seen = self._margin(size, rules, watched=True) < 1
+            size = self._along(rules, size, watched=seen)
+        return size
 
     def _clear_now(self, size: int) -> int | None:
         """Return the smallest size, from one up, at which all keep clear that are too near now."""
@@ -296,6 +332,24 @@ class Search:
                     self._watch(along)
             known[size] = margins
         return min(known[size][rule] for rule in rules)
+
+    def _size_of_stiffness(self) -> int | None:
+        """Return the smallest size at which a material is not too stiff."""
+        count = len(self._weave.threads.crossing)
+        if count <= _MOST_SPANS:
+            return self._smallest(self._stiffness)
+        some = np.arange(0, count, math.ceil(count / _SPANS))
+        part = take_part(self._weave, some, beyond=(1, 2))
+        limits, numbers = self._limits.of(part.thread), part.pass_numbers(some)
+
+        def margin(size: int) -> float:
+            ribbons = self._lay(size, 1.0, False, part)
+            return stiffness(measure_between(ribbons, numbers, limits)["bend"])
+
+        size = self._smallest(margin)
+        while size is not None and self._stiffness(size) < 1:
+            size = math.ceil(size * (1 + _STIFF_STRIDE))
+        return size
 
     def _stiffness(self, size: int) -> float:
         return self._margin(size, ("stiff",), watched=False)

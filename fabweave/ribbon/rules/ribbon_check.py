@@ -10,7 +10,15 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.finding import Finding
-from fabweave.ribbon.rules.remedy import TOO_STIFF, Lay, Search, Settle, is_too_stiff, stiffest
+from fabweave.ribbon.rules.remedy import (
+    TOO_STIFF,
+    Depth,
+    Lay,
+    Search,
+    Settle,
+    is_too_stiff,
+    stiffest,
+)
 from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, measure_layers
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
@@ -26,7 +34,8 @@ class RibbonCheck:
     size_mm : float
         Largest dimension of the object.
     measured : dict of str to Measured
-        By rule; no clearance where a material is refused as too stiff.
+        By rule; no clearance where a material is refused as too stiff, or the check does not go
+        so far.
     findings : tuple of Finding
         Refusals first.
     smallest_mm : int or None
@@ -36,6 +45,8 @@ class RibbonCheck:
         The rules that do not hold even at that size.
     untried : str or None
         Why refinement was not tried as a remedy, where it might be one.
+    depth : Depth
+        How far the check went.
     """
 
     limits: Limits
@@ -45,6 +56,7 @@ class RibbonCheck:
     smallest_mm: int | None
     still: tuple[str, ...] = ()
     untried: str | None = None
+    depth: Depth = Depth.SEARCHED
 
     @property
     def refused(self) -> tuple[Finding, ...]:
@@ -64,6 +76,7 @@ def check_ribbons(
     settle: Settle | None = None,
     auto: bool = False,
     clashing: BoolArray | None = None,
+    depth: Depth = Depth.SEARCHED,
 ) -> RibbonCheck:
     """Check ribbons against every rule.
 
@@ -94,17 +107,21 @@ def check_ribbons(
         Whether the width is left to fabweave: then no width is proposed.
     clashing : (X,) bool array, optional
         The crossings beside faces of the mesh that run through other faces.
+    depth : Depth
+        How far the check goes.
     """
     measured = measure_along(ribbons, limits)
     measured["layers"] = measure_layers(ribbons, weave, limits)
     near: Nearness | None = None
     # What is far too stiff may be thicker than the ribbons are wide, and all is near to all.
-    if not is_too_stiff(measured["bend"]):
+    if depth > Depth.ALONG and not is_too_stiff(measured["bend"]):
         known = clearance if clearance is not None else measure_clearance(ribbons, weave, limits)
         measured["clearance"], near = known
     search = None
     if lay is not None:
-        search = Search(weave, limits, size_mm, lay, measured, near, settle=settle, auto=auto)
+        search = Search(
+            weave, limits, size_mm, lay, measured, near, settle=settle, auto=auto, depth=depth
+        )
     findings = []
     for quantity in measured.values():
         if len(quantity.broken):
@@ -116,10 +133,10 @@ def check_ribbons(
             findings.append(finding)
     findings.sort(key=lambda finding: finding.severity != "refuse")
     if search is None:
-        return RibbonCheck(limits, size_mm, measured, tuple(findings), None)
+        return RibbonCheck(limits, size_mm, measured, tuple(findings), None, depth=depth)
     findings, smallest = search.remedies(findings)
     still = search.broken_at(smallest, ("twist",)) if smallest is not None else ()
-    return RibbonCheck(limits, size_mm, measured, tuple(findings), smallest, still)
+    return RibbonCheck(limits, size_mm, measured, tuple(findings), smallest, still, depth=depth)
 
 
 def _why_near(

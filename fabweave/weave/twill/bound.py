@@ -1,6 +1,7 @@
 """Prove how few conditions of a twill any weave of a mesh must break."""
 
 import heapq
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,6 +26,10 @@ _WHOLE_WIDTH = 24
 _MOST_WHOLE = 200
 _MOST_MERGED = 160
 
+#: Work is counted in numbers of tables that are computed; to look up a condition or a table takes
+#: as long as so many, where it is computed and where regions are only tried for merging.
+_LOOK_UP, _TRIAL = 10_000, 2500
+
 _PAIR = np.eye(2, dtype=np.int16)
 _WINDOW = np.einsum("ab,cd->abcd", 1 - _PAIR, 1 - _PAIR)
 
@@ -39,10 +44,29 @@ class Bound:
         No weave of the mesh breaks fewer.
     optimum : bool
         Whether some weave breaks just as many, so that this is the optimum.
+    cut_short : bool
+        Whether more work than was allowed might have proved more.
     """
 
     least: int
     optimum: bool
+    cut_short: bool = False
+
+
+@dataclass
+class _Work:
+    """How much may still be computed."""
+
+    left: float
+
+    def spend(self, amount: float) -> None:
+        """Take off what something cost."""
+        self.left -= amount
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing is left."""
+        return self.left <= 0
 
 
 @frozen_value
@@ -54,7 +78,11 @@ class _Region:
 
 
 def prove_bound(
-    couplings: Couplings, seeds: Sequence[IntArray], *, progress: Progress = no_progress
+    couplings: Couplings,
+    seeds: Sequence[IntArray],
+    *,
+    most_work: int | None = None,
+    progress: Progress = no_progress,
 ) -> Bound:
     """Prove a lower bound on the number of broken conditions.
 
@@ -71,6 +99,10 @@ def prove_bound(
     seeds : sequence of int arrays
         Crossings around each place where the twill is likely to break, such as
         ``irregular_seeds``.
+    most_work : int, optional
+        Stop merging regions after the work of so many numbers in tables, and solving them after
+        as much again: regions that were not solved by then count for nothing. The same on every
+        machine.
     progress : callable
         Told which region is being solved.
 
@@ -91,7 +123,7 @@ def prove_bound(
     >>> from fabweave.weave.threads import trace_threads
     >>> halfedges = build_halfedges(grids.sphere(2, 50.0))
     >>> prove_bound(couple(twill_conditions(halfedges, trace_threads(halfedges))), [])
-    Bound(least=16, optimum=True)
+    Bound(least=16, optimum=True, cut_short=False)
     """
     everything = _Region(np.arange(len(couplings.pairs)), np.arange(len(couplings.windows)))
     if couplings.n_crossings <= _MOST_WHOLE:
@@ -100,12 +132,18 @@ def prove_bound(
             return Bound(optimum, optimum=True)
     if not seeds:
         return Bound(0, optimum=False)
+    most = math.inf if most_work is None else most_work
     regions, far = _deal(couplings, seeds)
+    merging, solving = _Work(most), _Work(most)
+    progress("twill bound", 0, len(regions))
+    merged = _merged(couplings, regions, merging)
     least = 0
-    for number, region in enumerate(_merged(couplings, regions)):
-        progress("twill bound", number, len(regions))
-        least += _least_within(couplings, region, far)
-    return Bound(least, optimum=False)
+    for number, region in enumerate(merged):
+        progress("twill bound", number, len(merged))
+        if solving.done:
+            break
+        least += _least_within(couplings, region, far, solving)
+    return Bound(least, optimum=False, cut_short=merging.done or solving.done)
 
 
 def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
@@ -168,34 +206,47 @@ def _deal(couplings: Couplings, seeds: Sequence[IntArray]) -> tuple[list[_Region
     return [_Region(p, w) for p, w in zip(*dealt, strict=True)], far
 
 
-def _merged(couplings: Couplings, regions: list[_Region]) -> list[_Region]:
+def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_Region]:
     """Merge neighbouring regions, each with each that it can be, in their order."""
     result: list[_Region | None] = list(regions)
     owner: dict[int, set[int]] = {}
-    for number, region in enumerate(regions):
-        for crossing in _crossings(couplings, region).tolist():
+    inside = [set(_crossings(couplings, region).tolist()) for region in regions]
+    for number, crossings in enumerate(inside):
+        for crossing in crossings:
             owner.setdefault(crossing, set()).add(number)
     touching = sorted(
         {(a, b) for numbers in owner.values() for a in numbers for b in numbers if a < b}
     )
     now = list(range(len(regions)))
+    members = [[number] for number in now]
+    #: Pairs that could not be merged, until one of them grows.
+    apart: set[tuple[int, int, int, int]] = set()
     for a, b in touching:
+        if work.done:
+            break
         first, second = now[a], now[b]
         one, other = result[first], result[second]
-        if first == second or one is None or other is None:
+        pair = (first, second, len(members[first]), len(members[second]))
+        if first == second or one is None or other is None or pair in apart:
+            continue
+        apart.add(pair)
+        if len(inside[first] | inside[second]) > _MOST_MERGED:
             continue
         both = _Region(
             np.concatenate((one.pairs, other.pairs)), np.concatenate((one.windows, other.windows))
         )
-        if len(_crossings(couplings, both)) > _MOST_MERGED:
-            continue
-        if _order(_scopes(couplings, both)[1], _REGION_WIDTH) is not None:
+        tables, sharing = _scopes(couplings, both)
+        work.spend(_TRIAL * len(tables))
+        if _order(sharing, _REGION_WIDTH) is not None:
             result[first], result[second] = both, None
-            now = [first if place == second else place for place in now]
+            inside[first] |= inside[second]
+            members[first] += members[second]
+            for number in members[second]:
+                now[number] = first
     return [region for region in result if region is not None]
 
 
-def _least_within(couplings: Couplings, region: _Region, far: list[IntArray]) -> int:
+def _least_within(couplings: Couplings, region: _Region, far: list[IntArray], work: _Work) -> int:
     """Return what a region must break, without its farthest conditions if they are too many."""
     near_pairs, near_windows = far[0][region.pairs], far[1][region.windows]
     reach = max(int(near_pairs.max(initial=0)), int(near_windows.max(initial=0)))
@@ -203,9 +254,9 @@ def _least_within(couplings: Couplings, region: _Region, far: list[IntArray]) ->
     # From the seed outwards: of a large region only the middle is ever looked at.
     for limit in range(1, reach + 1):
         part = _Region(region.pairs[near_pairs <= limit], region.windows[near_windows <= limit])
-        more = _least(couplings, part, _REGION_WIDTH)
-        if more is None:
-            break
+        more = _least(couplings, part, _REGION_WIDTH, work)
+        if more is None or work.done:
+            return least if more is None else more
         least = more
     return least
 
@@ -265,9 +316,13 @@ def _order(sharing: list[set[int]], width: int) -> list[int] | None:
     return order
 
 
-def _least(couplings: Couplings, region: _Region, width: int) -> int | None:
+def _least(
+    couplings: Couplings, region: _Region, width: int, work: _Work | None = None
+) -> int | None:
     """Return the least number of a region's conditions that must break; None if too wide."""
     tables, sharing = _scopes(couplings, region)
+    if work is not None:
+        work.spend(_LOOK_UP * len(tables))
     order = _order(sharing, width)
     if order is None:
         return None
@@ -281,6 +336,8 @@ def _least(couplings: Couplings, region: _Region, width: int) -> int | None:
         joint = sorted({other for scope, _ in gathered.values() for other in scope} - {crossing})
         axis = {other: place for place, other in enumerate([crossing, *joint])}
         total: _Table = np.zeros((2,) * len(axis), dtype=np.int16)
+        if work is not None:
+            work.spend((total.size + _LOOK_UP) * len(gathered))
         for number, (scope, table) in gathered.items():
             places = [axis[other] for other in scope]
             shape = [1] * len(axis)
