@@ -3,7 +3,7 @@
 import os
 import runpy
 import sys
-from collections import Counter
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -25,19 +25,22 @@ settings.register_profile("glance", deadline=None, derandomize=judged, max_examp
 settings.load_profile("fabweave")
 
 
-#: `make test` runs one in so many cases of a family.
-FAMILY = 4
+#: `make test` runs so many cases of a test: its first, and others at equal distances.
+MOST_CASES = 6
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Make slow tests of most cases of each family: they show the same in many places."""
-    seen = Counter()
+    """Make slow tests of most cases where a test has many: they show the same in many places."""
+    cases = defaultdict(list)
     for item in items:
-        if item.get_closest_marker("family") is not None:
-            if seen[item.function] % FAMILY:
+        if hasattr(item, "function") and item.get_closest_marker("slow") is None:
+            cases[item.function].append(item)
+    for family in cases.values():
+        kept = {n * len(family) // MOST_CASES for n in range(MOST_CASES)}
+        for number, item in enumerate(family):
+            if number not in kept and len(family) > MOST_CASES:
                 item.add_marker(pytest.mark.slow)
-            seen[item.function] += 1
 
 
 @pytest.fixture(scope="session")

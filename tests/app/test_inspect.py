@@ -135,7 +135,6 @@ def test_spot_says_why_not_and_by_how_much() -> None:
     assert facts["threads"]["count"] == 16
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     "mesh",
     [

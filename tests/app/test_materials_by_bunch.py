@@ -251,7 +251,6 @@ SPOILS = {
 }  # fmt: skip
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("name", SPOILS)
 def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None:
     spoil, expected = SPOILS[name]

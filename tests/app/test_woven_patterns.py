@@ -36,7 +36,6 @@ slow = pytest.mark.slow
 NONE_BROKEN = {"edge": 0, "face": 0, "vertex": 0}
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("mesh", "pattern", "options"),
     [
@@ -176,7 +175,6 @@ def run_one_warp_thread_the_other_way(weave, plan) -> None:
         weave["labels"][number[key]] = -weave["labels"][number[key]] % 4
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     "spoil",
     [

@@ -195,7 +195,6 @@ def test_what_annealing_takes_for_the_effort_is_the_effort():
     assert measure_order(contacts, after, enclosed=True).total < 0.95 * before
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("shape", "changed"),
     [

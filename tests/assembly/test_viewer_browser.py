@@ -465,7 +465,6 @@ def test_one_finger_turns_two_come_nearer_a_tap_chooses(browser, torus):
     opened.close()
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_every_size_has_room_for_everything(browser, torus, tmp_path, size, scheme):

@@ -16,7 +16,6 @@ def model(path, *options: object) -> int:
     return run("model", TORUS, "--size", "120mm", *options, "-q", "-o", path)
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("yarn", [(), ("--yarn", "--sides", 6)], ids=["ribbons", "yarns"])
 @pytest.mark.parametrize("suffix", ["glb", "obj", "ply", "stl", "3mf", "3dm", "png"])
 def test_every_format_is_written(suffix, yarn, tmp_path):

@@ -167,7 +167,6 @@ def spoiled(made, tmp_path, *changes):
     return load_job(tmp_path, Tally("files"))
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -216,7 +215,6 @@ def test_verify_holds_the_files_to_the_entries_of_materials(made, change, words,
     assert all(words in finding for finding in findings)
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("key", "value"),
     [("hole_mm", 8.0), ("hole_t", 9.5), ("edge_mm", 40.0), ("web_mm", 29.0), ("gap_mm", 2.7),

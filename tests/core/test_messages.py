@@ -61,7 +61,6 @@ def test_one_turned_face_is_said_in_the_singular(tmp_path) -> None:
     assert "1 face was inside out and was turned over" in notes[1]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("mesh", "pattern"),
     [

@@ -31,7 +31,6 @@ def map_of(name):
     return make_page(shape, 300.0, **settings)[1]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("name", JOBS)
 def test_a_map_comes_back_from_its_file(name, tmp_path):
     crossing_map = map_of(name)

@@ -124,7 +124,7 @@ def known_options() -> frozenset[str]:
         name
         for command in cli.commands.values()
         for param in command.get_params(click.Context(command))
-        for name in param.opts
+        for name in (*param.opts, *param.secondary_opts)
     )
 
 

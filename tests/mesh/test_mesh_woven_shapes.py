@@ -234,7 +234,6 @@ def test_frame_closes_and_stands_across():
 # Bipyramids
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("n", range(2, 9))
 def test_bipyramid_with_handles(n):
     mesh = parse_shape(f"shape:bipyramid?n={n}")
@@ -267,7 +266,6 @@ REGULAR = [(8, 4, 2), (8, 4, 3), (8, 4, 9), (12, 4, 3), (12, 4, 5), (12, 4, 7), 
 REGULAR += [(16, 4, 7), (4, 8, 3), (4, 16, 4), (4, 4, 1)]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(("face", "valence", "genus"), REGULAR)
 @pytest.mark.parametrize("refine", [2, 3])
 def test_regular_mesh_is_embedded_and_exactly_twillable(face, valence, genus, refine):

@@ -325,7 +325,6 @@ BODIES = {
 }
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("what", BODIES)
 def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what):
     body, words = BODIES[what]

@@ -78,7 +78,6 @@ def test_every_thread_is_one_closed_tube_facing_outward(made):
         assert mesh.euler_number == (0 if closed[body.label] else 2)
 
 
-@pytest.mark.family
 def test_no_two_facets_run_through_one_another(made):
     assert len(clashing_facets(made.bodies)) == 0
 

@@ -58,7 +58,6 @@ def test_a_rule_that_no_size_mends_has_none() -> None:
     assert smallest_size(lambda _: np.inf, 10, most=1000) == 1
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("mesh", "material", "size"),
     [

@@ -81,7 +81,6 @@ def test_spoiled_arcs_in_both_formats(specimen, job, change):
 ONE_FORMAT = [("dxf", change) for change in SPOILED] + [("svg", change) for change in SPOILED[:-1]]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(("kind", "change"), ONE_FORMAT)
 def test_spoiled_arcs_in_one_format(specimen, job, change, kind):
     folder, source = job("bent"), specimen("bent")

@@ -139,7 +139,6 @@ def test_a_finding_of_nothing_is_found_out(made) -> None:
     )
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("key", ["width_mm", "bend_mm", "twist_deg"])
 @pytest.mark.parametrize("value", [None, "8", 0.0, float("nan")])
 def test_limits_that_are_none(job, key, value) -> None:

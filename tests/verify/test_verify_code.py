@@ -51,7 +51,6 @@ def change_code(old, new):
     return change
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -71,7 +71,6 @@ def moved(entity, layer):
     return replace(entity, points=entity.points + np.array([0.1, 0.0]))
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     "spoil",
     [

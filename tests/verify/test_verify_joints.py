@@ -97,7 +97,6 @@ def spoiled(folders, tmp_path):
     return run
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("kind", KINDS)
 def test_true_joints_pass(kind, folders):
     plan = json.loads((folders(kind) / "crossing_map.json").read_text("utf-8"))

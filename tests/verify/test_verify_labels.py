@@ -150,7 +150,6 @@ TOLD = [
 ]  # fmt: skip
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("spoil", TOLD)
 def test_a_label_that_misleads_is_found(specimen, tmp_path, spoil):
     spoiled = specimen("octahedron")
@@ -246,7 +245,6 @@ ENGRAVED = [
 ]  # fmt: skip
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("spoil", ENGRAVED)
 def test_engraving_that_is_not_as_told_is_found(specimen, tmp_path, spoil):
     spoiled = specimen("octahedron")

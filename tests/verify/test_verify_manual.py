@@ -159,7 +159,6 @@ def test_the_manual_is_right(specimen, job, kind):
     assert failed(folder) == set()
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("spoil", SPOILED)
 def test_a_spoiled_manual_is_found(specimen, job, spoil):
     folder = job()

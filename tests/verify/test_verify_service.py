@@ -114,7 +114,6 @@ def exchange_pieces(rows) -> None:
     rows[0]["pieces"], rows[-1]["pieces"] = rows[-1]["pieces"], rows[0]["pieces"]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -211,7 +210,6 @@ SPOILT = [
 ]  # fmt: skip
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(("spoil", "words"), SPOILT)
 def test_a_spoilt_file_is_found(job, spoil, words) -> None:
     spoil(job)

@@ -168,7 +168,6 @@ CASES = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("edit", "both", "objecting"),
     CASES,
@@ -295,7 +294,6 @@ DXF_EDITS = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(("edit", "objecting"), DXF_EDITS, ids=[e.__name__ for e, _ in DXF_EDITS])
 def test_edited_dxf(job, edit, objecting):
     folder = job("octahedron")
@@ -375,7 +373,6 @@ SVG_EDITS = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(("edit", "objecting"), SVG_EDITS, ids=[e.__name__ for e, _ in SVG_EDITS])
 def test_edited_svg(job, edit, objecting):
     folder = job("octahedron")

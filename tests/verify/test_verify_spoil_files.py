@@ -70,7 +70,6 @@ def test_file_cut_short(job, name):
         assert set(found) == set(MISSING[name].split())
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("name", [name for name in MISSING if name != "sheets"])
 @pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe" * 50, b"{}", b"[[[[", b"null"])
 def test_garbage_is_a_finding(job, name, content):
@@ -85,7 +84,6 @@ def test_garbage_is_a_finding(job, name, content):
         assert set(found) <= set(MISSING[name].split())
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("seed", range(60))
 def test_no_mutation_makes_a_traceback(job, seed):
     """Random bytes changed, doubled or dropped anywhere: a report, whatever comes."""
@@ -234,7 +232,6 @@ REFERENCES = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("edit", REFERENCES)
 def test_references(job, edit):
     assert "files" in edit_map(job(), edit)
@@ -489,7 +486,6 @@ TABLES = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("name", "column", "change", "objecting"),
     TABLES,
@@ -533,7 +529,6 @@ TOTALS = ("sheets", "area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", 
           "pieces", "cut_length_mm", "engrave_length_mm", "holes")  # fmt: skip
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("part", "key"), [("sheets", k) for k in SHEET_FIGURES] + [("totals", k) for k in TOTALS]
 )

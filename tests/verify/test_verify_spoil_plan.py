@@ -395,7 +395,6 @@ SPOILS = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("name", "spoil", "objecting"),
     [

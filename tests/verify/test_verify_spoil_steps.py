@@ -143,7 +143,6 @@ SPOILS = [
 ]  # fmt: skip
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("spoil", SPOILS, ids=lambda spoil: spoil.__name__)
 def test_the_replay_objects(job, spoil):
     folder = job("torus")

@@ -228,7 +228,6 @@ CHANGES = [
 ]
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("number", range(len(CHANGES)))
 def test_whatever_is_spoilt_is_found(jobs, first, tmp_path, number):
     change, words = CHANGES[number]

@@ -59,7 +59,6 @@ SPOILED = {
 }
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("name", SPOILED)
 @pytest.mark.parametrize("kind", ["octahedron", pytest.param("saddle", marks=pytest.mark.slow)])
 def test_spoiled_data(job, specimen, name, kind):

@@ -110,7 +110,6 @@ def test_tori_take_a_fabric_where_brute_force_finds_one(text):
             assert broken_floats(threads, found.weave.over, found.warp, fabric) == 0
 
 
-@pytest.mark.family
 @pytest.mark.parametrize("text", FABRICS)
 def test_tori_take_a_fabric_where_the_sides_close(text):
     fabric = parse_fabric(text)

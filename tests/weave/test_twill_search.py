@@ -175,7 +175,6 @@ def test_search_is_the_same_for_the_same_seed() -> None:
     assert not np.array_equal(first, other)
 
 
-@pytest.mark.family
 @pytest.mark.parametrize(
     ("mesh", "steps", "known"),
     [(solids.cube, 1, 16), (solids.octahedron, 1, 16), (solids.cube, 2, 32), (solids.cube, 3, 64),
