@@ -74,7 +74,7 @@ def sentence(finding: Finding) -> str:
     --------
     >>> print(sentence(Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5,
     ...     120, size_mm=412)))
-    bend: a radius of 30.0 mm on thread A after crossing 17, but the material takes no less than \
+    bend: a radius of 30.0 mm on thread A after crossing 17, but the material allows no less than \
 46.0 mm; in 5 of 120 places. To fix it, use --size 412mm
     """
     digits = _digits(finding)
