@@ -1,0 +1,129 @@
+"""Whole jobs of random meshes with random settings: each is proved, or refused in words."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull, Delaunay
+
+import fabweave as fw
+from fabweave.core.errors import CannotMakeError, InputError
+
+MATERIALS = ("card", "card", "museum-board", "birch-veneer", "polypropylene", "spring-shim-0.1")
+
+
+def hull(dice):
+    """Return a polyhedron of triangles around random points, maybe flattened or drawn out."""
+    points = dice.normal(size=(int(dice.integers(4, 22)), 3)) * dice.uniform(0.3, 1.0, 3)
+    shell = ConvexHull(points)
+    faces = shell.simplices.copy()
+    middle = points.mean(axis=0)
+    a, b, c = points[faces].transpose(1, 0, 2)
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - middle) < 0.0
+    faces[inward] = faces[inward][:, ::-1]
+    used, numbers = np.unique(faces, return_inverse=True)
+    return points[used], numbers.reshape(-1, 3).tolist()
+
+
+def blocks(dice):
+    """Return the surface of some cubes of a grid: of any genus, some with edges of four faces."""
+    grid = dice.random((3, 3, 2)) < dice.choice([0.15, 0.5, 0.9])
+    grid[1, 1, 0] = True
+    full = np.pad(grid, 1)
+    corners, faces = {}, []
+
+    def corner(place):
+        return corners.setdefault(tuple(place.tolist()), len(corners))
+
+    for cell in np.argwhere(full):
+        for axis in range(3):
+            u, v = np.eye(3, dtype=int)[(axis + 1) % 3], np.eye(3, dtype=int)[(axis + 2) % 3]
+            step = np.eye(3, dtype=int)[axis]
+            if not full[tuple(cell + step)]:
+                base = cell + step
+                faces.append([corner(p) for p in (base, base + u, base + u + v, base + v)])
+            if not full[tuple(cell - step)]:
+                faces.append([corner(p) for p in (cell, cell + v, cell + u + v, cell + u)])
+    return np.array(list(corners), dtype=float), faces
+
+
+def sheet(dice):
+    """Return an open triangulation: a hilly sheet over random points."""
+    points = dice.random((int(dice.integers(4, 26)), 2))
+    heights = dice.uniform(0.0, 0.6) * np.sin(4.0 * points[:, 0] + dice.uniform(0, 6))
+    return np.column_stack([points, heights]), Delaunay(points).simplices.tolist()
+
+
+def ring(dice):
+    """Return a torus of quads with some noise."""
+    m, n = int(dice.integers(3, 12)), int(dice.integers(3, 7))
+    u, v = np.meshgrid(np.arange(m) * 2 * np.pi / m, np.arange(n) * 2 * np.pi / n, indexing="ij")
+    small = dice.uniform(0.2, 0.6)
+    points = np.stack(
+        [(1 + small * np.cos(v)) * np.cos(u), (1 + small * np.cos(v)) * np.sin(u),
+         small * np.sin(v)], axis=-1,
+    ).reshape(-1, 3)  # fmt: skip
+    points += dice.normal(size=points.shape) * dice.choice([0.0, 0.02, 0.08])
+    faces = [
+        [i * n + j, (i + 1) % m * n + j, (i + 1) % m * n + (j + 1) % n, i * n + (j + 1) % n]
+        for i in range(m)
+        for j in range(n)
+    ]
+    return points, faces
+
+
+def bodies(dice):
+    """Return two of the others beside one another, which may touch."""
+    (one, first), (two, second) = (shape(dice) for shape in dice.choice([hull, blocks, sheet], 2))
+    two[:, 0] += np.ptp(one[:, 0]) + dice.choice([0.0, 0.3])
+    return np.concatenate([one, two]), [*first, *([v + len(one) for v in face] for face in second)]
+
+
+SHAPES = (hull, blocks, sheet, ring, bodies)
+
+
+def random_job(seed):
+    """Return vertices, faces and options of a job."""
+    dice = np.random.default_rng(seed)
+    vertices, faces = SHAPES[seed % len(SHAPES)](dice)
+
+    # Only rings of quads have warp and weft.
+    patterns = ("satin:5/2", "2/1") if SHAPES[seed % len(SHAPES)] is ring else ("plain",)
+
+    def maybe(share, value):
+        return value if dice.random() < share else None
+
+    def one_of(*values):
+        return values[int(dice.integers(len(values)))]
+
+    options = {
+        "size": f"{10 ** dice.uniform(1.3, 3.0):.0f}mm",
+        "effort": "quick",
+        "pattern": one_of("plain", "plain", "twill", "triaxial", *patterns),
+        "material": one_of(*MATERIALS),
+        "sheet": maybe(0.5, one_of("300x200mm", "600x400mm", "1000x700mm", "250x250mm:2")),
+        "width": maybe(0.4, round(float(dice.uniform(0.2, 0.9)), 2)),
+        "joint": maybe(0.4, one_of("glue", "rivet:2", "dovetail", "slot", "none")),
+        "hole": maybe(0.3, one_of("none", "2mm", "4mm")),
+        "labels": maybe(0.3, one_of("none", "numbers")),
+        "kerf": maybe(0.2, "0.15mm"),
+        "boundary": maybe(0.2, "turn"),
+        "refine": maybe(0.2, one_of("catmull-clark:1", "loop:1")),
+        "max_length": maybe(0.3, one_of("auto", "150mm", "400mm")),
+        "lap": maybe(0.2, one_of("8mm", "25mm")),
+        "seed": seed,
+    }
+    return vertices, faces, {name: value for name, value in options.items() if value is not None}
+
+
+def outcome_of(seed):
+    """Make a job and return what came of it, and the words with which it was refused."""
+    vertices, faces, options = random_job(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            fw.make(fw.mesh(vertices, faces), Path(folder) / "job", **options)
+        except CannotMakeError as error:
+            return ("unproved" if "did not pass" in str(error) else "cannot be made"), str(error)
+        except InputError as error:
+            return "bad input", str(error)
+    return "proved", ""

@@ -1,0 +1,51 @@
+"""Make many random jobs and count what came of them: random_jobs.py FIRST LAST [PROCESSES].
+
+Prints every fault with its seed, and in the end the outcomes with the words of refusals.
+"""
+
+import multiprocessing
+import re
+import sys
+import traceback
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from jobs import quick_jobs
+from random_jobs import SHAPES, outcome_of
+
+
+def tried(seed):
+    try:
+        with quick_jobs():
+            return (seed, *outcome_of(seed))
+    except Exception:
+        return seed, "fault", traceback.format_exc()
+
+
+def main():
+    first, last = map(int, sys.argv[1:3])
+    outcomes, words = Counter(), Counter()
+    with multiprocessing.get_context("spawn").Pool(
+        int(sys.argv[3]) if sys.argv[3:] else None
+    ) as pool:
+        for number, (seed, outcome, said) in enumerate(
+            pool.imap_unordered(tried, range(first, last)), start=1
+        ):
+            outcomes[outcome, SHAPES[seed % len(SHAPES)].__name__] += 1
+            if outcome in ("fault", "unproved"):
+                print(f"seed {seed}: {outcome}\n{said}", flush=True)
+            elif outcome != "proved":
+                words[outcome, re.sub(r"[\d.]+", "#", said)[:70]] += 1
+            if number % 100 == 0:
+                print(number, dict(Counter(x for (x, _), n in outcomes.items() for _ in range(n))),
+                      flush=True)  # fmt: skip
+    for (outcome, shape), count in sorted(outcomes.items()):
+        print(f"{count:6} {outcome}, {shape}")
+    for (outcome, said), count in words.most_common(60):
+        print(f"{count:6} {outcome}: {said}")
+
+
+if __name__ == "__main__":
+    main()
