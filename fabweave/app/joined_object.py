@@ -22,6 +22,7 @@ from fabweave.core.messages import agree, few_of
 from fabweave.flat.joint.ends import CutStrips, cut_strips
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
+from fabweave.flat.joint.overlap import overlapping_ends
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
 from fabweave.flat.split.runs import Runs, unfold_runs
@@ -91,12 +92,17 @@ def split_object(
     ribbons, weave, labels = woven.ribbons, woven.weave, woven.labels
     plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies)
     barred, most = None, None
+    lapped = np.zeros(0, dtype=np.int64)
     while True:
-        laid, joints = _with_joints(woven, plan.runs, settings, supplies, most)
+        laid, joints = _with_joints(woven, plan.runs, settings, supplies, most, lapped)
         cut = cut_strips(laid.ribbons, weave, plan.runs, joints)
         crossing = find_self_crossing(laid.ribbons, weave, plan.runs, cut.outlines)
         if not crossing:
-            return JoinedObject(laid, plan, joints, cut)
+            crowded = overlapping_ends(cut, joints)
+            if not len(crowded):
+                return JoinedObject(laid, plan, joints, cut)
+            lapped = np.union1d(lapped, crowded)
+            continue
         if len(crossing.kinks.thread):
             # Loops are looked for afterwards: with a kink, a thread seems to have more of them.
             most = _narrower(laid, crossing.kinks, settings, supplies)
@@ -156,17 +162,19 @@ def _with_joints(
     settings: Settings,
     supplies: Supplies,
     most: FloatArray | None = None,
+    lapped: IntArray | None = None,
 ) -> tuple[WovenObject, JointPlan]:
     """Plan the joints, and lay the ribbons again with room for laps where they are.
 
-    If the width is left to fabweave, they are no wider than by factors ``most`` at each pass.
+    If the width is left to fabweave, they are no wider than by factors ``most`` at each pass. At
+    the crossings ``lapped``, pieces lap whatever is asked.
     """
     rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
     thickness = supplies.thickness_mm(woven.bunches)
-    laps = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness).laps
+    laps = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness, lapped).laps
     while True:
         woven = keep_clear(woven, settings, supplies, laps, most)
-        joints = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness)
+        joints = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness, lapped)
         # Panels keep their shape when the strands move apart; but where ribbons were narrowed,
         # there may be room for nothing but a lap.
         more = np.setdiff1d(joints.laps, laps)

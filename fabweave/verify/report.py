@@ -1,5 +1,6 @@
 """Hold what was proved about a finished job: one result for each check."""
 
+import html
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -113,9 +114,15 @@ class Check:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class VerifyReport:
-    """What was proved, check by check."""
+    """What was proved, check by check.
+
+    Examples
+    --------
+    >>> VerifyReport(())
+    VerifyReport(proved by 0 checks)
+    """
 
     checks: tuple[Check, ...]
 
@@ -136,3 +143,28 @@ class VerifyReport:
             "ok": self.ok,
             "checks": [check.to_json() for check in self.checks],
         }
+
+    def __repr__(self) -> str:
+        """Return whether the job is proved, in a line."""
+        if self.ok:
+            return f"VerifyReport(proved by {len(self.checks)} checks)"
+        return f"VerifyReport({len(self.failed)} of {len(self.checks)} checks object: " + (
+            ", ".join(self.failed) + ")"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return the report as notebooks show it: a table of the checks, findings below."""
+        rows = "".join(
+            f"<tr><td>{check.name}</td><td>{'ok' if check.ok else '<b>objects</b>'}</td>"
+            f"<td>{check.count}</td><td style='text-align:left'>{check.meaning}</td></tr>"
+            for check in self.checks
+        )
+        findings = "".join(
+            f"<li>{check.name}: {html.escape(finding)}</li>"
+            for check in self.checks
+            for finding in check.findings
+        )
+        return (
+            f"<p>{html.escape(repr(self))}</p><table><tr><th>check</th><th></th><th>checked</th>"
+            f"<th>what it proves</th></tr>{rows}</table><ul>{findings}</ul>"
+        )

@@ -67,7 +67,15 @@ def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
         assert (pairs[0] == pairs[1]).all()
     job = layout.write(tmp_path / "ball")
     assert job.proof.ok
-    assert fw.verify(tmp_path / "ball").ok
+    proof = fw.verify(tmp_path / "ball")
+    assert proof.ok
+    assert repr(proof) == f"VerifyReport(proved by {len(proof.checks)} checks)"
+    assert proof._repr_html_().count("<tr>") == 1 + len(proof.checks)
+    (tmp_path / "ball" / "sheets" / "sheet_01.dxf").unlink()
+    proof = fw.verify(tmp_path / "ball")
+    assert repr(proof).endswith(f"{len(proof.failed)} of {len(proof.checks)} checks object: "
+                                + ", ".join(proof.failed) + ")")  # fmt: skip
+    assert "sheets/sheet_01.dxf is missing" in proof._repr_html_()
     assert {path.name for path in job.files} >= {"ball.obj", "job.toml", "crossing_map.json"}
 
 

@@ -165,7 +165,9 @@ def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
     code = run("inspect", row.path, "--size", "300mm")
     told = capsys.readouterr()
     if code:
-        assert (code, told.out) == (2, "")
+        # Parts that touch are parted; two faces that share no edge cannot be woven.
+        assert code == (1 if row.path.stem == "nonmanifold_vertex" else 2)
+        assert told.out == ""
         assert told.err.startswith("fabweave: ")
     else:
         assert "threads" in told.out

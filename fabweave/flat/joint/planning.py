@@ -82,6 +82,7 @@ def plan_joints(
     runs: Runs,
     rule: JointRule,
     thickness_mm: float | FloatArray = 0.5,
+    lapped: IntArray | None = None,
 ) -> JointPlan:
     """Decide how each joint is made and where its pieces end.
 
@@ -97,6 +98,8 @@ def plan_joints(
     rule : JointRule
     thickness_mm : float or (T,) float array
         Of the material, or of each thread's: tongues and slots are cut to their own thread's.
+    lapped : (K,) int array, optional
+        Crossings at which pieces have to lap, whatever is asked.
     """
     passes = runs.joint_passes(weave.threads)
     strips, entry = _windows(ribbons, weave.threads, passes)
@@ -117,13 +120,16 @@ def plan_joints(
         needed = np.array([rule.kind.room_mm(thick) for thick in thicknesses])
         # However long the lap, tongues stay in the flat panel.
         reach = np.minimum(room, lap / 2)
-        for index in np.flatnonzero(reach >= needed).tolist():
+        free = np.isin(
+            weave.threads.crossing[passes], [] if lapped is None else lapped, invert=True
+        )
+        for index in np.flatnonzero((reach >= needed) & free).tolist():
             ends[index] = shape = rule.kind.shape(float(reach[index]), thicknesses[index])
             end[index] = 1.0
             if shape.begin_mm is not None:
                 begin[index] = 0.0
         kinds = [rule.kind if shape is not None else GLUE for shape in ends]
-    lapped = np.array([kind.laps for kind in kinds], dtype=np.bool_)
+    laps = np.array([kind.laps for kind in kinds], dtype=np.bool_)
     return JointPlan(
         rule=rule,
         crossing=weave.threads.crossing[passes],
@@ -131,8 +137,8 @@ def plan_joints(
         kind=tuple(kinds),
         begin=begin,
         end=end,
-        lap_mm=np.where(lapped, lap, 0.0),
-        lap_mm2=np.where(lapped, _areas(strips, entry, begin, end), 0.0),
+        lap_mm=np.where(laps, lap, 0.0),
+        lap_mm2=np.where(laps, _areas(strips, entry, begin, end), 0.0),
         room_mm=room,
         needed_mm=needed,
         ends=tuple(ends),
