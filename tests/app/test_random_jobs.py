@@ -7,7 +7,7 @@ from fabweave.app import joined_object
 
 
 # tests/tools/random_jobs.py makes as many as one likes.
-@pytest.mark.parametrize("seed", range(100))
+@pytest.mark.parametrize("seed", range(40))
 def test_a_random_job_is_proved_or_refused_in_words(seed):
     outcome, said = outcome_of(seed)
     assert outcome in ("proved", "cannot be made", "bad input"), said
@@ -26,3 +26,8 @@ def test_ends_that_would_lie_on_one_another_lap(monkeypatch):
     monkeypatch.setattr(joined_object, "overlapping_ends", noted)
     assert outcome_of(38) == ("proved", "")
     assert crowded == [10, 0]
+
+
+def test_a_flat_sheet_is_flat_however_it_is_rounded():
+    # Radii of 10^15 and of 10^6 mm are one and the same.
+    assert outcome_of(79) == ("proved", "")

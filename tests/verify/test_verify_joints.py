@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
+from fabweave.app import joined_object
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
@@ -400,6 +401,8 @@ def make_otherwise(monkeypatch, name, **changes):
 )
 def test_a_dovetail_that_is_shaped_wrongly_is_found(name, value, words, monkeypatch, tmp_path):
     monkeypatch.setattr(interlock, name, value)
+    # The makers themselves would let these lap.
+    monkeypatch.setattr(joined_object, "overlapping_ends", lambda *_: np.zeros(0, dtype=int))
     make_otherwise(monkeypatch, "dovetail", room_mm=lambda _: 3.0)
     write(tmp_path, joint="dovetail")
     assert words in objections(tmp_path)["joints"]
