@@ -10,7 +10,7 @@ from fabweave.app.settings import read_job_options
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.core.output_files import write_files
-from fabweave.cut.coupon import Coupon, coupon_text, draw_coupon, plan_coupon
+from fabweave.cut.coupon import FIRST_WORDS, Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes
 from fabweave.cut.write.svg import svg_text
@@ -113,9 +113,8 @@ def _read_job(directory: Path) -> _JobFigures:
         ) from error
 
 
-#: The files of a coupon, and how its text begins, by which it is known.
+#: The files of a coupon.
 _FILES = ("coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt")
-_FIRST_WORDS = "Test coupon: "
 
 
 def check_coupon_folder(directory: Path) -> None:
@@ -133,7 +132,7 @@ def check_coupon_folder(directory: Path) -> None:
     foreign = [name for name in names if name not in _FILES]
     if not foreign and names:
         text = directory / "coupon.txt"
-        known = text.is_file() and text.read_bytes().startswith(_FIRST_WORDS.encode())
+        known = text.is_file() and text.read_bytes().startswith(FIRST_WORDS.encode())
         foreign = [] if known else names
     if foreign:
         raise InputError(

@@ -58,7 +58,7 @@ def foreign_files(folder: Path, replaced: Iterable[Path] = ()) -> list[str]:
         elif path.name not in _LITTER and name != CONTENTS_FILE:
             foreign.append(name)
     # What lies in a folder that was added goes without saying.
-    return [name for name in foreign if not folders.isdisjoint([PurePosixPath(name).parent])]
+    return [name for name in foreign if PurePosixPath(name).parent in folders]
 
 
 def _listed(path: Path) -> dict[str, str]:

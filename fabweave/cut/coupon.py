@@ -134,11 +134,15 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
     )
 
 
+#: How the text of a coupon begins, by which it is known.
+FIRST_WORDS = "Test coupon: "
+
+
 def coupon_text(coupon: Coupon) -> str:
     """Return the instructions that go with a coupon: what to measure, and what to set."""
     material, hole = coupon.material, coupon.hole_mm
     first, last = hole + LADDER_MM[0], hole + LADDER_MM[-1]
-    return f"""Test coupon: {material.title}, {material.thickness_mm:g} mm
+    return f"""{FIRST_WORDS}{material.title}, {material.thickness_mm:g} mm
 
 Cut it with the settings that you will use for the job, from a sheet of the same stock.
 
