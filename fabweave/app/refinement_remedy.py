@@ -43,7 +43,7 @@ def try_refinement(
     if not broken & _COARSE:
         return check
     if settings.pattern != "plain":
-        return replace(check, untried="it is tried in plain weave only")
+        return replace(check, untried="fabweave tries it for plain weave only")
     crossings, most = woven.weave.threads.n_crossings, MOST_CROSSINGS // 4
     if crossings > most:
         return replace(check, untried=f"there are more than {most} crossings")
