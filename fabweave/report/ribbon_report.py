@@ -251,7 +251,9 @@ def ribbon_notes(check: RibbonCheck) -> list[str]:
         notes += _twist_note(check)
     notes += [*sentences.values(), *_size_note(check)]
     if check.untried is not None:
-        notes.append(f"checks: --refine might fix these too; it was not tried, because {check.untried}")
+        notes.append(
+            f"checks: --refine might fix these too; it was not tried, because {check.untried}"
+        )
     return notes
 
 
