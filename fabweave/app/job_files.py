@@ -10,6 +10,7 @@ from fabweave.app.job_records import job_facts, job_map, job_viewer
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.settings import Settings, job_toml
 from fabweave.assembly.csv_tables import crossing_table, station_table
+from fabweave.assembly.extent import MOST_VIEWED
 from fabweave.assembly.manual.writing import write_manual
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
@@ -172,7 +173,8 @@ def _write_tables(
     _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
     _write(directory / "crossing_map.csv", crossing_table(crossing_map))
     _write(directory / "stations.csv", station_table(crossing_map))
-    _write(directory / "assembly.html", job_viewer(job, crossing_map))
+    if job.weave.threads.n_crossings <= MOST_VIEWED:
+        _write(directory / "assembly.html", job_viewer(job, crossing_map))
     _write(
         directory / "pieces.csv",
         piece_table(job.piece_set.pieces, job.layout, woven.labels, job.allotment),

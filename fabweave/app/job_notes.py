@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from fabweave.app.job import PlannedJob
 from fabweave.app.woven_object import width_notes
+from fabweave.assembly.extent import extent_notes
 from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, order_note
 from fabweave.cut.drawing import SheetDrawing
@@ -25,13 +26,14 @@ def job_notes(
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
+    steps = build_steps(pieces, order)
     return (
         *woven.source.notes,
         *woven.result.notes,
         *all_notes(woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules),
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check),
-        order_note(order, build_steps(pieces, order)),
+        order_note(order, steps),
         *layout.notes,
         *code_notes(drawings),
         *kerf_notes(
@@ -40,4 +42,5 @@ def job_notes(
             settings.micro_joints,
             service=settings.profile == "service",
         ),
+        *extent_notes(woven.weave.threads.n_crossings, len(steps)),
     )

@@ -13,7 +13,7 @@ from fabweave.verify.drawing import Floats
 Polygon: TypeAlias = Annotated[Floats, (2,)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Strand:
     """One side of a crossing."""
 
@@ -22,7 +22,7 @@ class Strand:
     station: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Crossing:
     """Where two strands meet."""
 
@@ -54,7 +54,7 @@ class Thread:
         return places
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Hole:
     """A hole of a piece; the diameter is None where no station states it."""
 
@@ -63,7 +63,7 @@ class Hole:
     diameter: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Cutout:
     """What is stated to be cut out of a piece: a circle, or a path; and its station.
 
@@ -84,7 +84,7 @@ class Cutout:
         return x, y
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Station:
     """A crossing as seen from one piece."""
 
@@ -97,7 +97,7 @@ class Station:
     joint: int | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Label:
     """A text engraved on a piece, and the box around (x, y) that it fills."""
 
@@ -112,7 +112,7 @@ class Label:
     box_mm: tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Dropped:
     """Something that is engraved nowhere for want of room."""
 
@@ -171,7 +171,7 @@ class Piece:
         return np.column_stack([self.placed(ring[:, :2]), sense * ring[:, 2]])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Joint:
     """Where two pieces meet; ``holes`` is (n, 2, 2), for each hole its place in both pieces.
 
@@ -234,7 +234,7 @@ class Sheet:
         return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Cut:
     """What the map says of the drawings; ``colours`` are exact, with the AutoCAD index."""
 
@@ -247,7 +247,7 @@ class Cut:
     code: str | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Step:
     """A step of the assembly; crossings and joints are ids."""
 

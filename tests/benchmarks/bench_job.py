@@ -66,7 +66,7 @@ def main() -> None:
         rest = total - watch.times.get("nesting", 0.0)
         print(
             f"\n{Path(mesh).name} at {size}: {made.weave.threads.n_crossings} crossings, "
-            f"{len(made.made.pieces)} pieces, {len(made.layout.sheets)} sheets, "
+            f"{len(made.piece_set.pieces)} pieces, {len(made.layout.sheets)} sheets, "
             f"{'proved' if proof.ok else 'NOT PROVED'}"
         )
         for station, spent in watch.times.items():

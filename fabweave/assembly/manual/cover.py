@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from PIL import Image
 
+from fabweave.assembly.extent import MOST_VIEWED
 from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width
 from fabweave.assembly.manual.sheets import DrawnPiece, levelling
 from fabweave.core.arrays import FloatArray, frozen_value
@@ -36,6 +37,7 @@ _EFFORTS = {
 }
 #: The number that stands for a kind of label where signs are explained.
 _NUMBER_OF = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
+_VIEWER = " assembly.html shows the same steps on an object that you can turn and zoom."
 
 
 @frozen_value
@@ -159,8 +161,8 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
             "How to proceed",
             "Take the pieces out of their sheets, one sheet after another, and sort them by "
             "thread. Then follow the steps. Leave a fastener loose as long as a layer is still to "
-            "come, and tighten it when the step says that all layers are in place. assembly.html "
-            "shows the same steps on an object that you can turn and zoom.",
+            "come, and tighten it when the step says that all layers are in place."
+            + (_VIEWER if len(crossing_map.crossings) <= MOST_VIEWED else ""),
         ),
     ]
     return lines

@@ -1,7 +1,7 @@
 """Write the steps of the manual: a picture, what to do, and a box to tick."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from PIL import Image, ImageChops
 
@@ -25,18 +25,28 @@ _NUMBER, _BOX = 24.0, 14.0
 _REACHES, _DIRECTIONS = (14.0, 24.0, 36.0, 52.0), 12
 #: So large a share of a picture may differ from an earlier one before it is kept as a whole.
 _PATCH = 0.12
+_LEGEND = (
+    "New pieces are dark, pieces in place are light, and pieces still to come are faint. Black "
+    "tags name new pieces, white tags joints."
+)
+_UNPICTURED = (
+    "There are too many steps to show each in a picture here: model.glb shows the woven object, "
+    "and assembly.html each step on it, where that could be made."
+)
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
-def write_steps(book: Book, crossing_map: CrossingMap, pictures: list[StepPicture]) -> None:
-    """Write all steps, as many on a page as there is room for."""
+def write_steps(
+    book: Book, crossing_map: CrossingMap, pictures: Sequence[StepPicture | None]
+) -> None:
+    """Write all steps, as many on a page as there is room for; a step may have no picture."""
     book.page(SECTION)
+    legend = _LEGEND if any(pictures) else _UNPICTURED
     book.y = book.block(
         book.left,
         book.y,
-        "New pieces are dark, pieces in place are light, and pieces still to come are faint. Black "
-        "tags name new pieces, white tags joints. Tick the box when a step is done. Crossings and "
-        "joints are numbered as in the crossing tables.",
+        f"{legend} Tick the box when a step is done. Crossings and joints are numbered as in the "
+        "crossing tables.",
         book.right - book.left,
         size=SMALL,
     )
@@ -46,12 +56,12 @@ def write_steps(book: Book, crossing_map: CrossingMap, pictures: list[StepPictur
     strands = strand_pieces(crossing_map)
     there: set[str] = set()
     drawn = _Pictures(book)
-    high = (book.top - book.foot) / _ON_A_PAGE - _GAP - 0.1
-    wide = high * PICTURE_PX[0] / PICTURE_PX[1]
-    x = book.left + wide + 12.0
-    room = book.right - x
     for step, picture in zip(crossing_map.steps, pictures, strict=True):
-        turn = turn_words(picture.view) if picture.turned else ""
+        high = (book.top - book.foot) / _ON_A_PAGE - _GAP - 0.1 if picture else 0.0
+        wide = high * PICTURE_PX[0] / PICTURE_PX[1]
+        x = book.left + (wide + 12.0 if picture else 0.0)
+        room = book.right - x
+        turn = turn_words(picture.view) if picture and picture.turned else ""
         there.update(step.pieces)
         rows = [placing(parts[key], step, joints, strands, there) for key in step.pieces]
         fasten = _fastening(step)
@@ -60,8 +70,9 @@ def write_steps(book: Book, crossing_map: CrossingMap, pictures: list[StepPictur
         size += _lines(turn, room, bold=True) + 3.0 + _lines(fasten, room)
         book.room(max(size, high), SECTION)
         top = book.y
-        drawn.draw(picture, book.left, top - high, (wide, high))
-        _tag_picture(book, picture, book.left, top - high, (wide, high))
+        if picture:
+            drawn.draw(picture, book.left, top - high, (wide, high))
+            _tag_picture(book, picture, book.left, top - high, (wide, high))
         y = top - _NUMBER
         book.text(x, y + 3.0, f"Step {step.number}", size=_NUMBER, bold=True)
         book.tick_box(book.right - _BOX - 1.0, y + 3.0, _BOX)
@@ -175,24 +186,25 @@ class _Pictures:
 
     def draw(self, picture: StepPicture, x: float, y: float, size: tuple[float, float]) -> None:
         """Draw a picture."""
-        (width, high), (wide_px, high_px) = size, picture.image.size
+        image = picture.image
+        (width, high), (wide_px, high_px) = size, image.size
         if picture.view in self._whole:
             name, whole = self._whole[picture.view]
-            box = ImageChops.difference(whole, picture.image).getbbox() or (0, 0, 1, 1)
+            box = ImageChops.difference(whole, image).getbbox() or (0, 0, 1, 1)
             left, top, right, bottom = box
             if (right - left) * (bottom - top) <= _PATCH * wide_px * high_px:
                 across, up = width / wide_px, high / high_px
                 self._book.image(name, x, y, width, high)
                 self._book.image(
-                    picture.image.crop(box),
+                    image.crop(box),
                     x + left * across,
                     y + (high_px - bottom) * up,
                     (right - left) * across,
                     (bottom - top) * up,
                 )
                 return
-        name = self._book.image(picture.image, x, y, width, high)
-        self._whole[picture.view] = name, picture.image
+        name = self._book.image(image, x, y, width, high)
+        self._whole[picture.view] = name, image
 
 
 def _tag_picture(

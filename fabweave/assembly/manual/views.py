@@ -1,5 +1,6 @@
 """Make the pictures of the steps: the new pieces dark, from where they are seen best."""
 
+import zlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -48,8 +49,8 @@ class StepPicture:
 
     Parameters
     ----------
-    image : Image
-        Shades of grey.
+    packed : bytes
+        Its shades of grey, deflated: a job has thousands of pictures.
     view : View
         From where.
     turned : bool
@@ -61,11 +62,16 @@ class StepPicture:
         The same for joints that are made in this step.
     """
 
-    image: Image.Image
+    packed: bytes
     view: View
     turned: bool
     pieces: dict[str, tuple[float, float]]
     joints: dict[int, tuple[float, float]]
+
+    @property
+    def image(self) -> Image.Image:
+        """The picture in shades of grey."""
+        return Image.frombytes("L", PICTURE_PX, zlib.decompress(self.packed))
 
 
 def step_pictures(
@@ -103,7 +109,7 @@ def step_pictures(
             step = crossing_map.steps[at]
             layers.place_until(at)
             result[at] = StepPicture(
-                layers.image(at),
+                zlib.compress(layers.image(at).tobytes(), level=1),
                 VIEWS[number],
                 at > 0 and chosen[at] != chosen[at - 1],
                 {

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from fabweave.assembly.extent import MOST_PICTURED
 from fabweave.assembly.manual.book import Book
 from fabweave.assembly.manual.cover import Facts, write_cover, write_legend
 from fabweave.assembly.manual.sheets import drawn_pieces, write_parts, write_sheets
@@ -21,7 +22,7 @@ def manual_pdf(
     crossing_map: CrossingMap,
     facts: Facts,
     drawings: Sequence[SheetDrawing],
-    pictures: Sequence[StepPicture],
+    pictures: Sequence[StepPicture | None],
     *,
     paper: str = "a4",
 ) -> bytes:
@@ -37,8 +38,8 @@ def manual_pdf(
         What it tells besides.
     drawings : sequence of SheetDrawing
         The sheets.
-    pictures : sequence of StepPicture
-        One for each step.
+    pictures : sequence of StepPicture or None
+        For each step its picture, if it has one.
     paper : {"a4", "letter"}
 
     Returns
@@ -52,7 +53,7 @@ def manual_pdf(
     write_map(book, crossing_map, facts.colours)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
-    write_steps(book, crossing_map, list(pictures))
+    write_steps(book, crossing_map, pictures)
     write_tables(book, crossing_map)
     return book.finish()
 
@@ -65,6 +66,9 @@ def write_manual(
     woven: tuple[Ribbons, Weave, Sequence[Piece]],
     paper: str,
 ) -> None:
-    """Make the pictures of the steps and write the manual; see ``manual_pdf``."""
-    pictures = step_pictures(*woven, crossing_map)
+    """Make the pictures of the steps, unless they are too many, and write the manual."""
+    steps = len(crossing_map.steps)
+    pictures: Sequence[StepPicture | None] = [None] * steps
+    if steps <= MOST_PICTURED:
+        pictures = step_pictures(*woven, crossing_map)
     path.write_bytes(manual_pdf(crossing_map, facts, drawings, pictures, paper=paper))

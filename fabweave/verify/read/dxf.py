@@ -1,6 +1,7 @@
 """Read a sheet from DXF group codes, independently of any DXF library."""
 
 from pathlib import Path
+from sys import intern
 from typing import TypeAlias
 
 import numpy as np
@@ -104,8 +105,9 @@ def _drawing(
     problems += _extent_problems(header, points, np.repeat(radius[shapes], np.diff(start)))
     piece = _pieces(entities)
     return Drawing(
-        layer=[layer[at] for at in shapes.tolist()],
-        piece=[piece[at] for at in shapes.tolist()],
+        # One string for each layer and piece: a file's own would keep all its text in memory.
+        layer=[intern(layer[at]) for at in shapes.tolist()],
+        piece=[key and intern(key) for key in (piece[at] for at in shapes.tolist())],
         name=[entities.names[at] for at in shapes.tolist()],
         points=points,
         bulges=bulges,

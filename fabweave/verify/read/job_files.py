@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import os
 import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, fields
@@ -57,6 +58,8 @@ STATION_COLUMNS = (
 _ROOM_MM, _ROOM = 60.0, 0.1
 #: No picture of a job has more.
 _MOST_PIXELS = 1 << 28
+#: A job of more crossings may be without a viewer.
+MOST_VIEWED = 30_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +273,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
             "preflight.json", lambda path: _read_lists(path, "fabweave.preflight/1", "flaws")
         ),
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
-        viewer=read("assembly.html", read_viewer),
+        viewer=read("assembly.html", read_viewer) if _has_viewer(directory, plan) else None,
         manual=read("assembly.pdf", read_texts),
         waste_page=read("waste.html", read_waste_page),
         templates=templates,
@@ -280,6 +283,12 @@ def load_job(directory: Path, tally: Tally) -> Job:
         else None,
         offcuts=read_offcuts(directory, read, _read_toml),
     )
+
+
+def _has_viewer(directory: Path, plan: CrossingMap | None) -> bool:
+    """Return whether a job has the page that shows it in space, or should have it."""
+    small = plan is None or len(plan.crossings) <= MOST_VIEWED
+    return small or os.path.lexists(directory / "assembly.html")
 
 
 def _read_png(path: Path) -> Picture:

@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
+from sys import intern
 from types import NoneType, UnionType
 from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin, get_type_hints
 
@@ -81,7 +82,8 @@ class Node:
         """Return a string."""
         if not isinstance(self.value, str):
             raise ReadError(f"{self.path} is not a string but {self.value!r:.40}")
-        return self.value
+        # Ids stand in a document many times; one string serves them all.
+        return intern(self.value)
 
     def points(self, *inner: int) -> Floats:
         """Return a list of arrays of numbers as an (n, ...) array."""

@@ -22,6 +22,8 @@ PATH_MM = 0.02
 MOST_ARC_DEG = 179.0
 #: Lines are compared at points so far apart.
 _LOOK_MM = 0.5
+#: So many pieces are looked at together: enough for speed, few enough for memory.
+_TOGETHER = 64
 #: A hole keeps at least this clear of its outline and of other holes.
 LEAST_WEB_MM = 0.01
 
@@ -170,10 +172,12 @@ def check_simple(job: Job, tally: Tally) -> None:
         place.at_most("arc_deg", turn, MOST_ARC_DEG, "an arc of its path turns by {}")
         _check_webs(polygon, plan.holes[piece.id], place)
     outlines = [np.concatenate([piece.outline, piece.outline[:1]]) for piece in plan.pieces]
-    apart = np.maximum(_off(cuts, outlines), _off(outlines, cuts))
-    for piece, off in zip(plan.pieces, apart.tolist(), strict=True):
-        place = tally.at(f"piece {piece.id}")
-        place.at_most("path_mm", off, PATH_MM, "its path leaves its outline by {}")
+    for first in range(0, len(cuts), _TOGETHER):
+        some = slice(first, first + _TOGETHER)
+        apart = np.maximum(_off(cuts[some], outlines[some]), _off(outlines[some], cuts[some]))
+        for piece, off in zip(plan.pieces[some], apart.tolist(), strict=True):
+            place = tally.at(f"piece {piece.id}")
+            place.at_most("path_mm", off, PATH_MM, "its path leaves its outline by {}")
 
 
 def _off(runs: list[Floats], others: list[Floats]) -> Floats:
