@@ -1,6 +1,8 @@
 """Hold a job: first as far as its pieces are known, then with all that is written."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
@@ -17,9 +19,11 @@ from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
 from fabweave.picture.thread_colours import thread_colours
+from fabweave.report.verdict import Verdict, judge
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import count_bodies
 from fabweave.weave.pattern import Weave
 
 
@@ -62,6 +66,21 @@ class PlannedJob:
     def colours(self) -> Colours:
         """The colour of each thread."""
         return thread_colours(self.woven.bunches, self.settings.colours)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether it can be built."""
+        return self._judged((), 0)
+
+    def _judged(self, holes: Sequence[Finding], unnamed: int) -> Verdict:
+        """Return the verdict with what is known of holes and labels."""
+        return judge(
+            (*self.check.findings, *holes),
+            narrowest_mm=float(self.check.measured["width"].value.min(initial=np.inf)),
+            bodies=count_bodies(self.weave.threads),
+            unnamed=unnamed,
+            forced=self.settings.force,
+        )
 
     @property
     def mirrored(self) -> bool:
@@ -113,3 +132,11 @@ class Job(PlannedJob):
     kerfed: tuple[SheetDrawing, ...]
     notes: tuple[str, ...]
     given_mesh: PolyMesh | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether it can be built, with all that is known of it."""
+        unnamed = sum(
+            any(missing.kind == "id" for missing in marks.dropped) for marks in self.marks
+        )
+        return self._judged(self.holes, unnamed)

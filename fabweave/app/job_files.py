@@ -42,6 +42,7 @@ from fabweave.report.offcuts import (
 )
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
 from fabweave.report.splitting import splitting_record
+from fabweave.report.verdict import verdict_json
 from fabweave.report.waste import piece_table, waste_report
 from fabweave.report.waste_page import waste_page
 from fabweave.verify import VerifyReport
@@ -152,7 +153,9 @@ def _write_tables(
         splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
     )
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
+    _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
     outcome = {
+        "verdict": job.verdict.level,
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),
@@ -187,6 +190,7 @@ def _write_tables(
     page = waste_page(
         report,
         title=woven.title,
+        verdict=job.verdict,
         allotment=job.allotment,
         sheet_names=names,
         entries=entries,

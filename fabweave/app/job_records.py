@@ -13,6 +13,7 @@ from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
 from fabweave.picture.camera import choose_view
 from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.report.verdict import verdict_words
 
 
 def job_map(job: Job) -> CrossingMap:
@@ -56,6 +57,7 @@ def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
     """Return what the manual says about a job besides its crossing map."""
     return Facts(
         title=job.woven.title,
+        buildable=verdict_words(job.verdict),
         size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
         material=job.supplies.description,
         bill=bill,

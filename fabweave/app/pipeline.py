@@ -42,6 +42,7 @@ from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.picture.portrait import portrait_png
 from fabweave.report.ribbon_report import hole_findings
+from fabweave.report.verdict import FORCED, NotMakeableError
 from fabweave.stock.supplies import Supplies
 from fabweave.verify import VerifyReport, verify_job
 
@@ -197,7 +198,7 @@ def plan_job(
     Raises
     ------
     InputError, CannotMakeError
-        As for :func:`make_job`.
+        As for :func:`make_job`; ``NotMakeableError`` if it cannot be built, and is not forced.
     """
     rules = hole_rules(settings, supplies)
     joined = split_object(woven, settings, supplies, rules, progress)
@@ -215,7 +216,10 @@ def plan_job(
         slots=settings.slots,
         cut=joined.cut,
     )
-    return PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
+    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
+    if planned.verdict.stops and not settings.force:
+        raise NotMakeableError(planned.verdict)
+    return planned
 
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
@@ -289,6 +293,7 @@ def draw_job(
         mirrored=planned.mirrored,
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
+        warnings=[FORCED] if planned.verdict.forced else [],
     )
     code = command_text(settings, complete_settings(usual_settings(settings))[0])
     drawings = tuple(with_code(drawing, code) for drawing in drawings)

@@ -93,6 +93,7 @@ class Settings:
     target: str = default("target")
     targets: tuple[Target, ...] = default("targets")
     strict: bool = default("strict")
+    force: bool = default("force")
     labels: str = default("labels")
     label_side: str = default("label_side")
     paper: str = default("paper")

@@ -9,6 +9,7 @@ import click
 
 from fabweave.cli.options import SectionedCommand, job_options, job_settings
 from fabweave.cli.progress import progress_bar
+from fabweave.cli.terminal import VERDICT_STYLES
 from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
@@ -85,6 +86,8 @@ def make(
 
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
     """Return what was made, as JSON takes it."""
+    from fabweave.report.verdict import verdict_json
+
     job = made.job
     return {
         "directory": str(output),
@@ -94,6 +97,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "joints": len(job.piece_set.joints),
         "sheets": [drawing.name for drawing in job.drawings],
         "proved": True,
+        "verdict": verdict_json(job.verdict),
         "notes": list(job.notes),
     }
 
@@ -103,11 +107,12 @@ def _tell(made: "FinishedJob", output: Path) -> None:
     from rich.console import Console
 
     from fabweave.cut.preflight.violations import flaw_lines
+    from fabweave.report.verdict import verdict_text
 
     job, proof, found = made
     console = Console(highlight=False, soft_wrap=True)
     for note in job.notes:
-        console.print(f"  {note}", markup=False)
+        console.print(f"  {note}", markup=False, style="dim")
     console.print(
         f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')}, "
         f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
@@ -125,4 +130,6 @@ def _tell(made: "FinishedJob", output: Path) -> None:
             f"{output / 'offcuts' / 'stock.toml'} takes them first in a later job",
             markup=False,
         )
+    verdict = job.verdict
+    console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
     console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)

@@ -25,6 +25,12 @@ _PLAIN = {
     "”": '"',
 }
 _NAME = "fabweave.plain"
+#: How a verdict looks where there is colour.
+VERDICT_STYLES = {
+    "makeable": "bold green",
+    "with care": "bold yellow",
+    "not makeable": "bold red",
+}
 
 
 def plain_letters(error: UnicodeError) -> tuple[str, int]:

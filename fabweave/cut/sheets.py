@@ -34,6 +34,7 @@ def draw_sheets(
     mirrored: bool = False,
     cool: bool = False,
     offcuts: Sequence[Offcut] = (),
+    warnings: Sequence[str] = (),
 ) -> tuple[SheetDrawing, ...]:
     """Draw every sheet of a layout.
 
@@ -54,6 +55,8 @@ def draw_sheets(
         Whether pieces side by side are not to be cut one after another (``spread_heat``).
     offcuts : sequence of Offcut
         What is left of sheets, one at most of each, as it is drawn.
+    warnings : sequence of str
+        Lettered in the margin of each sheet, capitals.
 
     Returns
     -------
@@ -82,7 +85,11 @@ def draw_sheets(
             pieces=tuple(drawn),
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
-                [f"{_lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}", *legend],
+                [
+                    f"{_lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}",
+                    *warnings,
+                    *legend,
+                ],
                 layout.margin_mm,
                 layout.rotations,
                 left.get(number - 1),

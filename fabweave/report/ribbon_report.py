@@ -17,7 +17,7 @@ from fabweave.flat.unfold.development import wave_turns
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
-from fabweave.ribbon.rules.finding import Finding, FindingRecord, finding_record, sentence
+from fabweave.ribbon.rules.finding import FAR, Finding, FindingRecord, finding_record, sentence
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.ribbon_limits import Limits
@@ -72,6 +72,7 @@ def hole_findings(
             position=(x, y, z),
             count=len(narrow),
             of=threads.n_crossings,
+            far=int(np.count_nonzero(piece_set.room_mm[narrow] < FAR * rule.edge_mm)),
         )
     ]
 

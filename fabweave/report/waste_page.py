@@ -10,6 +10,7 @@ from fabweave.report.bom import bom_section
 from fabweave.report.estimate import estimate_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
+from fabweave.report.verdict import VERDICTS, Verdict
 from fabweave.report.waste import WasteReport
 from fabweave.stock.supplies import Supplies
 
@@ -28,8 +29,11 @@ tfoot td {{ font-weight: 600 }}
 pre {{ background: #f4f2ee; padding: .8rem; overflow-x: auto; font-size: .85rem }}
 figure {{ margin: 1rem 0 }} img {{ max-width: 100%; border: 1px solid #ccc }}
 li {{ margin: .3rem 0 }}
+.verdict {{ border-left: .5rem solid #009e73; padding: .2rem .9rem; background: #f4f2ee }}
+.with-care {{ border-color: #e69f00 }} .not-makeable {{ border-color: #d55e00 }}
 </style></head><body>
 <h1>{title}: material</h1>
+{verdict}
 <p>{summary}</p>
 <h2>Sheets</h2>
 <table><thead><tr><th>Sheet</th><th>Size, mm</th><th>Pieces</th><th>Pieces, cm²</th>
@@ -51,6 +55,7 @@ def waste_page(
     report: WasteReport,
     *,
     title: str,
+    verdict: Verdict,
     allotment: Allotment,
     sheet_names: Sequence[str],
     entries: Sequence[str],
@@ -62,6 +67,8 @@ def waste_page(
     report : WasteReport
     title : str
         Name of the job.
+    verdict : Verdict
+        Whether it can be built.
     allotment : Allotment
     sheet_names : sequence of str
     entries : sequence of str
@@ -87,6 +94,7 @@ def waste_page(
     )
     return _PAGE.format(
         title=html.escape(title),
+        verdict=_verdict_section(verdict),
         summary=html.escape(summary),
         rows=rows,
         total=_page_row("all", "", totals.sums),
@@ -101,6 +109,23 @@ def waste_page(
             "</figure>"
             for name in sheet_names
         ),
+    )
+
+
+def _verdict_section(verdict: Verdict) -> str:
+    """Return the verdict with its reasons, as a section of a web page."""
+    reasons = "".join(
+        f"<li>{html.escape(reason.text)}"
+        + (f"; <em>{html.escape(reason.advice)}</em>" if reason.advice else "")
+        + "</li>"
+        for reason in verdict.reasons
+    )
+    forced = " It was made all the same (--force)." if verdict.forced else ""
+    return (
+        f'<div class="verdict {verdict.level.replace(" ", "-")}"><p><strong>Can it be built? '
+        f"{VERDICTS[verdict.level]}</strong>{forced}</p>"
+        + (f"<ul>{reasons}</ul>" if reasons else "")
+        + "</div>"
     )
 
 

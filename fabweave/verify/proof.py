@@ -24,6 +24,7 @@ from fabweave.verify.checks.reports.materials import check_materials
 from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.checks.reports.preflight import check_preflight
 from fabweave.verify.checks.reports.tables import check_tables
+from fabweave.verify.checks.reports.verdict import check_verdict
 from fabweave.verify.checks.reports.viewer import check_viewer
 from fabweave.verify.checks.sheets.cut_order import check_order
 from fabweave.verify.checks.sheets.drawings import check_dxf, check_svg
@@ -61,6 +62,7 @@ _FILES = {
     "waste": "waste.json",
     "ribbons": "ribbons.json",
     "preflight": "preflight.json",
+    "verdict": "verdict.json",
     "manual": "assembly.pdf",
 }
 
@@ -97,6 +99,7 @@ _TASKS = (
     _Task("estimate", ("map", "waste"), check_estimate),
     _Task("outcome", (), check_outcome),
     _Task("preflight", ("map", "preflight"), check_preflight),
+    _Task("verdict", ("map", "ribbons", "verdict"), check_verdict),
     _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
     _Task("steps", ("map",), check_steps),
     _Task("viewer", ("map", "model"), check_viewer),

@@ -45,6 +45,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "materials": "every piece is on a sheet of its thread's material; each material adds up",
         "estimate": "cutting times and prices follow from lengths, speeds and areas as stated",
         "outcome": "job.toml and the notes of the layout tell what came out",
+        "verdict": "whether it can be built is what the findings come to",
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",
         "steps": "done in order, the steps make every crossing and joint once, and the whole weave",

@@ -63,6 +63,24 @@ def thread_graph(threads: Threads) -> sparse.csr_array:
     return sparse.coo_array((counts, (rows, columns)), shape=(size, size)).tocsr()
 
 
+def count_bodies(threads: Threads) -> int:
+    """Count the parts of a weave that no crossing joins: each falls away from the others.
+
+    Threads without a crossing are left out.
+
+    Parameters
+    ----------
+    threads : Threads
+
+    Returns
+    -------
+    int
+        One for a weave that hangs together.
+    """
+    number, label = csgraph.connected_components(thread_graph(threads), directed=False)
+    return int(number - np.count_nonzero(threads.lengths == 0)) if len(label) else 0
+
+
 def find_bunches(threads: Threads) -> Bunches:
     """Part the threads into as few bunches as can be found, and say how few there could be.
 

@@ -16,7 +16,7 @@ from fabweave.app.options.kinds import (
     value_of,
     whole,
 )
-from fabweave.app.options.option import CUTTER, MANUAL, SEARCH, SHEETS, WEAVE, Option
+from fabweave.app.options.option import CUTTER, MANUAL, RIBBONS, SEARCH, SHEETS, WEAVE, Option
 
 #: No side of a sheet is longer.
 _LONGEST_SHEET_MM = 20_000.0
@@ -223,6 +223,14 @@ CUTTING_OPTIONS = (
         CUTTER,
         flag(),
         "Refuse a job that breaks a rule of the material or the target.",
+        default=False,
+        making=True,
+    ),
+    Option(
+        "force",
+        RIBBONS,
+        flag(),
+        "Make the job although it cannot be built from its material: sheets and notes then say so.",
         default=False,
         making=True,
     ),

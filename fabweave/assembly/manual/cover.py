@@ -48,6 +48,8 @@ class Facts:
     ----------
     title : str
         Name of the object.
+    buildable : str
+        Whether it can be built, and what wants care.
     size_mm : tuple of float
         Its extents along x, y, z.
     material : str
@@ -61,6 +63,7 @@ class Facts:
     """
 
     title: str
+    buildable: str
     size_mm: tuple[float, ...]
     material: str
     bill: BillOfMaterials
@@ -124,6 +127,7 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     if fasteners and RIVET.name not in kinds:
         kinds.append(RIVET.name)
     lines = [
+        ("Buildable?", facts.buildable),
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
         ("Material", facts.material),
         (

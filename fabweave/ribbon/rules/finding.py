@@ -6,6 +6,8 @@ from typing import Literal, TypeAlias
 from fabweave.core.records import record
 
 Severity: TypeAlias = Literal["refuse", "warn"]
+#: A place with less than this share of what a rule wants is far from it: no coaxing helps there.
+FAR = 0.6
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,9 @@ class Finding:
         In space, millimetres.
     count, of : int
         In how many places the rule does not hold, out of how many.
+    far : int
+        In how many of them there is less than ``FAR`` of what is needed, or more than ``1 / FAR``
+        times what is allowed; for clearance, in how many ribbons pass through each other.
     size_mm : int or None
         The smallest size at which the rule holds, if a larger size fixes it.
     may_be_mm : int or None
@@ -60,6 +65,7 @@ class Finding:
     position: tuple[float, float, float]
     count: int
     of: int
+    far: int = 0
     size_mm: int | None = None
     may_be_mm: int | None = None
     width_factor: float | None = None
@@ -76,6 +82,19 @@ def sentence(finding: Finding) -> str:
     ...     120, size_mm=412)))
     bend: a radius of 30.0 mm on thread A after crossing 17, but the material allows no less than \
 46.0 mm; in 5 of 120 places. To fix it, use --size 412mm
+    """
+    advice = remedies(finding)
+    return statement(finding) + (f". To fix it, use {advice}" if advice else "")
+
+
+def statement(finding: Finding) -> str:
+    """Return what was found, and where, without what would fix it.
+
+    Examples
+    --------
+    >>> print(statement(Finding("hole", "warn", 3.0, 4.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 9)))
+    hole: only 3.00 mm from its centre to an edge on thread A after crossing 17, but it needs \
+4.00 mm; in 5 of 9 places
     """
     digits = _digits(finding)
     value, limit = f"{finding.value:.{digits}f}", f"{finding.limit:.{digits}f}"
@@ -110,8 +129,7 @@ def sentence(finding: Finding) -> str:
         places = f"in {finding.count} place{'' if finding.count == 1 else 's'}"
     if finding.cause is not None:
         places += f" ({finding.cause})"
-    advice = remedies(finding)
-    return f"{finding.rule}: {what}; {places}" + (f". To fix it, use {advice}" if advice else "")
+    return f"{finding.rule}: {what}; {places}"
 
 
 def _digits(finding: Finding) -> int:
@@ -157,6 +175,7 @@ class FindingRecord:
     position: tuple[float, float, float]
     count: int
     of: int
+    far: int
     size_mm: int | None
     width_factor: float | None
     refine: str | None
@@ -180,6 +199,7 @@ def finding_record(found: Finding) -> FindingRecord:
         position=found.position,
         count=found.count,
         of=found.of,
+        far=found.far,
         size_mm=found.size_mm,
         width_factor=found.width_factor,
         refine=found.refine,

@@ -9,7 +9,7 @@ from fabweave.core.arrays import BoolArray, frozen_value
 from fabweave.core.errors import CannotMakeError
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.clearance import Nearness
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.finding import FAR, Finding
 from fabweave.ribbon.rules.remedy import (
     TOO_STIFF,
     Depth,
@@ -22,6 +22,9 @@ from fabweave.ribbon.rules.remedy import (
 from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, measure_layers
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
+
+#: Ribbons that are too near to one another can be pushed aside, unless they pass through.
+_FAR = {"clearance": 1e-9}
 
 
 @frozen_value
@@ -185,6 +188,7 @@ def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
         position=(x, y, z),
         count=len(broken),
         of=threads.n_crossings if quantity.rule == "clearance" else len(quantity.value),
+        far=int(np.count_nonzero(quantity.margins[broken] < _FAR.get(quantity.rule, FAR))),
     )
 
 

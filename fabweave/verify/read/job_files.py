@@ -79,6 +79,7 @@ class Job:
     waste: dict[str, Any] | None
     ribbons: dict[str, Any] | None
     preflight: dict[str, Any] | None
+    verdict: dict[str, Any] | None
     #: The crossing map as it stands in its file.
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
@@ -271,6 +272,9 @@ def load_job(directory: Path, tally: Tally) -> Job:
         ),
         preflight=read(
             "preflight.json", lambda path: _read_lists(path, "fabweave.preflight/1", "flaws")
+        ),
+        verdict=read(
+            "verdict.json", lambda path: _read_lists(path, "fabweave.verdict/1", "reasons")
         ),
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer) if _has_viewer(directory, plan) else None,

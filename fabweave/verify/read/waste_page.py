@@ -12,7 +12,7 @@ _PLAIN = frozenset({
     "html", "head", "body", "meta", "title", "style", "h1", "h2", "p", "table", "thead", "tbody",
     "tfoot", "tr", "th", "td", "div", "span", "pre", "code", "figure", "figcaption", "img", "ul",
     "li", "a", "svg", "g", "polyline", "polygon", "path", "circle", "line", "rect", "text",
-    "details", "summary", "br", "small",
+    "details", "summary", "br", "small", "strong", "em",
 })  # fmt: skip
 _DRAWN = frozenset({
     "alt", "aria-label", "charset", "class", "cx", "cy", "d", "fill", "font-size", "height", "lang",

@@ -1,0 +1,213 @@
+"""Say whether a thing can be built: one verdict from all that was found.
+
+"Proved" is said of files: they rebuild the weave. Whether hands can build it from this material is
+another question, and is answered here.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias
+
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree
+from fabweave.core.records import record, to_json
+from fabweave.ribbon.rules.finding import Finding, statement
+
+Level: TypeAlias = Literal["makeable", "with care", "not makeable"]
+
+#: The schema of ``verdict.json``.
+VERDICT = "fabweave.verdict/1"
+#: Up to this share of its places a rule may be broken: there the material is coaxed, damped,
+#: scored or tried first. These are a maker's estimates, not measurements.
+COAXED = {"width": 0.02, "bend": 0.10, "crease": 0.10, "twist": 0.25, "layers": 0.10,
+          "clearance": 0.10}  # fmt: skip
+#: Up to this share of the places may be far from what is needed, or one place.
+FAR_SHARE = 0.005
+#: Narrower ribbons want tweezers, and have no room for a label.
+NARROW_MM = 4.0
+#: What stands on the sheets of what is made all the same.
+FORCED = "CANNOT BE BUILT AS IT IS: MADE WITH --FORCE"
+#: Each verdict as an answer to whoever asks whether it can be built.
+VERDICTS = {"makeable": "Yes.", "with care": "Yes, with care.", "not makeable": "No."}
+#: What can be done where a rule is broken in few places.
+_CARE = {
+    "width": "handle them with tweezers",
+    "bend": "damp or roll the strip there before it is woven",
+    "crease": "soften the crease by rolling, or score it",
+    "twist": "ease the strip in slowly, or narrow it there by hand",
+    "layers": "the layers press on one another: do not fasten there before all are in place",
+    "clearance": "push the strips aside there, or trim an edge by hand",
+    "hole": "leave those crossings without a fastener, or use glue",
+}
+
+
+@record
+class Reason:
+    """Something that stands in the way of building, or wants care; and what to do about it."""
+
+    rule: str
+    level: Literal["with care", "not makeable"]
+    text: str
+    advice: str
+
+
+@record
+class Verdict:
+    """Whether a thing can be built: ``verdict.json``.
+
+    Parameters
+    ----------
+    level : "makeable", "with care" or "not makeable"
+        The worst of the reasons.
+    reasons : tuple of Reason
+        The worst first.
+    forced : bool
+        Whether it was made although it is not makeable.
+    """
+
+    level: Level
+    reasons: tuple[Reason, ...]
+    forced: bool = False
+
+    @property
+    def stops(self) -> tuple[Reason, ...]:
+        """The reasons for which it cannot be built."""
+        return tuple(reason for reason in self.reasons if reason.level == "not makeable")
+
+    @property
+    def headline(self) -> str:
+        """The verdict in one line, with its first reason."""
+        first = f": {self.reasons[0].text}" if self.reasons else ""
+        more = len(self.reasons) - 1
+        return f"{self.level}{first}" + (f" (and {more} more)" if more > 0 else "")
+
+
+class NotMakeableError(CannotMakeError):
+    """Report what cannot be built from its material, with the verdict."""
+
+    def __init__(self, verdict: Verdict, ways: str = "") -> None:
+        stops = "\n".join(f"  {reason.text}" for reason in verdict.stops)
+        super().__init__(
+            f"this cannot be built as asked:\n{stops}\n{ways}"
+            "--force makes it all the same, and says so on every sheet"
+        )
+        self.verdict = verdict
+
+
+def judge(
+    findings: Sequence[Finding],
+    *,
+    narrowest_mm: float,
+    bodies: int = 1,
+    unnamed: int = 0,
+    forced: bool = False,
+) -> Verdict:
+    """Return the verdict on a woven object.
+
+    A rule that is broken in few places, and nowhere by far, wants care; one that is broken in more
+    than ``COAXED`` of its places, or by far in more than ``FAR_SHARE`` of them, cannot be kept by
+    any care.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        The rules that the ribbons break.
+    narrowest_mm : float
+        The least width of a ribbon.
+    bodies : int
+        How many bodies there are that no thread joins.
+    unnamed : int
+        How many pieces have no room for their id.
+    forced : bool
+        Whether it is made whatever the verdict is.
+
+    Examples
+    --------
+    >>> few = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 120)
+    >>> judge([few], narrowest_mm=9.0).level
+    'with care'
+    >>> many = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120)
+    >>> judge([many], narrowest_mm=9.0).level
+    'not makeable'
+    >>> judge([], narrowest_mm=9.0).headline
+    'makeable'
+    """
+    reasons = [_reason(finding) for finding in findings]
+    if narrowest_mm < NARROW_MM and all(reason.rule != "width" for reason in reasons):
+        reasons.append(
+            Reason(
+                rule="narrow",
+                level="with care",
+                text=f"ribbons are as narrow as {narrowest_mm:.1f} mm",
+                advice="handle these with tweezers; their labels may have no room",
+            )
+        )
+    if bodies > 1:
+        reasons.append(
+            Reason(
+                rule="bodies",
+                level="with care",
+                text=f"there are {bodies} bodies that no thread joins",
+                advice="each is an object of its own; --bodies largest keeps one",
+            )
+        )
+    if unnamed:
+        reasons.append(
+            Reason(
+                rule="ids",
+                level="with care",
+                text=agree(unnamed, "{n} [piece has|pieces have] no room for an id"),
+                advice="write the id on as you peel the piece, from the picture of its sheet",
+            )
+        )
+    reasons.sort(key=lambda reason: reason.level != "not makeable")
+    level: Level = reasons[0].level if reasons else "makeable"
+    return Verdict(level=level, reasons=tuple(reasons), forced=forced and level == "not makeable")
+
+
+def _reason(finding: Finding) -> Reason:
+    """Return what a finding means to whoever builds the object."""
+    few = finding.count <= max(1, COAXED.get(finding.rule, 1.0) * finding.of)
+    near = finding.far <= max(1, FAR_SHARE * finding.of) or finding.rule == "hole"
+    care = few and near and finding.severity != "refuse"
+    return Reason(
+        rule=finding.rule,
+        level="with care" if care else "not makeable",
+        text=statement(finding),
+        advice=_CARE[finding.rule] if care else "",
+    )
+
+
+def verdict_words(verdict: Verdict) -> str:
+    """Return the verdict in a sentence or two, for paper.
+
+    Examples
+    --------
+    >>> verdict_words(judge([], narrowest_mm=9.0))
+    'Yes.'
+    """
+    told = [
+        f"{reason.text}" + (f" ({reason.advice})" if reason.advice else "")
+        for reason in verdict.reasons[:3]
+    ]
+    more = [f"and {len(verdict.reasons) - 3} more"] if len(verdict.reasons) > 3 else []
+    return " ".join([VERDICTS[verdict.level], "; ".join([*told, *more])]).strip()
+
+
+def verdict_json(verdict: Verdict) -> dict[str, Any]:
+    """Return what ``verdict.json`` holds."""
+    return {"schema": VERDICT, "units": "mm", **to_json(verdict)}
+
+
+def verdict_text(verdict: Verdict) -> str:
+    """Return the verdict with all its reasons, a line each.
+
+    Examples
+    --------
+    >>> print(verdict_text(judge([], narrowest_mm=2.0)))
+    with care
+      ribbons are as narrow as 2.0 mm; handle these with tweezers; their labels may have no room
+    """
+    lines = [f"  {reason.text}" + (f"; {reason.advice}" if reason.advice else "")
+             for reason in verdict.reasons]  # fmt: skip
+    made = ["  made all the same, as --force asks"] if verdict.forced else []
+    return "\n".join([verdict.level, *lines, *made])
