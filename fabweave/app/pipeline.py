@@ -43,6 +43,7 @@ from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.picture.portrait import portrait_png
 from fabweave.report.ribbon_report import hole_findings
 from fabweave.report.verdict import FORCED, NotMakeableError
+from fabweave.ribbon.rules.remedy import Depth
 from fabweave.stock.supplies import Supplies
 from fabweave.verify import VerifyReport, verify_job
 
@@ -182,7 +183,12 @@ def make_job(
 
 
 def plan_job(
-    woven: WovenObject, settings: Settings, supplies: Supplies, progress: Progress = no_progress
+    woven: WovenObject,
+    settings: Settings,
+    supplies: Supplies,
+    progress: Progress = no_progress,
+    *,
+    depth: Depth = Depth.SEARCHED,
 ) -> PlannedJob:
     """Split threads, lay their ribbons with room for the laps, check them, and build the pieces.
 
@@ -194,6 +200,8 @@ def plan_job(
         Complete.
     supplies : Supplies
     progress : callable
+    depth : Depth
+        How far ribbons are checked: remedies are looked for only at the greatest.
 
     Raises
     ------
@@ -204,8 +212,9 @@ def plan_job(
     joined = split_object(woven, settings, supplies, rules, progress)
     woven = joined.woven
     progress("checks", 0, 1)
-    check = check_joined(woven, settings, supplies)
-    check = try_refinement(check, woven, settings, supplies)
+    check = check_joined(woven, settings, supplies, depth)
+    if depth == Depth.SEARCHED:
+        check = try_refinement(check, woven, settings, supplies)
     pieces = build_pieces(
         woven.ribbons,
         woven.weave,

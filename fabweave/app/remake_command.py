@@ -12,6 +12,8 @@ from fabweave.app.settings import Settings, settings_table
 MOST_BYTES = 170
 _PROGRAM = ("fabweave", "make")
 _AGAIN = ("-o", "again")
+#: The material that need not be named.
+_UNNAMED = option_named("material").default
 
 
 def command_text(settings: Settings, usual: Settings) -> str:
@@ -37,25 +39,63 @@ def command_text(settings: Settings, usual: Settings) -> str:
     >>> command_text(settings, usual_settings(settings))
     "fabweave make 'shape:torus?m=8&n=4' --size 300mm --slots -o again"
     """
+    told = settings_table(settings)
+    words, embedded = _words(settings, usual)
+    text = shlex.join([*_PROGRAM, settings.mesh, *words, *_AGAIN])
+    whole = not embedded and "layout" not in told and text.isprintable()
+    if whole and len(text.encode()) <= MOST_BYTES:
+        return text
+    again = shlex.join([*_PROGRAM, "--config", "job.toml", *_AGAIN])
+    return f"{again} # sha256 {settings_digest(told)[:16]}"
+
+
+def long_command(settings: Settings, output: str = "job") -> str:
+    """Return the whole command that makes a job into a folder, however long it is.
+
+    What stands in a file of the user's own (a stock, a library, a preset) is not in it.
+
+    Examples
+    --------
+    >>> long_command(Settings("my cow.obj", size_mm=300.0, remesh="quads:200"))
+    "fabweave make 'my cow.obj' --size 300mm --remesh quads:200 -o job"
+    """
+    words, _ = _words(settings, usual_settings(settings))
+    return shlex.join([*_PROGRAM, settings.mesh, *words, "-o", output])
+
+
+def changed_options(settings: Settings, asked: Settings) -> str:
+    """Return the options in which settings differ from what was asked for, as they are typed.
+
+    Examples
+    --------
+    >>> changed_options(Settings("a.obj", remesh="quads:200", fair=20), Settings("a.obj", fair=20))
+    '--remesh quads:200'
+    """
+    return shlex.join(_words(settings, asked, material=None)[0])
+
+
+def _words(
+    settings: Settings, usual: Settings, material: str | None = _UNNAMED
+) -> tuple[list[str], bool]:
+    """Return the options with what is unusual, and whether one holds what no option can tell."""
     told, expected = settings_table(settings), settings_table(usual)
-    # The material is usual only where it need not be named; a material of the user's own is not.
-    expected |= {"material": option_named("material").default, "materials": None}
-    words, embedded = [*_PROGRAM, settings.mesh], "layout" in told
+    if material is not None:
+        # A material is usual only where it need not be named; one of the user's own is not.
+        expected |= {"material": material, "materials": None}
+    words: list[str] = []
+    embedded = False
     for option in OPTIONS[1:]:
         value = told.get(option.name)
         if value is None or value == expected.get(option.name):
             continue
         if option.kind.flag:
             words.append(option.flag if value else option.denial)
-        else:
-            for one in value if isinstance(value, list) else [value]:
-                words += [option.flag, str(one)]
-                embedded |= isinstance(one, dict)
-    text = shlex.join([*words, *_AGAIN])
-    if not embedded and text.isprintable() and len(text.encode()) <= MOST_BYTES:
-        return text
-    again = shlex.join([*_PROGRAM, "--config", "job.toml", *_AGAIN])
-    return f"{again} # sha256 {settings_digest(told)[:16]}"
+            continue
+        for one in value if isinstance(value, list) else [value]:
+            if isinstance(one, dict):
+                embedded = True
+            words += [option.flag, str(one)]
+    return words, embedded
 
 
 def usual_settings(settings: Settings) -> Settings:

@@ -8,6 +8,7 @@ import click
 
 from fabweave import __version__
 from fabweave.cli.coupon import coupon
+from fabweave.cli.design import design
 from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
 from fabweave.cli.make import make
@@ -34,6 +35,7 @@ def cli() -> None:
 
 for _command in (
     coupon,
+    design,
     guide,
     inspect,
     make,

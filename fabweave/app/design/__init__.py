@@ -1,0 +1,1 @@
+"""Try designs of one model, from coarse to fine, and choose between them."""

@@ -1,0 +1,198 @@
+"""Try one design: all of a job up to its pieces on their sheets, and what it comes to."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from fabweave import __version__
+from fabweave.app.job import PlannedJob
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.pipeline import nest_job, plan_job
+from fabweave.app.remake_command import long_command
+from fabweave.app.request import complete_settings
+from fabweave.app.settings import Settings, settings_table
+from fabweave.app.woven_mesh import weave_mesh
+from fabweave.app.woven_object import lay_object
+from fabweave.core.errors import FabweaveError
+from fabweave.core.records import record
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.nest.layout import Layout
+from fabweave.picture.object_picture import png_bytes, weave_picture
+from fabweave.report.verdict import Reason, Verdict
+from fabweave.ribbon.measures import ribbon_widths
+from fabweave.ribbon.rules.remedy import Depth
+
+#: Pixels of a candidate's picture.
+PICTURE_PX = (440, 360)
+
+
+@record
+class Candidate:
+    """A design that was tried: how to make it, whether it can be built, and what it comes to.
+
+    Parameters
+    ----------
+    key : str
+        The digest of its settings and its mesh; its files are called so.
+    name : str
+        What sets it apart, for people.
+    command : str
+        What makes exactly this.
+    verdict : Verdict
+        Where it was refused before there were pieces, that is the reason, and there are no figures.
+    figures : Figures or None
+    """
+
+    key: str
+    name: str
+    command: str
+    verdict: Verdict
+    figures: "Figures | None"
+
+    @property
+    def makeable(self) -> bool:
+        """Whether it can be built, maybe with care."""
+        return not self.verdict.stops
+
+
+@record
+class Figures:
+    """What a design comes to.
+
+    ``broken`` counts the conditions of its pattern that the weave breaks; ``use`` is the share of
+    the sheets that becomes pieces, ``likeness_mm`` and ``likeness_mean_mm`` how far the mesh is
+    from the model at the most and in the mean, where it was remeshed. ``hours`` are those of the
+    assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
+    range, None where it is not known.
+    """
+
+    faces: int
+    threads: int
+    crossings: int
+    broken: int
+    pieces: int
+    joints: int
+    sheets: int
+    use: float
+    narrowest_mm: float
+    median_mm: float
+    widest_mm: float
+    longest_mm: float
+    likeness_mm: float | None
+    likeness_mean_mm: float | None
+    hours: tuple[float, float] | None
+    cutting_h: tuple[float, float] | None
+    price: tuple[float, float] | None
+
+
+@record
+class Tried:
+    """A candidate, and its picture as a PNG file; none where nothing could be laid."""
+
+    candidate: Candidate
+    picture: bytes | None
+
+
+def design_key(settings: Settings, mesh_digest: str) -> str:
+    """Return the key of a design: that of another version, mesh or setting is another.
+
+    Examples
+    --------
+    >>> one, two = Settings("shape:cube"), Settings("shape:cube", size_mm=200.0)
+    >>> design_key(one, "") == design_key(one, ""), design_key(one, "") == design_key(two, "")
+    (True, False)
+    """
+    told = json.dumps([__version__, mesh_digest, settings_table(settings)], sort_keys=True)
+    return hashlib.sha256(told.encode()).hexdigest()[:16]
+
+
+def mesh_digest(mesh: str, given: PolyMesh | None = None) -> str:
+    """Return a digest of what is woven: of a file's content, or of a mesh in memory."""
+    if given is not None:
+        parts = [given.vertices.tobytes(), given.offsets.tobytes(), given.indices.tobytes()]
+        return hashlib.sha256(b"".join(parts)).hexdigest()
+    path = Path(mesh)
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else mesh
+
+
+def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None = None) -> Tried:
+    """Try a design.
+
+    Parameters
+    ----------
+    settings : Settings
+    key, name : str
+        See :class:`Candidate`.
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
+
+    Returns
+    -------
+    Tried
+        The same for the same settings. What cannot be made is no error, but a verdict.
+    """
+    command = long_command(settings)
+    try:
+        complete, supplies = complete_settings(replace(settings, force=True))
+        loaded = load_mesh(complete, given_mesh=given)
+        woven = lay_object(weave_mesh(loaded, complete, supplies), complete, supplies)
+        planned = plan_job(woven, complete, supplies, depth=Depth.NEAR)
+        layout = nest_job(planned)
+    except FabweaveError as error:
+        text = str(error).partition("\n")[0]
+        reason = Reason(rule="refused", level="not makeable", text=text, advice="")
+        verdict = Verdict(level="not makeable", reasons=(reason,))
+        return Tried(
+            candidate=Candidate(key=key, name=name, command=command, verdict=verdict, figures=None),
+            picture=None,
+        )
+    picture = weave_picture(
+        planned.woven.ribbons, planned.colours, size_px=PICTURE_PX, floor=False, samples=2
+    )
+    verdict = replace(planned.verdict, forced=False)
+    return Tried(
+        candidate=Candidate(
+            key=key,
+            name=name,
+            command=command,
+            verdict=verdict,
+            figures=_figures(planned, layout),
+        ),
+        picture=png_bytes(picture),
+    )
+
+
+def _figures(planned: PlannedJob, layout: Layout) -> Figures:
+    """Return what a design comes to."""
+    pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
+    area = float(shapely.area([shapely.Polygon(piece.outline) for piece in pieces]).sum())
+    sheets = sum(sheet.area_mm2 for sheet in layout.sheets)
+    return Figures(
+        faces=planned.woven.mesh.n_faces,
+        threads=planned.weave.threads.n_threads,
+        crossings=planned.weave.threads.n_crossings,
+        broken=planned.weave.broken.total,
+        pieces=len(pieces),
+        joints=len(planned.piece_set.joints),
+        sheets=len(layout.sheets),
+        use=round(area / sheets, 4),
+        narrowest_mm=round(float(planned.check.measured["width"].value.min()), 2),
+        median_mm=round(float(np.median(widths)), 2),
+        widest_mm=round(float(widths.max()), 2),
+        longest_mm=round(max(float(np.ptp(piece.outline[:, 0])) for piece in pieces), 1),
+        likeness_mm=None,
+        likeness_mean_mm=None,
+        hours=None,
+        cutting_h=None,
+        price=None,
+    )
+
+
+def makeable(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return those that can be built."""
+    return [candidate for candidate in candidates if candidate.makeable]

@@ -1,0 +1,254 @@
+"""Show designs side by side: a page with their pictures, figures and scatter plots, and tables."""
+
+import base64
+import csv
+import html
+import io
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fabweave.app.design.candidate import Candidate, Figures, Tried
+from fabweave.app.design.front import objectives, pareto_front
+from fabweave.core.records import to_json
+from fabweave.report.verdict import VERDICTS
+
+SCHEMA = "fabweave.design/1"
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; margin: 1.5rem auto; max-width: 74rem;
+  padding: 0 1rem; color: #1b1b1b }
+h1 { font-size: 1.6rem } h2 { font-size: 1.2rem; margin-top: 2rem }
+.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(16.5rem, 1fr)); gap: 1rem }
+.card { border: 1px solid #ccc; border-top: .5rem solid #009e73; padding: .6rem .8rem }
+.card.care { border-top-color: #e69f00 } .card.no { border-top-color: #999; color: #666;
+  background: #f4f4f4 }
+.card.best { outline: 3px solid #0072b2 }
+.card img { width: 100% } .card.no img { filter: grayscale(1) contrast(.6) }
+.card h3 { font-size: 1rem; margin: .2rem 0 } .card p { margin: .3rem 0; font-size: .9rem }
+code { display: block; background: #f4f2ee; padding: .4rem; font-size: .78rem;
+  overflow-wrap: anywhere; user-select: all }
+table { border-collapse: collapse; width: 100%; font-size: .88rem }
+th, td { text-align: right; padding: .25rem .5rem; border-bottom: 1px solid #ddd }
+th:first-child, td:first-child { text-align: left }
+tr.no td { color: #888 }
+.plots { display: flex; flex-wrap: wrap; gap: 1rem }
+@media print { .card { break-inside: avoid } }
+"""
+#: Columns of the tables: key, heading, digits.
+_COLUMNS = (
+    ("pieces", "pieces", 0),
+    ("crossings", "crossings", 0),
+    ("sheets", "sheets", 0),
+    ("use", "used", 2),
+    ("narrowest_mm", "narrowest, mm", 1),
+    ("median_mm", "ribbons, mm", 1),
+    ("longest_mm", "longest piece, mm", 0),
+    ("likeness_mm", "off the model, mm", 1),
+    ("broken", "broken conditions", 0),
+    ("hours", "assembly, h", 1),
+    ("cutting_h", "machine, h", 1),
+    ("price", "price", 0),
+)
+#: What is plotted over what: key and name across, key and name upward.
+_PLOTS = (
+    ("pieces", "pieces", "likeness_mm", "off the model, mm"),
+    ("pieces", "pieces", "narrowest_mm", "narrowest ribbon, mm"),
+    ("hours", "assembly, h", "narrowest_mm", "narrowest ribbon, mm"),
+    ("sheets", "sheets", "use", "share of the sheets used"),
+)
+_PLOT_PX, _EDGE_PX = (340, 240), 44
+_COLOURS = {"makeable": "#009e73", "with care": "#e69f00", "not makeable": "#aaaaaa"}
+
+
+def best_of(candidates: Sequence[Candidate]) -> list[bool]:
+    """Return which designs no other is better than in every way."""
+    return pareto_front(objectives(candidates)).tolist() if candidates else []
+
+
+def design_page(title: str, tried: Sequence[Tried], note: str = "") -> str:
+    """Return a page that opens by itself: a card for each design, plots, and a table.
+
+    Parameters
+    ----------
+    title : str
+        What is woven.
+    tried : sequence of Tried
+    note : str
+        What was chosen, and why.
+
+    Returns
+    -------
+    str
+        HTML, with the pictures in it.
+    """
+    candidates = [one.candidate for one in tried]
+    best = best_of(candidates)
+    # The best first, then the others that can be built, from few pieces to many.
+    order = sorted(
+        range(len(tried)),
+        key=lambda at: (
+            not best[at],
+            not candidates[at].makeable,
+            _number(candidates[at], "pieces"),
+        ),
+    )
+    cards = "\n".join(
+        _card(tried[at], f"D{number}", best=best[at]) for number, at in enumerate(order, start=1)
+    )
+    names = {at: f"D{number}" for number, at in enumerate(order, start=1)}
+    plots = "".join(_plot(candidates, names, best, *axes) for axes in _PLOTS)
+    rows = "\n".join(_row(candidates[at], names[at]) for at in order)
+    heads = "".join(f"<th>{html.escape(head)}</th>" for _, head, _ in _COLUMNS)
+    built = sum(candidate.makeable for candidate in candidates)
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        f"<title>{html.escape(title)}: designs</title><style>{_STYLE}</style></head><body>\n"
+        f"<h1>{html.escape(title)}: {len(tried)} designs</h1>\n"
+        f"<p>{built} of them can be built. A blue frame marks those that no other design is "
+        "better than in work, likeness, narrowest ribbon and sheets at once. Grey ones cannot be "
+        f"built from this material, and say why. {html.escape(note)}</p>\n"
+        f'<div class="cards">\n{cards}\n</div>\n<h2>Compared</h2>\n<div class="plots">{plots}</div>'
+        f"\n<h2>Figures</h2>\n<table><thead><tr><th>design</th>{heads}</tr></thead>\n<tbody>\n"
+        f"{rows}\n</tbody></table>\n</body></html>\n"
+    )
+
+
+def _card(tried: Tried, name: str, *, best: bool) -> str:
+    """Return the card of a design."""
+    candidate, figures = tried.candidate, tried.candidate.figures
+    verdict = candidate.verdict
+    kind = {"makeable": "", "with care": " care", "not makeable": " no"}[verdict.level]
+    picture = ""
+    if tried.picture is not None:
+        data = base64.b64encode(tried.picture).decode()
+        picture = f'<img alt="{html.escape(candidate.name)}" src="data:image/png;base64,{data}">'
+    told = f"<p>{html.escape(words(figures))}</p>" if figures is not None else ""
+    why = "; ".join(reason.text for reason in verdict.reasons[:2])
+    return (
+        f'<div class="card{kind}{" best" * best}">{picture}'
+        f"<h3>{name}: {html.escape(candidate.name)}</h3>{told}"
+        f"<p><strong>Can it be built? {VERDICTS[verdict.level]}</strong> {html.escape(why)}</p>"
+        f"<code>{html.escape(candidate.command)}</code></div>"
+    )
+
+
+def words(figures: Figures) -> str:
+    """Return what a design comes to, in a few words."""
+    text = (
+        f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.0f} to {figures.widest_mm:.0f} "
+        f"mm wide (mostly {figures.median_mm:.0f}), {figures.sheets} "
+        f"{'sheet' if figures.sheets == 1 else 'sheets'}"
+    )
+    if figures.hours is not None:
+        text += f", {figures.hours[0]:.0f} to {figures.hours[1]:.0f} h of assembly"
+    if figures.likeness_mm is not None:
+        text += f", at most {figures.likeness_mm:.0f} mm off the model"
+    return text
+
+
+def _number(candidate: Candidate, key: str) -> float:
+    """Return a figure of a design; the middle of a range, and infinite where it is not known."""
+    value = None if candidate.figures is None else getattr(candidate.figures, key)
+    if isinstance(value, tuple):
+        value = sum(value) / len(value)
+    return np.inf if value is None else float(value)
+
+
+def _row(candidate: Candidate, name: str) -> str:
+    """Return the row of a design in the table."""
+    cells = [f"{name}: {candidate.name}"]
+    for key, _, digits in _COLUMNS:
+        value = None if candidate.figures is None else getattr(candidate.figures, key)
+        if isinstance(value, tuple):
+            cells.append(" to ".join(f"{end:.{digits}f}" for end in value))
+        else:
+            cells.append("" if value is None else f"{value:.{digits}f}")
+    kind = "" if candidate.makeable else ' class="no"'
+    return f"<tr{kind}>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>"
+
+
+def _plot(
+    candidates: Sequence[Candidate], names: dict[int, str], best: Sequence[bool],
+    across: str, across_name: str, upward: str, upward_name: str,
+) -> str:  # fmt: skip
+    """Draw the designs that have both figures as dots; nothing where there are fewer than two."""
+    x = np.array([_number(candidate, across) for candidate in candidates])
+    y = np.array([_number(candidate, upward) for candidate in candidates])
+    known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(known) < 2:
+        return ""
+    (wide, high), edge = _PLOT_PX, _EDGE_PX
+    most_x, most_y = (max(float(values[known].max()), 1e-9) for values in (x, y))
+    parts = [
+        f'<line x1="{edge}" y1="{high - edge}" x2="{wide - 8}" y2="{high - edge}" stroke="#888"/>',
+        f'<line x1="{edge}" y1="8" x2="{edge}" y2="{high - edge}" stroke="#888"/>',
+        f'<text x="{(edge + wide) / 2}" y="{high - 8}" font-size="12" text-anchor="middle">'
+        f"{html.escape(across_name)}</text>",
+        f'<text x="12" y="{(high - edge) / 2}" font-size="12" text-anchor="middle" '
+        f'transform="rotate(-90 12 {(high - edge) / 2})">{html.escape(upward_name)}</text>',
+        f'<text x="{wide - 8}" y="{high - edge + 16}" font-size="11" text-anchor="end">'
+        f"{most_x:.3g}</text>",
+        f'<text x="{edge - 4}" y="18" font-size="11" text-anchor="end">{most_y:.3g}</text>',
+        f'<text x="{edge - 4}" y="{high - edge}" font-size="11" text-anchor="end">0</text>',
+    ]
+    for at in known.tolist():
+        left = edge + (wide - edge - 20) * x[at] / most_x
+        top = high - edge - (high - edge - 20) * y[at] / most_y
+        ring = ' stroke="#0072b2" stroke-width="3"' if best[at] else ""
+        parts.append(
+            f'<circle cx="{left:.1f}" cy="{top:.1f}" r="5" '
+            f'fill="{_COLOURS[candidates[at].verdict.level]}"{ring}><title>{names[at]}: '
+            f"{html.escape(candidates[at].name)}</title></circle>"
+        )
+        if best[at]:
+            parts.append(
+                f'<text x="{left + 8:.1f}" y="{top - 5:.1f}" font-size="11">{names[at]}</text>'
+            )
+    return (
+        f'<svg width="{wide}" height="{high}" viewBox="0 0 {wide} {high}" role="img" '
+        f'aria-label="{html.escape(upward_name)} over {html.escape(across_name)}">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+def design_json(title: str, tried: Sequence[Tried]) -> str:
+    """Return what ``design.json`` holds: every design with its figures, and whether it is best."""
+    candidates = [one.candidate for one in tried]
+    rows: list[dict[str, Any]] = [
+        {**to_json(candidate), "best": best}
+        for candidate, best in zip(candidates, best_of(candidates), strict=True)
+    ]
+    document = {"schema": SCHEMA, "units": "mm", "title": title, "designs": rows}
+    return json.dumps(document, indent=1) + "\n"
+
+
+def design_csv(tried: Sequence[Tried]) -> str:
+    """Return the figures as a table: a design a row."""
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    ranges = ("hours", "cutting_h", "price")
+    keys = [key for key, _, _ in _COLUMNS]
+    heads = [
+        part
+        for key in keys
+        for part in ((f"{key}_low", f"{key}_high") if key in ranges else (key,))
+    ]
+    writer.writerow(["key", "name", "verdict", *heads, "command"])
+    for one in tried:
+        figures = one.candidate.figures
+        cells: list[Any] = []
+        for key in keys:
+            value = None if figures is None else getattr(figures, key)
+            if key in ranges:
+                cells += ["", ""] if value is None else list(value)
+            else:
+                cells.append("" if value is None else value)
+        candidate = one.candidate
+        writer.writerow(
+            [candidate.key, candidate.name, candidate.verdict.level, *cells, candidate.command]
+        )
+    return table.getvalue()

@@ -1,0 +1,133 @@
+"""Say which designs of a model are worth trying: from coarse to fine, in quads and triangles."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fabweave.app.options.table import option_named
+from fabweave.app.remake_command import changed_options
+from fabweave.app.settings import Settings
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.triangulate import triangulate
+
+#: Ribbons of a mesh of quads are about so wide, as a share of the sides of its faces.
+WIDTH_SHARE = 0.46
+#: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
+_COARSE_MM, _FINE_MM = 32.0, 7.0
+#: A mesh of fewer faces keeps no shape; one of more is no evening's work.
+_FEWEST, _MOST = 40, 1500
+#: Meshes with more faces are not woven as they come.
+_MOST_AS_THEY_COME = 1500
+#: A built-in shape, or a mesh of so few faces, is refined rather than made anew.
+_LOW_POLY = 60
+#: A narrower weave, which shows more of what is behind it.
+_NARROW = "0.45"
+
+
+def name_of(settings: Settings, asked: Settings) -> str:
+    """Return what sets a design apart from what was asked for.
+
+    Examples
+    --------
+    >>> name_of(Settings("a.obj", remesh="quads:90"), Settings("a.obj"))
+    '--remesh quads:90'
+    >>> name_of(Settings("a.obj"), Settings("a.obj"))
+    'as asked'
+    """
+    return changed_options(settings, asked) or "as asked"
+
+
+def densities(mesh: PolyMesh, count: int) -> list[int]:
+    """Return numbers of quads to try, from coarse to fine, by the widths that ribbons would have.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        In millimetres, at the size at which it is woven.
+    count : int
+        How many.
+
+    Returns
+    -------
+    list of int
+        Ascending, evenly spaced as a geometric row, two digits each; fewer on small objects.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> densities(parse_shape("shape:sphere?n=8&radius=150"), 4)
+    [58, 160, 440, 1200]
+    """
+    triangles = triangulate(mesh)
+    corners = triangles.vertices[triangles.indices.reshape(-1, 3)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = float(np.linalg.norm(normals, axis=1).sum()) / 2.0
+    ends = [area / (width / WIDTH_SHARE) ** 2 for width in (_COARSE_MM, _FINE_MM)]
+    low, high = np.clip(ends, _FEWEST, _MOST).tolist()
+    found = {_round(number) for number in np.geomspace(low, high, count).tolist()}
+    return sorted(found)
+
+
+def _round(number: float) -> int:
+    """Return a number with two digits."""
+    step = 10 ** max(0, int(np.floor(np.log10(number))) - 1)
+    return int(round(number / step) * step)
+
+
+def variety(asked: Settings, mesh: PolyMesh, count: int) -> list[Settings]:
+    """Return the designs to try, those first that tell most.
+
+    What is asked for is kept: a mesh that is to be remeshed or refined in a stated way is not
+    remeshed otherwise, and a stated width stays.
+
+    Parameters
+    ----------
+    asked : Settings
+    mesh : PolyMesh
+        As it is loaded, before anything is done to it, at its size in millimetres.
+    count : int
+        How many at most.
+    """
+    found: dict[str, Settings] = {}
+    for settings in _all(asked, mesh, count):
+        found.setdefault(name_of(settings, asked), settings)
+        if len(found) == count:
+            break
+    return list(found.values())
+
+
+def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
+    """Yield designs in the order in which they are worth trying; some may come twice."""
+    meshes = list(_meshes(asked, mesh, count))
+    yield from meshes
+    if asked.pattern == "plain":
+        yield from (
+            replace(settings, pattern="twill")
+            for settings in meshes
+            if "triangles" not in (settings.remesh or "")
+        )
+    if asked.width.auto:
+        narrow = option_named("width").kind.parse(_NARROW)
+        yield from (replace(settings, width=narrow) for settings in meshes)
+    yield from (replace(settings, fair=50) for settings in meshes if not asked.fair)
+
+
+def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
+    """Yield designs that differ in their meshes alone."""
+    fixed = asked.remesh is not None or asked.refine is not None
+    as_it_comes = mesh.n_faces <= _MOST_AS_THEY_COME
+    if fixed:
+        yield asked
+        return
+    if mesh.n_faces <= _LOW_POLY or asked.mesh.startswith("shape:"):
+        yield asked
+        for steps in (1, 2):
+            if mesh.n_corners * 2 * 4 ** (steps - 1) <= _MOST:
+                yield replace(asked, refine=f"catmull-clark:{steps}")
+        return
+    each = max(3, count // 3)
+    quads = densities(mesh, each)
+    yield from (replace(asked, remesh=f"quads:{number}") for number in quads)
+    if as_it_comes:
+        yield asked

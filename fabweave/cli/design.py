@@ -1,0 +1,101 @@
+"""The command that tries designs of a model side by side."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.progress import progress_bar
+from fabweave.cli.terminal import VERDICT_STYLES
+from fabweave.core.parallel.interrupt import held_back
+
+if TYPE_CHECKING:
+    from fabweave.app.design.candidate import Candidate
+
+
+@click.command(cls=SectionedCommand)
+@job_options(making=True)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    required=True,
+    help="Folder for what is found. A search that was stopped goes on there.",
+)
+@click.option(
+    "--tries",
+    type=click.IntRange(1, 1000),
+    default=24,
+    show_default=True,
+    help="How many designs to try at most.",
+)
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Try them on the Dask cluster whose scheduler has this address; needs the extra cluster. "
+    "[default: the processors of this computer]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def design(
+    output: Path,
+    tries: int,
+    cluster: str | None,
+    as_json: bool,
+    quiet: bool,
+    mesh: str | None,
+    **options: Any,
+) -> None:
+    """Try designs of MESH from coarse to fine, and show which can be built and what they take.
+
+    Each goes through everything up to its pieces on their sheets: meshes of quads and of
+    triangles, plain weave and twill, wider and narrower ribbons. What you ask for with options is
+    the same in all of them. The page design.html shows them with pictures, figures and the exact
+    fabweave make command of each.
+
+    \b
+    Examples:
+      fabweave design spot.obj --size 400mm --material card -o designs
+      fabweave design scan.stl --size 50cm --material birch-veneer --tries 100 -o designs
+    """
+    with held_back():
+        from fabweave.app.design.job import run_design
+        from fabweave.app.design.page import best_of, design_json
+        from fabweave.core.parallel.cluster import cluster_at
+        from fabweave.core.parallel.executors import processes
+
+    settings = job_settings(mesh, options)
+    executors = processes(os.cpu_count() or 1) if cluster is None else cluster_at(cluster)
+    with progress_bar(quiet or as_json) as progress:
+        tried = run_design(settings, output, progress, count=tries, executors=executors)
+    candidates = [one.candidate for one in tried]
+    if as_json:
+        click.echo(design_json(Path(settings.mesh).stem, tried), nl=False)
+    elif not quiet:
+        _tell(candidates, best_of(candidates), output)
+
+
+def _tell(candidates: "list[Candidate]", best: list[bool], output: Path) -> None:
+    """Print the designs that no other is better than, and where all are shown."""
+    from rich.console import Console
+
+    from fabweave.app.design.page import words
+
+    console = Console(highlight=False, soft_wrap=True)
+    for candidate, good in zip(candidates, best, strict=True):
+        if good and candidate.figures is not None:
+            console.print(
+                f"{candidate.name}: {words(candidate.figures)}; {candidate.verdict.headline}",
+                style=VERDICT_STYLES[candidate.verdict.level],
+                markup=False,
+            )
+            console.print(f"  {candidate.command}", markup=False)
+    built = sum(candidate.makeable for candidate in candidates)
+    console.print(
+        f"{built} of {len(candidates)} designs can be built. All with pictures: "
+        f"{output / 'design.html'}",
+        markup=False,
+    )
