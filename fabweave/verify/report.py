@@ -47,7 +47,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "outcome": "job.toml and the notes of the layout tell what came out",
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",
-        "steps": "done in order, the steps make every crossing and joint once, and the whole weave",
+        "steps": "done in order, the steps make the whole weave once, with the effort that is said",
         "viewer": "the viewer shows the map's plan and the model's strips, and loads nothing",
         "manual": "the manual names all pieces and sheets; its steps and stations are the map's",
     }
