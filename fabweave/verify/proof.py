@@ -14,6 +14,7 @@ from fabweave.verify.checks.plan.joints import check_joints
 from fabweave.verify.checks.plan.kinds import check_kinds
 from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.checks.plan.references import check_references
+from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.checks.plan.steps import check_steps
 from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.checks.reports.areas import check_areas
@@ -67,6 +68,7 @@ _FILES = {
 
 _TASKS = (
     _Task("files", (), check_references),
+    _Task("source", ("mesh",), check_source),
     _Task("mesh-walks", ("map", "mesh"), check_walks),
     _Task("over-under", ("map",), check_over_under),
     _Task("pattern", ("map", "mesh"), check_pattern),

@@ -15,6 +15,7 @@ FINDINGS_KEPT = 8
 MEANINGS: Mapping[str, str] = MappingProxyType(
     {
         "files": "every file is there, can be read, keeps its schema, and every reference resolves",
+        "source": "the woven mesh has the size that is asked for, and the faces of what was given",
         "mesh-walks": "the threads are exactly the straight-ahead walks of the woven mesh",
         "over-under": "each crossing has one strand over and one under, and every record agrees",
         "pattern": "the weave has the pattern and the broken conditions that it claims",

@@ -13,11 +13,12 @@ from verify_writers import glb_bytes, write_mesh
 from fabweave.verify import verify_job
 from fabweave.verify.report import MEANINGS
 
-#: Without the map nothing can be checked but what job.toml says came out, which is left alone then.
-MAP_CHECKS = " ".join(name for name in MEANINGS if name != "outcome")
+#: Without the map nothing can be checked but the mesh, and what job.toml says came out, which is
+#: left alone then.
+MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("outcome", "source"))
 MISSING = {
     "job.toml": "files",
-    "woven_mesh.obj": "files mesh-walks pattern space",
+    "woven_mesh.obj": "files source mesh-walks pattern space",
     "model.glb": "files space clearance bends joints unfolding bom viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
@@ -411,7 +412,7 @@ def test_a_mirrored_mesh(specimen, job):
 def test_a_face_turned_round(specimen, job):
     source = specimen("octahedron")
     source.faces[0] = source.faces[0][::-1]
-    assert set(write_obj(job(), source)) == {"files", "mesh-walks", "pattern", "space"}
+    assert set(write_obj(job(), source)) == {"files", "source", "mesh-walks", "pattern", "space"}
 
 
 def test_a_face_left_out(specimen, job):

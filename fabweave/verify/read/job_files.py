@@ -30,6 +30,7 @@ from fabweave.verify.read.offcuts import Offcuts, read_offcuts
 from fabweave.verify.read.pdf import read_texts
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
+from fabweave.verify.read.source_mesh import SourceMesh, read_source
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
@@ -86,6 +87,8 @@ class Job:
     ready: Ready | None = None
     #: The sheets at full size, by their numbers; None where the settings want none.
     templates: dict[int, Template] | None = None
+    #: The mesh that the job was made from, if it is at hand.
+    source: SourceMesh | None = None
     #: What is in the folder for a service, if there is one.
     service: Service | None = None
     #: What is in the folder of offcuts, if there is one.
@@ -274,6 +277,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         manual=read("assembly.pdf", read_texts),
         waste_page=read("waste.html", read_waste_page),
         templates=templates,
+        source=read_source(directory, options, read),
         ready=read_ready(directory, options, sheets, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
