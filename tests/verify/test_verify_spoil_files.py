@@ -111,7 +111,7 @@ def test_no_mutation_makes_a_traceback(job, seed):
 
 def test_no_folder(tmp_path):
     report = verify_job(tmp_path / "none")
-    assert set(report.failed) == set(MAP_CHECKS.split())
+    assert set(report.failed) == {*MAP_CHECKS.split(), "source"}
 
 
 def test_a_file_in_place_of_the_folder(tmp_path):
