@@ -38,7 +38,7 @@ from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.checks.sheets.spacing import check_sheets
 from fabweave.verify.checks.sheets.stock import check_stock
 from fabweave.verify.checks.sheets.templates import check_templates
-from fabweave.verify.read.job_files import Job, load_job, no_job
+from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.report import VerifyReport
 from fabweave.verify.statement import Tally
 
@@ -132,7 +132,7 @@ def verify_job(directory: Path) -> VerifyReport:
         job = load_job(Path(directory), tally)
     except Exception as error:  # whatever the folder holds, this is a finding
         tally.unfinished("the folder cannot be read to its end", error)
-        job = no_job()
+        job = Job()
     for task in _TASKS:
         tally = tally if task is _TASKS[0] else Tally(task.name)
         _run(task, job, tally)

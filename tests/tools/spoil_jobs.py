@@ -9,6 +9,7 @@ What may be missed without harm, and is left out: texts for people that no other
 which says whose the files of a folder are, and nothing about the object.
 """
 
+import contextlib
 import csv
 import io
 import json
@@ -17,6 +18,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import struct
 import sys
 import tempfile
@@ -97,7 +99,9 @@ def replaced(text, match, other):
 
 
 def any_match(dice, pattern, text, start=0):
-    return any_of(dice, (m for m in re.finditer(pattern, text) if m.start() >= start))
+    """Return one place in a text, or from the beginning of a section of a DXF file to its end."""
+    end = text.index("\n  0\nENDSEC", start) if start else len(text)
+    return any_of(dice, (m for m in re.finditer(pattern, text) if start <= m.start() < end))
 
 
 # --- drawings -----------------------------------------------------------------------------------
@@ -462,7 +466,8 @@ CLASSES = {
     "ribbons.json": json_file("ribbons.json"), "preflight.json": json_file("preflight.json"),
     "missing files": missing_file, "extra files": extra_file,
     "service parts": within("service", csv_file("parts.csv")),
-    "service DXF": within("service", dxf_coordinates), "service SVG": within("service", svg_coordinates),
+    "service DXF": within("service", dxf_coordinates),
+    "service SVG": within("service", svg_coordinates),
     "offcut list": offcut_list, "offcut DXF": within("offcuts", dxf_coordinates),
 }  # fmt: skip
 
@@ -480,6 +485,11 @@ def tried(task):
         return name, job, seed, said, verify_job(folder).failed
 
 
+def leave_interrupts():
+    """Leave Ctrl-C to the process that waits."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 def main() -> int:
     """Make the jobs, spoil them, and print the table."""
     times, only = int(sys.argv[1]), sys.argv[2:] or list(CLASSES)
@@ -489,9 +499,15 @@ def main() -> int:
             assert run("make", *words, "-q", "-o", Path(source) / name) == 0, name
             assert verify_job(Path(source) / name).ok, name
         tasks = [
-            (source, name, job, seed) for name in only for job in JOBS for seed in range(times)
+            (source, name, job, seed) for seed in range(times) for name in only for job in JOBS
         ]
-        with multiprocessing.get_context("spawn").Pool(min(2, os.cpu_count() or 1)) as pool:
+        processes = os.cpu_count() or 1
+        with (
+            contextlib.suppress(
+                KeyboardInterrupt
+            ),  # the table of what was tried comes all the same
+            multiprocessing.get_context("spawn").Pool(processes, leave_interrupts) as pool,
+        ):
             for name, job, seed, said, failed in pool.imap_unordered(tried, tasks):
                 if said is None:
                     continue

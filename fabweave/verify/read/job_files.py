@@ -6,7 +6,7 @@ import json
 import math
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -64,19 +64,19 @@ _MOST_PIXELS = 1 << 28
 class Job:
     """A job as read; None, or absent from a lookup, is what could not be read."""
 
-    map: CrossingMap | None
-    mesh: LoadedMesh | None
-    model: dict[str, Strip] | None
-    markers: dict[int, Floats]
-    dxf: dict[int, Drawing]
-    svg: dict[int, Drawing]
-    settings: dict[str, Any] | None
-    crossing_rows: Rows | None
-    piece_rows: Rows | None
-    station_rows: Rows | None
-    waste: dict[str, Any] | None
-    ribbons: dict[str, Any] | None
-    preflight: dict[str, Any] | None
+    map: CrossingMap | None = None
+    mesh: LoadedMesh | None = None
+    model: dict[str, Strip] | None = None
+    markers: dict[int, Floats] = field(default_factory=dict)
+    dxf: dict[int, Drawing] = field(default_factory=dict)
+    svg: dict[int, Drawing] = field(default_factory=dict)
+    settings: dict[str, Any] | None = None
+    crossing_rows: Rows | None = None
+    piece_rows: Rows | None = None
+    station_rows: Rows | None = None
+    waste: dict[str, Any] | None = None
+    ribbons: dict[str, Any] | None = None
+    preflight: dict[str, Any] | None = None
     #: The crossing map as it stands in its file.
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
@@ -186,12 +186,6 @@ def sheet_drawings(
             yield sheet, drawing, tally.at(f"{sheet.name}.{kind}")
         elif needed:
             tally.fail(f"{sheet.name}.{kind} is not checked, because it could not be read")
-
-
-def no_job() -> Job:
-    """Return a job of which nothing could be read."""
-    nothing = dict.fromkeys(field.name for field in fields(Job) if field.default is MISSING)
-    return Job(**{**nothing, "markers": {}, "dxf": {}, "svg": {}})  # type: ignore[arg-type]
 
 
 def load_job(directory: Path, tally: Tally) -> Job:
