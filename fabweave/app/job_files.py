@@ -29,7 +29,8 @@ from fabweave.cut.write.svg import svg_text
 from fabweave.cut.write.template import template_pdf
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
-from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.io.files import mesh_bytes
+from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.offcuts import (
@@ -166,9 +167,10 @@ def _write_tables(
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
-    write_mesh(directory / "woven_mesh.obj", woven.mesh)
+    (directory / "woven_mesh.obj").write_bytes(obj_bytes(woven.mesh))
     if job.given_mesh is not None:
-        write_mesh(directory / job.settings.mesh, job.given_mesh)
+        kept = directory / job.settings.mesh
+        kept.write_bytes(mesh_bytes(kept, job.given_mesh))
     findings = (*job.check.findings, *job.holes)
     (directory / "model.glb").write_bytes(
         woven_glb(woven.ribbons, woven.labels, job.colours, findings)

@@ -14,6 +14,7 @@ from fabweave.verify.checks.plan.joints import check_joints
 from fabweave.verify.checks.plan.kinds import check_kinds
 from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.checks.plan.references import check_references
+from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.checks.plan.steps import check_steps
 from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.checks.reports.areas import check_areas
@@ -38,7 +39,7 @@ from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.checks.sheets.spacing import check_sheets
 from fabweave.verify.checks.sheets.stock import check_stock
 from fabweave.verify.checks.sheets.templates import check_templates
-from fabweave.verify.read.job_files import Job, load_job, no_job
+from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.report import VerifyReport
 from fabweave.verify.statement import Tally
 
@@ -68,6 +69,7 @@ _FILES = {
 
 _TASKS = (
     _Task("files", (), check_references),
+    _Task("source", ("mesh",), check_source),
     _Task("mesh-walks", ("map", "mesh"), check_walks),
     _Task("over-under", ("map",), check_over_under),
     _Task("pattern", ("map", "mesh"), check_pattern),
@@ -132,7 +134,7 @@ def verify_job(directory: Path) -> VerifyReport:
         job = load_job(Path(directory), tally)
     except Exception as error:  # whatever the folder holds, this is a finding
         tally.unfinished("the folder cannot be read to its end", error)
-        job = no_job()
+        job = Job()
     for task in _TASKS:
         tally = tally if task is _TASKS[0] else Tally(task.name)
         _run(task, job, tally)

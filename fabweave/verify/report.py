@@ -15,6 +15,7 @@ FINDINGS_KEPT = 8
 MEANINGS: Mapping[str, str] = MappingProxyType(
     {
         "files": "every file is there, can be read, keeps its schema, and every reference resolves",
+        "source": "the woven mesh has the size that is asked for, and the faces of what was given",
         "mesh-walks": "the threads are exactly the straight-ahead walks of the woven mesh",
         "over-under": "each crossing has one strand over and one under, and every record agrees",
         "pattern": "the weave has the pattern and the broken conditions that it claims",
@@ -48,7 +49,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "verdict": "whether it can be built is what the findings come to",
         "preflight": "rules that are said to be broken are, where it is said",
         "tables": "the tables for people say what the crossing map says",
-        "steps": "done in order, the steps make every crossing and joint once, and the whole weave",
+        "steps": "done in order, the steps make the whole weave once, with the effort that is said",
         "viewer": "the viewer shows the map's plan and the model's strips, and loads nothing",
         "manual": "the manual names all pieces and sheets; its steps and stations are the map's",
     }

@@ -1,17 +1,25 @@
-"""A full disk, too little memory, a terminal that knows few letters: each ends in words."""
+"""A full disk, a killed process, a terminal that knows few letters: each ends in words."""
 
+import errno
 import io
 import os
 import re
 import subprocess
 import sys
+import tempfile
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
+from dying import die
+from jobs import run as run_here
 
+from fabweave.app import pipeline
 from fabweave.cli.main import main
 from fabweave.cli.terminal import speak_plainly
+from fabweave.nest import batches
+from fabweave.verify import verify_job
 
 
 def run(*arguments, limit=None, **environment):
@@ -103,3 +111,112 @@ def test_what_is_refused_is_refused_before_the_work(options, words, tmp_path, mo
         main(["make", "shape:cube", *options, "-o", str(tmp_path / "out")])
     assert stop.value.code == 2
     assert words in " ".join(capsys.readouterr().err.split())
+
+
+TETRAHEDRON = ("make", "shape:tetrahedron", "--size", "120mm", "--effort", "quick", "-q")
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not bind this user"
+)
+@pytest.mark.parametrize("below", ["out", "new/out"])
+def test_a_folder_that_is_for_reading_only(below, tmp_path, capsys):
+    folder = tmp_path / "shelf"
+    folder.mkdir(mode=0o555)
+    for words in (TETRAHEDRON, ("model", "shape:tetrahedron", "-q")):
+        name = below if words is TETRAHEDRON else f"{below}.glb"
+        assert run_here(*words, "-o", folder / name) == 2
+        said = capsys.readouterr().err
+        assert str(folder) in said
+        assert "Traceback" not in said
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("below", ["out", "new/out"])
+def test_a_file_where_a_folder_is_wanted(below, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(pipeline, "load_mesh", None)  # nothing is made in vain
+    (tmp_path / "shelf").write_text("mine")
+    assert run_here(*TETRAHEDRON, "-o", tmp_path / "shelf" / below) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"fabweave: {tmp_path / 'shelf'} is a file, not a folder")
+    assert (tmp_path / "shelf").read_text() == "mine"
+
+
+def read_only(monkeypatch, when):
+    """Have the system say from some time on that a volume is for reading only."""
+    calls = 0
+
+    def refused(function):
+        def call(*arguments, **options):
+            nonlocal calls
+            calls += 1
+            if calls > when:
+                raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+            return function(*arguments, **options)
+
+        return call
+
+    for name in ("mkdtemp", "mkstemp"):
+        monkeypatch.setattr(tempfile, name, refused(getattr(tempfile, name)))
+    for name in ("mkdir", "write_bytes", "write_text", "rename"):
+        monkeypatch.setattr(Path, name, refused(getattr(Path, name)))
+
+
+@pytest.mark.parametrize("when", [0, 1, 2, 5, 10])
+def test_a_volume_that_becomes_read_only_keeps_the_older_job(when, tmp_path, monkeypatch, capsys):
+    assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 0
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    with monkeypatch.context() as patch:
+        read_only(patch, when)
+        assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 2
+    said = capsys.readouterr().err
+    assert "Read-only file system" in said
+    assert "nothing was kept" in said
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize(
+    "command", [("inspect", "--png", "a.png"), ("model", "-o", "a.glb")], ids=lambda c: c[0]
+)
+def test_single_files_on_a_read_only_volume_are_named(command, tmp_path, monkeypatch, capsys):
+    name, option, file = command
+    with monkeypatch.context() as patch:
+        read_only(patch, 0)
+        assert run_here(name, "shape:tetrahedron", option, tmp_path / file) == 2
+    said = capsys.readouterr().err
+    assert f"cannot write {tmp_path / file}: Read-only file system" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_runs_at_once_into_one_folder(tmp_path):
+    folder = tmp_path / "out"
+    command = [sys.executable, "-m", "fabweave", *TETRAHEDRON, "-o", str(folder)]
+    runs = [
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(2)
+    ]
+    said = [run.communicate(timeout=300)[1].decode("utf-8", "replace") for run in runs]
+    codes = [run.returncode for run in runs]
+    # Each makes the same job; whichever comes late replaces it, or says that it cannot.
+    assert 0 in codes, said
+    assert set(codes) <= {0, 2}, said
+    assert "Traceback" not in "".join(said)
+    assert list(tmp_path.iterdir()) == [folder]
+    assert verify_job(folder).ok
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
+@pytest.mark.usefixtures("shipped")
+@pytest.mark.parametrize("what", ["mark_pieces", "portrait_png", "plan_order", "greedy_plan"])
+def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    if what == "greedy_plan":
+        # A small job is nested in batches, as very large ones are.
+        monkeypatch.setattr(batches, what, die)
+        monkeypatch.setattr("fabweave.nest.nesting.batch_count", lambda _: 2)
+    else:
+        monkeypatch.setattr(pipeline, what, die)
+    assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 1
+    said = capfd.readouterr().err
+    assert said.startswith("fabweave: part of the work was lost (3 processes ended before")
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []

@@ -213,9 +213,8 @@ def test_where_no_cluster_answers_it_is_said_what_to_start(address, monkeypatch)
 
 def test_without_dask_it_is_said_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    opened = cluster_at("tcp://127.0.0.1:1")()
     with pytest.raises(InputError, match=r"pip install 'fabweave\[cluster\]'"):
-        opened.__enter__()
+        cluster_at("tcp://127.0.0.1:1")
 
 
 def test_work_that_is_not_wanted_any_more_is_dropped_however_large_it_is(tmp_path):

@@ -450,8 +450,8 @@ def write_preflight(specimen, folder):
     flaws = [
         {"rule": "hole", **own, "value_mm": hole, "limit_mm": hole + 0.5},
         {"rule": "hole-edge", **own, "value_mm": edge, "limit_mm": edge + 0.1},
-        {"rule": "bend", "piece": None, "sheet": None, "place": None, "count": 3,
-         "value_mm": 5.0, "limit_mm": 8.0},
+        {"rule": "sheet", "piece": None, "sheet": 1, "place": None, "count": 1,
+         "value_mm": specimen.plan["sheets"][0]["width_mm"], "limit_mm": 100.0},
     ]  # fmt: skip
     preflight = {"schema": "fabweave.preflight/1", "units": "mm", "target": "default",
                  "flaws": rounded(flaws)}  # fmt: skip

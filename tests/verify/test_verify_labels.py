@@ -343,3 +343,8 @@ def test_the_specimen_has_every_kind_of_label():
     assert kinds == {"id", "joint", "partner"}
     texts = "".join(one["text"] for piece in plan["pieces"] for one in piece["labels"])
     assert set("→╪╫#>[]") <= set(texts)
+
+
+def test_labels_on_a_side_that_pieces_do_not_have(specimen, tmp_path):
+    found = findings(specimen("octahedron"), tmp_path, 'label_side = "beside"')
+    assert any("which is no side of a piece" in finding for finding in found)

@@ -4,6 +4,7 @@ import csv
 import json
 import random
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from verify_writers import glb_bytes, write_mesh
 from fabweave.verify import verify_job
 from fabweave.verify.report import MEANINGS
 
-#: Without the map nothing can be checked but what job.toml says came out, which is left alone then.
-MAP_CHECKS = " ".join(name for name in MEANINGS if name != "outcome")
+#: Without the map nothing can be checked but the mesh, and what job.toml says came out, which is
+#: left alone then.
+MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("outcome", "source"))
 MISSING = {
     "job.toml": "files",
-    "woven_mesh.obj": "files mesh-walks pattern space",
+    "woven_mesh.obj": "files source mesh-walks pattern space",
     "model.glb": "files space clearance bends joints unfolding bom viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
@@ -109,7 +111,7 @@ def test_no_mutation_makes_a_traceback(job, seed):
 
 def test_no_folder(tmp_path):
     report = verify_job(tmp_path / "none")
-    assert set(report.failed) == set(MAP_CHECKS.split())
+    assert set(report.failed) == {*MAP_CHECKS.split(), "source"}
 
 
 def test_a_file_in_place_of_the_folder(tmp_path):
@@ -410,13 +412,13 @@ def test_a_mirrored_mesh(specimen, job):
 def test_a_face_turned_round(specimen, job):
     source = specimen("octahedron")
     source.faces[0] = source.faces[0][::-1]
-    assert set(write_obj(job(), source)) == {"files", "mesh-walks", "pattern", "space"}
+    assert set(write_obj(job(), source)) == {"files", "source", "mesh-walks", "pattern", "space"}
 
 
 def test_a_face_left_out(specimen, job):
     source = specimen("octahedron")
     del source.faces[0]
-    assert set(write_obj(job(), source)) == {"mesh-walks", "pattern", "space"}
+    assert set(write_obj(job(), source)) == {"mesh-walks", "pattern", "space", "steps"}
 
 
 def test_a_mesh_turned_inside_out(specimen, job):
@@ -625,7 +627,17 @@ def test_flaws_are_where_they_are_said_to_be(job, flaw, key, value):
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("piece", "A1"), ("value_mm", 9.0), ("limit_mm", float("nan"))]
+    ("key", "value"),
+    [
+        ("piece", "A1"),
+        ("value_mm", 9.0),
+        ("value_mm", 900.0),
+        ("limit_mm", float("nan")),
+        ("sheet", 99),
+        ("sheet", None),
+        ("place", [1.0, 2.0]),
+        ("rule", "bend"),
+    ],
 )
 def test_flaws_of_the_whole_object(job, key, value):
     path = job() / "preflight.json"
@@ -654,3 +666,44 @@ def test_a_ball_at_every_finding_and_nowhere_else(job, specimen, times, number):
     folder = job("torus")
     (folder / "model.glb").write_bytes(glb_bytes(specimen("torus").strips, edit=edit))
     assert "files" in told(folder)
+
+
+@pytest.fixture(scope="module")
+def stiff(finished):
+    return finished(
+        "shape:octahedron", "--size", "100mm", "--sheet", "300x300mm", "--effort", "quick",
+        "--material", "birch-veneer",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda d: d["flaws"].pop(), "lack ('bend'"),
+        (lambda d: d["flaws"].append(dict(d["flaws"][-1])), "have ('bend'"),
+        (lambda d: d["flaws"][-1].update(count=1), "have ('bend'"),
+        (lambda d: d["flaws"][-1].update(value_mm=45.0), "have ('bend'"),
+        (lambda d: d["flaws"][-1].update(limit_mm=40.0), "have ('bend'"),
+        (lambda d: d["flaws"][-1].update(rule="width"), "have ('width'"),
+        (lambda d: d["flaws"][-1].update(remedy="a wish"), "a wish"),
+        (lambda d: d["flaws"][-1].update(sheet=1), "no side of"),
+    ],
+)
+def test_preflight_says_of_ribbons_what_their_report_does(stiff, tmp_path, spoil, words):
+    folder = Path(shutil.copytree(stiff, tmp_path / "job"))
+    path = folder / "preflight.json"
+    document = json.loads(path.read_text())
+    assert [flaw["rule"] for flaw in document["flaws"]] == ["bend"]
+    spoil(document)
+    path.write_text(json.dumps(document))
+    found = told(folder)
+    assert set(found) == {"preflight"}
+    assert words in found["preflight"][0]
+
+
+@pytest.mark.parametrize(("key", "value"), [("material", "card"), ("thickness_mm", 0.9)])
+def test_preflight_went_by_the_materials_of_the_job(stiff, tmp_path, key, value):
+    folder = Path(shutil.copytree(stiff, tmp_path / "job"))
+    path = folder / "preflight.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    assert set(told(folder)) == {"materials"}

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from verify_specimen import assemble
+from verify_specimen import assemble, weigh
 from verify_writers import write_job
 
 from fabweave.verify import verify_job
@@ -112,6 +112,20 @@ def owe_effort(plan):
     plan["assembly"]["by_thread"] = -1.0
 
 
+def save_more_than_one_by_thread(plan):
+    plan["assembly"]["by_thread"] += 0.1
+
+
+def save_more_than_one_by_number(plan):
+    plan["assembly"]["by_number"] *= 1.01
+
+
+def take_it_all_for_easier(plan):
+    for step in plan["steps"]:
+        step["effort"] = round(step["effort"] / 2, 2)
+    plan["assembly"]["effort"] = round(sum(step["effort"] for step in plan["steps"]), 2)
+
+
 def tell_wrongly(old, new):
     def spoil(plan):
         step = next(step for step in plan["steps"] if old in step["text"])
@@ -136,6 +150,7 @@ SPOILS = [
     number_from_nought, forget_a_crossing, make_a_crossing_twice, make_a_crossing_early,
     go_under_instead_of_over, go_over_instead_of_under, forget_a_joint, join_early, fasten_early,
     fasten_never, close_nothing, close_at_once, make_light_of_a_step, boast, owe_effort,
+    save_more_than_one_by_thread, save_more_than_one_by_number, take_it_all_for_easier,
     make_the_end_easy, leave_the_hard_ones_to_the_end,
     tell_wrongly("; over ", "; under "), tell_wrongly("; under ", "; over "),
     tell_wrongly(" at #", " at #9"), tell_wrongly("; on A", "; on D"),
@@ -165,6 +180,7 @@ def test_a_piece_that_holds_on_nothing_is_found(specimen, tmp_path):
     )
     order = [first, apart, *(piece for piece in others if piece is not apart)]
     spoiled.plan["steps"] = assemble(order, spoiled.plan["joints"], hold=False)
+    weigh(spoiled.plan, enclosed=True)
     found = told(write_job(spoiled, tmp_path))
     assert set(found) == {"steps"}
     assert "hold on nothing" in found["steps"][0]

@@ -23,24 +23,29 @@ def cluster_at(address: str) -> Executors:
     Returns
     -------
     callable
-        Raises InputError, when it is called, if nobody answers there, if Dask is not installed,
-        or if a worker has another version of anything that decides the result. When it has lost
-        its last worker, it waits for the next one.
+        Raises InputError, when it is called, if nobody answers there, or if a worker has another
+        version of anything that decides the result. When it has lost its last worker, it waits
+        for the next one.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed: this is known before anything is made.
 
     References
     ----------
     https://distributed.dask.org: ``Client.get_executor``. A scheduler hands the tasks of a worker
     that it has lost to another one.
     """
+    try:
+        from distributed import Client, KilledWorker  # noqa: PLC0415 -- an extra, and slow to import
+    except ImportError as error:
+        raise InputError(
+            "--cluster needs Dask: install it with pip install 'fabweave[cluster]'"
+        ) from error
 
     @contextmanager
     def opened() -> Iterator[Executor]:
-        try:
-            from distributed import Client, KilledWorker  # noqa: PLC0415 -- an extra, and slow to import
-        except ImportError as error:
-            raise InputError(
-                "--cluster needs Dask: install it with pip install 'fabweave[cluster]'"
-            ) from error
         try:
             client = Client(address, timeout=_ANSWER_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:

@@ -120,18 +120,29 @@ def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
         not exist.
     """
     path = Path(path)
-    kind = _format_of(path, WRITABLE, "written")
+    data = mesh_bytes(path, mesh)
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise InputError(f"{path}: cannot write the file: {error.strerror}") from error
+
+
+def mesh_bytes(path: str | Path, mesh: PolyMesh) -> bytes:
+    """Return what :func:`write_mesh` writes; the extension of the path tells the format.
+
+    Raises
+    ------
+    InputError
+        If the format cannot be written, or a face names a vertex that does not exist.
+    """
+    kind = _format_of(Path(path), WRITABLE, "written")
     wrong = np.flatnonzero((mesh.indices < 0) | (mesh.indices >= mesh.n_vertices))
     if len(wrong):
         raise InputError(
             f"{len(wrong)} corners name vertices that do not exist (first: vertex "
             f"{mesh.indices[wrong[0]]} of {mesh.n_vertices}); check the mesh before writing it"
         )
-    data = {"obj": obj_bytes, "off": off_bytes, "ply": ply_bytes}[kind](mesh)
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise InputError(f"{path}: cannot write the file: {error.strerror}") from error
+    return {"obj": obj_bytes, "off": off_bytes, "ply": ply_bytes}[kind](mesh)
 
 
 def _format_of(path: Path, known: tuple[str, ...], verb: str) -> str:

@@ -7,7 +7,7 @@ import math
 import os
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -31,6 +31,7 @@ from fabweave.verify.read.offcuts import Offcuts, read_offcuts
 from fabweave.verify.read.pdf import read_texts
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
+from fabweave.verify.read.source_mesh import SourceMesh, read_source
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
@@ -66,20 +67,20 @@ MOST_VIEWED = 30_000
 class Job:
     """A job as read; None, or absent from a lookup, is what could not be read."""
 
-    map: CrossingMap | None
-    mesh: LoadedMesh | None
-    model: dict[str, Strip] | None
-    markers: dict[int, Floats]
-    dxf: dict[int, Drawing]
-    svg: dict[int, Drawing]
-    settings: dict[str, Any] | None
-    crossing_rows: Rows | None
-    piece_rows: Rows | None
-    station_rows: Rows | None
-    waste: dict[str, Any] | None
-    ribbons: dict[str, Any] | None
-    preflight: dict[str, Any] | None
-    verdict: dict[str, Any] | None
+    map: CrossingMap | None = None
+    mesh: LoadedMesh | None = None
+    model: dict[str, Strip] | None = None
+    markers: dict[int, Floats] = field(default_factory=dict)
+    dxf: dict[int, Drawing] = field(default_factory=dict)
+    svg: dict[int, Drawing] = field(default_factory=dict)
+    settings: dict[str, Any] | None = None
+    crossing_rows: Rows | None = None
+    piece_rows: Rows | None = None
+    station_rows: Rows | None = None
+    waste: dict[str, Any] | None = None
+    ribbons: dict[str, Any] | None = None
+    preflight: dict[str, Any] | None = None
+    verdict: dict[str, Any] | None = None
     #: The crossing map as it stands in its file.
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
@@ -90,6 +91,8 @@ class Job:
     ready: Ready | None = None
     #: The sheets at full size, by their numbers; None where the settings want none.
     templates: dict[int, Template] | None = None
+    #: The mesh that the job was made from, if it is at hand.
+    source: SourceMesh | None = None
     #: What is in the folder for a service, if there is one.
     service: Service | None = None
     #: What is in the folder of offcuts, if there is one.
@@ -189,12 +192,6 @@ def sheet_drawings(
             tally.fail(f"{sheet.name}.{kind} is not checked, because it could not be read")
 
 
-def no_job() -> Job:
-    """Return a job of which nothing could be read."""
-    nothing = dict.fromkeys(field.name for field in fields(Job) if field.default is MISSING)
-    return Job(**{**nothing, "markers": {}, "dxf": {}, "svg": {}})  # type: ignore[arg-type]
-
-
 def load_job(directory: Path, tally: Tally) -> Job:
     """Read every file of a job, and count them.
 
@@ -281,6 +278,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         manual=read("assembly.pdf", read_texts),
         waste_page=read("waste.html", read_waste_page),
         templates=templates,
+        source=read_source(directory, options, read),
         ready=read_ready(directory, options, sheets, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()

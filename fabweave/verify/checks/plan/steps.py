@@ -1,10 +1,17 @@
 """Replay the assembly: every piece once, every crossing and joint when its last half comes."""
 
+import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass, field
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
+from fabweave.verify.measure.effort import (
+    efforts_of_order,
+    number_by_number,
+    parts_of,
+    thread_by_thread,
+)
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
 
@@ -89,11 +96,12 @@ def check_steps(job: Job, tally: Tally) -> None:
         events = [table.place(plan.piece[name]) for name in step.pieces if name not in table.placed]
         first += [event.piece for event in events if not event.touches]
         _check_step(step, events, tally.at(f"step {step.step}"))
-    parts = _components(plan)
+    parts = parts_of(plan)
+    count = len(set(parts.values()))
     assembly.expect(
-        len(first) == parts,
+        len(first) == count,
         f"{len(first)} pieces hold on nothing when they come ({', '.join(first[:4])}), but the "
-        f"object has {parts} separate parts to begin",
+        f"object has {count} separate parts to begin",
     )
     for crossing in plan.crossings:
         lies = table.lies.get(crossing.id, [])
@@ -101,7 +109,9 @@ def check_steps(job: Job, tally: Tally) -> None:
             (crossing.over.piece, True) in lies and (crossing.under.piece, False) in lies,
             f"after the last step {crossing.over.piece} does not lie over {crossing.under.piece}",
         )
-    _check_effort(plan, assembly)
+    _check_end(plan, assembly)
+    if job.mesh is not None and sorted(times.elements()) == sorted(plan.piece):
+        _check_efforts(plan, parts, tally, enclosed=bool((job.mesh.twin >= 0).all()))
 
 
 def _check_step(step: Step, events: list[_Event], place: Place) -> None:
@@ -148,33 +158,29 @@ def _named(names: dict[str, set[str]]) -> str:
     return ", ".join(f"{word} {' '.join(sorted(ids))}" for word, ids in names.items() if ids)
 
 
-def _components(plan: CrossingMap) -> int:
-    """Count the sets of pieces that hang together by crossings and joints."""
-    above = {piece.id: piece.id for piece in plan.pieces}
+def _check_efforts(
+    plan: CrossingMap, parts: dict[str, str], tally: Tally, *, enclosed: bool
+) -> None:
+    """Check what each step takes, and what is claimed to be saved against naive orders."""
+    order = [name for step in plan.steps for name in step.pieces]
+    efforts = efforts_of_order(plan, order, parts, enclosed=enclosed)
+    each = iter(efforts)
+    for step in plan.steps:
+        effort = sum(itertools.islice(each, len(step.pieces)))
+        tally.at(f"step {step.step}").number("effort", step.effort, effort, within=_SAME_EFFORT)
+    naive = [
+        efforts_of_order(plan, names, parts, enclosed=enclosed)
+        for names in (thread_by_thread(plan), number_by_number(plan))
+    ]
+    place = tally.at("crossing_map.json", "assembly")
+    names = ("effort", "by_thread", "by_number")
+    for name, stated, wanted in zip(names, plan.efforts, (efforts, *naive), strict=True):
+        place.number(name, stated, sum(wanted), within=_SAME_EFFORT)
 
-    def top(name: str) -> str:
-        while above[name] != name:
-            above[name] = above[above[name]]
-            name = above[name]
-        return name
 
-    at: dict[int, str] = {}
-    for piece in plan.pieces:
-        for station in piece.stations:
-            above[top(piece.id)] = top(at.setdefault(station.crossing, piece.id))
-    for joint in plan.joints:
-        above[top(joint.pieces[0])] = top(joint.pieces[1])
-    return len({top(name) for name in above})
-
-
-def _check_effort(plan: CrossingMap, place: Place) -> None:
-    """Check that the efforts are numbers that add up; the model behind them is a judgement."""
+def _check_end(plan: CrossingMap, place: Place) -> None:
+    """Check how hard the last steps are said to be: those that have a tenth of the pieces."""
     total = sum(step.effort for step in plan.steps)
-    least = min([*(step.effort for step in plan.steps), *plan.efforts])
-    place.expect(least >= 0.0, f"an effort is negative: {least}")
-    within = _SAME_EFFORT * (1 + len(plan.steps))
-    place.number("their effort in all", plan.efforts[0], total, within=within)
-    # The last steps that have a tenth of the pieces.
     late, spent = 0, 0.0
     for step in reversed(plan.steps):
         if 10 * late < len(plan.pieces):

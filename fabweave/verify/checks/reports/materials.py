@@ -179,13 +179,13 @@ def _check_material(
 
 
 def _check_limits(job: Job, tally: Tally) -> None:
-    """Check the thicknesses by which preflight.json went."""
-    wanted = {supply.thickness_mm for supply in job.supplies.values()}
-    if None in wanted or job.preflight is None:
+    """Check the materials, and their thicknesses, by which preflight.json went."""
+    wanted = {(supply.material, supply.thickness_mm) for supply in job.supplies.values()}
+    if job.preflight is None or any(None in pair for pair in wanted):
         return
     records = job.preflight.get("materials", [job.preflight])
-    stated = {record.get("thickness_mm") for record in records}
-    tally.at("preflight.json").same("thicknesses", stated, wanted)
+    stated = [(record.get("material"), record.get("thickness_mm")) for record in records]
+    tally.at("preflight.json").same("materials", stated, wanted)
 
 
 def check_own_materials(job: Job, tally: Tally) -> None:

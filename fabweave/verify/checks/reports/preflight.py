@@ -13,14 +13,21 @@ from fabweave.verify.statement import Place, Tally, as_number, stated_number
 #: Places are rounded to a thousandth, and widths of necks found by halving.
 PLACE_MM = 0.005
 WIDTH_MM = 0.02
+#: Values and limits are rounded to so many digits.
+_DIGITS = 4
 #: What may be stated about a piece, and what about a sheet or the whole object.
 _OF_PIECES = ("hole", "hole-edge", "web", "gap", "piece", "segment")
 _OF_THE_REST = ("sheet", "width", "bend")
 _TOO_LARGE = ("piece", "sheet")
+#: What is found about ribbons, and taken over.
+_OF_RIBBONS = ("width", "bend")
 
 
 def check_preflight(job: Job, tally: Tally) -> None:
-    """Check that every flaw that is stated is one, of a piece that exists, where it is said."""
+    """Check that every flaw that is stated is one, of a piece that exists, where it is said.
+
+    What was found about widths and bends of ribbons is stated here too, and nothing else of them.
+    """
     plan, preflight = required(job.map), required(job.preflight)
     place = tally.at("preflight.json")
     target = job.options.get("target", "default")
@@ -30,6 +37,35 @@ def check_preflight(job: Job, tally: Tally) -> None:
         _check_flaw(plan, flaw, place.at(f"flaw {number}"))
         if entry is not None:
             _check_limit(job, entry, flaw, place.at(f"flaw {number}"))
+    if job.ribbons is not None:
+        _check_ribbons(preflight["flaws"], job.ribbons["findings"], place)
+
+
+def _check_ribbons(
+    flaws: list[dict[str, Any]], findings: list[dict[str, Any]], place: Place
+) -> None:
+    """Check that ribbons.json and this file say the same about ribbons."""
+
+    def said(records: list[dict[str, Any]], value: str, limit: str) -> list[tuple[object, ...]]:
+        return [
+            (
+                record.get("rule"),
+                round(stated_number(record, value), _DIGITS),
+                round(stated_number(record, limit), _DIGITS),
+                record.get("count"),
+                # Of what mends it, ribbons.json may know nothing.
+                record.get("remedy") if remedies.get(record.get("rule")) else None,
+            )
+            for record in records
+            if record.get("rule") in _OF_RIBBONS
+        ]
+
+    remedies = {finding.get("rule"): finding.get("remedy") for finding in findings}
+    place.same(
+        "flaws of ribbons, which ribbons.json tells,",
+        said(flaws, "value_mm", "limit_mm"),
+        said(findings, "value", "limit"),
+    )
 
 
 def _check_limit(job: Job, target: dict[str, Any], flaw: dict[str, Any], place: Place) -> None:
@@ -62,7 +98,17 @@ def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], place: Place) -> None:
         f"{value} keeps the limit {limit} of rule {rule}",
     )
     if rule not in _OF_PIECES:
-        place.equal(f"its piece, with rule {rule},", name, None)
+        place.equal(
+            f"its piece and place, with rule {rule},", (name, flaw.get("place")), (None,) * 2
+        )
+        sheet = plan.sheet.get(flaw.get("sheet", 0))
+        known = () if sheet is None else (sheet.width_mm, sheet.height_mm)
+        place.expect(
+            any(abs(side - value) < PLACE_MM for side in known)
+            if rule == "sheet"
+            else flaw.get("sheet") is None,
+            f"sheet {flaw.get('sheet')} has no side of {value} mm",
+        )
         return
     piece = plan.piece.get(name or "")
     if piece is None or piece.sheet != flaw.get("sheet"):

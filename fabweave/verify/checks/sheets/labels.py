@@ -37,6 +37,9 @@ def check_labels(job: Job, tally: Tally) -> None:
     """Check that labels say what is true, and are engraved legibly where the map says."""
     plan = required(job.map)
     wanted, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
+    tally.at("job.toml").expect(
+        side in ("outside", "inside"), f"labels are {side!r}, which is no side of a piece"
+    )
     for piece in plan.pieces:
         place = tally.at(f"piece {piece.id}")
         _check_words(piece, plan, str(wanted), place)

@@ -1,0 +1,133 @@
+"""Check the woven mesh against the settings: its size, and the mesh or shape that they name."""
+
+from typing import Any
+
+import numpy as np
+
+from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.measure.supplies import length_of
+from fabweave.verify.measure.walks import LoadedMesh
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.source_mesh import SourceMesh
+from fabweave.verify.statement import Place, Tally
+
+#: Sizes come of a multiplication or a few; corners may have been welded to others near by.
+_SIZE, _WELDED = 1e-9, 1e-6
+#: Which coordinates become x, y and z, and with which sign, if this axis points up.
+_TURNED = {
+    "z": ((1, 0), (1, 1), (1, 2)),
+    "y": ((1, 0), (-1, 2), (1, 1)),
+    "x": ((1, 1), (1, 2), (1, 0)),
+}
+#: Of built-in shapes: the Euler characteristic, and what is multiplied to count the faces: a
+#: number, and parameters, with what they are unless the shape says otherwise.
+_SHAPES: dict[str, tuple[int, int, tuple[tuple[str, int], ...]]] = {
+    "tetrahedron": (2, 4, ()),
+    "cube": (2, 6, (("n", 1), ("n", 1))),
+    "octahedron": (2, 8, ()),
+    "icosahedron": (2, 20, ()),
+    "dodecahedron": (2, 12, ()),
+    "torus": (0, 1, (("m", 24), ("n", 12))),
+    "sphere": (2, 6, (("n", 8), ("n", 8))),
+    "tube": (0, 1, (("m", 16), ("n", 12))),
+    "hemisphere": (1, 12, (("n", 4), ("n", 4))),
+    "hypar": (1, 1, (("m", 10), ("n", 10))),
+}
+
+
+def check_source(job: Job, tally: Tally) -> None:
+    """Check the size of the woven mesh, and its faces where those that it comes from are known.
+
+    A size is the greatest extent of what is woven, whatever was done to the mesh. Remeshing and
+    refining make other faces; fairing moves their corners.
+    """
+    mesh, options = required(job.mesh), job.options
+    place = tally.at("woven_mesh.obj").against("job.toml")
+    extent = _extent(mesh.vertices[mesh.corner])
+    if (size := length_of(options.get("size"))) is not None:
+        place.number("its greatest extent", extent, size, within=_SIZE * size)
+    if options.get("remesh"):
+        return
+    finer = bool(options.get("refine")) or options.get("pattern") == "triaxial"
+    name = options.get("mesh")
+    if isinstance(name, str) and name.startswith("shape:"):
+        _check_shape(name, mesh, place, finer=finer, refined=bool(options.get("refine")))
+    if job.source is not None and not finer and options.get("bodies", "all") == "all":
+        _check_faces(job.source, mesh, options, extent, place)
+
+
+def _extent(points: Floats) -> float:
+    """Return the largest side of the bounding box of some points."""
+    return float(np.ptp(points, axis=0).max())
+
+
+def _check_shape(name: str, mesh: LoadedMesh, place: Place, *, finer: bool, refined: bool) -> None:
+    """Check the faces and the Euler characteristic of a built-in shape that is known here."""
+    kind, _, query = name.removeprefix("shape:").partition("?")
+    if kind not in _SHAPES:
+        return
+    euler, wanted, parameters = _SHAPES[kind]
+    # Refining may give up what lies along a boundary.
+    if not refined or bool((mesh.twin >= 0).all()):
+        edges = len(mesh.corner) - len(mesh.inner)
+        found = len(np.unique(mesh.corner)) - edges + len(mesh.centres)
+        place.equal(f"its Euler characteristic, as a {kind},", found, euler)
+    if not finer:
+        values = dict(pair.partition("=")[::2] for pair in query.split("&"))
+        for key, usual in parameters:
+            wanted *= int(values.get(key, usual))
+        place.equal(f"its number of faces, as a {kind},", len(mesh.centres), wanted)
+
+
+def _check_faces(
+    source: SourceMesh, mesh: LoadedMesh, options: dict[str, Any], extent: float, place: Place
+) -> None:
+    """Check that the faces are those of the mesh that was given: turned upright, and scaled."""
+    given = np.concatenate(source.faces)
+    axes = _TURNED[str(options.get("up", "z"))]
+    given = np.stack([sign * given[:, axis] for sign, axis in axes], axis=1)
+    before = _extent(given)
+    scale = float(options.get("scale", 1.0))
+    if options.get("size") is not None and before > 0.0:
+        scale = extent / before
+    near = _WELDED * extent
+    there = _faces(mesh.vertices[mesh.corner], np.bincount(mesh.face), near)
+    due = _faces(scale * given, np.array([len(face) for face in source.faces]), near)
+    place = place.against(source.name)
+    if not place.equal("the number of its faces", len(there), len(due)):
+        return
+    moved = bool(options.get("fair"))
+    off = [
+        at
+        for at, (face, other) in enumerate(zip(there, due, strict=True))
+        if len(face) != len(other) or not (moved or _same(face, other, 4 * near))
+    ]
+    place.count(len(there))
+    if off:
+        place.fail(
+            f"{len(off)} faces are not as in {source.name}, first face {off[0]}; if that file was "
+            "changed after the job was made, make the job again"
+        )
+
+
+def _faces(points: Floats, sizes: Ints, near: float) -> list[Floats]:
+    """Part corners into faces, without corners at the place of the one before, nor what collapses.
+
+    Such corners may have been joined, and faces left out that have fewer than three others.
+    """
+    last = np.cumsum(sizes) - 1
+    previous = np.arange(len(points)) - 1
+    previous[(last - sizes + 1)[sizes > 0]] = last[sizes > 0]
+    keep = np.abs(points - points[previous]).max(axis=1) > near
+    left = np.bincount(np.repeat(np.arange(len(sizes)), sizes), keep, len(sizes)).astype(int)
+    parts = np.split(points[keep], np.cumsum(left)[:-1])
+    return [face for face in parts if len(face) > 2]
+
+
+def _same(face: Floats, other: Floats, near: float) -> bool:
+    """Say whether two faces have the same corners, from any of them on, and either way round."""
+    return any(
+        bool(np.abs(np.roll(way, shift, axis=0) - face).max() <= near)
+        for way in (other, other[::-1])
+        for shift in range(len(face))
+    )

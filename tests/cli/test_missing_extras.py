@@ -1,0 +1,68 @@
+"""Where an optional package is missing, one message says which extra to install."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from jobs import run
+
+PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
+EXTRAS = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+
+#: By extra: the modules of its packages, what is typed, and with which code it ends.
+WITHOUT = {
+    "threemf": (("networkx", "lxml"), ("make", "cube.3mf", "-o", "out"), 2),
+    "cluster": (
+        ("distributed", "dask"),
+        ("make", "shape:cube", "--cluster", "tcp://127.0.0.1:1", "-o", "out"), 2,
+    ),
+    "rhino": (("rhino3dm",), ("model", "shape:cube", "-o", "cube.3dm"), 2),
+    # There are other ways to quads; where none of them helps, the mesh cannot be made of them.
+    "quad": (
+        ("pyQuadriFlow", "pynanoinstantmeshes"),
+        ("make", "shape:icosahedron", "--remesh", "quads:200", "-o", "out"), 1,
+    ),
+}  # fmt: skip
+
+
+def test_every_extra_is_tried():
+    assert WITHOUT.keys() == EXTRAS.keys() - {"dev"}
+    for extra, (modules, *_) in WITHOUT.items():
+        packages = {re.match(r"\w+", package)[0] for package in EXTRAS[extra]}
+        assert packages == set(modules)
+
+
+@pytest.mark.parametrize(
+    ("extra", "missing"),
+    [(extra, module) for extra in ("threemf", "cluster", "rhino") for module in WITHOUT[extra][0]]
+    + [("quad", ",".join(WITHOUT["quad"][0]))],
+)
+def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
+    _, words, code = WITHOUT[extra]
+    if extra == "threemf":
+        # Writing needs no extra.
+        assert run("model", "shape:cube", "-o", tmp_path / "cube.3mf", "-q") == 0
+    before = sorted(tmp_path.rglob("*"))
+    script = (
+        "import sys\n"
+        f"sys.modules.update(dict.fromkeys({missing!r}.split(',')))  # as if they were not there\n"
+        "from fabweave.cli.main import main\n"
+        "main(sys.argv[1:])\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script, *words],
+        capture_output=True,
+        check=False,
+        timeout=300,
+        cwd=tmp_path,
+    )
+    said = ended.stderr.decode("utf-8", "replace")
+    assert ended.returncode == code, said
+    assert f"fabweave[{extra}]" in said
+    assert "install" in said
+    assert "Traceback" not in said
+    assert len(re.findall(r"^fabweave: ", said, re.MULTILINE)) == 1
+    assert sorted(tmp_path.rglob("*")) == before

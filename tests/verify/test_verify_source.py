@@ -1,0 +1,254 @@
+"""The woven mesh is held to the size and to the mesh that the settings name."""
+
+import os
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jobs import OCTAHEDRON
+from random_jobs import random_job
+
+import fabweave as fw
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.settings import job_toml, settings_from_options
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.mesh.io.files import write_mesh
+from fabweave.verify import verify_job
+from fabweave.verify.checks.plan.source import check_source
+from fabweave.verify.drawing import ReadError
+from fabweave.verify.read.job_files import load_job
+from fabweave.verify.read.source_mesh import read_polygons
+from fabweave.verify.statement import Tally
+
+#: A pyramid on a square, with a split and a loose vertex, lying on its side.
+PYRAMID = """\
+v 0 0 0
+v 2 0 0 1.0
+v 2 0 2
+v 0 0 2 # a comment
+v 1 3 1
+v 9 9 9
+v 0 0 0
+f 1/1 2/2 3/3 4/4
+f 5 2 7
+f -3//1 -6//2 -5//3 \\
+
+f 3 4 -3
+f 1 5 4
+"""
+
+
+def source_findings(folder):
+    check = next(check for check in verify_job(folder).checks if check.name == "source")
+    return check.findings, check.count
+
+
+def edited(folder, name, old, new):
+    path = folder / name
+    text = path.read_text(encoding="utf-8")
+    assert re.search(old, text), old
+    path.write_text(re.sub(old, new, text, count=1), encoding="utf-8", newline="\n")
+
+
+@pytest.fixture(scope="module")
+def pyramid(tmp_path_factory):
+    """Return a job and the file that it was made from, both where nothing is looked for."""
+    folder = tmp_path_factory.mktemp("pyramid")
+    (folder / "pyramid.obj").write_text(PYRAMID)
+    options = {"up": "y", "weld": True, "size": "80mm", "effort": "quick", "sheet": "300x300mm"}
+    fw.make(folder / "pyramid.obj", folder / "job", **options)
+    return folder
+
+
+@pytest.fixture
+def copied(pyramid, tmp_path):
+    """Return a copy of that job, with the mesh beside it, as settings name it."""
+    folder = Path(shutil.copytree(pyramid, tmp_path / "both"))
+    path = (folder / "pyramid.obj").as_posix()
+    edited(folder / "job", "job.toml", r'mesh = ".*"', f'mesh = "{path}"')
+    return folder
+
+
+def test_the_mesh_that_was_given_is_the_one_that_is_woven(copied):
+    findings, count = source_findings(copied / "job")
+    # The size, the number of faces, and five of them.
+    assert (findings, count) == ((), 7)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("v 1 3 1", "v 1.01 3 1", "4 faces are not as in pyramid.obj, first face 1"),
+        ("f 1 5 4\n", "", "the number of its faces is 5, but should be 4, as in pyramid.obj"),
+        ("f 3 4 -3", "f 4 3 2", "1 faces are not as in pyramid.obj, first face 3"),
+        ("f 1/1 2/2 3/3 4/4\nf 5 2 7", "f 5 2 7\nf 1 2 3 4", "2 faces are not as in"),
+        ("v 0 0 0", "v 0 0 0.1", "faces are not as in"),
+    ],
+)
+def test_another_mesh_is_found(copied, old, new, words):
+    path = copied / "pyramid.obj"
+    before = path.stat()
+    assert old in PYRAMID
+    path.write_text(PYRAMID.replace(old, new, 1))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    findings, _ = source_findings(copied / "job")
+    assert len(findings) == 1
+    assert words in findings[0]
+
+
+@pytest.mark.parametrize(("old", "new"), [('up = "y"', 'up = "z"'), ('up = "y"', 'up = "x"')])
+def test_another_way_up_is_found(copied, old, new):
+    edited(copied / "job", "job.toml", old, new)
+    assert "faces are not as in" in source_findings(copied / "job")[0][0]
+
+
+def test_a_mesh_that_is_newer_than_the_job_says_nothing(copied):
+    path = copied / "pyramid.obj"
+    path.write_text(PYRAMID.replace("v 1 3 1", "v 1 4 1"))
+    os.utime(path, (2e9, 2e9))
+    assert source_findings(copied / "job") == ((), 1)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["gone.obj", "//host/share/a.obj", "\\\\\\\\host\\\\share\\\\a.obj", "/dev/zero",
+     "/dev/zero.obj", "a\\u0000.obj", "pyramid.stl"],
+)  # fmt: skip
+def test_a_mesh_that_is_not_at_hand_says_nothing(copied, name):
+    edited(
+        copied / "job", "job.toml", r'mesh = ".*"', 'mesh = "' + name.replace("\\", "\\\\") + '"'
+    )
+    assert source_findings(copied / "job") == ((), 1)
+
+
+def test_relative_paths_begin_above_the_job(copied, tmp_path, monkeypatch):
+    edited(copied / "job", "job.toml", r'mesh = ".*"', 'mesh = "pyramid.obj"')
+    monkeypatch.chdir(copied)
+    assert source_findings(copied / "job") == ((), 7)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "pyramid.obj").write_text("v 0 0 0\nf 1 1 1\n")
+    os.utime(elsewhere / "pyramid.obj", (1e9, 1e9))
+    monkeypatch.chdir(elsewhere)
+    assert source_findings(copied / "job") == ((), 1)
+
+
+def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    mesh = fw.mesh(vertices, faces)
+    fw.make(mesh, tmp_path / "job", scale=90.0, effort="quick", sheet="300x300mm")
+    assert source_findings(tmp_path / "job") == ((), 5)
+    edited(tmp_path / "job", "mesh.obj", "v 1.0 ", "v 1.1 ")
+    findings, _ = source_findings(tmp_path / "job")
+    assert "3 faces are not as in mesh.obj" in findings[0]
+    (tmp_path / "job" / "mesh.obj").write_text("f 1 2 3\n")
+    assert "files" in verify_job(tmp_path / "job").failed
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("90mm", "91mm", "its greatest extent is 90, but should be 91, as in job.toml"),
+        ("shape:octahedron", "shape:tetrahedron", "its number of faces, as a tetrahedron, is 8"),
+        ("shape:octahedron", "shape:tube?m=4&n=2", "its Euler characteristic, as a tube, is 2"),
+    ],
+)
+def test_other_sizes_and_shapes_are_found(finished, tmp_path, old, new, words):
+    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
+    assert source_findings(folder) == ((), 3)
+    edited(folder, "job.toml", re.escape(f'"{old}"'), f'"{new}"')
+    assert words in source_findings(folder)[0][0]
+
+
+def checked(folder, **options):
+    """Bring a mesh to the loom, and return what is said of it against its own settings."""
+    settings = settings_from_options(options.pop("mesh"), **options)
+    write_mesh(folder / "woven_mesh.obj", load_mesh(settings).mesh)
+    (folder / "job.toml").write_text(job_toml(settings, {}))
+    job, tally = load_job(folder, Tally("files")), Tally("source")
+    check_source(job, tally)
+    return tally.result()
+
+
+@pytest.mark.parametrize(
+    "shape",
+    ["tetrahedron", "cube", "cube?n=2", "octahedron", "icosahedron", "dodecahedron",
+     "torus?m=5&n=4", "torus", "sphere?n=+2", "sphere", "tube?m=4&n=3", "tube", "hemisphere?n=2",
+     "hemisphere", "hypar?m=3&n=2", "hypar"],
+)  # fmt: skip
+def test_what_is_known_of_shapes_is_true(shape, tmp_path):
+    for options, count in (
+        ({}, 3), ({"pattern": "triaxial"}, 2), ({"fair": 2}, 3), ({"up": "y"}, 3),
+        ({"weld": True}, 3),
+    ):  # fmt: skip
+        result = checked(tmp_path, mesh=f"shape:{shape}", size="200mm", **options)
+        assert (result.findings, result.count) == ((), count), options
+    for refine in ("catmull-clark:1", "loop:1", "sqrt3:2", "dual:1"):
+        try:
+            result = checked(tmp_path, mesh=f"shape:{shape}", size="200mm", refine=refine)
+        except InputError:
+            continue
+        assert result.ok, result.findings
+
+
+def test_of_other_shapes_the_size_is_known(tmp_path):
+    result = checked(tmp_path, mesh="shape:knot?m=30&n=4", size="200mm")
+    assert (result.findings, result.count) == ((), 1)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"size": "3mm"}, {"scale": 0.37}, {"scale": 25.4, "up": "x"}, {"weld": True},
+     {"weld": False}, {"up": "y", "size": "1234.5mm"}, {"bodies": "largest"}, {"bodies": "1"},
+     {"fair": 3, "size": "90mm"}, {"pattern": "triaxial"}, {"refine": "catmull-clark:1"}],
+    ids=str,
+)  # fmt: skip
+def test_no_mesh_that_is_rightly_made_is_objected_to(options, tmp_path):
+    tried = 0
+    for seed in range(24):
+        vertices, faces, _ = random_job(seed)
+        dice = np.random.default_rng(seed)
+        # Inside out in places, with vertices split and moved by less than what is welded.
+        faces = [face[::-1] if dice.random() < 0.2 else face for face in faces]
+        split = np.concatenate([vertices, np.asarray(vertices)[::2] * (1.0 + 1e-12)])
+        if dice.random() < 0.5:
+            faces = [
+                [int(v) + 0 if v % 2 or dice.random() < 0.5 else len(vertices) + int(v) // 2
+                 for v in face]
+                for face in faces
+            ]  # fmt: skip
+        write_obj(tmp_path / "a.obj", split, faces)
+        try:
+            result = checked(tmp_path, mesh=str(tmp_path / "a.obj"), **options)
+        except (InputError, CannotMakeError):
+            continue
+        tried += 1
+        assert result.ok, (seed, result.findings)
+    assert tried > 3
+
+
+def write_obj(path, vertices, faces):
+    lines = ["v {!r} {!r} {!r}".format(*vertex) for vertex in np.asarray(vertices).tolist()]
+    lines += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    path.write_text("\n".join(lines) + "\n")
+    os.utime(path, (1e9, 1e9))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "v 0 0 0\nf 1 1 2\n", "v 0 0\nf 1 1 1\n", "v 0 0 0\nf 1 x 1\n", "v 0 0 0\nf -2 1 1\n"],
+)
+def test_what_is_no_mesh_cannot_be_read(tmp_path, text):
+    (tmp_path / "a.obj").write_text(text)
+    with pytest.raises(ReadError):
+        read_polygons(tmp_path / "a.obj")
+
+
+def test_faces_of_any_sort_are_read(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nf\nf 1 2\nf 1 -1 2 1\n")
+    assert [np.shape(face) for face in read_polygons(tmp_path / "a.obj").faces] == [
+        (0, 3), (2, 3), (4, 3),
+    ]  # fmt: skip
