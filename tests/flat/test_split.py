@@ -186,7 +186,7 @@ def test_every_piece_fits_whether_the_bed_is_known_or_asked(usable):
 
 
 def test_a_thread_that_fits_nowhere_is_refused_by_name():
-    with pytest.raises(CannotMakeError, match=r"no crossing for a joint: A between"):
+    with pytest.raises(CannotMakeError, match=r"can be no piece: A between"):
         split(shape_at("torus?m=8&n=4"), 400.0, lambda _: False)
 
 
