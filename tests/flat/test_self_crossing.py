@@ -114,7 +114,7 @@ def test_no_piece_carries_what_is_barred():
 def test_a_piece_that_fits_no_longer_as_it_is_cut_is_cut_elsewhere(monkeypatch):
     runs = []
 
-    def first_too_large(outlines, threads, *_):
+    def first_too_large(outlines, *_):
         plan = calls[-1]
         runs.append(list(zip(*(plan.thread, plan.first, plan.last), strict=True)))
         return np.arange(len(outlines)) >= (len(runs) == 1)

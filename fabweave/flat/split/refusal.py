@@ -96,10 +96,8 @@ def _stretches(candidates: Candidates, thread: int) -> list[tuple[int, int, Stri
     sites, course = candidates.sites, candidates.course
     rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
     begin, start = sites.position[rows], station_of_site(course, sites)[rows]
-    steps = np.roll(begin, -1) - begin
-    if sites.closed[thread]:
-        steps[-1] += sites.lengths[thread]
-    elif len(steps) > 1:
+    steps = sites.steps[rows]
+    if not sites.closed[thread] and len(steps) > 1:
         begin, start, steps = begin[:-1], start[:-1], steps[:-1]
     measured = candidates.windows.passes.shape[1] > 0
     clear = candidates.clear[rows, 0] if measured else np.ones(len(start), dtype=bool)

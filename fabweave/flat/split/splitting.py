@@ -14,6 +14,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidate_costs import (
+    MOST_PASSES,
     Bed,
     Candidates,
     joint_price,
@@ -74,7 +75,9 @@ def choose_runs(
     cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm))
     lost = [thread for thread, cut in cuts.items() if cut is None]
     if lost:
-        most = int(weave.threads.lengths.max()) + 1
+        # What contains a stretch that can be no piece cannot be one, either: where there is any
+        # way to cut a thread, cutting it at all its sites is one.
+        most = max(MOST_PASSES, int(candidates.sites.steps.max()) + 1)
         wider = list_candidates(
             candidates.ribbons, weave, bed, max_length_mm, np.array(lost), most, candidates.barred
         )
