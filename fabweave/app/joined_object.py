@@ -101,7 +101,7 @@ def split_object(
     progress("pieces", 0, 1)
     ribbons, weave, labels = woven.ribbons, woven.weave, woven.labels
     plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies)
-    barred, most = None, None
+    barred, most, apart = None, None, None
     lapped = np.zeros(0, dtype=np.int64)
     while True:
         laid, joints = _with_joints(woven, plan.runs, settings, supplies, most, lapped)
@@ -116,11 +116,13 @@ def split_object(
                 cut.outlines, plan.runs.thread, settings, supplies, woven.bunches
             )
             if placed.all():
-                return JoinedObject(laid, plan, joints, cut)
+                return JoinedObject(replace(laid, apart=apart), plan, joints, cut)
             whole = some_runs(plan.runs, ~placed)
         elif len(crossing.kinks.thread):
             # Loops are looked for afterwards: with a kink, a thread seems to have more of them.
             most = _narrower(laid, crossing.kinks, settings, supplies)
+            if apart is None and laid.narrowed is not None:
+                apart = laid.narrowed.factor
             continue
         else:
             whole = crossing.loops
