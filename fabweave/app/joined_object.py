@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fabweave.app.nest_job import outlines_with_place
 from fabweave.app.request import hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
@@ -16,7 +17,14 @@ from fabweave.app.woven_object import (
     require_stiffness,
     resized,
 )
-from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.flat.joint.ends import CutStrips, cut_strips
@@ -28,6 +36,7 @@ from fabweave.flat.outline import simple, strip_outlines
 from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, some_runs
 from fabweave.flat.split.split_plan import SplitPlan
+from fabweave.nest.item_shape import shape_of
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.project import Ribbons
@@ -44,7 +53,7 @@ _STEP = 0.9
 class JoinedObject:
     """A woven object with its ribbons as they are cut, where they are joined, and their strips.
 
-    No strip crosses itself.
+    No strip crosses itself, and each has a place on an empty sheet.
     """
 
     woven: WovenObject
@@ -63,7 +72,8 @@ def split_object(
     """Plan where threads are cut into pieces and how these are joined; lay the ribbons for that.
 
     Pieces are planned on ribbons as wide as asked. Those that cross themselves when they are cut
-    as planned are cut elsewhere; where that does not help, their ribbons get narrower.
+    as planned, or no longer fit on a sheet, are cut elsewhere; where that does not help against a
+    crossing, their ribbons get narrower.
 
     Parameters
     ----------
@@ -91,7 +101,7 @@ def split_object(
     progress("pieces", 0, 1)
     ribbons, weave, labels = woven.ribbons, woven.weave, woven.labels
     plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies)
-    barred, most = None, None
+    barred, most, apart = None, None, None
     lapped = np.zeros(0, dtype=np.int64)
     while True:
         laid, joints = _with_joints(woven, plan.runs, settings, supplies, most, lapped)
@@ -99,18 +109,31 @@ def split_object(
         crossing = find_self_crossing(laid.ribbons, weave, plan.runs, cut.outlines)
         if not crossing:
             crowded = overlapping_ends(cut, joints)
-            if not len(crowded):
-                return JoinedObject(laid, plan, joints, cut)
-            lapped = np.union1d(lapped, crowded)
-            continue
-        if len(crossing.kinks.thread):
+            if len(crowded):
+                lapped = np.union1d(lapped, crowded)
+                continue
+            placed = outlines_with_place(
+                cut.outlines, plan.runs.thread, settings, supplies, woven.bunches
+            )
+            if placed.all():
+                return JoinedObject(replace(laid, apart=apart), plan, joints, cut)
+            whole = some_runs(plan.runs, ~placed)
+        elif len(crossing.kinks.thread):
             # Loops are looked for afterwards: with a kink, a thread seems to have more of them.
             most = _narrower(laid, crossing.kinks, settings, supplies)
+            if apart is None and laid.narrowed is not None:
+                apart = laid.narrowed.factor
+            continue
         else:
-            # No piece carried what is barred already, so that there is an end.
-            known = [crossing.loops] if barred is None else [barred, crossing.loops]
-            barred = joined_runs(*known)
+            whole = crossing.loops
+        # No piece carried what is barred already, so that there is an end.
+        barred = whole if barred is None else joined_runs(barred, whole)
+        try:
             plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies, barred)
+        except CannotMakeError as error:
+            if crossing:
+                raise
+            raise CannotMakeError(_too_large(woven, whole, cut.outlines, placed)) from error
 
 
 def remake(
@@ -218,6 +241,27 @@ def _narrower(
 
 def _width_mm(ribbons: Ribbons, rung: IntArray) -> FloatArray:
     return np.linalg.norm(ribbons.left[rung] - ribbons.right[rung], axis=1)
+
+
+def _too_large(
+    woven: WovenObject, runs: Runs, outlines: Sequence[FloatArray], placed: BoolArray
+) -> str:
+    """Say which pieces fit on no sheet as they are cut, though they did as they were planned."""
+    shapes = [shape_of(outlines[piece])[0] for piece in np.flatnonzero(~placed).tolist()]
+    pieces = [
+        f"{woven.labels[thread]} from its crossing {first} to its crossing "
+        f"{last % woven.weave.threads.lengths[thread]} ({shape.length_mm:.1f} × "
+        f"{shape.width_mm:.1f} mm)"
+        for thread, first, last, shape in zip(
+            runs.thread, runs.first, runs.last, shapes, strict=True
+        )
+    ]
+    return (
+        agree(len(pieces), "{n} piece[ fits|s fit] on no sheet with [its|their] laps, and ")
+        + agree(len(pieces), "[its thread|their threads] can be cut nowhere else: ")
+        + f"{few_of(pieces, 4)}; a larger --sheet, a smaller --margin, a smaller --size or a "
+        "shorter --lap would help"
+    )
 
 
 def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:

@@ -7,9 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.app.settings import Settings
-from fabweave.core.arrays import IntArray, Progress, no_progress, offsets_of
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    no_progress,
+    offsets_of,
+)
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.flat.piece import Piece
+from fabweave.nest.fits import fits_stock
 from fabweave.nest.layout import Layout
 from fabweave.nest.nesting import nest
 from fabweave.nest.recorded_layout import read_layout, require_kept
@@ -95,6 +103,39 @@ def nest_pieces(
         for part, supply in zip(parts, supplies.each, strict=True)
     ]
     return joined(named, groups)
+
+
+def outlines_with_place(
+    outlines: Sequence[FloatArray],
+    threads: IntArray,
+    settings: Settings,
+    supplies: Supplies,
+    bunches: IntArray,
+) -> BoolArray:
+    """Return which pieces fit on a sheet of their own supply, each alone, (N,).
+
+    Parameters
+    ----------
+    outlines : sequence of (K, 2) float arrays
+        The pieces as they are cut.
+    threads : (N,) int array
+        The thread of each.
+    settings, supplies, bunches
+        As for :func:`nest_pieces`.
+    """
+    placed = np.zeros(len(outlines), dtype=np.bool_)
+    supply_of_piece = supplies.of(bunches)[threads]
+    for index, supply in enumerate(supplies.each):
+        group = np.flatnonzero(supply_of_piece == index)
+        placed[group] = fits_stock(
+            [outlines[piece] for piece in group.tolist()],
+            settings.as_nested(supply.sheets),
+            margin_mm=settings.margin_mm,
+            gap_mm=supply.gap_mm,
+            effort=settings.effort,
+            rotations=parse_rotations(settings.rotations),
+        )
+    return placed
 
 
 def part_of(layout: Layout, group: Sequence[int]) -> Layout:

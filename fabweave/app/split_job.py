@@ -1,5 +1,6 @@
 """Plan the pieces of a job: where threads are cut, and what other lengths would come to."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -88,7 +89,13 @@ def plan_pieces(
         )
     # Where angles are few, or sheets of several materials differ, each piece must be asked for.
     easy = rotations.step_deg is None and not supplies.several
-    bed = Bed(fits, tuple(area.size_mm for area in clear[0]) if easy else (), supplies.gap_mm)
+    largest = [max((area.size_mm for area in areas), key=math.prod) for areas in clear]
+    bed = Bed(
+        fits,
+        tuple(area.size_mm for area in clear[0]) if easy else (),
+        supplies.gap_mm,
+        min(largest, key=math.prod),
+    )
     side = min(sides)
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
     max_length = settings.max_length_mm

@@ -45,13 +45,16 @@ class WovenObject(WovenMesh):
     laps : (N,) int array or None
         The crossings at which there is room for a lap; None for all.
     narrowed : Narrowing or None
-        Where ribbons are narrower than asked, so as to keep clear of one another; None if they
-        are as wide as asked.
+        Where ribbons are narrower than asked; None if they are as wide as asked.
+    apart : (P,) float array or None
+        The factors on the width that keep ribbons clear of one another, where some must be narrower
+        yet so as not to cross themselves; None where none must.
     """
 
     ribbons: Ribbons
     laps: IntArray | None = None
     narrowed: Narrowing | None = None
+    apart: FloatArray | None = None
 
 
 def weave_object(
@@ -273,15 +276,28 @@ def require_stiffness(
             require_pliable(check, supplies.materials[index].title, thinner)
 
 
+def _narrowed_notes(woven: WovenObject) -> list[str]:
+    """Return a note on where ribbons were narrowed and why; none if they were nowhere."""
+    if woven.narrowed is None or woven.narrowed.factor.min() >= 1:
+        return []
+    factor = woven.narrowed.factor
+    apart = factor if woven.apart is None else woven.apart
+    causes = {
+        "to keep clear of one another": np.count_nonzero(apart < 1),
+        "so as not to cross themselves when unfolded": np.count_nonzero(factor < apart),
+    }
+    places = {why: count for why, count in causes.items() if count}
+    told = " and ".join(f"at {count} {why}" for why, count in places.items())
+    return [
+        f"width: ribbons were narrowed at {np.count_nonzero(factor < 1)} of {len(factor)} "
+        f"places, to {factor.min():.0%} at the least"
+        + (f", {next(iter(places))}" if len(places) == 1 else f": {told}")
+    ]
+
+
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
     """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
-    notes = []
-    factor = woven.narrowed.factor if woven.narrowed is not None else np.ones(1)
-    if factor.min() < 1:
-        notes.append(
-            f"width: ribbons were narrowed at {np.count_nonzero(factor < 1)} of {len(factor)} "
-            f"places, to {factor.min():.0%} at the least, to keep clear of one another"
-        )
+    notes = _narrowed_notes(woven)
     mesh, halfedges = woven.mesh, woven.halfedges
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(woven.bunches)

@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray
-from fabweave.nest.container import MAX_PIXELS, Container, clear_rectangle
-from fabweave.nest.effort import Effort
-from fabweave.nest.item_shape import ItemShape, fitting_angles
+from fabweave.core.arrays import BoolArray, FloatArray
+from fabweave.nest.container import MAX_PIXELS, Container, clear_rectangle, container_of
+from fabweave.nest.effort import Effort, effort_named
+from fabweave.nest.item_shape import ItemShape, fitting_angles, shapes_of
 from fabweave.nest.place.search import Grid, SheetPixels, grid_of, kernels_of
+from fabweave.stock.rotations import Rotations
+from fabweave.stock.sheet_size import SheetSize
 
 #: Angles that are tried: whether any fits is the same for every multiple of four.
 _ANGLES = 4
@@ -52,3 +54,27 @@ def fits_on(
             kernels = kernels_of(shape, grid, effort.angles)
             result[row, number] = pixels.place(kernels, size) is not None
     return result
+
+
+def fits_stock(
+    outlines: Sequence[FloatArray],
+    sheets: Sequence[SheetSize],
+    *,
+    margin_mm: float,
+    gap_mm: float,
+    effort: str,
+    rotations: Rotations,
+) -> BoolArray:
+    """Return which outlines nesting will find a place for, each alone on an empty sheet, (N,).
+
+    Parameters
+    ----------
+    outlines : sequence of (K, 2) float arrays
+        Simple polygons.
+    sheets, margin_mm, gap_mm, effort, rotations
+        As for :func:`fabweave.nest.nesting.nest`.
+    """
+    shapes, poses = shapes_of(outlines, upright=rotations.step_deg is not None)
+    containers = [container_of(sheet, margin_mm, gap_mm, rotations) for sheet in sheets]
+    fits = np.any(fits_on(shapes, containers, gap_mm, effort_named(effort)), axis=1)
+    return np.array([fits[pose.shape] for pose in poses], dtype=np.bool_)

@@ -1,7 +1,8 @@
 """Random meshes with random settings are proved, or refused in words that name the cause."""
 
+import numpy as np
 import pytest
-from random_jobs import outcome_of
+from random_jobs import hull, outcome, outcome_of
 
 from fabweave.app import joined_object
 
@@ -31,3 +32,10 @@ def test_ends_that_would_lie_on_one_another_lap(monkeypatch):
 def test_a_flat_sheet_is_flat_however_it_is_rounded():
     # Radii of 10^15 and of 10^6 mm are one and the same.
     assert outcome_of(79) == ("proved", "")
+
+
+def test_a_long_lap_that_ends_askew_is_proved():
+    # Its last cross-line slants across the ribbon, with an end farther from the crossing than
+    # half the lap and half the width there.
+    options = {"size": "400mm", "lap": "100mm", "effort": "quick"}
+    assert outcome(*hull(np.random.default_rng(6)), options) == ("proved", "")

@@ -1,5 +1,7 @@
 """Pieces that would cross themselves are cut elsewhere, made narrower, or refused with reasons."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -7,6 +9,7 @@ from irregular_meshes import flat_ball, pieces_of, steep_sheet
 
 import fabweave as fw
 from fabweave.app import joined_object
+from fabweave.app.woven_object import width_notes
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.outline import simple
 from fabweave.flat.split.candidates import lay_course
@@ -54,6 +57,30 @@ def test_a_kink_of_a_ribbon_is_narrowed_away(found):
     assert found[0][1] == 1
     assert found[-1] == (0, 0)
     assert all_simple(pieces)
+    # The note says how many places are narrow for the kink, and how many for other ribbons.
+    planned = pieces.planned
+    factor, apart = planned.woven.narrowed.factor, planned.woven.apart
+    crowded, kinked = np.count_nonzero(apart < 1), np.count_nonzero(factor < apart)
+    assert crowded > 0
+    assert kinked > 0
+    said = width_notes(planned.woven, planned.settings, planned.supplies)[0]
+    assert said.endswith(
+        f" at the least: at {crowded} to keep clear of one another and at {kinked} so as not to "
+        "cross themselves when unfolded"
+    )
+
+
+def test_a_note_on_narrowed_ribbons_names_just_their_causes():
+    planned = pieces_of(flat_ball(5), **FLAT).planned
+    woven = planned.woven
+
+    def said(apart):
+        return width_notes(replace(woven, apart=apart), planned.settings, planned.supplies)[0]
+
+    assert said(None).endswith("% at the least, to keep clear of one another")
+    assert said(np.ones_like(woven.apart)).endswith(
+        "% at the least, so as not to cross themselves when unfolded"
+    )
 
 
 def test_a_kink_in_a_ribbon_of_given_width_is_refused_with_its_place():
@@ -109,3 +136,38 @@ def test_no_piece_carries_what_is_barred():
                 )  # fmt: skip
                 allowed = start[thread] + first > behind[at]
                 assert allowed == (start[thread] + first > free[at] and not carried)
+
+
+def test_a_piece_that_fits_no_longer_as_it_is_cut_is_cut_elsewhere(monkeypatch):
+    runs = []
+
+    def first_too_large(outlines, *_):
+        plan = calls[-1]
+        runs.append(list(zip(*(plan.thread, plan.first, plan.last), strict=True)))
+        return np.arange(len(outlines)) >= (len(runs) == 1)
+
+    def noted(*args):
+        plan = real(*args)
+        calls.append(plan.runs)
+        return plan
+
+    calls, real = [], joined_object.plan_pieces
+    monkeypatch.setattr(joined_object, "plan_pieces", noted)
+    monkeypatch.setattr(joined_object, "outlines_with_place", first_too_large)
+    pieces = pieces_of(flat_ball(3), **FLAT)
+    assert len(runs) == 2
+    assert len(pieces) == len(runs[1])
+    assert runs[0][0] not in runs[1]
+
+
+def test_pieces_that_fit_nowhere_as_they_are_cut_are_refused_with_their_size(monkeypatch):
+    def too_large(outlines, *_):
+        return np.zeros(len(outlines), dtype=bool)
+
+    monkeypatch.setattr(joined_object, "outlines_with_place", too_large)
+    said = (
+        r"^\d+ pieces fit on no sheet with their laps, and their threads can be cut nowhere else: "
+        r"A from its crossing \d+ to its crossing \d+ \(\d+\.\d × \d+\.\d mm\), .*a larger --sheet"
+    )
+    with pytest.raises(CannotMakeError, match=said):
+        fw.weave(fw.shape("octahedron"), size="160mm").ribbons().pieces()

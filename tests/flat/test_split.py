@@ -14,7 +14,10 @@ from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.outline import Frame, resting_frame, strip_outline, strip_outlines
 from fabweave.flat.piece import Joint
 from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.flat.split import splitting
+from fabweave.flat.split.candidate_costs import MOST_PASSES
 from fabweave.flat.split.runs import Runs, unfold_runs
+from fabweave.flat.split.sites import Sites, list_sites
 from fabweave.flat.strand_owners import find_owners
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
@@ -186,7 +189,7 @@ def test_every_piece_fits_whether_the_bed_is_known_or_asked(usable):
 
 
 def test_a_thread_that_fits_nowhere_is_refused_by_name():
-    with pytest.raises(CannotMakeError, match=r"no crossing for a joint: A between"):
+    with pytest.raises(CannotMakeError, match=r"can be no piece: A between"):
         split(shape_at("torus?m=8&n=4"), 400.0, lambda _: False)
 
 
@@ -209,3 +212,34 @@ def test_thin_outlines_keep_their_ends_and_lose_short_sides():
     left = right + np.array([0, 2])
     outline = strip_outline(right, left)
     assert outline.tolist() == [[0, 0], [5, 0], [10, 0], [10, 2], [5, 2], [0, 2]]
+
+
+def test_threads_too_long_to_try_all_pieces_are_cut_from_few(monkeypatch):
+    # Two threads of 840 passes, with no piece as short as asked.
+    asked = []
+
+    def noted(*args):
+        asked.append(args[5])
+        return real(*args)
+
+    real = splitting.list_candidates
+    monkeypatch.setattr(splitting, "list_candidates", noted)
+    weave, _, runs, _ = split(shape_at("torus?m=20&n=21"), length_mm=1.0)
+    assert weave.threads.lengths.tolist() == [840, 840]
+    assert asked == [MOST_PASSES]
+    check_runs(weave, runs)
+
+
+@pytest.mark.parametrize("name", ["torus?m=8&n=6", "octahedron", "tetrahedron"])
+def test_steps_from_site_to_site_lead_once_around_a_ring(name):
+    sites = list_sites(woven(shape_at(name))[0])
+    around = np.bincount(sites.thread, sites.steps, len(sites.closed))
+    assert sites.closed.all()
+    assert around.tolist() == sites.lengths.tolist()
+
+
+def test_steps_end_with_an_open_thread():
+    position = np.array([0, 3, 5, 0, 1])
+    sites = Sites(np.array([0, 3, 3, 5]), position, position, np.array([False, True, True]),
+                  np.array([6, 0, 4]))  # fmt: skip
+    assert sites.steps.tolist() == [3, 2, 0, 1, 3]

@@ -17,6 +17,7 @@ from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh import engines
@@ -610,3 +611,23 @@ def test_hopeless_mesh_says_what_each_attempt_failed_of():
     assert "Instant Meshes, 4 runs" in message
     assert "instead of -96" in message
     assert "it gives 480 quads" in message
+
+
+def test_what_may_help_depends_on_what_is_wrong():
+    ball = icosphere(1)
+    moved = ball.vertices + 0.3 * np.ptp(ball.vertices, axis=0).max()
+
+    def told(mesh):
+        with pytest.raises(CannotMakeError) as caught:
+            remesh_quads(mesh, 1000, engines=())
+        return str(caught.value).split("What may help: ")[1]
+
+    closing, moving = "closing small holes", "moving apart what runs through itself"
+    assert closing not in told(ball)
+    assert moving not in told(ball)
+    faces = ball.faces()[1:]
+    assert closing in told(PolyMesh.from_faces(ball.vertices, faces))
+    crossing = merged(ball, PolyMesh(moved, ball.offsets, ball.indices))
+    pairs = len(self_intersections(crossing))
+    assert pairs > 1
+    assert f"{moving} ({pairs} pairs of faces intersect or touch)" in told(crossing)

@@ -1,4 +1,5 @@
 import math
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ from sheet_fit import fits_some_sheet
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.effort import effort_named
+from fabweave.nest.fits import fits_stock
 from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
+from fabweave.stock.rotations import FREE, parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -245,3 +248,19 @@ def test_measured_set_is_as_dense_as_if_bounding_rectangles_had_no_waste(piece_s
     assert check_layout(layout, pieces) == []
     boxes = sum(shapely.minimum_rotated_rectangle(shapely.polygons(p)).area for p in pieces)
     assert len(layout.sheets) <= math.ceil(boxes / (580 * 380))
+
+
+@pytest.mark.parametrize(
+    ("rotations", "fits"),
+    [(FREE, [True, True, False]), (parse_rotations("90"), [True, False, False])],
+)
+def test_what_fits_the_stock_is_what_nesting_takes(rotations, fits):
+    # 90 × 55 mm are free, 105.5 mm along the diagonal; beside the defect only 33 × 90 mm.
+    knot = ((40.0, 0.0), (200.0, 0.0), (200.0, 100.0), (40.0, 100.0))
+    stock = [SheetSize(100.0, 65.0), SheetSize(200.0, 100.0, defects=(knot,))]
+    bars = [bar(length, 10.0) for length in (89.9, 90.1, 110.0)]
+    rules = {"margin_mm": 5.0, "gap_mm": 2.0, "effort": "quick", "rotations": rotations}
+    assert fits_stock(bars, stock, **rules).tolist() == fits
+    for outline, fitting in zip(bars, fits, strict=True):
+        with nullcontext() if fitting else pytest.raises(CannotMakeError, match="on no sheet"):
+            nest([outline], stock, **rules)

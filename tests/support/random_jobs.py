@@ -110,15 +110,19 @@ def random_job(seed):
         "boundary": maybe(0.2, "turn"),
         "refine": maybe(0.2, one_of("catmull-clark:1", "loop:1")),
         "max_length": maybe(0.3, one_of("auto", "150mm", "400mm")),
-        "lap": maybe(0.2, one_of("8mm", "25mm")),
+        "lap": maybe(0.2, one_of("8mm", "25mm", "100mm")),
         "seed": seed,
     }
     return vertices, faces, {name: value for name, value in options.items() if value is not None}
 
 
 def outcome_of(seed):
+    """Make a random job and return what came of it, and the words with which it was refused."""
+    return outcome(*random_job(seed))
+
+
+def outcome(vertices, faces, options):
     """Make a job and return what came of it, and the words with which it was refused."""
-    vertices, faces, options = random_job(seed)
     with tempfile.TemporaryDirectory() as folder:
         try:
             fw.make(fw.mesh(vertices, faces), Path(folder) / "job", **options)

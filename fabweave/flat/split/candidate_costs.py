@@ -47,11 +47,14 @@ class Bed:
         be empty.
     gap_mm : float
         Least distance between two pieces on a sheet.
+    free_mm : (float, float), optional
+        The largest rectangle that is free, for messages.
     """
 
     fits: Callable[[FloatArray], bool]
     usable: tuple[tuple[float, float], ...] = ()
     gap_mm: float = 0.0
+    free_mm: tuple[float, float] | None = None
 
 
 @frozen_value

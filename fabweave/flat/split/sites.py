@@ -45,6 +45,16 @@ class Sites:
         end = (self.position == 0) | (self.position == self.lengths[thread] - 1)
         return np.asarray(end & ~self.closed[thread])
 
+    @property
+    def steps(self) -> IntArray:
+        """How many passes on the next site of the thread is, (N,); 0 at the end of an open one."""
+        filled = np.flatnonzero(np.diff(self.offsets))
+        final = self.offsets[filled + 1] - 1
+        steps = np.diff(self.position, append=0)
+        back = self.position[self.offsets[filled]] + self.lengths[filled] - self.position[final]
+        steps[final] = np.where(self.closed[filled], back, 0)
+        return steps
+
     def of(self, threads: IntArray) -> "Sites":
         """Return the sites of some threads only; the others keep none."""
         chosen = np.zeros(len(self.closed), dtype=bool)

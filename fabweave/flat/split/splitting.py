@@ -12,9 +12,9 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.messages import agree
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidate_costs import (
+    MOST_PASSES,
     Bed,
     Candidates,
     joint_price,
@@ -22,6 +22,7 @@ from fabweave.flat.split.candidate_costs import (
     price_candidates,
 )
 from fabweave.flat.split.candidates import station_of_site
+from fabweave.flat.split.refusal import splitting_refusal
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.sites import Sites
@@ -74,19 +75,16 @@ def choose_runs(
     cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm))
     lost = [thread for thread, cut in cuts.items() if cut is None]
     if lost:
-        most = int(weave.threads.lengths.max()) + 1
+        # What contains a stretch that can be no piece cannot be one, either: where there is any
+        # way to cut a thread, cutting it at all its sites is one.
+        most = max(MOST_PASSES, int(candidates.sites.steps.max()) + 1)
         wider = list_candidates(
             candidates.ribbons, weave, bed, max_length_mm, np.array(lost), most, candidates.barred
         )
         cuts |= _cut(wider, joints, bed, max_length_mm)
-        stuck = [
-            f"{labels[thread]} between its crossings {first} and {last}"
-            for thread in lost
-            if cuts[thread] is None
-            for first, last in _stuck(wider, bed, thread)
-        ]
+        stuck = [thread for thread in lost if cuts[thread] is None]
         if stuck:
-            raise CannotMakeError(_refusal(stuck, max_length_mm))
+            raise CannotMakeError(splitting_refusal(wider, bed, stuck, labels, max_length_mm))
     return _runs_of_cuts(
         {thread: cut for thread, cut in cuts.items() if cut is not None}, candidates.sites
     )
@@ -166,39 +164,6 @@ def _fits(candidates: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> B
     last = first + candidates.windows.passes[row, ahead] - 1
     outlines = strip_outlines(candidates.course.stretches(first, last))
     return np.array([bed.fits(outline) for outline in outlines], dtype=bool)
-
-
-def _stuck(candidates: Candidates, bed: Bed, thread: int) -> list[tuple[int, int]]:
-    """Return from which pass to which a thread has no piece; all if no stretch is to blame."""
-    sites = candidates.sites
-    rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
-    begin = sites.position[rows]
-    end = np.roll(begin, -1)
-    if not sites.closed[thread]:
-        begin, end = begin[: max(len(begin) - 1, 1)], end[: max(len(end) - 1, 1)]
-    row = sites.offsets[thread] + np.arange(len(begin))
-    wrong = np.ones(len(row), dtype=bool)
-    if candidates.windows.passes.shape[1]:
-        doubtful = candidates.fresh()[row, 0]
-        none_between = np.zeros(np.count_nonzero(doubtful), dtype=np.int64)
-        wrong[doubtful] = ~_fits(candidates, row[doubtful], none_between, bed)
-    if not wrong.any():
-        wrong[:] = True
-    return list(zip(begin[wrong].tolist(), end[wrong].tolist(), strict=True))
-
-
-def _refusal(stuck: list[str], max_length_mm: float) -> str:
-    """Say which stretches of threads no piece can be made of."""
-    some = "; ".join(stuck[:4]) + (" …" if len(stuck) > 4 else "")
-    limit = f"longer than {max_length_mm:g} mm, " if np.isfinite(max_length_mm) else ""
-    return (
-        agree(len(stuck), "{n} stretch[|es] of thread [is|are] ")
-        + f"{limit}too large for the sheet, or "
-        + agree(len(stuck), "[curls onto itself, and has|curl onto themselves, and have] ")
-        + f"no crossing for a joint: {some}. A larger --sheet"
-        + (", a longer --max-length" if limit else "")
-        + ", a smaller --size or a finer mesh would help."
-    )
 
 
 def _runs_of_cuts(cuts: dict[int, IntArray], sites: Sites) -> Runs:

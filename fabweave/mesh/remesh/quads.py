@@ -9,6 +9,8 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import Irregular, find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
@@ -266,7 +268,21 @@ def _last_resort(
     raise CannotMakeError(
         "the mesh could not be turned into quads:\n"
         + "\n".join(f"  - {failure}" for failure in failures)
-        + "\nWhat may help: another number of quads (more where the mesh has thin bars or small "
-        "holes); smoothing the scan first; closing small holes; or leaving the triangles and "
-        "refining them (one Catmull-Clark step turns any mesh into quads)"
+        + f"\nWhat may help: {'; '.join(_remedies(source))}; or leaving the mesh as it is and "
+        "refining it (one Catmull-Clark step turns any mesh into quads)"
     )
+
+
+def _remedies(source: PolyMesh) -> list[str]:
+    """Return what may help against what is wrong with a mesh."""
+    remedies = ["another number of quads (more where the mesh has thin bars or small holes)"]
+    crossing = len(self_intersections(source))
+    if crossing:
+        remedies.append(
+            "moving apart what runs through itself "
+            + agree(crossing, "({n} pair[|s] of faces [intersects or touches|intersect or touch])")
+        )
+    remedies.append("smoothing it first, if it is a scan")
+    if np.any(build_halfedges(source).twin < 0):
+        remedies.append("closing small holes")
+    return remedies

@@ -125,13 +125,14 @@ class _Pair:
         self.way = (middle[1] - middle[0]) / np.hypot(*(middle[1] - middle[0]))
         corners = self.panel[[0, 2, 3, 1]]
         self.width = float(np.hypot(*(corners[3] - corners[0])))
-        # Only what is near: elsewhere the strip may wind back to where it was.
-        halves = np.hypot(*(self.panel - self.centre).T).max()
-        reach = max(halves, (joint.lap_mm or 0.0) / 2.0) + 0.5 * self.width
+        lap = ring_of_rungs(lap_rungs(first.window, self.panel, joint))
+        # Only what is near: elsewhere the strip may wind back to where it was. The cross-lines
+        # at which a lap ends may be longer than the panel's, and askew.
+        reach = farthest(np.concatenate([self.panel, lap]), self.centre) + 0.5 * self.width
         near = shapely.Point(self.centre).buffer(reach)
         self.first = _intersection(_area(ends.outline), near)
         self.second = _intersection(_area(motion.apply(begins.outline)), near)
-        self.lap = _area(ring_of_rungs(lap_rungs(first.window, self.panel, joint)))
+        self.lap = _area(lap)
         self.slots = [motion.apply(ring_points(slot)) for slot in begins.slots[:1]]
 
 
