@@ -10,6 +10,7 @@ import click
 from fabweave.cli.options import SectionedCommand, job_options, job_settings
 from fabweave.cli.progress import progress_bar
 from fabweave.cli.terminal import VERDICT_STYLES
+from fabweave.cli.wish_options import LENGTH, NUMBER, WHOLE, wish
 from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
@@ -28,6 +29,12 @@ if TYPE_CHECKING:
     help="Folder for the finished job. An older job there is replaced when the new one is "
     "complete, unless it holds files that were added or changed since.",
 )
+@wish("--pieces", WHOLE, "N", "Look for a design of about so many pieces.")
+@wish("--ribbon", LENGTH, "LENGTH", "Look for one with ribbons about so wide, such as 15mm.")
+@wish("--hours", NUMBER, "HOURS", "Look for one that is put together in so many hours at most.")
+@wish("--sheets", WHOLE, "N", "Look for one on so many sheets at most.")
+@wish("--budget", NUMBER, "MONEY", "Look for one whose sheets and hardware cost so much at most.")
+@wish("--likeness", LENGTH, "LENGTH", "Look for one that is nowhere farther from the model.")
 @click.option(
     "--cluster",
     metavar="ADDRESS",
@@ -39,6 +46,12 @@ if TYPE_CHECKING:
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def make(
     output: Path,
+    pieces: int | None,
+    ribbon: float | None,
+    hours: float | None,
+    sheets: int | None,
+    budget: float | None,
+    likeness: float | None,
     cluster: str | None,
     as_json: bool,
     quiet: bool,
@@ -49,38 +62,61 @@ def make(
 
     MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
     "shape:torus?m=24&n=12" (fabweave shapes lists them). What can be woven on it,
-    fabweave inspect MESH tells first.
+    fabweave inspect MESH tells first; fabweave design MESH tries many designs of it.
+    With a wish such as --pieces 150, the mesh, the pattern and the width that come
+    nearest to it are looked for.
 
     \b
     Examples:
       fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill -o torus
       fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o spot
       fabweave make scan.stl --size 50cm --remesh quads:800 --pattern twill -o scan
+      fabweave make cow.obj --size 40cm --pieces 150 -o cow
       fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
     """
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
-        from fabweave.app.job_folder import clear_abandoned
-        from fabweave.app.pipeline import run_job
+        from fabweave.app.design.making import make_or_advise, meet_wishes
+        from fabweave.app.design.wishes import Wishes
+        from fabweave.app.job_folder import check_destination, clear_abandoned
         from fabweave.core.parallel.cluster import cluster_at
+        from fabweave.core.parallel.executors import processes
 
     settings = job_settings(mesh, options)
     config = options["config"]
     executors = None if cluster is None else cluster_at(cluster)
     for note in clear_abandoned(output):
         click.echo(note, err=True)
+    wishes = Wishes(
+        pieces=pieces,
+        ribbon_mm=ribbon,
+        hours=hours,
+        sheets=sheets,
+        budget=budget,
+        likeness_mm=likeness,
+    )
+    workers, replaced = os.cpu_count() or 1, [config] if config is not None else []
+    why = ""
     with progress_bar(quiet or as_json) as progress:
-        made = run_job(
+        if wishes:
+            check_destination(output, replaced, mesh=settings.mesh)
+            settings, why = meet_wishes(
+                settings, wishes, progress, executors=executors or processes(workers)
+            )
+        made = make_or_advise(
             settings,
             output,
             progress,
-            workers=os.cpu_count() or 1,
+            workers=workers,
             executors=executors,
-            replaced=[config] if config is not None else (),
+            replaced=replaced,
         )
     if as_json:
-        click.echo(json.dumps(_totals(made, output), indent=1))
+        chosen = {"chosen": why} if why else {}
+        click.echo(json.dumps(_totals(made, output) | chosen, indent=1))
     elif not quiet:
+        if why:
+            click.echo(why)
         _tell(made, output)
 
 

@@ -17,6 +17,8 @@ Decorator: TypeAlias = Callable[[Any], Any]
 
 #: The section of options that are not in the table.
 REST = "Output"
+#: The section of what a person wishes a design to come to.
+WISHES = "Wishes (a design is looked for that meets them)"
 
 
 class Typed(click.ParamType[Any]):
@@ -80,7 +82,7 @@ class SectionedCommand(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write each section that has options, and the rest."""
-        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in (*SECTIONS, REST)}
+        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in (*SECTIONS, WISHES, REST)}
         for parameter in self.get_params(ctx):
             # Newer versions of click have a line for arguments, too; the text above names those.
             record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None

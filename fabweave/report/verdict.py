@@ -20,7 +20,8 @@ VERDICT = "fabweave.verdict/1"
 #: scored or tried first. These are a maker's estimates, not measurements.
 COAXED = {"width": 0.02, "bend": 0.10, "crease": 0.10, "twist": 0.25, "layers": 0.10,
           "clearance": 0.10}  # fmt: skip
-#: Up to this share of the places may be far from what is needed, or one place.
+#: Up to this share of the places may be far from what is needed, or one place; but none may be far
+#: too narrow, as a ribbon breaks there.
 FAR_SHARE = 0.005
 #: Narrower ribbons want tweezers, and have no room for a label.
 NARROW_MM = 4.0
@@ -167,7 +168,8 @@ def judge(
 def _reason(finding: Finding) -> Reason:
     """Return what a finding means to whoever builds the object."""
     few = finding.count <= max(1, COAXED.get(finding.rule, 1.0) * finding.of)
-    near = finding.far <= max(1, FAR_SHARE * finding.of) or finding.rule == "hole"
+    most = {"width": 0.0, "hole": finding.of}.get(finding.rule, max(1, FAR_SHARE * finding.of))
+    near = finding.far <= most
     care = few and near and finding.severity != "refuse"
     return Reason(
         rule=finding.rule,

@@ -22,13 +22,15 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.records import record
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
+from fabweave.picture.camera import View
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.report.verdict import Reason, Verdict
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.rules.remedy import Depth
 
-#: Pixels of a candidate's picture.
+#: Pixels of a candidate's picture, and from where all are seen alike.
 PICTURE_PX = (440, 360)
+VIEW = View(-60.0, 22.0)
 
 
 @record
@@ -152,7 +154,11 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
             picture=None,
         )
     picture = weave_picture(
-        planned.woven.ribbons, planned.colours, size_px=PICTURE_PX, floor=False, samples=2
+        planned.woven.ribbons,
+        planned.colours,
+        size_px=PICTURE_PX,
+        view=VIEW,
+        floor=False,
     )
     verdict = replace(planned.verdict, forced=False)
     return Tried(

@@ -139,7 +139,7 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
 def words(figures: Figures) -> str:
     """Return what a design comes to, in a few words."""
     text = (
-        f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.0f} to {figures.widest_mm:.0f} "
+        f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
         f"mm wide (mostly {figures.median_mm:.0f}), {figures.sheets} "
         f"{'sheet' if figures.sheets == 1 else 'sheets'}"
     )

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from fabweave.app.design.making import make_or_advise
 from fabweave.app.front_door.inspected import Inspection
 from fabweave.app.front_door.layout import Layout
 from fabweave.app.front_door.mesh import Mesh, request_of
@@ -14,7 +15,6 @@ from fabweave.app.front_door.weave import Weave
 from fabweave.app.front_door.written import WrittenJob
 from fabweave.app.inspection import inspect_mesh
 from fabweave.app.job_folder import folder_is_readable
-from fabweave.app.pipeline import run_job
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.verify import VerifyReport, verify_job
 
@@ -62,7 +62,7 @@ def make(
     (True, 8)
     """
     request = request_of(mesh, options)
-    finished = run_job(
+    finished = make_or_advise(
         request.settings,
         Path(folder),
         progress,

@@ -64,7 +64,7 @@ def _level(finding: dict[str, Any]) -> str:
     if not (type(count) is int and type(far) is int and type(of) is int):
         return "not known"
     few = count <= max(1, BROKEN.get(str(rule), 1.0) * of)
-    near = rule == "hole" or far <= max(1, FAR * of)
+    near = rule == "hole" or far <= (0 if rule == "width" else max(1, FAR * of))
     return CARE if few and near and finding.get("severity") != "refuse" else STOP
 
 
