@@ -1,11 +1,14 @@
 """Inspect a mesh: what it is, and what can be woven on it, before anything is decided."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from fabweave.app.design.job import plan_designs
+from fabweave.app.design.search import explore
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import complete_settings, hole_rules
@@ -19,21 +22,24 @@ from fabweave.app.woven_object import (
 )
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
+from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.sheet_text import format_stock
 from fabweave.stock.supplies import Supplies
-from fabweave.weave.bunches import find_bunches, thread_graph
+from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
 from fabweave.weave.fabric.fabrics import weave_fabric
 from fabweave.weave.fabric.repeat import parse_fabric
 from fabweave.weave.threads import Threads, trace_threads
@@ -71,8 +77,8 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
-        ``fabrics``, ``ribbons``, ``pieces``, ``checks``, ``left_out`` (what only a thorough
-        inspection tells) and ``notes``.
+        ``fabrics``, ``ribbons``, ``pieces``, ``checks``, ``verdict``, ``designs`` (that were
+        tried), ``left_out`` (what only a thorough inspection tells) and ``notes``.
     """
 
     woven: WovenObject
@@ -85,6 +91,8 @@ def inspect_mesh(
     given_mesh: PolyMesh | None = None,
     *,
     thorough: bool = False,
+    n_designs: int = 0,
+    executors: Executors = here,
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
@@ -100,6 +108,10 @@ def inspect_mesh(
         Whether to plan the pieces and look for every remedy however many crossings there are,
         which may take an hour. How much is done otherwise depends on the number of crossings
         alone, so the same mesh is always told the same.
+    n_designs : int
+        How many designs from coarse to fine to try, where the mesh is given as a model to remesh.
+    executors : callable
+        Opens the executor that tries them; changes no result.
 
     Raises
     ------
@@ -143,10 +155,41 @@ def inspect_mesh(
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [*notes, *ribbon_notes(check)],
         },
+        "verdict": _verdict(woven, check, pieces),
+        "designs": _designs(settings, n_designs, progress, executors, given_mesh),
         "left_out": left_out,
         "notes": [*woven.source.notes, *woven.result.notes],
     }
     return Inspection(woven, facts)
+
+
+def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) -> dict[str, Any]:
+    """Return whether it can be built, as far as that is known before anything is cut."""
+    verdict = judge(
+        check.findings,
+        narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
+        bodies=count_bodies(woven.weave.threads),
+    )
+    if "because" in pieces:
+        verdict = refused(pieces["because"], verdict)
+    return to_json(verdict)
+
+
+def _designs(
+    settings: Settings,
+    count: int,
+    progress: Progress,
+    executors: Executors,
+    given: PolyMesh | None,
+) -> list[dict[str, Any]]:
+    """Try some designs from coarse to fine, and return what they come to."""
+    stated = settings.remesh is not None or settings.refine is not None
+    if not count or stated or is_shape(settings.mesh):
+        return []
+    asked = replace(settings, effort="quick")
+    designs = plan_designs(asked, 3 * count, progress, given)[:count]
+    tried = explore(asked, designs, None, progress, executors=executors, given=given)
+    return [to_json(one.candidate) for one in tried]
 
 
 def _depth(n_crossings: int, *, thorough: bool) -> Depth:

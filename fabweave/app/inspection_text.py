@@ -3,7 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from fabweave.app.design.candidate import Figures
+from fabweave.app.design.page import words
 from fabweave.core.messages import agree
+from fabweave.core.records import from_json
+from fabweave.report.verdict import VERDICTS
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
@@ -34,6 +38,8 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("pieces", _pieces(facts["pieces"])),
         *_choices(facts["pieces"]),
         *_left_out_rows(facts["left_out"]),
+        *_design_rows(facts["designs"]),
+        *_verdict_rows(facts["verdict"]),
     ]
 
 
@@ -134,6 +140,26 @@ def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
     if not left_out:
         return []
     return [("left out", f"{'; '.join(left_out)}. --thorough tells that too, and takes longer")]
+
+
+def _verdict_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say whether it can be built as it is asked for, and what wants care."""
+    rows = [("buildable", VERDICTS[verdict["level"]])]
+    for reason in verdict["reasons"]:
+        advice = f" ({reason['advice']})" if reason["advice"] else ""
+        rows.append(("", f"{reason['level']}: {reason['text']}{advice}"))
+    return rows
+
+
+def _design_rows(designs: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Say what designs from coarse to fine come to, which were tried."""
+    rows = []
+    for design in designs:
+        told = ""
+        if design["figures"] is not None:
+            told = f": {words(from_json(Figures, design['figures']))}"
+        rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
+    return rows
 
 
 def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """The command that tells what a mesh is, and what can be woven on it."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ from fabweave.cli.progress import progress_bar
 from fabweave.core.errors import InputError
 from fabweave.core.output_files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
+
+#: How many designs are tried, from coarse to fine.
+_DESIGNS = 3
 
 
 @click.command(cls=SectionedCommand)
@@ -74,6 +78,7 @@ def inspect(
             inspection_picture,
         )
         from fabweave.app.inspection_text import inspection_text
+        from fabweave.core.parallel.executors import processes
         from fabweave.picture.object_picture import png_bytes
 
     settings = job_settings(mesh, options)
@@ -84,7 +89,13 @@ def inspect(
     if len(set(named)) < len(named):
         raise InputError("two of --png, --pd and --gauss name the same file; name one for each")
     with progress_bar(as_json) as progress:
-        found = inspect_mesh(settings, progress, thorough=thorough)
+        found = inspect_mesh(
+            settings,
+            progress,
+            thorough=thorough,
+            n_designs=_DESIGNS,
+            executors=processes(os.cpu_count() or 1),
+        )
         files: dict[Path, bytes] = {}
         if pd is not None:
             files[pd] = inspection_link(found).encode()

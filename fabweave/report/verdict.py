@@ -179,6 +179,20 @@ def _reason(finding: Finding) -> Reason:
     )
 
 
+def refused(why: str, verdict: Verdict | None = None) -> Verdict:
+    r"""Return the verdict on what is refused before there are pieces.
+
+    Examples
+    --------
+    >>> refused("thread A curls onto itself\nand more").headline
+    'not makeable: thread A curls onto itself'
+    """
+    text = why.partition("\n")[0]
+    reason = Reason(rule="refused", level="not makeable", text=text, advice="")
+    others = verdict.reasons if verdict is not None else ()
+    return Verdict(level="not makeable", reasons=(reason, *others))
+
+
 def verdict_words(verdict: Verdict) -> str:
     """Return the verdict in a sentence or two, for paper.
 

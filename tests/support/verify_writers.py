@@ -425,11 +425,34 @@ def write_ribbons(specimen, folder):
     first = threads[0]["thread"]
     crossings = next(t["crossings"] for t in specimen.plan["threads"] if t["label"] == first)
     finding = {"rule": "hole", "severity": "warn", "thread": first, "station": 1,
-               "crossing": crossings[1], "other": None, "position": list(PLACE)}  # fmt: skip
+               "crossing": crossings[1], "other": None, "position": list(PLACE),
+               "count": 1, "of": len(specimen.plan["crossings"]), "far": 0}  # fmt: skip
     ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
                "limits": LIMITS,
                "threads": rounded(threads)}  # fmt: skip
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
+
+
+def write_verdict(specimen, folder):
+    """State the verdict: a hole without room wants care, and what else there is."""
+    ribbons = json.loads((folder / "ribbons.json").read_text())
+    rules = [finding["rule"] for finding in ribbons["findings"]]
+    if min(thread["narrowest_mm"] for thread in ribbons["threads"]) < 4.0:
+        rules.append("narrow")
+    body = {}
+    for crossing in specimen.plan["crossings"]:
+        pair = [body.get(crossing[side]["thread"], {crossing[side]["thread"]})
+                for side in ("over", "under")]  # fmt: skip
+        body |= dict.fromkeys(pair[0] | pair[1], pair[0] | pair[1])
+    if len({frozenset(threads) for threads in body.values()}) > 1:
+        rules.append("bodies")
+    if any(dropped["kind"] == "id" for piece in specimen.plan["pieces"]
+           for dropped in piece["dropped"]):  # fmt: skip
+        rules.append("ids")
+    reasons = [{"rule": rule, "level": "with care", "text": "", "advice": ""} for rule in rules]
+    verdict = {"schema": "fabweave.verdict/1", "units": "mm", "level": "with care",
+               "reasons": reasons, "forced": False}  # fmt: skip
+    (folder / "verdict.json").write_text(json.dumps(verdict))
 
 
 def write_preflight(specimen, folder):
@@ -660,6 +683,7 @@ def write_job(specimen, folder):
     write_waste(specimen, folder)
     write_ribbons(specimen, folder)
     write_preflight(specimen, folder)
+    write_verdict(specimen, folder)
     write_viewer(specimen, folder)
     write_manual(specimen, folder)
     write_sheets(specimen, folder)

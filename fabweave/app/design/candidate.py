@@ -24,7 +24,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.picture.camera import View
 from fabweave.picture.object_picture import png_bytes, weave_picture
-from fabweave.report.verdict import Reason, Verdict
+from fabweave.report.verdict import Verdict, refused
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.rules.remedy import Depth
 
@@ -146,9 +146,7 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         planned = plan_job(woven, complete, supplies, depth=Depth.NEAR)
         layout = nest_job(planned)
     except FabweaveError as error:
-        text = str(error).partition("\n")[0]
-        reason = Reason(rule="refused", level="not makeable", text=text, advice="")
-        verdict = Verdict(level="not makeable", reasons=(reason,))
+        verdict = refused(str(error))
         return Tried(
             candidate=Candidate(key=key, name=name, command=command, verdict=verdict, figures=None),
             picture=None,

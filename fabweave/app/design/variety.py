@@ -14,7 +14,7 @@ from fabweave.mesh.triangulate import triangulate
 #: Ribbons of a mesh of quads are about so wide, as a share of the sides of its faces.
 WIDTH_SHARE = 0.46
 #: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
-_COARSE_MM, _FINE_MM = 32.0, 7.0
+_COARSE_MM, _FINE_MM = 30.0, 9.0
 #: A mesh of fewer faces keeps no shape; one of more is no evening's work.
 _FEWEST, _MOST = 40, 1500
 #: Meshes with more faces are not woven as they come.

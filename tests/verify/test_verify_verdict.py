@@ -1,0 +1,87 @@
+"""Spoil the verdict: its check objects, and no other."""
+
+import json
+import shutil
+
+import pytest
+from jobs import OCTAHEDRON
+
+from fabweave.verify import verify_job
+
+
+@pytest.fixture(scope="module")
+def ball(finished):
+    """A job with a verdict that wants care: a small ball bends veneer nearly too much."""
+    return finished(*OCTAHEDRON)
+
+
+def edited(tmp_path, folder, name, edit):
+    copy = tmp_path / "job"
+    shutil.copytree(folder, copy)
+    document = json.loads((copy / name).read_text())
+    edit(document)
+    (copy / name).write_text(json.dumps(document))
+    return set(verify_job(copy).failed)
+
+
+def level(value):
+    return lambda verdict: verdict.update(level=value)
+
+
+def finding(**changes):
+    """Return an edit that adds a finding to ribbons.json."""
+    whole = {"rule": "twist", "severity": "warn", "value": 40.0, "limit": 30.0, "unit": "degrees",
+             "thread": "A", "station": 0, "crossing": 0, "other": None, "position": [0, 0, 0],
+             "count": 1, "of": 100, "far": 0} | changes  # fmt: skip
+    return lambda ribbons: ribbons["findings"].append(whole)
+
+
+SPOILED = {
+    "better": level("makeable"),
+    "worse": level("not makeable"),
+    "unknown": level("fine"),
+    "forced": lambda verdict: verdict.update(forced=True),
+    "a reason lost": lambda verdict: verdict["reasons"].pop(),
+    "a reason more": lambda verdict: verdict["reasons"].append(
+        {"rule": "bend", "level": "with care", "text": "", "advice": ""}
+    ),
+    "a reason made light of": lambda verdict: verdict["reasons"][0].update(level="makeable"),
+}
+
+
+@pytest.fixture(scope="module")
+def careful(tmp_path_factory, ball):
+    """The same job with a reason: its ribbons are narrow."""
+    folder = tmp_path_factory.mktemp("careful") / "job"
+    shutil.copytree(ball, folder)
+    ribbons = json.loads((folder / "ribbons.json").read_text())
+    finding()(ribbons)
+    (folder / "ribbons.json").write_text(json.dumps(ribbons))
+    verdict = json.loads((folder / "verdict.json").read_text())
+    verdict["level"] = "with care"
+    verdict["reasons"].append({"rule": "twist", "level": "with care", "text": "", "advice": ""})
+    (folder / "verdict.json").write_text(json.dumps(verdict))
+    toml = folder / "job.toml"
+    toml.write_text(toml.read_text().replace('verdict = "makeable"', 'verdict = "with care"'))
+    assert "verdict" not in verify_job(folder).failed
+    return folder
+
+
+@pytest.mark.parametrize("spoil", SPOILED.values(), ids=SPOILED.keys())
+def test_another_verdict_is_objected_to(careful, tmp_path, spoil):
+    assert "verdict" in edited(tmp_path, careful, "verdict.json", spoil)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"count": 26}, {"far": 2}, {"severity": "refuse"}, {"far": None}]
+)
+def test_findings_that_come_to_more_are_objected_to(ball, tmp_path, changes):
+    assert "verdict" in edited(tmp_path, ball, "ribbons.json", finding(**changes))
+
+
+def test_the_settings_say_the_same(ball, tmp_path):
+    copy = tmp_path / "job"
+    shutil.copytree(ball, copy)
+    toml = copy / "job.toml"
+    toml.write_text(toml.read_text().replace('verdict = "', 'verdict = "not '))
+    assert "verdict" in verify_job(copy).failed
