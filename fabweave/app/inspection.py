@@ -72,7 +72,7 @@ class Inspection:
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
         ``fabrics``, ``ribbons``, ``pieces``, ``checks``, ``left_out`` (what only a thorough
-        inspection tells) and ``notes``.
+        inspection tells) and ``notes``; ``likeness`` where the mesh was remeshed.
     """
 
     woven: WovenObject
@@ -146,6 +146,8 @@ def inspect_mesh(
         "left_out": left_out,
         "notes": [*woven.source.notes, *woven.result.notes],
     }
+    if woven.source.likeness is not None:
+        facts["likeness"] = woven.source.likeness.record()
     return Inspection(woven, facts)
 
 
