@@ -16,7 +16,8 @@ from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.remesh.quads import parse_remesh, remesh_quads
+from fabweave.mesh.remesh.remesh import remesh
+from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.resize import Up, largest_dimension, resize_mesh, turn_upright
 from fabweave.mesh.seams import weld_seams
@@ -71,7 +72,7 @@ def load_mesh(
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented
-    and brought to size; then remeshed to quads, refined, faired, and brought to size again where
+    and brought to size; then remeshed, refined, faired, and brought to size again where
     that changed it; at last subdivided for triaxial twill.
 
     Parameters
@@ -182,14 +183,15 @@ def _changed(
     like = None
     if settings.remesh:
         wanted = parse_remesh(settings.remesh)
-        remeshed = remesh_quads(mesh, wanted.n_quads, seed=settings.seed, progress=progress)
+        remeshed = remesh(mesh, wanted, seed=settings.seed, progress=progress)
         notes += remeshed.notes
         if remeshed.method != "unchanged":
             progress("likeness", 0, 1)
             like = likeness(mesh, remeshed.mesh)
             notes.append(like.note)
         mesh = remeshed.mesh
-        done.append(f"remeshed to quads ({remeshed.method})")
+        kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
+        done.append(f"remeshed to {kind} ({remeshed.method})")
     refinements = parse_refinements(settings.refine or "")
     if refinements:
         mesh = refine_mesh(mesh, refinements, progress=progress)

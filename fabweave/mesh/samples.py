@@ -31,6 +31,19 @@ def plain_triangles(mesh: PolyMesh) -> tuple[FloatArray, IntArray]:
     """
     if np.all(mesh.face_sizes == 3):
         return mesh.vertices, mesh.indices.reshape(-1, 3)
+    return fans(mesh)
+
+
+def fans(mesh: PolyMesh) -> tuple[FloatArray, IntArray]:
+    """Cut every face into triangles around its centre, which favours no corner.
+
+    Returns
+    -------
+    points : (V + F, 3) float array
+        The vertices, and the centres of the faces.
+    triangles : (H, 3) int array
+        One for each corner: its face's centre, the corner and the next one.
+    """
     triangles = np.column_stack(
         [mesh.n_vertices + face_of_corner(mesh), mesh.indices, mesh.indices[next_corner(mesh)]]
     )

@@ -29,8 +29,9 @@ from fabweave.mesh.remesh.engines import (
     run_engine,
 )
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
-from fabweave.mesh.remesh.quads import Remesh, parse_remesh, remesh_quads
+from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remesh_check import check_remeshed
+from fabweave.mesh.remesh.request import Remesh, parse_remesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
@@ -95,7 +96,7 @@ def giving(folder, mesh, name="giver"):
     ("text", "number"), [("quads", None), ("quads:3000", 3000), (" quads:6 ", 6)]
 )
 def test_option_is_read(text, number):
-    assert parse_remesh(text) == Remesh(number)
+    assert parse_remesh(text) == Remesh("quads", number)
 
 
 @pytest.mark.parametrize(
@@ -273,7 +274,7 @@ def test_check_objects_if_a_horn_is_lost():
     faults = check_remeshed(moved(ball, top, [0, 0, 60.0]), grids.sphere(6, 50.0)).faults
     assert len(faults) == 1
     assert "the given vertices are up to" in faults[0]
-    assert "more quads would follow it" in faults[0]
+    assert "more faces would follow it" in faults[0]
 
 
 def test_check_tells_bodies_of_swapped_genus_apart():

@@ -1,103 +1,26 @@
 """Turn a mesh of triangles into a mesh of quads."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.check import check_mesh
-from fabweave.mesh.irregular import Irregular, find_irregular, irregular_note
+from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.engines import ENGINES, Engine
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.request import LEAST, checked_count
 from fabweave.mesh.remesh.runs import best_run
-from fabweave.mesh.triangulate import triangulate
-from fabweave.mesh.weld import weld_mesh
+from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
 
-#: Bounds of what may be asked for.
-LEAST_QUADS, MOST_QUADS = 6, 100_000
 #: Quads to aim at by default: half as many as triangles, but no more than a person can weave.
 _DEFAULT_MOST = 3000
 #: Quads that pairing gives are "about" the number asked for up to this factor either way.
 _ABOUT = 2.0
 #: Of a paired mesh, at most this share of the faces may be other than quads.
 _STRAY = 1 / 8
-
-
-@dataclass(frozen=True)
-class Remesh:
-    """What ``--remesh`` asks for.
-
-    Parameters
-    ----------
-    n_quads : int or None
-        About how many quads; None leaves it to fabweave.
-    """
-
-    n_quads: int | None = None
-
-
-@frozen_value
-class Remeshed:
-    """A mesh of quads, and how it came about.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        The quads; some other faces may have stayed if it was paired, and a note says so.
-    method : str
-        ``unchanged``, ``pairing``, or the name of the remesher.
-    notes : tuple of str
-        What a person should know.
-    irregular : Irregular
-        The irregular vertices that remain.
-    """
-
-    mesh: PolyMesh
-    method: str
-    notes: tuple[str, ...]
-    irregular: Irregular
-
-
-def parse_remesh(text: str) -> Remesh:
-    """Read what ``--remesh`` asks for: ``quads`` or ``quads:3000``.
-
-    Raises
-    ------
-    InputError
-        If it reads otherwise.
-
-    Examples
-    --------
-    >>> parse_remesh("quads:3000"), parse_remesh("quads")
-    (Remesh(n_quads=3000), Remesh(n_quads=None))
-    """
-    kind, colon, number = text.strip().partition(":")
-    if kind != "quads":
-        raise InputError(
-            f"--remesh {text[:40]!r} is not known; write quads, or quads:3000 for about 3000 quads"
-        )
-    if not colon:
-        return Remesh()
-    if not (number.isascii() and number.isdigit()):
-        raise InputError(
-            f"--remesh {text[:40]!r}: after the colon there must be a whole number of quads, such "
-            "as quads:3000"
-        )
-    return Remesh(_checked_count(int(number[:12])))
-
-
-def _checked_count(n_quads: int) -> int:
-    if not LEAST_QUADS <= n_quads <= MOST_QUADS:
-        raise InputError(
-            f"remeshing makes from {LEAST_QUADS} to {MOST_QUADS} quads, but {n_quads} were asked "
-            "for; to get more, refine the result"
-        )
-    return n_quads
 
 
 def remesh_quads(
@@ -148,6 +71,7 @@ def remesh_quads(
     Examples
     --------
     >>> from fabweave.mesh.shapes.grids import torus
+    >>> from fabweave.mesh.triangulate import triangulate
     >>> remeshed = remesh_quads(triangulate(torus(12, 8, 35.0, 15.0)), None)
     >>> remeshed.method, remeshed.mesh.n_faces, len(remeshed.irregular)
     ('pairing', 96, 0)
@@ -159,8 +83,8 @@ def remesh_quads(
     Sorkine-Hornung, "Instant field-aligned meshes", ACM TOG 34(6), 2015.
     """
     if n_quads is not None:
-        _checked_count(n_quads)
-    source, notes = _ready(mesh)
+        checked_count("quads", n_quads)
+    source, notes = ready_source(mesh)
     pairing = pair_triangles(source)
     paired = merge_pairs(source, pairing)
     if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
@@ -171,8 +95,8 @@ def remesh_quads(
             f"irregular vertices, but about {n_quads} quads were asked for; --remesh quads keeps "
             "the pairs"
         )
-    surface = triangulate(source)
-    wanted = n_quads or min(max(LEAST_QUADS, surface.n_faces // 2), _DEFAULT_MOST)
+    surface = cut_surface(source)
+    wanted = n_quads or min(max(LEAST["quads"], surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
         notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
@@ -189,28 +113,6 @@ def remesh_quads(
             notes += [f"another attempt failed: {text}" for text in failures]
             return _finished(best.mesh, engine.name, [*notes, best.note])
     return _last_resort(source, n_quads, notes, failures)
-
-
-def _ready(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
-    """Join vertices and orient faces; say what was done."""
-    if check_mesh(mesh).codes & {"index-range", "small-face"} or not mesh.n_faces:
-        prepare_mesh(mesh)  # says what is wrong
-    welded, joined, dropped = weld_mesh(mesh)
-    notes: list[str] = []
-    source = mesh
-    # Bodies that only touch are better left apart than joined to something that cannot be woven.
-    if joined and (not check_mesh(welded).fatal or check_mesh(mesh).fatal):
-        source = welded
-        notes.append(
-            agree(
-                joined,
-                "{n} [vertex was|vertices were] at the same place as another vertex and merged "
-                "with it",
-            )
-            + (agree(dropped, "; {n} [face|faces] vanished as a result") if dropped else "")
-        )
-    source, _, repairs = prepare_mesh(source)
-    return source, [*notes, *repairs]
 
 
 def _mostly_quads(mesh: PolyMesh) -> bool:

@@ -1,4 +1,4 @@
-"""Check that a remeshed surface is the surface that was given, in quads."""
+"""Check that a remeshed surface is the surface that was given."""
 
 from dataclasses import dataclass
 
@@ -40,13 +40,13 @@ class Fit:
     lost_max: float = np.nan
 
 
-def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
+def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> Fit:
     """Check a remeshed surface against the given one.
 
-    Every face has four corners; the surface is a consistently oriented manifold without odd
-    places that the given one does not have; components, boundary loops, Euler characteristic
-    and genus of each component are those of the given one; no vertex is far off, nothing of the
-    given surface is lost, and outside is where it was.
+    Every face has as many corners as it should; the surface is a consistently oriented manifold
+    without odd places that the given one does not have; components, boundary loops, Euler
+    characteristic and genus of each component are those of the given one; no vertex is far off,
+    nothing of the given surface is lost, and outside is where it was.
 
     Parameters
     ----------
@@ -54,6 +54,8 @@ def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
         An oriented manifold mesh.
     result : PolyMesh
         Any mesh.
+    corners : int or None
+        How many corners each face should have; None for any number.
 
     Returns
     -------
@@ -69,7 +71,7 @@ def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
     'vertices are up to 4 off the given surface'
     """
     before, after = check_mesh(given), check_mesh(result)
-    faults = _surface_faults(before, after)
+    faults = _surface_faults(before, after, corners)
     # Distances are measured by foreign code that must not see a broken mesh.
     if after.fatal or not after.n_faces:
         return Fit(tuple(faults))
@@ -77,10 +79,12 @@ def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
     return Fit((*faults, *wrong), off_max, lost_max)
 
 
-def _surface_faults(before: MeshReport, after: MeshReport) -> list[str]:
+def _surface_faults(before: MeshReport, after: MeshReport, corners: int | None) -> list[str]:
     """Say how the surface differs as a surface."""
     faults = [
-        f"{number} faces have {size} corners" for size, number in after.face_sizes if size != 4
+        f"{number} faces have {size} corners"
+        for size, number in after.face_sizes
+        if corners not in (None, size)
     ]
     if not after.n_faces:
         faults.append("there are no faces")
@@ -112,7 +116,7 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], floa
     if lost.mean() > _LOST_MEAN * edge or lost.max() > _LOST_MAX * edge:
         faults.append(
             f"the given vertices are up to {lost.max():.3g} off the new surface, "
-            f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more quads would "
+            f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more faces would "
             "follow it better"
         )
     near = _distances(face_centres(result), old)[1]

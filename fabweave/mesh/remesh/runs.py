@@ -50,7 +50,7 @@ class Candidate:
         """What was made, and how far it is off."""
         seed = f", seed {self.run.seed}" if self.engine.seeded else ""
         return (
-            f"{self.engine.title} made {self.mesh.n_faces} quads ({self.run.n_quads} were wanted"
+            f"{self.engine.title} made {self.mesh.n_faces} quads ({self.run.n_faces} were wanted"
             f"{seed}); they are up to {self.fit.off_max:.2g} mm off the given surface, and given "
             f"vertices are up to {self.fit.lost_max:.2g} mm off them"
         )
