@@ -18,6 +18,7 @@ from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh import engines
 from fabweave.mesh.remesh.engines import (
@@ -32,6 +33,7 @@ from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remesh_check import check_remeshed
 from fabweave.mesh.remesh.request import Remesh, parse_remesh
+from fabweave.mesh.remesh.runs import _best, _candidate
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
@@ -333,7 +335,9 @@ def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what
     remeshed = remesh_quads(BALL, 216, engines=[bad, giving(tmp_path, WELL)])
     assert remeshed.method == "giver"
     assert remeshed.mesh.n_faces == WELL.n_faces
-    np.testing.assert_allclose(remeshed.mesh.vertices, WELL.vertices, atol=1e-9)
+    assert np.array_equal(remeshed.mesh.indices, WELL.indices)
+    # It was fitted, so it is nearer than what was given.
+    assert likeness(BALL, remeshed.mesh).in_rms_mm < likeness(BALL, WELL).in_rms_mm
     failed = [note for note in remeshed.notes if "The bad" in note]
     assert len(failed) == 1
     assert words in failed[0]
@@ -441,7 +445,7 @@ def inset(mesh, chosen):
     return PolyMesh.from_faces(points, faces)
 
 
-def test_fewest_irregular_vertices_win_then_the_number_asked_for(tmp_path):
+def test_of_equally_near_results_the_one_with_fewest_irregular_vertices_wins(tmp_path):
     results = {
         20: inset(grids.torus(24, 12, 35.0, 15.0), {5, 100}),
         21: inset(grids.torus(36, 12, 35.0, 15.0), {5}),
@@ -464,6 +468,36 @@ def test_fewest_irregular_vertices_win_then_the_number_asked_for(tmp_path):
     assert [note for note in remeshed.notes if "attempt failed" in note] == [
         "another attempt failed: The stub: it ended with code 1 and left no result"
     ]
+
+
+def test_shape_comes_before_irregular_vertices(tmp_path):
+    # One torus too thin, without irregular vertices on its rows; the other as given.
+    thin = inset(grids.torus(24, 12, 35.0, 15.0), {5})
+    near = inset(grids.torus(24, 12, 35.0, 15.0), {5, 100})
+    points = thin.vertices.copy()
+    points[:, 2] *= 0.5
+    results = {30: thin.with_vertices(points), 31: near}
+    found = {
+        seed: _candidate(INSTANT, icotorus(), mesh, Run(300, seed, rim=False))
+        for seed, mesh in results.items()
+    }
+    assert found[30].irregular < found[31].irregular
+    assert found[30].off > 1.2 * found[31].off
+    assert _best([found[30], found[31]], 300) is found[31]
+    # What runs through itself is taken only if all do.
+    crossed = replace(found[31], clashes=3)
+    assert _best([crossed, found[30]], 300) is found[30]
+    assert _best([crossed, replace(found[30], clashes=1)], 300) is crossed
+    assert "3 pairs of them run through one another" in crossed.note
+
+
+def test_scans_are_decimated_for_remeshers_but_measured_as_given(tmp_path):
+    ball = icosphere(5)  # 20480 triangles
+    seen = tmp_path / "seen.npz"
+    body = f"np.savez({str(seen)!r}, triangles=task['triangles'])\nsys.exit(1)\n"
+    with pytest.raises(CannotMakeError):
+        remesh_quads(ball, 400, engines=[stub(tmp_path, body)])
+    assert len(np.load(seen)["triangles"]) == 10_000
 
 
 def icotorus():

@@ -9,8 +9,16 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.engines import ENGINES, Engine
+from fabweave.mesh.remesh.engines import (
+    ENGINES,
+    QSLIM,
+    AttemptFailedError,
+    Engine,
+    Run,
+    run_engine,
+)
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.remesh_check import check_remeshed
 from fabweave.mesh.remesh.request import LEAST, checked_count
 from fabweave.mesh.remesh.runs import best_run
 from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
@@ -19,6 +27,9 @@ from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
 _DEFAULT_MOST = 3000
 #: Quads that pairing gives are "about" the number asked for up to this factor either way.
 _ABOUT = 2.0
+#: Remeshers see at most so many triangles, in all or for each quad: what is finer makes them slow,
+#: and lets them lose limbs. Surfaces with more than these by this factor are decimated.
+_ENOUGH, _ENOUGH_EACH, _FAR_MORE = 10_000, 10, 1.2
 #: Of a paired mesh, at most this share of the faces may be other than quads.
 _STRAY = 1 / 8
 
@@ -37,8 +48,9 @@ def remesh_quads(
     2. A mesh whose triangles are split quads gets them back by pairing, and keeps its vertices,
        if the count is left open or they are about as many as asked for (up to factor 2).
     3. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
-       Instant Meshes, each a few times; of the results that pass `check_remeshed` the one with
-       the fewest irregular vertices is taken.
+       Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
+       `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
+       far more triangles than quads are wanted is decimated for them first.
     4. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
@@ -100,6 +112,7 @@ def remesh_quads(
     if n_quads is None:
         notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
+    surface = _reduced(surface, wanted)
     for engine in engines:
         if not engine.installed:
             failures.append(
@@ -113,6 +126,18 @@ def remesh_quads(
             notes += [f"another attempt failed: {text}" for text in failures]
             return _finished(best.mesh, engine.name, [*notes, best.note])
     return _last_resort(source, n_quads, notes, failures)
+
+
+def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:
+    """Take triangles away where there are far more than remeshers need, if that goes well."""
+    enough = max(_ENOUGH, _ENOUGH_EACH * wanted)
+    if surface.n_faces < _FAR_MORE * enough:
+        return surface
+    try:
+        fewer = run_engine(QSLIM, surface, Run(enough, 0, rim=False))
+    except AttemptFailedError:
+        return surface
+    return surface if check_remeshed(surface, fewer, 3).faults else fewer
 
 
 def _mostly_quads(mesh: PolyMesh) -> bool:
@@ -169,6 +194,7 @@ def _last_resort(
         "the mesh could not be turned into quads:\n"
         + "\n".join(f"  - {failure}" for failure in failures)
         + "\nWhat may help: another number of quads (more where the mesh has thin bars or small "
-        "holes); smoothing the scan first; closing small holes; or leaving the triangles and "
-        "refining them (one Catmull-Clark step turns any mesh into quads)"
+        "holes); smoothing the scan first; closing small holes; --remesh triangles:N, which "
+        "keeps thin limbs; or leaving the triangles and refining them (one Catmull-Clark step "
+        "turns any mesh into quads)"
     )

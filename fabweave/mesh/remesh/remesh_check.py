@@ -5,9 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner
-from fabweave.mesh.report import MeshReport
 from fabweave.mesh.triangulate import triangulate
 
 #: All bounds are shares of the mean edge of the quads. How far a new vertex may be off the given
@@ -20,6 +22,8 @@ _LOST_MAX = 3.0
 #: Which share of the faces may look away from the given surface (where two sheets of it are near
 #: one another, the nearest point may be on the wrong one).
 _REVERSED = 0.05
+#: Fewer edges at a vertex inside would make two faces lie on one another.
+_LEAST_EDGES = 3
 
 
 @dataclass(frozen=True)
@@ -70,17 +74,33 @@ def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
     >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(9, 6, 6.0, 2.0)).faults[0][:42]
     'vertices are up to 4 off the given surface'
     """
-    before, after = check_mesh(given), check_mesh(result)
-    faults = _surface_faults(before, after, corners)
+    faults = surface_faults(given, result, corners)
     # Distances are measured by foreign code that must not see a broken mesh.
-    if after.fatal or not after.n_faces:
-        return Fit(tuple(faults))
+    if not result.n_faces or check_mesh(result).fatal:
+        return Fit(faults)
     wrong, off_max, lost_max = _distance_faults(given, result)
     return Fit((*faults, *wrong), off_max, lost_max)
 
 
-def _surface_faults(before: MeshReport, after: MeshReport, corners: int | None) -> list[str]:
-    """Say how the surface differs as a surface."""
+def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
+    """Say how a result differs from the given surface as a surface, wherever its vertices are.
+
+    Parameters
+    ----------
+    given : PolyMesh
+        An oriented manifold mesh.
+    result : PolyMesh
+        Any mesh.
+    corners : int or None
+        How many corners each face should have; None for any number.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import sphere, torus
+    >>> surface_faults(torus(9, 6, 3.0, 1.0), sphere(2, 1.0))
+    ('Euler characteristic: 2 instead of 0',)
+    """
+    before, after = check_mesh(given), check_mesh(result)
     faults = [
         f"{number} faces have {size} corners"
         for size, number in after.face_sizes
@@ -99,7 +119,11 @@ def _surface_faults(before: MeshReport, after: MeshReport, corners: int | None) 
         map(str, after.component_genus)
     ):
         faults.append(f"genus: {after.component_genus} instead of {before.component_genus}")
-    return faults
+    if not faults:
+        few = int(np.count_nonzero(interior_valences(build_halfedges(result))[1] < _LEAST_EDGES))
+        if few:
+            faults.append(agree(few, "{n} [vertex|vertices] inside with two edges only"))
+    return tuple(faults)
 
 
 def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], float, float]:

@@ -130,9 +130,6 @@ def triangle_faults(source: PolyMesh, result: PolyMesh) -> tuple[str, ...]:
     faults = list(check_remeshed(source, result, 3).faults)
     if faults:
         return tuple(faults)
-    few = int(np.count_nonzero(interior_valences(build_halfedges(result))[1] < 3))
-    if few:
-        faults.append(agree(few, "{n} [vertex has|vertices have] only two edges"))
     pairs = self_intersections(result)
     if len(pairs) and not len(self_intersections(source)):
         faults.append(agree(len(pairs), "{n} [pair|pairs] of faces run[s|] through one another"))
