@@ -24,7 +24,9 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.coarse import paired_quads
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.ribbon.boundary_turns import require_no_loop
@@ -176,6 +178,7 @@ def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
         "genus": report.genus,
         "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
         "edge_mm": _spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
+        "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
         "irregular_vertices": len(irregular),
         "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
     }

@@ -301,7 +301,8 @@ def test_spoiled_result_of_a_remesher_is_not_used(tmp_path, what):
     # All in one box, for that is how a remesher sees the surface.
     spoiled, words = SPOILED[what]
     with pytest.raises(CannotMakeError) as caught:
-        remesh_quads(triangulate(GIVEN), 300, engines=[giving(tmp_path, spoiled)])
+        # Neither its pairs (960) nor its cage (240) are about as many.
+        remesh_quads(triangulate(GIVEN), 400, engines=[giving(tmp_path, spoiled)])
     assert "The giver:" in str(caught.value)
     if what != "vertex away":
         assert words in str(caught.value)
@@ -470,7 +471,7 @@ def test_of_equally_near_results_the_one_with_fewest_irregular_vertices_wins(tmp
     ]
 
 
-def test_shape_comes_before_irregular_vertices(tmp_path):
+def test_shape_comes_before_irregular_vertices():
     # One torus too thin, without irregular vertices on its rows; the other as given.
     thin = inset(grids.torus(24, 12, 35.0, 15.0), {5})
     near = inset(grids.torus(24, 12, 35.0, 15.0), {5, 100})
@@ -544,7 +545,7 @@ def test_open_mesh_is_asked_to_keep_its_rim_first(tmp_path):
         f"kept = np.load({str(tmp_path / 'bowl.npz')!r})\n"
         "give(kept['v'], kept['f'])\n"
     )
-    given = triangulate(grids.hemisphere(8, 50.0))
+    given = triangulate(grids.hemisphere(9, 50.0))
     remeshed = remesh_quads(given, 190, engines=[stub(tmp_path, body)])
     assert remeshed.mesh.n_faces == 192
     assert any("code 7" in note for note in remeshed.notes)
@@ -595,12 +596,12 @@ def test_same_seed_same_mesh_wherever_it_stands():
 
 @pytest.mark.slow
 @needs_quadriflow
-def test_double_torus_at_half_its_pairs():
+def test_double_torus_with_neither_its_pairs_nor_their_cage():
     mesh = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
     mesh = mesh.with_vertices(mesh.vertices * 100)
-    remeshed = remesh_quads(mesh, 1000)
+    remeshed = remesh_quads(mesh, 500)
     assert remeshed.method == "quadriflow"
-    assert_fits(remeshed, mesh, 1000, 40)
+    assert_fits(remeshed, mesh, 500, 40)
     assert any("3072 quads with 6 irregular vertices" in note for note in remeshed.notes)
     excess = remeshed.irregular.valence - 4
     assert excess.sum() == 8

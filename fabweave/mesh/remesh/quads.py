@@ -9,6 +9,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.coarse import cage_of_quads
 from fabweave.mesh.remesh.engines import (
     ENGINES,
     QSLIM,
@@ -47,11 +48,13 @@ def remesh_quads(
     1. Vertices at the same place are joined, and faces are turned to agree.
     2. A mesh whose triangles are split quads gets them back by pairing, and keeps its vertices,
        if the count is left open or they are about as many as asked for (up to factor 2).
-    3. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
+    3. A refined mesh gets a cage of quads back, if that has about as many as asked for (up to
+       factor 1.5).
+    4. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
        Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
        `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
        far more triangles than quads are wanted is decimated for them first.
-    4. Where no result passes, triangles that pair up completely are taken even if they do not
+    5. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
     Parameters
@@ -102,6 +105,9 @@ def remesh_quads(
     if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
         if _about(paired.n_faces, n_quads):
             return _from_pairing(source, paired, notes)
+        cage = None if n_quads is None else cage_of_quads(source, n_quads)
+        if cage is not None:
+            return _finished(cage[0], "unrefining", [*notes, cage[1]])
         notes.append(
             f"the triangles pair up into {paired.n_faces} quads with {len(find_irregular(paired))} "
             f"irregular vertices, but about {n_quads} quads were asked for; --remesh quads keeps "

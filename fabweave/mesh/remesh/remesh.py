@@ -2,6 +2,7 @@
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.request import Remesh
 from fabweave.mesh.remesh.source import Remeshed
@@ -37,4 +38,6 @@ def remesh(
     """
     if wanted.kind == "triangles" and wanted.count is not None:
         return remesh_triangles(mesh, wanted.count, progress=progress)
+    if wanted.kind == "coarse":
+        return remesh_coarse(mesh, wanted.count, progress=progress)
     return remesh_quads(mesh, wanted.count, seed=seed, progress=progress)
