@@ -28,7 +28,9 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.coarse import paired_quads
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
@@ -78,7 +80,8 @@ class Inspection:
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
         ``fabrics``, ``ribbons``, ``pieces``, ``checks``, ``verdict``, ``designs`` (that were
-        tried), ``left_out`` (what only a thorough inspection tells) and ``notes``.
+        tried), ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness``
+        where the mesh was remeshed.
     """
 
     woven: WovenObject
@@ -160,6 +163,8 @@ def inspect_mesh(
         "left_out": left_out,
         "notes": [*woven.source.notes, *woven.result.notes],
     }
+    if woven.source.likeness is not None:
+        facts["likeness"] = woven.source.likeness.record()
     return Inspection(woven, facts)
 
 
@@ -217,6 +222,7 @@ def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
         "genus": report.genus,
         "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
         "edge_mm": _spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
+        "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
         "irregular_vertices": len(irregular),
         "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
     }

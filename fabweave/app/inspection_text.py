@@ -12,6 +12,9 @@ from fabweave.report.verdict import VERDICTS
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
 
+#: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
+_LEAST_CAGE = 20
+
 
 def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what was found as topics and sentences.
@@ -52,7 +55,10 @@ def _topic(note: str) -> tuple[str, str]:
 def _mesh_rows(mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     sizes = (f"{number} with {size} sides" for size, number in mesh["face_sizes"].items())
     valences = (f"{number} of valence {valence}" for valence, number in mesh["valences"].items())
+    cages = [f"--remesh coarse:{number}" for number in mesh["cages"] if number >= _LEAST_CAGE]
+    refined = [("cage", f"the mesh is a refined cage, which {' or '.join(cages)} gives back")]
     return [
+        *(refined if cages else []),
         ("faces", ", ".join(sizes)),
         ("vertices", ", ".join(valences) or "none inside the surface"),
         ("edges", f"{_range(mesh['edge_mm'], 1)} mm long"),

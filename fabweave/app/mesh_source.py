@@ -13,9 +13,11 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.remesh.quads import parse_remesh, remesh_quads
+from fabweave.mesh.remesh.remesh import remesh
+from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.resize import Up, largest_dimension, resize_mesh, turn_upright
 from fabweave.mesh.seams import weld_seams
@@ -51,6 +53,8 @@ class LoadedMesh:
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
     clashes : int
         How many pairs of faces ran through one another, or touched, as the mesh was given.
+    likeness : Likeness or None
+        How like the given mesh the remeshed one is; None where it was not remeshed.
     """
 
     mesh: PolyMesh
@@ -59,6 +63,7 @@ class LoadedMesh:
     notes: tuple[str, ...]
     n_old_vertices: int = 0
     clashes: int = 0
+    likeness: Likeness | None = None
 
 
 def load_mesh(
@@ -67,7 +72,7 @@ def load_mesh(
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented
-    and brought to size; then remeshed to quads, refined, faired, and brought to size again where
+    and brought to size; then remeshed, refined, faired, and brought to size again where
     that changed it; at last subdivided for triaxial twill.
 
     Parameters
@@ -130,13 +135,13 @@ def load_mesh(
     if given_mesh is None and is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
-    mesh, n_old_vertices, changes = _changed(mesh, settings, progress)
+    mesh, n_old_vertices, like, changes = _changed(mesh, settings, progress)
     notes += changes
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
-    return LoadedMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes))
+    return LoadedMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes), like)
 
 
 def _require_small_faces(mesh: PolyMesh) -> None:
@@ -171,16 +176,22 @@ def _require_size(size_mm: float) -> None:
 
 def _changed(
     mesh: PolyMesh, settings: Settings, progress: Progress
-) -> tuple[PolyMesh, int, list[str]]:
+) -> tuple[PolyMesh, int, Likeness | None, list[str]]:
     """Remesh, refine, fair and subdivide as the settings ask; describe what was done."""
     notes: list[str] = []
     done = []
+    like = None
     if settings.remesh:
         wanted = parse_remesh(settings.remesh)
-        remeshed = remesh_quads(mesh, wanted.n_quads, seed=settings.seed, progress=progress)
-        mesh = remeshed.mesh
+        remeshed = remesh(mesh, wanted, seed=settings.seed, progress=progress)
         notes += remeshed.notes
-        done.append(f"remeshed to quads ({remeshed.method})")
+        if remeshed.method != "unchanged":
+            progress("likeness", 0, 1)
+            like = likeness(mesh, remeshed.mesh)
+            notes.append(like.note)
+        mesh = remeshed.mesh
+        kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
+        done.append(f"remeshed to {kind} ({remeshed.method})")
     refinements = parse_refinements(settings.refine or "")
     if refinements:
         mesh = refine_mesh(mesh, refinements, progress=progress)
@@ -203,7 +214,7 @@ def _changed(
         mesh, report, repairs = prepare_mesh(mesh)
         notes += repairs
         notes.append(f"the mesh was {', '.join(done)}: {_counts(report)}")
-    return mesh, n_old_vertices, notes
+    return mesh, n_old_vertices, like, notes
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:

@@ -58,15 +58,18 @@ def interior_valences(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
     return inside, valence[inside]
 
 
-def find_irregular(mesh: PolyMesh) -> Irregular:
-    """Find the vertices at which a mesh is not a regular quad grid.
+def find_irregular(mesh: PolyMesh, regular: int = 4) -> Irregular:
+    """Find the vertices at which a mesh is not a regular grid of quads, or of triangles.
 
-    Inside, a regular vertex has four edges; on the boundary it has three, or two at a corner.
+    Inside, a regular vertex has four edges among quads; on the boundary it has three, or two at a
+    corner. Among triangles it has six, and on the boundary up to four.
 
     Parameters
     ----------
     mesh : PolyMesh
         An oriented manifold mesh.
+    regular : int
+        The edges of a regular vertex inside: 4 for quads, 6 for triangles.
 
     Returns
     -------
@@ -85,8 +88,8 @@ def find_irregular(mesh: PolyMesh) -> Irregular:
     boundary = np.zeros(mesh.n_vertices, dtype=bool)
     boundary[halfedges.tail[rim]] = True
     valence = faces + boundary
-    regular = np.where(boundary, (valence == 2) | (valence == 3), valence == 4)
-    vertex = np.flatnonzero(~regular & (faces > 0))
+    fits = np.where(boundary, (valence >= 2) & (valence <= regular // 2 + 1), valence == regular)
+    vertex = np.flatnonzero(~fits & (faces > 0))
     return Irregular(vertex, valence[vertex], mesh.vertices[vertex], boundary[vertex])
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, unit
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_centres
@@ -24,6 +24,30 @@ def face_fans(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArra
     return points, np.column_stack(
         [mesh.n_vertices + halfedges.face, halfedges.tail, halfedges.head]
     )
+
+
+@frozen_value
+class Feet:
+    """The closest points of a surface to some places.
+
+    Parameters
+    ----------
+    points : (N, 3) float array
+    corners : (N, 3) int array
+        The corners of the triangles on which they lie.
+    shares : (N, 3) float array
+        How much each corner has in them: ``points`` are the sums of the corners' positions by
+        these shares, which are positive and add up to one.
+    normals : (N, 3) float array
+        Unit normals of the triangles.
+    distances : (N,) float array
+    """
+
+    points: FloatArray
+    corners: IntArray
+    shares: FloatArray
+    normals: FloatArray
+    distances: FloatArray
 
 
 # Planes that a direction meets at a smaller sine are not aimed at.
@@ -97,6 +121,26 @@ class Surface:
         normals[flat] = self._normals[nearest[flat]]
         distances = np.sqrt(np.maximum(square, 0.0)) / self._scale
         return points / self._scale + self._origin, normals, distances
+
+    def feet(self, places: FloatArray) -> Feet:
+        """Return the closest points of the surface, and where on which triangle they are.
+
+        Parameters
+        ----------
+        places : (N, 3) float array
+            Finite.
+        """
+        if not np.isfinite(places).all():
+            raise ValueError("the places must be finite")
+        square, nearest, points = self._nearest((places - self._origin) * self._scale)
+        corners = self._triangles[nearest]
+        return Feet(
+            points=points / self._scale + self._origin,
+            corners=corners,
+            shares=_barycentric(points, self._points[corners]),
+            normals=self._normals[nearest],
+            distances=np.sqrt(np.maximum(square, 0.0)) / self._scale,
+        )
 
     def dropped(self, places: FloatArray, along: FloatArray) -> FloatArray:
         """Return places moved along directions to the plane of their closest triangle, (N, 3).

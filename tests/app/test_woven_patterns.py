@@ -247,7 +247,8 @@ def test_remeshed_and_refined_jobs_say_what_was_done(tmp_path) -> None:
     [
         (("--refine", "butterfly:2"), "there is no refinement 'butterfly'"),
         (("--refine", "catmull-clark:x"), "should read catmull-clark:STEPS"),
-        (("--remesh", "triangles:5"), "quads"),
+        (("--remesh", "triangles:5"), "from 8 to 100000 triangles"),
+        (("--remesh", "hexagons:5"), "quads"),
     ],
 )
 def test_wrong_remeshing_is_said_before_anything_is_done(

@@ -68,7 +68,7 @@ class Figures:
 
     ``broken`` counts the conditions of its pattern that the weave breaks; ``use`` is the share of
     the sheets that becomes pieces, ``likeness_mm`` and ``likeness_mean_mm`` how far the mesh is
-    from the model at the most and in the mean, where it was remeshed. ``hours`` are those of the
+    from the model at the most and in the mean, where it was remeshed, and ``lost`` names its features that went. ``hours`` are those of the
     assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
     range, None where it is not known.
     """
@@ -87,6 +87,7 @@ class Figures:
     longest_mm: float
     likeness_mm: float | None
     likeness_mean_mm: float | None
+    lost: tuple[str, ...]
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
     price: tuple[float, float] | None
@@ -176,6 +177,7 @@ def _figures(planned: PlannedJob, layout: Layout) -> Figures:
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
     area = float(shapely.area([shapely.Polygon(piece.outline) for piece in pieces]).sum())
     sheets = sum(sheet.area_mm2 for sheet in layout.sheets)
+    like = planned.woven.source.likeness
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -189,8 +191,10 @@ def _figures(planned: PlannedJob, layout: Layout) -> Figures:
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),
         longest_mm=round(max(float(np.ptp(piece.outline[:, 0])) for piece in pieces), 1),
-        likeness_mm=None,
-        likeness_mean_mm=None,
+        likeness_mm=None
+        if like is None
+        else round(max(like.in_greatest_mm, like.out_greatest_mm), 2),
+        likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         hours=None,
         cutting_h=None,
         price=None,

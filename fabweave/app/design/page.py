@@ -147,6 +147,8 @@ def words(figures: Figures) -> str:
         text += f", {figures.hours[0]:.0f} to {figures.hours[1]:.0f} h of assembly"
     if figures.likeness_mm is not None:
         text += f", at most {figures.likeness_mm:.0f} mm off the model"
+    if figures.lost:
+        text += f" ({'; '.join(figures.lost)})"
     return text
 
 

@@ -131,3 +131,5 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     yield from (replace(asked, remesh=f"quads:{number}") for number in quads)
     if as_it_comes:
         yield asked
+    # As many crossings as quads have: a triangle has one and a half, a quad two.
+    yield from (replace(asked, remesh=f"triangles:{_round(4 * number / 3)}") for number in quads)

@@ -73,9 +73,14 @@ OBJECT_OPTIONS = (
     Option(
         "remesh",
         MESH,
-        text("quads[:N]", "a text such as 'quads:3000'", "fabweave.mesh.remesh.quads.parse_remesh"),
-        "Make a mesh of quads first, about N of them; without N as many as the triangles pair up "
-        "to, or else half as many as triangles, at most 3000. Twill wants quads.",
+        text(
+            "KIND[:N]",
+            "a text such as 'quads:3000'",
+            "fabweave.mesh.remesh.request.parse_remesh",
+        ),
+        "Make a coarser mesh first, of about N faces. quads:N, for twill; without N as many as the "
+        "triangles pair up to, or else half as many as triangles, at most 3000. triangles:N, for "
+        "triaxial weaves, keeps horns and limbs best. coarse:N undoes a subdivision.",
     ),
     Option(
         "refine",

@@ -20,7 +20,7 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
     Parameters
     ----------
     engine : str
-        ``quadriflow`` or ``instant-meshes``.
+        ``quadriflow``, ``instant-meshes`` or ``qslim``.
     task : dict
         ``vertices`` (V, 3), ``triangles`` (T, 3), ``count`` (what to ask for), ``seed`` and
         ``rim`` (whether to follow the boundary).
@@ -46,6 +46,16 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
             False,  # minimum-cost flow
         )
         return np.array(made["vertices"]), np.array(made["faces"])
+    if engine == "qslim":
+        import igl  # noqa: PLC0415 -- only this remesher needs it
+
+        vertices, faces, _, _ = igl.qslim(
+            np.asfortranarray(task["vertices"], dtype=np.float64),
+            np.asfortranarray(task["triangles"], dtype=np.int32),
+            count,
+            True,  # a collapse that would make the surface run through itself is left out
+        )
+        return vertices, faces
     import pynanoinstantmeshes  # noqa: PLC0415 -- optional
 
     vertices, faces = pynanoinstantmeshes.remesh(

@@ -78,13 +78,15 @@ ENGINES = (
         "instant-meshes", "Instant Meshes", "pynanoinstantmeshes", quads_per_count=4, seeded=False
     ),
 )
+#: What takes triangles away: libigl, which is always there.
+QSLIM = Engine("qslim", "Decimation by quadric error", "igl", seeded=False, most_runs=1)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a remesher: how many quads to aim at, the seed, whether to follow the rim."""
+    """One run of a remesher: how many faces to aim at, the seed, whether to follow the rim."""
 
-    n_quads: int
+    n_faces: int
     seed: int
     rim: bool
 
@@ -132,14 +134,14 @@ def run_engine(
     """
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     centre, size = (lower + upper) / 2, float((upper - lower).max()) or 1.0
-    limit = engine.limit_s or time_limit_s(surface.n_faces, run.n_quads)
+    limit = engine.limit_s or time_limit_s(surface.n_faces, run.n_faces)
     with tempfile.TemporaryDirectory(prefix="fabweave-") as folder:
         task, result = Path(folder) / "task.npz", Path(folder) / "result.npz"
         np.savez(
             task,
             vertices=(surface.vertices - centre) / size,
             triangles=surface.indices.reshape(-1, 3),
-            count=max(1, round(run.n_quads / engine.quads_per_count)),
+            count=max(1, round(run.n_faces / engine.quads_per_count)),
             seed=run.seed,
             rim=run.rim,
         )

@@ -1,105 +1,40 @@
 """Turn a mesh of triangles into a mesh of quads."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.irregular import Irregular, find_irregular, irregular_note
+from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.remesh.engines import ENGINES, Engine
+from fabweave.mesh.remesh.coarse import cage_of_quads
+from fabweave.mesh.remesh.engines import (
+    ENGINES,
+    QSLIM,
+    AttemptFailedError,
+    Engine,
+    Run,
+    run_engine,
+)
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
+from fabweave.mesh.remesh.remesh_check import check_remeshed
+from fabweave.mesh.remesh.request import LEAST, checked_count
 from fabweave.mesh.remesh.runs import best_run
-from fabweave.mesh.triangulate import triangulate
-from fabweave.mesh.weld import weld_mesh
+from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
 
-#: Bounds of what may be asked for.
-LEAST_QUADS, MOST_QUADS = 6, 100_000
 #: Quads to aim at by default: half as many as triangles, but no more than a person can weave.
 _DEFAULT_MOST = 3000
 #: Quads that pairing gives are "about" the number asked for up to this factor either way.
 _ABOUT = 2.0
+#: Remeshers see at most so many triangles, in all or for each quad: what is finer makes them slow,
+#: and lets them lose limbs. Surfaces with more than these by this factor are decimated.
+_ENOUGH, _ENOUGH_EACH, _FAR_MORE = 10_000, 10, 1.2
 #: Of a paired mesh, at most this share of the faces may be other than quads.
 _STRAY = 1 / 8
-
-
-@dataclass(frozen=True)
-class Remesh:
-    """What ``--remesh`` asks for.
-
-    Parameters
-    ----------
-    n_quads : int or None
-        About how many quads; None leaves it to fabweave.
-    """
-
-    n_quads: int | None = None
-
-
-@frozen_value
-class Remeshed:
-    """A mesh of quads, and how it came about.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        The quads; some other faces may have stayed if it was paired, and a note says so.
-    method : str
-        ``unchanged``, ``pairing``, or the name of the remesher.
-    notes : tuple of str
-        What a person should know.
-    irregular : Irregular
-        The irregular vertices that remain.
-    """
-
-    mesh: PolyMesh
-    method: str
-    notes: tuple[str, ...]
-    irregular: Irregular
-
-
-def parse_remesh(text: str) -> Remesh:
-    """Read what ``--remesh`` asks for: ``quads`` or ``quads:3000``.
-
-    Raises
-    ------
-    InputError
-        If it reads otherwise.
-
-    Examples
-    --------
-    >>> parse_remesh("quads:3000"), parse_remesh("quads")
-    (Remesh(n_quads=3000), Remesh(n_quads=None))
-    """
-    kind, colon, number = text.strip().partition(":")
-    if kind != "quads":
-        raise InputError(
-            f"--remesh {text[:40]!r} is not known; write quads, or quads:3000 for about 3000 quads"
-        )
-    if not colon:
-        return Remesh()
-    if not (number.isascii() and number.isdigit()):
-        raise InputError(
-            f"--remesh {text[:40]!r}: after the colon there must be a whole number of quads, such "
-            "as quads:3000"
-        )
-    return Remesh(_checked_count(int(number[:12])))
-
-
-def _checked_count(n_quads: int) -> int:
-    if not LEAST_QUADS <= n_quads <= MOST_QUADS:
-        raise InputError(
-            f"remeshing makes from {LEAST_QUADS} to {MOST_QUADS} quads, but {n_quads} were asked "
-            "for; to get more, refine the result"
-        )
-    return n_quads
 
 
 def remesh_quads(
@@ -115,10 +50,13 @@ def remesh_quads(
     1. Vertices at the same place are joined, and faces are turned to agree.
     2. A mesh whose triangles are split quads gets them back by pairing, and keeps its vertices,
        if the count is left open or they are about as many as asked for (up to factor 2).
-    3. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
-       Instant Meshes, each a few times; of the results that pass `check_remeshed` the one with
-       the fewest irregular vertices is taken.
-    4. Where no result passes, triangles that pair up completely are taken even if they do not
+    3. A refined mesh gets a cage of quads back, if that has about as many as asked for (up to
+       factor 1.5).
+    4. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
+       Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
+       `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
+       far more triangles than quads are wanted is decimated for them first.
+    5. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
     Parameters
@@ -150,6 +88,7 @@ def remesh_quads(
     Examples
     --------
     >>> from fabweave.mesh.shapes.grids import torus
+    >>> from fabweave.mesh.triangulate import triangulate
     >>> remeshed = remesh_quads(triangulate(torus(12, 8, 35.0, 15.0)), None)
     >>> remeshed.method, remeshed.mesh.n_faces, len(remeshed.irregular)
     ('pairing', 96, 0)
@@ -161,23 +100,27 @@ def remesh_quads(
     Sorkine-Hornung, "Instant field-aligned meshes", ACM TOG 34(6), 2015.
     """
     if n_quads is not None:
-        _checked_count(n_quads)
-    source, notes = _ready(mesh)
+        checked_count("quads", n_quads)
+    source, notes = ready_source(mesh)
     pairing = pair_triangles(source)
     paired = merge_pairs(source, pairing)
     if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
         if _about(paired.n_faces, n_quads):
             return _from_pairing(source, paired, notes)
+        cage = None if n_quads is None else cage_of_quads(source, n_quads)
+        if cage is not None:
+            return _finished(cage[0], "unrefining", [*notes, cage[1]])
         notes.append(
             f"the triangles pair up into {paired.n_faces} quads with {len(find_irregular(paired))} "
             f"irregular vertices, but about {n_quads} quads were asked for; --remesh quads keeps "
             "the pairs"
         )
-    surface = triangulate(source)
-    wanted = n_quads or min(max(LEAST_QUADS, surface.n_faces // 2), _DEFAULT_MOST)
+    surface = cut_surface(source)
+    wanted = n_quads or min(max(LEAST["quads"], surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
         notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
+    surface = _reduced(surface, wanted)
     for engine in engines:
         if not engine.installed:
             failures.append(
@@ -193,26 +136,16 @@ def remesh_quads(
     return _last_resort(source, n_quads, notes, failures)
 
 
-def _ready(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
-    """Join vertices and orient faces; say what was done."""
-    if check_mesh(mesh).codes & {"index-range", "small-face"} or not mesh.n_faces:
-        prepare_mesh(mesh)  # says what is wrong
-    welded, joined, dropped = weld_mesh(mesh)
-    notes: list[str] = []
-    source = mesh
-    # Bodies that only touch are better left apart than joined to something that cannot be woven.
-    if joined and (not check_mesh(welded).fatal or check_mesh(mesh).fatal):
-        source = welded
-        notes.append(
-            agree(
-                joined,
-                "{n} [vertex was|vertices were] at the same place as another vertex and merged "
-                "with it",
-            )
-            + (agree(dropped, "; {n} [face|faces] vanished as a result") if dropped else "")
-        )
-    source, _, repairs = prepare_mesh(source)
-    return source, [*notes, *repairs]
+def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:
+    """Take triangles away where there are far more than remeshers need, if that goes well."""
+    enough = max(_ENOUGH, _ENOUGH_EACH * wanted)
+    if surface.n_faces < _FAR_MORE * enough:
+        return surface
+    try:
+        fewer = run_engine(QSLIM, surface, Run(enough, 0, rim=False))
+    except AttemptFailedError:
+        return surface
+    return surface if check_remeshed(surface, fewer, 3).faults else fewer
 
 
 def _mostly_quads(mesh: PolyMesh) -> bool:
@@ -268,8 +201,9 @@ def _last_resort(
     raise CannotMakeError(
         "the mesh could not be turned into quads:\n"
         + "\n".join(f"  - {failure}" for failure in failures)
-        + f"\nWhat may help: {'; '.join(_remedies(source))}; or leaving the mesh as it is and "
-        "refining it (one Catmull-Clark step turns any mesh into quads)"
+        + f"\nWhat may help: {'; '.join(_remedies(source))}; --remesh triangles:N, which "
+        "keeps thin limbs; or leaving the mesh as it is and refining it (one Catmull-Clark step "
+        "turns any mesh into quads)"
     )
 
 

@@ -1,13 +1,15 @@
-"""Check that a remeshed surface is the surface that was given, in quads."""
+"""Check that a remeshed surface is the surface that was given."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner
-from fabweave.mesh.report import MeshReport
 from fabweave.mesh.triangulate import triangulate
 
 #: All bounds are shares of the mean edge of the quads. How far a new vertex may be off the given
@@ -20,6 +22,8 @@ _LOST_MAX = 3.0
 #: Which share of the faces may look away from the given surface (where two sheets of it are near
 #: one another, the nearest point may be on the wrong one).
 _REVERSED = 0.05
+#: Fewer edges at a vertex inside would make two faces lie on one another.
+_LEAST_EDGES = 3
 
 
 @dataclass(frozen=True)
@@ -40,13 +44,13 @@ class Fit:
     lost_max: float = np.nan
 
 
-def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
+def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> Fit:
     """Check a remeshed surface against the given one.
 
-    Every face has four corners; the surface is a consistently oriented manifold without odd
-    places that the given one does not have; components, boundary loops, Euler characteristic
-    and genus of each component are those of the given one; no vertex is far off, nothing of the
-    given surface is lost, and outside is where it was.
+    Every face has as many corners as it should; the surface is a consistently oriented manifold
+    without odd places that the given one does not have; components, boundary loops, Euler
+    characteristic and genus of each component are those of the given one; no vertex is far off,
+    nothing of the given surface is lost, and outside is where it was.
 
     Parameters
     ----------
@@ -54,6 +58,8 @@ def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
         An oriented manifold mesh.
     result : PolyMesh
         Any mesh.
+    corners : int or None
+        How many corners each face should have; None for any number.
 
     Returns
     -------
@@ -68,19 +74,37 @@ def check_remeshed(given: PolyMesh, result: PolyMesh) -> Fit:
     >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(9, 6, 6.0, 2.0)).faults[0][:42]
     'vertices are up to 4 off the given surface'
     """
-    before, after = check_mesh(given), check_mesh(result)
-    faults = _surface_faults(before, after)
+    faults = surface_faults(given, result, corners)
     # Distances are measured by foreign code that must not see a broken mesh.
-    if after.fatal or not after.n_faces:
-        return Fit(tuple(faults))
+    if not result.n_faces or check_mesh(result).fatal:
+        return Fit(faults)
     wrong, off_max, lost_max = _distance_faults(given, result)
     return Fit((*faults, *wrong), off_max, lost_max)
 
 
-def _surface_faults(before: MeshReport, after: MeshReport) -> list[str]:
-    """Say how the surface differs as a surface."""
+def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
+    """Say how a result differs from the given surface as a surface, wherever its vertices are.
+
+    Parameters
+    ----------
+    given : PolyMesh
+        An oriented manifold mesh.
+    result : PolyMesh
+        Any mesh.
+    corners : int or None
+        How many corners each face should have; None for any number.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import sphere, torus
+    >>> surface_faults(torus(9, 6, 3.0, 1.0), sphere(2, 1.0))
+    ('Euler characteristic: 2 instead of 0',)
+    """
+    before, after = check_mesh(given), check_mesh(result)
     faults = [
-        f"{number} faces have {size} corners" for size, number in after.face_sizes if size != 4
+        f"{number} faces have {size} corners"
+        for size, number in after.face_sizes
+        if corners not in (None, size)
     ]
     if not after.n_faces:
         faults.append("there are no faces")
@@ -95,7 +119,11 @@ def _surface_faults(before: MeshReport, after: MeshReport) -> list[str]:
         map(str, after.component_genus)
     ):
         faults.append(f"genus: {after.component_genus} instead of {before.component_genus}")
-    return faults
+    if not faults:
+        few = int(np.count_nonzero(interior_valences(build_halfedges(result))[1] < _LEAST_EDGES))
+        if few:
+            faults.append(agree(few, "{n} [vertex|vertices] inside with two edges only"))
+    return tuple(faults)
 
 
 def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], float, float]:
@@ -112,7 +140,7 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], floa
     if lost.mean() > _LOST_MEAN * edge or lost.max() > _LOST_MAX * edge:
         faults.append(
             f"the given vertices are up to {lost.max():.3g} off the new surface, "
-            f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more quads would "
+            f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more faces would "
             "follow it better"
         )
     near = _distances(face_centres(result), old)[1]

@@ -1,4 +1,4 @@
-"""Run a remesher a few times, and take the result with the fewest irregular vertices."""
+"""Run a remesher a few times, and take the result that keeps the shape best."""
 
 import os
 import threading
@@ -9,10 +9,13 @@ from contextlib import contextmanager
 import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import SignalSafeExecutor, result_of
 from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular
+from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import (
     AttemptFailedError,
@@ -21,7 +24,9 @@ from fabweave.mesh.remesh.engines import (
     Run,
     run_engine,
 )
-from fabweave.mesh.remesh.remesh_check import Fit, check_remeshed
+from fabweave.mesh.remesh.fit import fit
+from fabweave.mesh.remesh.model import Model, model_of
+from fabweave.mesh.remesh.remesh_check import check_remeshed, surface_faults
 
 #: Runs compared for tasks up to so many quads; by counts, not by time, so that results are the
 #: same on every machine.
@@ -32,28 +37,51 @@ _LARGE = 200_000
 _SPREAD = 0.04
 #: A result with more or fewer quads than wanted by this factor is rejected.
 _FAR = 3.0
+#: Results are as near to the given surface as one another up to this factor, or this difference.
+_ALIKE, _ALIKE_PERCENT = 1.1, 0.02
+#: Rounds of fitting; results of more quads follow the surface well enough without.
+_ROUNDS, _MOST_FITTED = 10, 20_000
 #: Runs at the same time.
 _AT_ONCE = 2
 
 
 @frozen_value
 class Candidate:
-    """A result that passed the check, and the run that gave it."""
+    """A result that passed the check, and the run that gave it.
+
+    Parameters
+    ----------
+    engine : Engine
+    mesh : PolyMesh
+        What it made, fitted to the given surface.
+    run : Run
+        What it was asked for.
+    off : float
+        Root mean square of the distances from the given surface to the mesh, in per cent of the
+        size.
+    irregular, clashes : int
+        How many irregular vertices, and pairs of faces that run through one another, there are.
+    """
 
     engine: Engine
     mesh: PolyMesh
     run: Run
-    fit: Fit
+    off: float
+    irregular: int
+    clashes: int
 
     @property
     def note(self) -> str:
-        """What was made, and how far it is off."""
+        """What was made."""
         seed = f", seed {self.run.seed}" if self.engine.seeded else ""
-        return (
-            f"{self.engine.title} made {self.mesh.n_faces} quads ({self.run.n_quads} were wanted"
-            f"{seed}); they are up to {self.fit.off_max:.2g} mm off the given surface, and given "
-            f"vertices are up to {self.fit.lost_max:.2g} mm off them"
+        text = (
+            f"{self.engine.title} made {self.mesh.n_faces} quads ({self.run.n_faces} were wanted"
+            f"{seed})"
         )
+        if self.clashes:
+            text += agree(self.clashes, "; {n} [pair|pairs] of them run[s|] through one another")
+            text += ": more quads, or --remesh triangles:N, would keep limbs apart"
+        return text
 
 
 def best_run(
@@ -65,16 +93,25 @@ def best_run(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> tuple[Candidate | None, list[str]]:
-    """Run a remesher a few times and take the result with the fewest irregular vertices.
+    """Run a remesher a few times and take the result that keeps the shape best.
 
-    On an open mesh new edges must follow the boundary, unless no such run passes the check.
+    Each result is fitted to the given surface, and checked. On an open mesh new edges must follow
+    the boundary, unless no such run passes the check. Of the results that pass:
+
+    1. those that do not run through themselves are taken first;
+    2. of these, those that are nearest to the given surface: all that are nearly as near as the
+       nearest one (root mean square; 10 %, or 0.02 % of the size) are equally good;
+    3. of these, the one with the fewest irregular vertices, and then the one nearest to the number
+       wanted.
+
+    A result with as few irregular vertices as its topology allows ends the search.
 
     Parameters
     ----------
     engine : Engine
         The remesher.
     source, surface : PolyMesh
-        The given surface, and its triangles.
+        The given surface, and triangles that the remesher sees.
     wanted : int
         About how many quads.
     seed : int
@@ -85,7 +122,7 @@ def best_run(
     Returns
     -------
     best : Candidate or None
-        Among equals, the one nearest to the wanted number of quads, and the first of those.
+        Among equals the first.
     failures : list of str
         Why the runs that gave nothing failed.
     """
@@ -94,10 +131,11 @@ def best_run(
     # characteristic: where each is one, there is no result with fewer.
     enough = 4 * abs(report.euler) if report.closed else 0
     large = surface.n_faces > _LARGE
+    model = model_of(source, wanted) if wanted <= _MOST_FITTED else None
     failures: list[str] = []
     hung: list[str] = []
     for rim in (False,) if report.closed else (True, False):
-        good: list[tuple[tuple[int, int], Candidate]] = []
+        good: list[Candidate] = []
         runs = _runs(engine, wanted, seed, rim=rim, large=large)
         with _started(engine, surface, runs) as results:
             for number, run in enumerate(runs):
@@ -110,21 +148,47 @@ def best_run(
                 except AttemptFailedError as error:
                     failures.append(str(error))
                     continue
-                fit = check_remeshed(source, result)
-                faults = fit.faults + _count_faults(result.n_faces, wanted)
+                result, faults = _fitted(model, source, result)
+                faults += _count_faults(result.n_faces, wanted)
                 if faults:
                     failures.append("; ".join(faults))
                     continue
-                irregular = len(find_irregular(result))
-                candidate = Candidate(engine, result, run, fit)
-                good.append(((irregular, abs(result.n_faces - wanted)), candidate))
-                if irregular <= enough:
+                good.append(_candidate(engine, source, result, run))
+                if good[-1].irregular <= enough:
                     break
         progress(f"remeshing with {engine.title}", len(runs), len(runs))
         if good:
-            best = min(good, key=lambda item: item[0])[1]
-            return best, _summed_up(engine, hung) + _summed_up(engine, failures)
+            return _best(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
     return None, _summed_up(engine, hung) + _summed_up(engine, failures)
+
+
+def _fitted(
+    model: Model | None, source: PolyMesh, result: PolyMesh
+) -> tuple[PolyMesh, tuple[str, ...]]:
+    """Fit a result to the given surface, unless only the unfitted one passes; say what is wrong."""
+    faults = surface_faults(source, result)
+    if faults:
+        return result, check_remeshed(source, result).faults
+    if model is not None:
+        fitted = fit(model, result, _ROUNDS)
+        if not check_remeshed(source, fitted).faults:
+            return fitted, ()
+    return result, check_remeshed(source, result).faults
+
+
+def _candidate(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -> Candidate:
+    """Measure a result."""
+    like = likeness(source, result)
+    irregular, clashes = len(find_irregular(result)), len(self_intersections(result))
+    return Candidate(engine, result, run, like.percent(like.in_rms_mm), irregular, clashes)
+
+
+def _best(good: list[Candidate], wanted: int) -> Candidate:
+    """Return the best of some results (see best_run)."""
+    sound = [candidate for candidate in good if not candidate.clashes] or good
+    near = min(candidate.off for candidate in sound)
+    alike = [item for item in sound if item.off <= max(near * _ALIKE, near + _ALIKE_PERCENT)]
+    return min(alike, key=lambda item: (item.irregular, abs(item.mesh.n_faces - wanted)))
 
 
 @contextmanager

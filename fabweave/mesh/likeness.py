@@ -1,0 +1,242 @@
+"""Measure how like its model a surface is: distances both ways, and what was lost where."""
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.samples import area_samples, plain_triangles
+
+#: Points spread over each surface, beside its vertices.
+SAMPLES = 20_000
+#: What is lost by more than this share of the size, and by more than this share of the greatest
+#: loss, belongs to a lost feature; so many are named.
+_LOST, _OF_GREATEST, _MOST_NAMED = 0.01, 0.35, 5
+#: Places of loss nearer than this share of the size are one feature.
+_APART = 0.025
+#: A place is called left, top and so on beyond this share of the way from the middle to the side.
+_ASIDE = 1 / 3
+#: Words for the negative and the positive side of z, y and x, in the order in which they are said.
+_SIDES = (("bottom", "top"), ("front", "back"), ("left", "right"))
+
+
+@frozen_value
+class LostFeature:
+    """A part of the model that the result lacks.
+
+    Parameters
+    ----------
+    where : str
+        Such as ``top front left``, as seen from the front, where y is least.
+    lost_mm : float
+        How far the model stands out there at most.
+    size_mm : float
+        The greatest side of the box around all that is lost there.
+    place : (3,) float array
+        Where most is lost.
+    direction : (3,) float array
+        The way in which it stands out, of length one.
+    """
+
+    where: str
+    lost_mm: float
+    size_mm: float
+    place: FloatArray
+    direction: FloatArray
+
+    @property
+    def text(self) -> str:
+        """The feature in words."""
+        return f"{self.where}: {_round(self.lost_mm)} mm lost"
+
+
+@frozen_value
+class Likeness:
+    """How like its model a surface is.
+
+    Parameters
+    ----------
+    size_mm : float
+        The greatest extent of the model.
+    in_mean_mm, in_rms_mm, in_greatest_mm : float
+        Distances from the model to the result: what was lost.
+    out_mean_mm, out_rms_mm, out_greatest_mm : float
+        Distances from the result to the model: what was added.
+    lost : tuple of LostFeature
+        The worst losses, the greatest first; none where the greatest is within one per cent of the
+        size.
+    """
+
+    size_mm: float
+    in_mean_mm: float
+    in_rms_mm: float
+    in_greatest_mm: float
+    out_mean_mm: float
+    out_rms_mm: float
+    out_greatest_mm: float
+    lost: tuple[LostFeature, ...]
+
+    @property
+    def greatest_mm(self) -> float:
+        """The greatest distance, either way."""
+        return max(self.in_greatest_mm, self.out_greatest_mm)
+
+    def percent(self, length_mm: float) -> float:
+        """Return a length in per cent of the model's greatest extent."""
+        return 100.0 * length_mm / self.size_mm
+
+    def record(self) -> dict[str, object]:
+        """Return everything as JSON takes it, lengths rounded to micrometres."""
+        names = [f"{way}_{what}" for way in ("in", "out") for what in ("mean", "rms", "greatest")]
+        lengths = {name: float(getattr(self, f"{name}_mm")) for name in names}
+        return {
+            "size_mm": round(self.size_mm, 3),
+            **{f"{name}_mm": round(length, 3) for name, length in lengths.items()},
+            **{f"{name}_percent": round(self.percent(x), 3) for name, x in lengths.items()},
+            "lost": [
+                {
+                    "where": feature.where,
+                    "lost_mm": round(feature.lost_mm, 3),
+                    "size_mm": round(feature.size_mm, 3),
+                    "place_mm": [round(float(x), 3) for x in feature.place],
+                    "direction": [round(float(x), 3) for x in feature.direction],
+                }
+                for feature in self.lost
+            ],
+        }
+
+    @property
+    def note(self) -> str:
+        """What a person should know."""
+        text = (
+            f"the remeshed surface lies within {_round(self.greatest_mm)} mm "
+            f"({self.percent(self.greatest_mm):.1f} %) of the model, "
+            f"{_round(self.in_mean_mm)} mm in the mean"
+        )
+        if self.lost:
+            text += "; farthest at the " + ", ".join(feature.text for feature in self.lost)
+        return text
+
+
+def likeness(source: PolyMesh, result: PolyMesh) -> Likeness:
+    """Measure how like its model a surface is.
+
+    Distances are taken from 20,000 samples spread by area, and from all vertices, to the closest
+    point of the other surface. Means are over the samples alone, so that densely meshed places
+    count no more than others. Faces with more than three corners are cut around their centres, as
+    ribbons are laid.
+
+    Parameters
+    ----------
+    source : PolyMesh
+        The model, in millimetres; its vertices are finite, and faces have an area.
+    result : PolyMesh
+        The surface that stands in for it.
+
+    Returns
+    -------
+    Likeness
+        The same for the same arguments: there is no chance in it.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import octahedron
+    >>> model = octahedron()
+    >>> larger = model.with_vertices(1.5 * model.vertices)
+    >>> found, size = likeness(model, larger), float(np.abs(model.vertices).max())
+    >>> round(found.in_mean_mm / (0.5 * size / 3**0.5), 6)  # between parallel faces
+    1.0
+    >>> round(found.out_greatest_mm / (0.5 * size), 6)  # from corner to corner
+    1.0
+
+    References
+    ----------
+    Cignoni, Rocchini, Scopigno, "Metro: measuring error on simplified surfaces", Computer
+    Graphics Forum 17(2), 1998.
+    """
+    before, after = plain_triangles(source), plain_triangles(result)
+    lower, upper = source.vertices.min(axis=0), source.vertices.max(axis=0)
+    size = float((upper - lower).max())
+    places, feet, lost = _distances(source, before, Surface(*after))
+    _, _, added = _distances(result, after, Surface(*before))
+    return Likeness(
+        size,
+        *_summary(lost),
+        *_summary(added),
+        lost=_lost_features(places, places - feet, lost, lower, upper),
+    )
+
+
+def _distances(
+    mesh: PolyMesh, triangles: tuple[FloatArray, IntArray], other: Surface
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return places of a mesh, samples first, their closest points on a surface, and how far."""
+    used = np.unique(mesh.indices)
+    places = np.concatenate([area_samples(*triangles, SAMPLES)[0], mesh.vertices[used]])
+    feet = other.feet(places)
+    return places, feet.points, feet.distances
+
+
+def _summary(distances: FloatArray) -> tuple[float, float, float]:
+    """Return the mean, the root mean square and the greatest of some distances."""
+    spread = distances[:SAMPLES]
+    return float(spread.mean()), float(np.sqrt(np.mean(spread**2))), float(distances.max())
+
+
+def _lost_features(
+    places: FloatArray, way: FloatArray, lost: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[LostFeature, ...]:
+    """Gather the places of great loss into features, the greatest first."""
+    size = float((upper - lower).max())
+    far = np.flatnonzero(lost > max(_LOST * size, _OF_GREATEST * float(lost.max())))
+    if not len(far):
+        return ()
+    label = _clusters(places[far], _APART * size)
+    # Sorted by loss: the first of each cluster is its worst.
+    order = far[np.argsort(-lost[far], kind="stable")]
+    cluster = label[np.argsort(-lost[far], kind="stable")]
+    names, first = np.unique(cluster, return_index=True)
+    features = []
+    for name, worst in sorted(zip(names, first, strict=True), key=lambda pair: int(pair[1])):
+        members = places[order[cluster == name]]
+        place = places[order[worst]]
+        distance = float(lost[order[worst]])
+        features.append(
+            LostFeature(
+                where=_where(place, lower, upper),
+                lost_mm=distance,
+                size_mm=float(np.ptp(members, axis=0).max()),
+                place=place,
+                direction=way[order[worst]] / distance,
+            )
+        )
+    return tuple(features[:_MOST_NAMED])
+
+
+def _clusters(places: FloatArray, apart: float) -> IntArray:
+    """Label places so that those nearer to one another than a distance have the same label."""
+    # Through the cells of a grid, so that dense places cost no more than sparse ones.
+    corner = np.floor((places - places.min(axis=0)) / apart).astype(np.int64)
+    cells, cell = np.unique(corner, axis=0, return_inverse=True)
+    pairs = cKDTree(cells).query_pairs(1.8, output_type="ndarray")  # neighbours by corner, too
+    ones = np.ones(len(pairs), dtype=np.int8)
+    graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
+    labels = sparse.csgraph.connected_components(graph, directed=False)[1]
+    return np.asarray(labels, dtype=np.int64)[cell.reshape(-1)]
+
+
+def _where(place: FloatArray, lower: FloatArray, upper: FloatArray) -> str:
+    """Name a place in a box."""
+    half = np.maximum((upper - lower) / 2, 1e-300)
+    aside = (place - (lower + upper) / 2) / half
+    words = [
+        _SIDES[2 - axis][int(aside[axis] > 0)] for axis in (2, 1, 0) if abs(aside[axis]) > _ASIDE
+    ]
+    return " ".join(words) or "middle"
+
+
+def _round(length_mm: float) -> str:
+    """Return a length with one decimal, or with two where it is small; at least 0.01."""
+    return f"{length_mm:.1f}" if length_mm >= 1 else f"{max(length_mm, 0.01):.2f}"

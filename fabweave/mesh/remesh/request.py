@@ -1,0 +1,80 @@
+"""Read what ``--remesh`` asks for."""
+
+from dataclasses import dataclass
+
+from fabweave.core.errors import InputError
+
+#: Bounds of what may be asked for, in faces: no closed surface of quads has fewer than six, and a
+#: tetrahedron, with three edges at each vertex, gives ribbons no room.
+LEAST = {"quads": 6, "triangles": 8, "coarse": 1}
+MOST = 100_000
+_HELP = (
+    "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, or coarse or "
+    "coarse:200 to undo a refinement"
+)
+
+
+@dataclass(frozen=True)
+class Remesh:
+    """What ``--remesh`` asks for.
+
+    Parameters
+    ----------
+    kind : str
+        ``quads``, ``triangles`` or ``coarse``.
+    count : int or None
+        About how many faces; None leaves it to fabweave.
+    """
+
+    kind: str = "quads"
+    count: int | None = None
+
+
+def parse_remesh(text: str) -> Remesh:
+    """Read what ``--remesh`` asks for, such as ``quads``, ``triangles:300`` or ``coarse:200``.
+
+    Raises
+    ------
+    InputError
+        If it reads otherwise.
+
+    Examples
+    --------
+    >>> parse_remesh("quads:3000"), parse_remesh("quads")
+    (Remesh(kind='quads', count=3000), Remesh(kind='quads', count=None))
+    >>> parse_remesh("triangles:300").kind
+    'triangles'
+    """
+    kind, colon, number = text.strip().partition(":")
+    if kind not in LEAST:
+        raise InputError(f"--remesh {text[:40]!r} is not known; {_HELP}")
+    if not colon and kind == "triangles":
+        raise InputError(
+            f"--remesh {text[:40]!r} must say about how many, such as triangles:300; quads needs "
+            "no number"
+        )
+    if not colon:
+        return Remesh(kind)
+    if not (number.isascii() and number.isdigit()):
+        raise InputError(
+            f"--remesh {text[:40]!r}: after the colon there must be a whole number of faces, such "
+            "as quads:3000"
+        )
+    return Remesh(kind, checked_count(kind, int(number[:12])))
+
+
+def checked_count(kind: str, count: int) -> int:
+    """Return a number of faces that can be made.
+
+    Raises
+    ------
+    InputError
+        If it is too small or too large.
+    """
+    if not LEAST[kind] <= count <= MOST:
+        faces = "faces" if kind == "coarse" else kind
+        raise InputError(
+            f"remeshing makes from {LEAST[kind]} to {MOST} {faces}, but {count} were asked for; to "
+            "get more, refine the result"
+        )
+    return count

@@ -1,0 +1,134 @@
+"""Likeness: distances with known answers, and lost parts found where they were."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.samples import area_samples, plain_triangles
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.triangulate import triangulate
+
+
+def spiked(at=(20.0, -20.0, 40.0), top=1.8):
+    """Return a sphere of radius 50 with one vertex pulled out to ``top`` of its radius."""
+    ball = grids.sphere(16, 50.0)
+    vertex = int(np.argmin(np.linalg.norm(ball.vertices - np.array(at), axis=1)))
+    points = ball.vertices.copy()
+    points[vertex] *= top
+    return ball, ball.with_vertices(points), points[vertex]
+
+
+def test_a_surface_is_like_itself():
+    torus = grids.torus(12, 8, 35.0, 15.0)
+    found = likeness(torus, torus)
+    assert found.greatest_mm < 1e-5
+    assert found.lost == ()
+
+
+def test_concentric_spheres_are_as_far_apart_as_their_radii():
+    ball = grids.sphere(24, 50.0)
+    found = likeness(ball, grids.sphere(24, 55.0))
+    assert found.size_mm == pytest.approx(100.0, rel=2e-3)
+    for length in (found.in_mean_mm, found.in_rms_mm, found.in_greatest_mm,
+                   found.out_mean_mm, found.out_rms_mm, found.out_greatest_mm):  # fmt: skip
+        assert length == pytest.approx(5.0, rel=0.02)
+    assert found.percent(found.in_mean_mm) == pytest.approx(5.0, rel=0.02)
+
+
+def test_a_lost_spike_is_found_where_it_was_and_how_long():
+    ball, model, tip = spiked()
+    found = likeness(model, ball)
+    # The closest point of the ball to the tip is straight below it.
+    assert found.in_greatest_mm == pytest.approx(40.0, rel=0.01)
+    assert found.out_greatest_mm < 7.0
+    assert len(found.lost) == 1
+    feature = found.lost[0]
+    assert np.array_equal(feature.place, tip)
+    assert feature.direction @ tip / np.linalg.norm(tip) == pytest.approx(1.0, abs=1e-3)
+    assert feature.where == "top front right"
+    assert feature.text == f"top front right: {feature.lost_mm:.1f} mm lost"
+    assert 15.0 < feature.size_mm < 40.0
+    assert "farthest at the top front right" in found.note
+
+
+def test_two_lost_spikes_are_two_features_and_the_greater_comes_first():
+    ball, first, _ = spiked((50.0, 0.0, 0.0), 1.6)
+    points = first.vertices.copy()
+    left = int(np.argmin(points[:, 0]))
+    points[left] *= 1.9
+    found = likeness(ball.with_vertices(points), ball)
+    assert [feature.where for feature in found.lost] == ["left", "right"]
+    assert found.lost[0].lost_mm > found.lost[1].lost_mm
+
+
+def test_at_most_five_features_are_named():
+    ball = grids.sphere(16, 50.0)
+    points = ball.vertices.copy()
+    for way in np.concatenate([np.eye(3), -np.eye(3)]):
+        points[int(np.argmax(points @ way))] *= 1.7
+    assert len(likeness(ball.with_vertices(points), ball).lost) == 5
+
+
+def test_what_was_added_is_not_called_lost():
+    ball, model, _ = spiked()
+    found = likeness(ball, model)
+    assert found.out_greatest_mm == pytest.approx(40.0, rel=0.01)
+    assert found.greatest_mm == found.out_greatest_mm
+    # All that the ball lost is what the spike covers: less than one of its faces.
+    assert found.in_greatest_mm < 7.0
+    assert all(feature.size_mm < 10.0 for feature in found.lost)
+
+
+@given(st.floats(0.01, 1e4), st.integers(0, 3))
+def test_likeness_scales_with_the_mesh_and_does_not_mind_the_cut(scale, seed):
+    way = np.random.default_rng(seed).normal(size=3)
+    cube = solids.cube()
+    moved = cube.with_vertices(cube.vertices + 0.1 * way / np.linalg.norm(way))
+    one = likeness(cube, moved)
+    large = likeness(
+        cube.with_vertices(cube.vertices * scale),
+        triangulate(moved.with_vertices(moved.vertices * scale)),
+    )
+    assert large.in_mean_mm == pytest.approx(scale * one.in_mean_mm, rel=1e-3)
+    assert one.in_greatest_mm <= 0.1 + 1e-9
+    assert one.percent(one.in_mean_mm) == pytest.approx(large.percent(large.in_mean_mm), rel=1e-3)
+
+
+def test_record_has_numbers_only():
+    ball, model, _ = spiked()
+    record = likeness(model, ball).record()
+    assert record["in_greatest_mm"] == pytest.approx(40.0, rel=0.01)
+    assert record["in_greatest_percent"] == pytest.approx(
+        100 * record["in_greatest_mm"] / record["size_mm"], abs=1e-2
+    )
+    assert record["lost"][0]["where"] == "top front right"
+
+
+# --- samples ------------------------------------------------------------------------------------
+
+
+def test_samples_lie_on_the_surface_by_area():
+    # Two squares of which one has three times the area.
+    points = [
+        [0, 0, 0],
+        [1, 0, 0],
+        [1, 1, 0],
+        [0, 1, 0],
+        [5, 0, 0],
+        [5, 3, 0],
+        [5, 3, 1],
+        [5, 0, 1],
+    ]
+    mesh = PolyMesh.from_faces(points, [[0, 1, 2, 3], [4, 5, 6, 7]])
+    places, normals = area_samples(*plain_triangles(mesh), 4000)
+    flat = places[:, 0] < 2
+    assert flat.sum() == 1000
+    assert np.allclose(places[flat, 2], 0)
+    assert np.allclose(normals[flat], [0, 0, 1])
+    assert np.allclose(places[~flat, 0], 5)
+    # Even: each quarter of the first square has its share.
+    quarter = (places[flat, 0] > 0.5) + 2 * (places[flat, 1] > 0.5)
+    assert np.all(np.abs(np.bincount(quarter) - 250) < 15)

@@ -1,0 +1,244 @@
+"""Few triangles that keep a shape: topology kept, distances bounded, edges kept sharp."""
+
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from meshes_shared import shared_mesh
+from strategies import merged, moebius_strip
+
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.engines import Engine
+from fabweave.mesh.remesh.fit import fit
+from fabweave.mesh.remesh.flips import flip_edges, quality
+from fabweave.mesh.remesh.model import line_edges, model_of
+from fabweave.mesh.remesh.source import cut_surface
+from fabweave.mesh.remesh.triangles import remesh_triangles, triangle_faults
+from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.triangulate import triangulate
+
+
+def assert_same_topology(result, source):
+    after, before = check_mesh(result), check_mesh(source)
+    assert after.problems == ()
+    assert after.face_sizes == ((3, result.n_faces),)
+    assert (after.euler, after.n_components, after.n_boundary_loops) == (
+        before.euler, before.n_components, before.n_boundary_loops,
+    )  # fmt: skip
+
+
+def corners(mesh):
+    return (mesh.vertices[mesh.indices[k::3]] for k in range(3))
+
+
+# --- whole ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        grids.sphere(16, 50.0),
+        grids.torus(40, 24, 35.0, 15.0),
+        grids.hemisphere(12, 50.0),
+        grids.tube(24, 16, 30.0, 80.0),
+        merged(grids.sphere(8, 30.0), grids.torus(24, 12, 75.0, 15.0)),
+    ],
+)
+def test_topology_is_kept_and_the_surface_is_near(mesh):
+    remeshed = remesh_triangles(mesh, 240)
+    assert_same_topology(remeshed.mesh, mesh)
+    assert abs(remeshed.mesh.n_faces - 240) <= 2
+    assert len(self_intersections(remeshed.mesh)) == 0
+    found = likeness(mesh, remeshed.mesh)
+    assert found.percent(found.in_rms_mm) < 1.0
+    assert found.percent(found.greatest_mm) < 4.0
+
+
+def test_quads_that_share_a_diagonal_are_cut_another_way():
+    # Three quads around two poles: each has the way from pole to pole as its shorter diagonal.
+    angle = np.arange(3) * 2 * np.pi / 3
+    around = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
+    points = np.concatenate([[[0, 0, 0.2], [0, 0, -0.2]], around])
+    lens = PolyMesh.from_faces(points, [[0, 2, 1, 3], [0, 3, 1, 4], [0, 4, 1, 2]])
+    assert check_mesh(triangulate(lens)).fatal
+    assert cut_surface(lens).n_faces == 12
+    assert_same_topology(cut_surface(lens), lens)
+
+
+def test_same_mesh_same_bytes():
+    mesh = grids.torus(30, 20, 35.0, 15.0)
+    one, two = remesh_triangles(mesh, 150), remesh_triangles(mesh, 150)
+    assert np.array_equal(one.mesh.vertices, two.mesh.vertices)
+    assert np.array_equal(one.mesh.indices, two.mesh.indices)
+    assert one.notes == two.notes
+
+
+def test_spot_keeps_horns_and_feet():
+    mesh = resize_mesh(read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh, size_mm=400.0)[
+        0
+    ]
+    remeshed = remesh_triangles(mesh, 300)
+    assert_same_topology(remeshed.mesh, mesh)
+    found = likeness(mesh, remeshed.mesh)
+    # Plain remeshing to even triangles loses 12 % here.
+    assert found.percent(found.in_greatest_mm) < 5.0
+    assert found.percent(found.in_rms_mm) < 0.6
+    points = list(corners(remeshed.mesh))
+    assert np.quantile(quality(*points), 0.05) > 0.6
+
+
+def test_genus_two_stays():
+    mesh = resize_mesh(read_mesh(shared_mesh("tri/double-torus.obj")).mesh, size_mm=300.0)[0]
+    remeshed = remesh_triangles(mesh, 400)
+    assert_same_topology(remeshed.mesh, mesh)
+    assert check_mesh(remeshed.mesh).genus == 2
+
+
+def test_edges_of_a_box_stay_edges():
+    fine = grid_box(8, 100.0)
+    remeshed = remesh_triangles(fine, 100)
+    found = likeness(fine, remeshed.mesh)
+    assert found.greatest_mm < 0.5
+    # Every edge of the box is there: no face goes around a corner.
+    points = list(corners(remeshed.mesh))
+    normal = np.cross(points[1] - points[0], points[2] - points[0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    assert np.all(np.abs(normal).max(axis=1) > 0.999)
+
+
+def grid_box(count, side):
+    """Return a box with ``count`` squares along each edge."""
+    ball = grids.sphere(count, 1.0)
+    points = ball.vertices
+    # The sphere is a cube blown up: back to the cube, and its rows to equal distances.
+    cube = points / np.abs(points).max(axis=1, keepdims=True)
+    levels = np.unique(np.round(cube, 6))
+    even = np.interp(cube, levels, np.linspace(-1, 1, len(levels)))
+    return ball.with_vertices(side / 2 * even)
+
+
+def test_too_few_triangles_are_left_as_many():
+    solid = solids.icosahedron()
+    solid = solid.with_vertices(40 * solid.vertices)
+    remeshed = remesh_triangles(solid, 100)
+    assert remeshed.mesh.n_faces == 20
+    assert any("none were taken away" in note for note in remeshed.notes)
+    assert len(remeshed.irregular) == 12
+
+
+@pytest.mark.parametrize("number", [0, 7, 100_001])
+def test_impossible_number_is_refused(number):
+    with pytest.raises(InputError, match="from 8 to 100000 triangles"):
+        remesh_triangles(grids.sphere(6, 50.0), number)
+
+
+def test_one_sided_surface_is_refused():
+    with pytest.raises(InputError, match="one-sided"):
+        remesh_triangles(moebius_strip(9), 20)
+
+
+def test_engine_that_crashes_is_told(tmp_path):
+    script = tmp_path / "crash.py"
+    script.write_text("import os; os.kill(os.getpid(), 11)")
+    engine = Engine("crash", "The crash", "", command=(sys.executable, str(script)))
+    with pytest.raises(CannotMakeError, match="The crash: it ended by signal 11"):
+        remesh_triangles(grids.sphere(8, 50.0), 100, engine=engine)
+
+
+# --- the gate ------------------------------------------------------------------------------------
+
+
+def test_gate_objects_to_what_runs_through_itself_and_to_other_surfaces():
+    ball = triangulate(grids.sphere(8, 50.0))
+    assert triangle_faults(ball, ball) == ()
+    torus = triangulate(grids.torus(24, 12, 35.0, 15.0))
+    assert "Euler characteristic" in "; ".join(triangle_faults(ball, torus))
+    # Only quads were asked of others.
+    assert "corners" in "; ".join(triangle_faults(ball, grids.sphere(8, 50.0)))
+    inner = ball.with_vertices(0.97 * ball.vertices)
+    out = inner.vertices.copy()
+    out[int(np.argmax(out[:, 0]))] += [6, 0, 0]
+    faults = triangle_faults(merged(ball, inner), merged(ball, inner.with_vertices(out)))
+    assert any("run through one another" in fault for fault in faults)
+
+
+# --- flips ---------------------------------------------------------------------------------------
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000))
+def test_flips_keep_vertices_and_topology_and_lower_the_sum_of_squares(seed):
+    rng = np.random.default_rng(seed)
+    torus = grids.torus(16, 10, 35.0, 15.0)
+    faces = []
+    for face in torus.faces():
+        a, b, c, d = np.roll(face, int(rng.integers(2))).tolist()
+        faces += [[a, b, c], [a, c, d]]
+    mesh = PolyMesh.from_faces(torus.vertices, faces)
+    flipped = flip_edges(model_of(mesh, mesh.n_vertices), mesh)
+    assert np.array_equal(flipped.vertices, mesh.vertices)
+    assert_same_topology(flipped, mesh)
+
+    def excess(triangles):
+        return int(np.sum((np.bincount(triangles.indices) - 6) ** 2))
+
+    assert excess(flipped) <= excess(mesh)
+    assert len(self_intersections(flipped)) == 0
+
+
+def test_flips_leave_sharp_edges():
+    box = triangulate(grid_box(6, 60.0))
+    model = model_of(box, box.n_vertices)
+    assert len(model.sharp.points) > 0
+
+    def sharp_edges(mesh):
+        halfedges = build_halfedges(mesh)
+        on = line_edges(model, mesh, halfedges)
+        first = halfedges.edge_halfedge[on]
+        ends = np.column_stack([halfedges.tail[first], halfedges.head[first]])
+        return set(map(frozenset, ends.tolist()))
+
+    assert len(sharp_edges(box)) == 12 * 6
+    assert sharp_edges(flip_edges(model, box)) == sharp_edges(box)
+
+
+# --- the fit -------------------------------------------------------------------------------------
+
+
+def test_fit_brings_a_coarse_sphere_to_the_mean_radius():
+    model = model_of(grids.sphere(32, 50.0), 100)
+    coarse = grids.sphere(4, 50.0)  # its corners on the sphere, all else inside
+    before, after = (
+        likeness(grids.sphere(32, 50.0), mesh) for mesh in (coarse, fit(model, coarse, 6))
+    )
+    assert after.in_rms_mm < 0.7 * before.in_rms_mm
+    assert after.greatest_mm < before.greatest_mm
+
+
+def test_fit_keeps_the_boundary_on_the_boundary():
+    bowl = grids.hemisphere(16, 50.0)
+    moved = fit(model_of(bowl, 60), grids.hemisphere(4, 50.0), 6)
+    halfedges = build_halfedges(moved)
+    rim = moved.vertices[halfedges.tail[halfedges.twin < 0]]
+    assert np.abs(rim[:, 2]).max() < 0.5
+    assert np.abs(np.linalg.norm(rim, axis=1) - 50.0).max() < 2.0
+
+
+def test_fit_turns_no_face_over_and_makes_none_cross():
+    mesh = resize_mesh(read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh, size_mm=400.0)[
+        0
+    ]
+    ball = grids.sphere(4, 120.0)
+    ball = ball.with_vertices(ball.vertices + mesh.vertices.mean(axis=0))
+    fitted = fit(model_of(mesh, ball.n_vertices), ball, 8)
+    assert len(self_intersections(fitted)) == 0
+    assert check_mesh(fitted).problems == ()
