@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -67,10 +66,10 @@ class Figures:
     """What a design comes to.
 
     ``broken`` counts the conditions of its pattern that the weave breaks; ``use`` is the share of
-    the sheets that becomes pieces, ``likeness_mm`` and ``likeness_mean_mm`` how far the mesh is
-    from the model at the most and in the mean, where it was remeshed, and ``lost`` names its features that went. ``hours`` are those of the
-    assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
-    range, None where it is not known.
+    the sheets that becomes pieces. ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is
+    from the model at the most and in the mean, where it was remeshed, and ``lost`` names features
+    that went. ``hours`` are those of the assembly, ``cutting_h`` those of the machine, ``price``
+    that of sheets and hardware: each a range, None where it is not known.
     """
 
     faces: int
@@ -191,16 +190,10 @@ def _figures(planned: PlannedJob, layout: Layout) -> Figures:
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),
         longest_mm=round(max(float(np.ptp(piece.outline[:, 0])) for piece in pieces), 1),
-        likeness_mm=None
-        if like is None
-        else round(max(like.in_greatest_mm, like.out_greatest_mm), 2),
+        likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
+        lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
         hours=None,
         cutting_h=None,
         price=None,
     )
-
-
-def makeable(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return those that can be built."""
-    return [candidate for candidate in candidates if candidate.makeable]
