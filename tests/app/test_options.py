@@ -134,6 +134,7 @@ SPOILT = {
     "target": ("nobody", 3, None),
     "targets": ("school.toml", [3], {"school": 3}, None),
     "strict": ("yes", 0, None),
+    "force": ("yes", 0, None),
     "labels": ("some", None),
     "label_side": ("both", None),
     "paper": ("a3", None),
@@ -328,7 +329,8 @@ def changed(folder) -> Settings:
         stock=f"{folder}/stock.toml", margin=5, gap="warp=2mm,weft=3mm", rotations=90,
         effort="quick", seed=7, layout="old/crossing_map.json", colours="hue-range",
         profile="service", preset="boxes", dxf="R12", svg_units="px96", hairline="0.1mm",
-        target="school", targets=f"{folder}/targets.toml", strict=True, labels="none",
+        target="school", targets=f"{folder}/targets.toml", strict=True, force=True,
+        labels="none",
         label_side="inside", paper="letter", kerf="0.1mm", micro_joints=4, cut_order="cool",
         template="a4",
     )  # fmt: skip

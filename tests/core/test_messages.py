@@ -74,7 +74,12 @@ def test_one_turned_face_is_said_in_the_singular(tmp_path) -> None:
 def test_notes_of_small_jobs_agree_with_their_numbers(mesh, pattern) -> None:
     job = make_job(
         Settings(
-            mesh, size_mm=300.0, pattern=pattern, effort="quick", sheets=(SheetSize(600, 400),)
+            mesh,
+            size_mm=300.0,
+            pattern=pattern,
+            effort="quick",
+            sheets=(SheetSize(600, 400),),
+            force=True,
         )
     )
     notes = "\n".join(job.notes)

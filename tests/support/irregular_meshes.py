@@ -27,8 +27,8 @@ def flat_ball(seed: int, points: int = 80) -> tuple[FloatArray, IntArray]:
 
 
 def pieces_of(mesh: tuple[FloatArray, IntArray], **options: object) -> "fw.Pieces":
-    """All pieces of a job, as they are cut."""
-    return fw.weave(fw.mesh(*mesh), **options).ribbons().pieces()
+    """All pieces of a job, as they are cut, whether hands could build it or not."""
+    return fw.weave(fw.mesh(*mesh), force=True, **options).ribbons().pieces()
 
 
 def steep_sheet(seed: int, points: int, height: float = 1.5) -> tuple[FloatArray, IntArray]:
