@@ -17,6 +17,7 @@ from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
 from fabweave.picture.thread_colours import thread_colours
+from fabweave.report.costs.costs import Costs
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.supplies import Supplies
@@ -95,6 +96,8 @@ class Job(PlannedJob):
         What the QR code on the sheets says.
     kerfed : tuple of SheetDrawing
         The sheets with kerf and micro-joints; none where the others are to be cut as they are.
+    costs : Costs
+        Times and money: what waste.json, the manual and the terminal say.
     notes : tuple of str
         What a maker should know.
     given_mesh : PolyMesh or None
@@ -111,5 +114,6 @@ class Job(PlannedJob):
     drawings: tuple[SheetDrawing, ...]
     code: str
     kerfed: tuple[SheetDrawing, ...]
+    costs: Costs
     notes: tuple[str, ...]
     given_mesh: PolyMesh | None = None

@@ -32,6 +32,7 @@ from fabweave.flat.crossing_map import CrossingMap
 from fabweave.mesh.io.files import write_mesh
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
+from fabweave.report.costs.texts import costs_text
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
@@ -150,6 +151,7 @@ def _write_tables(
         bill=bill,
         kerf_mm=job.settings.kerf_mm,
         splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
+        costs=job.costs,
     )
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     outcome = {
@@ -160,6 +162,7 @@ def _write_tables(
         "sheets": len(names),
         "utilisation": report.totals.sums.utilisation,
         "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
+        "costs": costs_text(job.costs),
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
