@@ -36,7 +36,10 @@ def costs_section(costs: Costs, sheet_names: Sequence[str]) -> str:
         price_text(costs.sheet_price),
     )
     figures = [
-        ("Machine", time_text(costs.machine_s), price_text(costs.machine_price)),
+        ("Cutting", time_text(times.cut_s), ""),
+        ("Engraving", time_text(times.engrave_s), ""),
+        ("Moves with the beam off", time_text(times.travel_s), ""),
+        ("The machine in all", time_text(costs.machine_s), price_text(costs.machine_price)),
         ("Assembly", hours_text(costs.assembly.hours), ""),
         ("Sheets", "", price_text(costs.sheet_price)),
         ("Hardware", "", price_text(costs.hardware_price)),
