@@ -9,7 +9,7 @@ import numpy as np
 
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
-from fabweave.app.joined_object import check_joined, split_object
+from fabweave.app.joined_object import JoinedObject, check_joined, joined_costs, split_object
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
@@ -33,6 +33,7 @@ from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.report.costs.texts import cost_rows
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
@@ -79,9 +80,9 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
-        ``fabrics``, ``ribbons``, ``pieces``, ``checks``, ``verdict``, ``designs`` (that were
-        tried), ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness``
-        where the mesh was remeshed.
+        ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``, ``designs`` (that
+        were tried), ``left_out`` (what only a thorough inspection tells) and ``notes``;
+        ``likeness`` where the mesh was remeshed.
     """
 
     woven: WovenObject
@@ -126,7 +127,14 @@ def inspect_mesh(
     threads = woven.weave.threads
     depth = _depth(threads.n_crossings, thorough=thorough)
     left_out: list[str] = []
-    woven, pieces, stiff = _planned(woven, settings, supplies, depth, progress)
+    woven, pieces, stiff, joined = _planned(woven, settings, supplies, depth, progress)
+    costs = None
+    if joined is not None and depth == Depth.SEARCHED:
+        progress("costs", 0, 1)
+        planned = joined_costs(joined, settings, supplies)
+        costs = {"told": dict(cost_rows(planned)), **to_json(planned)}
+    elif joined is not None:
+        left_out.append("times and costs")
     if "left_out" in pieces:
         left_out.append("the pieces, and how near ribbons come to one another")
     if depth == Depth.SEARCHED or stiff is None:
@@ -154,6 +162,7 @@ def inspect_mesh(
         "fabrics": _fabric_facts(halfedges, threads, woven.labels, progress),
         "ribbons": _spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
+        "costs": costs,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [*notes, *ribbon_notes(check)],
@@ -370,10 +379,10 @@ def _fabric_facts(
 
 def _planned(
     woven: WovenObject, settings: Settings, supplies: Supplies, depth: Depth, progress: Progress
-) -> tuple[WovenObject, dict[str, Any], RibbonCheck | None]:
+) -> tuple[WovenObject, dict[str, Any], RibbonCheck | None, JoinedObject | None]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them.
 
-    Also return the check of an object whose material is too stiff.
+    Also return the check of an object whose material is too stiff, and what is planned.
     """
     sheets = [format_stock(sheet) for sheet in settings.sheets]
     stiff: RibbonCheck | None = None
@@ -386,19 +395,19 @@ def _planned(
             require_stiffness(woven, settings, supplies, stiff)
         if depth == Depth.ALONG:
             why = f"there are more than {_MOST_PLANNED} crossings"
-            return woven, {"count": None, "left_out": why, "sheets": sheets}, None
+            return woven, {"count": None, "left_out": why, "sheets": sheets}, None, None
         progress("pieces", 0, 1)
         joined = split_object(woven, settings, supplies, hole_rules(settings, supplies))
         woven, plan = joined.woven, joined.plan
     except FabweaveError as error:
-        return woven, {"count": None, "because": str(error), "sheets": sheets}, stiff
+        return woven, {"count": None, "because": str(error), "sheets": sheets}, stiff, None
     pieces = {
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
-    return woven, pieces, None
+    return woven, pieces, None, joined
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:

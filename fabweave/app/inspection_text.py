@@ -40,6 +40,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *(_topic(note) for note in facts["checks"]["notes"]),
         ("pieces", _pieces(facts["pieces"])),
         *_choices(facts["pieces"]),
+        *_cost_rows(facts["costs"]),
         *_left_out_rows(facts["left_out"]),
         *_design_rows(facts["designs"]),
         *_verdict_rows(facts["verdict"]),
@@ -139,6 +140,13 @@ def _pieces(pieces: Mapping[str, Any]) -> str:
         f"{pieces['count']}, up to {pieces['max_length_mm']:.0f} mm long, for sheets of "
         f"{' or '.join(pieces['sheets'])}"
     )
+
+
+def _cost_rows(costs: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Say what the job would cost, roughly, as nothing is nested yet."""
+    if costs is None:
+        return []
+    return [(name.lower(), text) for name, text in costs["told"].items()]
 
 
 def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:

@@ -19,6 +19,7 @@ from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
 from fabweave.picture.thread_colours import thread_colours
+from fabweave.report.costs.costs import Costs
 from fabweave.report.verdict import Verdict, judge
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -114,6 +115,8 @@ class Job(PlannedJob):
         What the QR code on the sheets says.
     kerfed : tuple of SheetDrawing
         The sheets with kerf and micro-joints; none where the others are to be cut as they are.
+    costs : Costs
+        Times and money: what waste.json, the manual and the terminal say.
     notes : tuple of str
         What a maker should know.
     given_mesh : PolyMesh or None
@@ -130,6 +133,7 @@ class Job(PlannedJob):
     drawings: tuple[SheetDrawing, ...]
     code: str
     kerfed: tuple[SheetDrawing, ...]
+    costs: Costs
     notes: tuple[str, ...]
     given_mesh: PolyMesh | None = None
 

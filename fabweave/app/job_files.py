@@ -33,6 +33,7 @@ from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
+from fabweave.report.costs.texts import costs_text
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
@@ -152,6 +153,7 @@ def _write_tables(
         bill=bill,
         kerf_mm=job.settings.kerf_mm,
         splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
+        costs=job.costs,
     )
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
@@ -164,6 +166,7 @@ def _write_tables(
         "sheets": len(names),
         "utilisation": report.totals.sums.utilisation,
         "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
+        "costs": costs_text(job.costs),
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))

@@ -13,6 +13,7 @@ from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
 from fabweave.picture.camera import choose_view
 from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.report.costs.texts import cost_rows
 from fabweave.report.verdict import verdict_words
 
 
@@ -63,6 +64,7 @@ def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
         bill=bill,
         colours=job.colours,
         portrait=job.portrait(),
+        costs=cost_rows(job.costs),
     )
 
 

@@ -27,16 +27,19 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
+from fabweave.cut.labels.marks import mark_pieces
 from fabweave.flat.joint.ends import CutStrips, cut_strips
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.overlap import overlapping_ends
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
+from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, some_runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.nest.item_shape import shape_of
+from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.project import Ribbons
@@ -163,6 +166,46 @@ def remake(
         return _with_joints(replace(other, ribbons=ribbons), plan.runs, settings, supplies)[0]
     except CannotMakeError:
         return keep_clear(other, settings, supplies)
+
+
+def joined_pieces(joined: JoinedObject, settings: Settings, rules: Sequence[HoleRule]) -> PieceSet:
+    """Build the pieces of an object, with their holes and joints."""
+    woven = joined.woven
+    return build_pieces(
+        woven.ribbons,
+        woven.weave,
+        joined.plan.runs,
+        woven.labels,
+        rules,
+        joined.joints,
+        slots=settings.slots,
+        cut=joined.cut,
+    )
+
+
+def joined_costs(joined: JoinedObject, settings: Settings, supplies: Supplies) -> Costs:
+    """Return what an object would cost: its pieces are built and engraved as the job would.
+
+    Parameters
+    ----------
+    joined : JoinedObject
+    settings : Settings
+        Complete.
+    supplies : Supplies
+    """
+    piece_set = joined_pieces(joined, settings, hole_rules(settings, supplies))
+    return pieces_costs(piece_set, joined.woven, settings, supplies)
+
+
+def pieces_costs(
+    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
+) -> Costs:
+    """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
+    pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
+    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side)
+    of_thread = supplies.of(woven.bunches)
+    materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
+    return planned_costs(piece_set, marks, materials, calibration=settings.calibrate)
 
 
 def check_joined(

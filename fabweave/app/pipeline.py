@@ -15,7 +15,7 @@ from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
-from fabweave.app.joined_object import check_joined, split_object
+from fabweave.app.joined_object import check_joined, joined_pieces, split_object
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.nest_job import nest_pieces
 from fabweave.app.options.file_kinds import LAYOUT_FILE
@@ -27,6 +27,7 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import WovenObject, lay_object
 from fabweave.assembly.order.planning import Order, plan_order
+from fabweave.assembly.steps import build_steps
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here, processes
@@ -35,12 +36,13 @@ from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.labels.marks import Marks, mark_pieces
 from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets
-from fabweave.flat.pieces import build_pieces
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import allot
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.picture.portrait import portrait_png
+from fabweave.report.bom import bill_of_materials
+from fabweave.report.costs.costs import job_costs
 from fabweave.report.ribbon_report import hole_findings
 from fabweave.report.verdict import FORCED, NotMakeableError
 from fabweave.ribbon.rules.remedy import Depth
@@ -215,16 +217,7 @@ def plan_job(
     check = check_joined(woven, settings, supplies, depth)
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
-    pieces = build_pieces(
-        woven.ribbons,
-        woven.weave,
-        joined.plan.runs,
-        woven.labels,
-        rules,
-        joined.joints,
-        slots=settings.slots,
-        cut=joined.cut,
-    )
+    pieces = joined_pieces(joined, settings, rules)
     planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
     if planned.verdict.stops and not settings.force:
         raise NotMakeableError(planned.verdict)
@@ -320,6 +313,15 @@ def draw_job(
         drawings=drawings,
         code=code,
         kerfed=kerfed,
+        costs=job_costs(
+            pieces,
+            drawings,
+            layout.sheets,
+            allotment.sheet_materials,
+            build_steps(pieces, order),
+            bill_of_materials(pieces),
+            calibration=settings.calibrate,
+        ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed),
         given_mesh=given_mesh,
     )

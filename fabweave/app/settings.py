@@ -101,6 +101,7 @@ class Settings:
     micro_joints: MicroJoints | None = default("micro_joints")
     cut_order: str = default("cut_order")
     template: str = default("template")
+    calibrate: float = default("calibrate")
 
     def __post_init__(self) -> None:
         """Refuse what no job can be made of."""

@@ -122,6 +122,7 @@ def make(
 
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
     """Return what was made, as JSON takes it."""
+    from fabweave.core.records import to_json
     from fabweave.report.verdict import verdict_json
 
     job = made.job
@@ -132,6 +133,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "pieces": len(job.piece_set.pieces),
         "joints": len(job.piece_set.joints),
         "sheets": [drawing.name for drawing in job.drawings],
+        "costs": to_json(job.costs),
         "proved": True,
         "verdict": verdict_json(job.verdict),
         "notes": list(job.notes),
@@ -143,6 +145,7 @@ def _tell(made: "FinishedJob", output: Path) -> None:
     from rich.console import Console
 
     from fabweave.cut.preflight.violations import flaw_lines
+    from fabweave.report.costs.texts import costs_text
     from fabweave.report.verdict import verdict_text
 
     job, proof, found = made
@@ -156,6 +159,7 @@ def _tell(made: "FinishedJob", output: Path) -> None:
         f"proved by {len(proof.checks)} checks of the written files",
         markup=False,
     )
+    console.print(costs_text(job.costs), markup=False)
     # Widths and bends are among the notes already.
     told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
     for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:

@@ -23,7 +23,7 @@ from fabweave.report.accounts import (
     Totals,
     sum_sheets,
 )
-from fabweave.report.estimate import Estimate, estimate_sheets
+from fabweave.report.costs.costs import Costs
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.report.splitting import SplittingRecord
 from fabweave.stock.material import sheet_mass_kg
@@ -96,7 +96,7 @@ class WasteReport:
     materials: tuple[MaterialAccount, ...]
     sheets: tuple[SheetAccount, ...]
     totals: Totals
-    estimate: Estimate | None
+    estimate: Costs
     notes: tuple[str, ...]
     offcuts: tuple[KeptOffcut, ...]
     bill: BillOfMaterials = inline()
@@ -115,6 +115,7 @@ def waste_report(
     bill: BillOfMaterials,
     kerf_mm: float,
     splitting: SplittingRecord,
+    costs: Costs,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -125,7 +126,7 @@ def waste_report(
     drawings : sequence of SheetDrawing
         The sheets of the layout, as they are drawn.
     allotment : Allotment
-    notes, offcuts, bill, kerf_mm, splitting
+    notes, offcuts, bill, kerf_mm, splitting, costs
         What the report says besides.
     """
     sheets = [
@@ -152,7 +153,7 @@ def waste_report(
         materials=tuple(map(_rounded, materials)),
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
-        estimate=estimate_sheets(sheets, allotment.sheet_materials),
+        estimate=costs,
         notes=tuple(notes),
         offcuts=tuple(offcuts),
         bill=bill,

@@ -7,7 +7,7 @@ from fabweave.core.messages import agree
 from fabweave.nest.allotment import Allotment
 from fabweave.report.accounts import MaterialAccount, SheetAccount, SheetSums
 from fabweave.report.bom import bom_section
-from fabweave.report.estimate import estimate_section
+from fabweave.report.costs.page import costs_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
 from fabweave.report.verdict import VERDICTS, Verdict
@@ -89,16 +89,13 @@ def waste_page(
     if totals.sums.price:
         summary += f" The sheets cost {totals.sums.price:.2f}."
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in report.notes)
-    estimate = estimate_section(
-        report.estimate, report.sheets, totals, sheet_names, allotment.sheet_materials
-    )
     return _PAGE.format(
         title=html.escape(title),
         verdict=_verdict_section(verdict),
         summary=html.escape(summary),
         rows=rows,
         total=_page_row("all", "", totals.sums),
-        estimate=estimate,
+        estimate=costs_section(report.estimate, sheet_names),
         offcuts=offcut_section(report.offcuts, entries, sheet_names),
         materials=_material_section(report.materials, supplies) if supplies.several else "",
         bill=bom_section(report.bill),

@@ -21,6 +21,7 @@ from fabweave.core.entries import (
 )
 from fabweave.core.errors import InputError
 from fabweave.core.messages import one_named
+from fabweave.stock.machine import CO2, FIBRE, Machine, OneOrSpan, Span, as_span, machines, span_key
 
 
 def _bend_table(told: Any) -> tuple[tuple[float, float], ...] | None:
@@ -46,9 +47,21 @@ KEYS: tuple[Key, ...] = (
         "a list of [thickness, radius] in order of thickness, such as [[0.9, 51.0], [1.8, 132.0]]",
         _bend_table,
     ),
+    Key(
+        "machine",
+        f"one of {', '.join(machines())}",
+        lambda value: value if isinstance(value, str) and value in machines() else None,
+    ),
     pair_key("speed_mm_s", "[12.0, 18.0]", 0.001, 100_000),
-    number_key("price_per_m2", 0, 1_000_000),
+    span_key("engrave_mm_s", 0.001, 100_000),
+    span_key("acceleration_mm_s2", 1, 1_000_000),
+    span_key("rapid_mm_s", 0.001, 100_000),
+    span_key("pierce_s", 0, 100),
+    line_key("speed_source", 300),
+    span_key("price_per_m2", 0, 1_000_000),
+    span_key("machine_per_h", 0, 1_000_000),
     line_key("currency", 8),
+    line_key("price_source", 300),
     Key(
         "assumed",
         "a list of keys of this entry",
@@ -80,10 +93,18 @@ class Material:
         Else thickness and tightest bend in millimetres, in order of thickness.
     metal : bool
         Whether the rules for metal hold.
+    machine : str or None
+        The kind of machine that cuts it, of :func:`fabweave.stock.machine.machines`; None for a
+        CO2 laser, and for a fibre laser if it is metal.
     speed_mm_s : (float, float) or None
         Slowest and fastest cutting speed, where known.
-    price_per_m2 : float or None
-        Price of a square metre in `currency`, where known.
+    engrave_mm_s, acceleration_mm_s2, rapid_mm_s, pierce_s : float, (float, float) or None
+        What is known better than of its kind of machine: see
+        :class:`fabweave.stock.machine.Machine`.
+    price_per_m2, machine_per_h : float, (float, float) or None
+        Price of a square metre, and of an hour of the machine, in `currency`, where known.
+    speed_source, price_source : str
+        Where speeds and price are from.
     assumed : tuple of str
         The values that are engineering defaults and have no published source.
     notes : str
@@ -100,9 +121,17 @@ class Material:
     metal: bool
     min_bend_radius_t: float | None = None
     bend_table_mm: tuple[tuple[float, float], ...] = ()
-    speed_mm_s: tuple[float, float] | None = None
-    price_per_m2: float | None = None
+    machine: str | None = None
+    speed_mm_s: Span | None = None
+    engrave_mm_s: OneOrSpan | None = None
+    acceleration_mm_s2: OneOrSpan | None = None
+    rapid_mm_s: OneOrSpan | None = None
+    pierce_s: OneOrSpan | None = None
+    speed_source: str = ""
+    price_per_m2: OneOrSpan | None = None
+    machine_per_h: OneOrSpan | None = None
     currency: str = ""
+    price_source: str = ""
     assumed: tuple[str, ...] = ()
     notes: str = ""
 
@@ -130,10 +159,11 @@ def _values(table: Any, where: str) -> dict[str, Any]:
             f"{where}: its bend radius is missing; write min_bend_radius_t, in multiples of "
             "the thickness, or bend_table_mm"
         )
-    if "price_per_m2" in values and "currency" not in values:
-        raise InputError(
-            f"{where}: currency is missing; write the currency of price_per_m2, such as EUR"
-        )
+    for name in ("price_per_m2", "machine_per_h"):
+        if name in values and "currency" not in values:
+            raise InputError(
+                f"{where}: currency is missing; write the currency of {name}, such as EUR"
+            )
     return values
 
 
@@ -225,6 +255,25 @@ def with_thickness(material: Material, thickness_mm: float) -> Material:
         )
     gap_mm = max(material.gap_mm, thickness_mm, 2.0 * material.kerf_mm)
     return replace(material, thickness_mm=thickness_mm, gap_mm=gap_mm)
+
+
+def machine_of(material: Material) -> Machine:
+    """Return the machine that cuts a material: that of its kind, with what the material overrules.
+
+    Examples
+    --------
+    >>> machine_of(material_named("card")).name, machine_of(material_named("stainless-304")).name
+    ('co2', 'fibre')
+    >>> machine_of(replace(material_named("card"), pierce_s=0.2)).pierce_s
+    (0.2, 0.2)
+    """
+    machine = machines()[material.machine or (FIBRE if material.metal else CO2)]
+    own: dict[str, Any] = {
+        name: as_span(getattr(material, name))
+        for name in ("engrave_mm_s", "acceleration_mm_s2", "rapid_mm_s", "pierce_s")
+        if getattr(material, name) is not None
+    }
+    return replace(machine, **own)
 
 
 def min_bend_radius_mm(material: Material) -> float:

@@ -44,7 +44,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "bom": "fasteners, glue and tape to buy are those that the pieces take",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
         "materials": "every piece is on a sheet of its thread's material; each material adds up",
-        "estimate": "cutting times and prices follow from lengths, speeds and areas as stated",
+        "estimate": "times and prices follow from drawings, steps, and stated speeds and prices",
         "outcome": "job.toml and the notes of the layout tell what came out",
         "preflight": "rules that are said to be broken are, where it is said",
         "verdict": "whether it can be built is what the findings come to",

@@ -142,6 +142,7 @@ SPOILT = {
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),
     "template": ("a5", None),
+    "calibrate": (*NO_NUMBERS, 0, 51.0, "1.3", None),
 }  # fmt: skip
 
 
@@ -257,6 +258,7 @@ TYPED = {
     "targets": st.just("FOLDER/targets.toml"),
     "kerf": _units(0.01, 0.39) | st.just("0"),
     "micro_joints": st.sampled_from(["4", "12:0.5mm", "1:0.02in"]),
+    "calibrate": st.sampled_from(["1.3", "0.5", "20"]),
 }
 
 
@@ -332,7 +334,7 @@ def changed(folder) -> Settings:
         target="school", targets=f"{folder}/targets.toml", strict=True, force=True,
         labels="none",
         label_side="inside", paper="letter", kerf="0.1mm", micro_joints=4, cut_order="cool",
-        template="a4",
+        template="a4", calibrate=1.3,
     )  # fmt: skip
 
 
@@ -443,7 +445,7 @@ def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
     ("text", "words"),
     [
         ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "sets 2 unknown options: color, sise; "
-         "known are bodies, boundary, clearance"),
+         "known are bodies, boundary, calibrate"),
         ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: length 'large' is not"),
         ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: 3 is not the name of"),
         ("[job]\nup = 'z'", "no mesh: name a file, or a shape"),

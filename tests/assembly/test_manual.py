@@ -10,7 +10,6 @@ import numpy as np
 import pypdf
 import pytest
 import shapely
-from crossing_maps import small_map, step_record
 from PIL import Image
 
 from fabweave.app.job_records import job_facts, job_map
@@ -18,7 +17,6 @@ from fabweave.app.options.table import option_named
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual import book as manual_book
-from fabweave.assembly.manual.cover import time_range
 from fabweave.assembly.manual.piece_titles import place_across
 from fabweave.assembly.manual.pixels import GREY_STEP
 from fabweave.assembly.manual.steps import _Pictures, placing, strand_pieces, turn_words
@@ -155,13 +153,6 @@ def test_stations_are_those_of_the_plan():
             row = rf"\b{number} {station.crossing} [\d.]+ {lies} {station.partner} "
             row += "- " if station.joint is None else rf"#{station.joint} "
             assert re.search(row, table), (piece.id, number)
-
-
-def test_the_time_is_that_of_every_act():
-    steps = [step_record(1, pieces=("A1",)), step_record(2, over=(4, 5), under=(6,), joints=(1,))]
-    minutes = [60 * hours for hours in time_range(small_map(steps=steps), fasteners=2)]
-    # A piece, two strands over, one under, a joint, two fasteners.
-    assert minutes == pytest.approx([0.3 + 0.2 + 0.3 + 0.5 + 0.8, 1.0 + 0.8 + 1.0 + 2.0 + 2.0])
 
 
 @pytest.mark.slow

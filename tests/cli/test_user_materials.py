@@ -31,6 +31,10 @@ metal = false
 min_bend_radius_t = 2.0
 speed_mm_s = [20.0, 30.0]
 price_per_m2 = 38.0
+machine = "diode"
+acceleration_mm_s2 = 700.0
+pierce_s = [0.1, 0.2]
+machine_per_h = [10.0, 12.0]
 currency = "EUR"
 
 [card]
@@ -189,6 +193,21 @@ def spoiled(made, tmp_path, *changes):
         (
             ("materials", "felt", "speed_mm_s", [1.0, 2.0]),
             "felt:red: speed_mm_s is [20.0, 30.0], but should be",
+        ),
+        (
+            ("materials", "felt", "acceleration_mm_s2", 900.0),
+            "felt:red: acceleration_mm_s2 is [700.0, 700.0], but should be [900.0, 900.0]",
+        ),
+        (("materials", "felt", "pierce_s", 0.3), "felt:red: pierce_s is [0.1, 0.2], but should be"),
+        (
+            ("materials", "felt", "engrave_mm_s", 9.0),
+            "felt:red: engrave_mm_s is [30.0, 100.0], but",
+        ),
+        (("materials", "felt", "rapid_mm_s", 9.0), "felt:red: rapid_mm_s is [83.0, 150.0], but"),
+        (("materials", "felt", "machine", "fibre"), "felt:red: machine is 'diode', but should be"),
+        (
+            ("materials", "felt", "machine_per_h", 9.0),
+            "felt:red: machine_per_h is [10.0, 12.0], but",
         ),
         (
             ("materials", "card", "speed_mm_s", [1.0, 2.0]),

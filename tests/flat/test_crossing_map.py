@@ -21,7 +21,10 @@ JOBS = {
         {"pattern": "satin:5/2", "slots": True, "label_side": "inside"},
     ),
     "inexact twill": ("shape:cube", {"pattern": "twill", "refine": "catmull-clark:1"}),
-    "two materials": ("shape:torus?m=8&n=4", {"material": "warp=card,weft=birch-veneer", "force": True}),
+    "two materials": (
+        "shape:torus?m=8&n=4",
+        {"material": "warp=card,weft=birch-veneer", "force": True},
+    ),
 }
 
 

@@ -1,48 +1,51 @@
-"""Times and prices are what lengths, speeds and areas make; anything else is found."""
+"""Times and prices are what drawings, steps, speeds and prices make; anything else is found."""
 
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from fabweave.core.records import from_json, to_json
-from fabweave.report.accounts import SheetAccount, Totals, sum_sheets
-from fabweave.report.estimate import PIERCE_S, estimate_section, estimate_sheets
-from fabweave.stock.material import material_named
+from fabweave.cut.drawing import Circle, Layer, Polyline
+from fabweave.report.costs.motion import ends_of, hop_times, run_times, runs_of
 from fabweave.verify.checks.reports.estimate import check_estimate
+from fabweave.verify.drawing import Drawing
+from fabweave.verify.measure.motion import Pace, burn_time, hop_time
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
-CARD, SHIM = material_named("card"), material_named("spring-shim-0.1")
-#: What the job's account of a sheet leaves unsaid.
-UNSTATED = {"stock": "", "price": None, "material": "card", "thickness_mm": 0.4}
-PRICED = replace(CARD, price_per_m2=8.0, currency="EUR")
+JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick", "--joint", "glue")
 
 
 @pytest.fixture(scope="module")
-def read(true_jobs):
-    """Return a job as read, with the estimate that its maker would state."""
-    job = load_job(true_jobs("torus"), Tally("files"))
-    rows = (UNSTATED | row for row in job.waste["sheets"])
-    sheets = [from_json(SheetAccount, row) for row in rows]
-    estimate = estimate_sheets(sheets, [PRICED] * len(sheets))
-    return replace(job, waste=job.waste | {"estimate": to_json(estimate)})
+def read(finished):
+    """Return a finished job as read."""
+    return load_job(finished(*JOB), Tally("files"))
 
 
 def found(job, change):
-    plan, waste = job.map, json.loads(json.dumps(job.waste))
+    waste = json.loads(json.dumps(job.waste))
     change(waste)
-    sheets = tuple(
-        replace(sheet, material=PRICED.name, thickness_mm=PRICED.thickness_mm)
-        for sheet in plan.sheets
-    )
     tally = Tally("estimate")
-    check_estimate(replace(job, map=replace(plan, sheets=sheets), waste=waste), tally)
+    check_estimate(replace(job, waste=waste), tally)
     return " | ".join(tally.result().findings)
 
 
 def first(waste):
     return waste["estimate"]["sheets"][0]
+
+
+def rates(waste):
+    return waste["estimate"]["materials"][0]
+
+
+def put(where, key, value):
+    """Return a change: the value at a key of what stands somewhere in the waste report."""
+    return lambda waste: where(waste).__setitem__(key, value)
+
+
+def estimate(waste):
+    return waste["estimate"]
 
 
 CHANGES = [
@@ -56,80 +59,109 @@ CHANGES = [
     (lambda w: w["totals"].update(pierces=5), "totals: pierces is 5, but should be"),
     (lambda w: first(w)["cut_s"].reverse(), "sheet 1, cut_s: fastest is"),
     (lambda w: first(w).update(cut_s=None), "cut_s: slowest is nothing, but should be"),
-    (lambda w: first(w).update(price=99.0), "estimate, sheet 1: price is 99, but should be"),
+    (put(first, "engrave_s", [1.0, 2.0]), "sheet 1, engrave_s: fastest is 1, but should be"),
+    (put(first, "travel_s", [1.0, 2.0]), "sheet 1, travel_s: slowest is 2, but should be"),
+    (lambda w: first(w)["price"].update(high=99.0), "sheet 1, price: high is 99, but should be"),
+    (lambda w: first(w)["price"].update(currency="USD"), "price: currency is 'USD'"),
+    (put(first, "price", None), "sheet 1: price is nothing, but should be"),
+    (put(first, "sheet", 9), "estimate: sheets lack 1, and have 9, which should not be there"),
+    (put(estimate, "cut_s", [1.0, 2.0]), "estimate, cut_s: fastest is 1, but should be"),
+    (put(estimate, "engrave_s", [1.0, 2.0]), "estimate, engrave_s: fastest is 1, but should be"),
+    (put(estimate, "travel_s", [1.0, 2.0]), "estimate, travel_s: fastest is 1, but should be"),
+    (put(estimate, "machine_s", [1.0, 2.0]), "estimate, machine_s: fastest is 1, but should be"),
+    (put(estimate, "machine_s", None), "estimate, machine_s: slowest is nothing, but should be"),
+    (put(estimate, "calibration", 1.5), "estimate: calibration is 1.5, but should be 1"),
+    (put(rates, "speed_mm_s", None), "], but should be nothing"),
+    (put(rates, "speed_mm_s", [1.0, 2.0]), "cut_s: slowest is"),
+    (put(rates, "engrave_mm_s", [1.0, 2.0]), "engrave_s: slowest is"),
+    (put(rates, "rapid_mm_s", [1.0, 2.0]), "travel_s: slowest is"),
+    (put(rates, "acceleration_mm_s2", [1.0, 2.0]), "engrave_s: slowest is"),
+    (put(rates, "deviation_mm", 1.0), "cut_s: slowest is"),
+    (put(rates, "pierce_s", [0.5, 0.5]), "cut_s: fastest is"),
+    (put(rates, "laser_on_s", [0.5, 0.5]), "engrave_s: fastest is"),
+    (put(rates, "price_per_m2", None), "but should be nothing"),
+    (put(rates, "price_per_m2", 77.0), "sheet 1, price: low is"),
+    (put(rates, "machine_per_h", 60.0), "machine_price is nothing, but should be"),
+    (lambda w: estimate(w)["sheet_price"].update(low=0.0), "sheet_price: low is 0, but should be"),
     (
-        lambda w: first(w).update(sheet=9),
-        "estimate: sheets lack 1, and have 9, which should not be there",
+        lambda w: estimate(w)["hardware_price"].update(high=99.0),
+        "hardware_price: high is 99, but should be",
+    ),
+    (lambda w: estimate(w)["price"].update(high=99.0), "estimate, price: high is 99, but should"),
+    (put(estimate, "price", None), "estimate: price is nothing, but should be"),
+    (lambda w: estimate(w)["assembly"].update(practised_h=9.0), "practised_h is 9, but should be"),
+    (lambda w: estimate(w)["assembly"].update(hours=[1.0, 9.0]), "hours: slow is 9, but should be"),
+    (
+        lambda w: estimate(w)["assembly"]["actions"][0].update(count=1),
+        "the sum of actions is",
     ),
     (
-        lambda w: w["estimate"].update(price=99.0),
-        "waste.json, estimate: price is 99, but should be",
+        lambda w: estimate(w)["assembly"]["actions"][3].update(count=1, each_s=0.0),
+        "assembly: over is 1, but should be",
     ),
-    (
-        lambda w: w["estimate"].update(cut_s=[1.0, 2.0]),
-        "estimate, cut_s: fastest is 1, but should be",
-    ),
-    (lambda w: w["estimate"].update(pierce_s=5.0), "sheet 1, cut_s: slowest is"),
-    (lambda w: w["estimate"]["materials"][0].update(speed_mm_s=None), "], but should be nothing"),
-    (lambda w: w["estimate"]["materials"][0].update(price_per_m2=None), "but should be nothing"),
+    (lambda w: estimate(w)["difficulty"].update(score=1.0), "difficulty: score is 1, but should"),
+    (lambda w: estimate(w)["difficulty"].update(unders=9.0), "difficulty: unders is 9, but should"),
 ]
 
 
 @pytest.mark.parametrize("number", range(len(CHANGES)))
-def test_whatever_is_spoilt_is_found(read, number):
+def test_spoiled_figures_are_found(read, number):
     change, words = CHANGES[number]
     told = found(read, change)
     assert told == "" if words is None else words in told
 
 
-SHEETS = [
-    SheetAccount(
-        number=number, width_mm=500.0, height_mm=500.0, area_mm2=2.5e5, piece_area_mm2=2e5,
-        hole_area_mm2=0.0, waste_mm2=5e4, utilisation=0.8, pieces=9, cut_length_mm=6000.0 * number,
-        pierces=30, stock="", price=None, material="card", thickness_mm=0.4,
-    )
-    for number in (1, 2)
-]  # fmt: skip
+def test_a_sheet_whose_drawing_is_gone_is_not_checked_and_that_is_said(read):
+    tally = Tally("estimate")
+    check_estimate(replace(read, dxf={}), tally)
+    assert "its DXF could not be read" in " | ".join(tally.result().findings)
 
 
-def test_times_are_length_over_speed_and_piercings():
-    estimate = estimate_sheets(SHEETS, [PRICED, PRICED])
-    fast, slow = max(CARD.speed_mm_s), min(CARD.speed_mm_s)
-    for sheet, sheet_estimate in zip(SHEETS, estimate.sheets, strict=True):
-        bare = [sheet.cut_length_mm / speed for speed in (fast, slow)]
-        assert sheet_estimate.cut_s == pytest.approx([time + 30 * PIERCE_S for time in bare])
-        assert sheet_estimate.price == 2.0
-    assert estimate.cut_s == pytest.approx([18000 / fast + 30.0, 18000 / slow + 30.0])
-    assert estimate.price == 4.0
+def test_a_drawing_with_other_letters_is_found(read):
+    """The times are those of what is drawn, not of what the report says of itself."""
+    (number, drawing), *_ = read.dxf.items()
+    longer = replace(drawing, points=drawing.points * 1.1)
+    tally = Tally("estimate")
+    check_estimate(replace(read, dxf={number: longer}), tally)
+    told = " | ".join(tally.result().findings)
+    for name in ("engrave_s", "cut_s", "travel_s"):
+        assert f"sheet 1, {name}: fastest is" in told
 
 
-def test_what_is_not_known_is_not_guessed():
-    assert SHIM.speed_mm_s is None
-    assert estimate_sheets(SHEETS, [SHIM, SHIM]) is None
-    estimate = estimate_sheets(SHEETS, [PRICED, SHIM])
-    assert (estimate.cut_s, estimate.price) == (None, None)
-    assert to_json(estimate.sheets[1]) == {"sheet": 2, "cut_s": None, "price": None}
-    # Two currencies make no sum.
-    other = replace(PRICED, name="else", currency="USD")
-    assert estimate_sheets(SHEETS, [PRICED, other]).price is None
-
-
-def test_the_page_shows_each_sheet_and_all():
-    names = ["sheet_01", "sheet_02"]
-    totals = Totals(
-        sums=sum_sheets(SHEETS), cut_length_mm=18000.0, pierces=60, engrave_length_mm=0.0,
-        holes=0, mass_g=1.0,
+def test_the_head_is_timed_as_the_maker_times_it_by_other_means():
+    dice = np.random.default_rng(5)
+    entities = [Circle(Layer.CUT_INNER, 3.0, 4.0, 1.25)]
+    for _ in range(60):
+        count = int(dice.integers(2, 30))
+        steps = dice.normal(0.0, dice.choice([0.1, 1.0, 20.0]), (count, 2))
+        bulges = dice.integers(0, 2, count) * dice.normal(0.0, 0.3, count)
+        closed = bool(dice.integers(2))
+        entities.append(Polyline(Layer.CUT_OUTER, np.cumsum(steps, axis=0), closed, bulges))
+    rings = [
+        (entity.points, entity.bulges, entity.closed, np.nan)
+        if isinstance(entity, Polyline)
+        else (np.array([[entity.x, entity.y]]), np.zeros(1), False, entity.radius)
+        for entity in entities
+    ]
+    points, bulges, closed, radius = zip(*rings, strict=True)
+    drawing = Drawing(
+        layer=["CUT_OUTER"] * len(rings), piece=[None] * len(rings), name=[""] * len(rings),
+        points=np.concatenate(points), bulges=np.concatenate(bulges),
+        start=np.cumsum([0, *map(len, points)]), closed=np.array(closed), radius=np.array(radius),
+        layers=(), width_mm=None, height_mm=None, problems=(),
     )  # fmt: skip
-
-    def page_of(*materials):
-        estimate = estimate_sheets(SHEETS, materials)
-        return estimate_section(estimate, SHEETS, totals, names, materials)
-
-    page = page_of(PRICED, SHIM)
-    assert "<td>sheet_01</td><td>6.0</td><td>30</td><td>1.9 to 2.8</td><td>2.00 EUR</td>" in page
-    assert "<td>sheet_02</td><td>12.0</td><td>30</td><td>unknown</td><td>unknown</td>" in page
-    assert "<td>all</td><td>18.0</td><td>60</td><td>unknown</td><td>unknown</td>" in page
-    # A column of which nothing is known is left out.
-    assert "<th>Material</th>" in page
-    assert "Material" not in page_of(CARD, SHIM)
-    assert page_of(SHIM, SHIM) == ""
+    every = np.arange(len(rings))
+    for speed, rate in ((20.0, 500.0), (200.0, 3000.0), (900.0, 100.0)):
+        for shape in every.tolist():
+            (ours,) = run_times(runs_of([entities[shape]]), speed, rate, 0.01).tolist()
+            one = burn_time(drawing, np.array([shape]), Pace(speed, rate, 0.01, 0.0))
+            assert one == pytest.approx(ours, rel=1e-9)
+        ours = run_times(runs_of(entities), speed, rate, 0.01).sum() + 0.25 * len(rings)
+        assert burn_time(drawing, every, Pace(speed, rate, 0.01, 0.25)) == pytest.approx(ours)
+        begins, ends = ends_of(entities)
+        ways = np.hypot(*(begins - np.concatenate((np.zeros((1, 2)), ends[:-1]))).T)
+        ours = hop_times(ways, speed, rate).sum()
+        assert hop_time(drawing, every, speed, rate) == pytest.approx(ours)
+    nothing = np.zeros(0, dtype=np.int64)
+    assert burn_time(drawing, nothing, Pace(20.0, 500.0, 0.01, 0.5)) == 0.0
+    assert hop_time(drawing, nothing, 20.0, 500.0) == 0.0

@@ -10,6 +10,7 @@ import shapely
 
 from fabweave import __version__
 from fabweave.app.job import PlannedJob
+from fabweave.app.joined_object import pieces_costs
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import nest_job, plan_job
 from fabweave.app.remake_command import long_command
@@ -171,12 +172,19 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
     )
 
 
+def _rounded(span: tuple[float, float]) -> tuple[float, float]:
+    """Return a range to two decimals."""
+    return round(span[0], 2), round(span[1], 2)
+
+
 def _figures(planned: PlannedJob, layout: Layout) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
     area = float(shapely.area([shapely.Polygon(piece.outline) for piece in pieces]).sum())
     sheets = sum(sheet.area_mm2 for sheet in layout.sheets)
     like = planned.woven.source.likeness
+    costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
+    machine = costs.machine_s
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -193,7 +201,7 @@ def _figures(planned: PlannedJob, layout: Layout) -> Figures:
         likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
-        hours=None,
-        cutting_h=None,
-        price=None,
+        hours=_rounded(costs.assembly.hours),
+        cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
+        price=None if costs.price is None else _rounded((costs.price.low, costs.price.high)),
     )

@@ -11,6 +11,7 @@ from fabweave.app.pipeline import FinishedJob, draw_job, start_side_work, write_
 from fabweave.app.preflight_job import Preflight
 from fabweave.core.arrays import frozen_value
 from fabweave.core.messages import agree
+from fabweave.report.costs.costs import Costs
 from fabweave.verify import VerifyReport
 
 if TYPE_CHECKING:
@@ -66,6 +67,11 @@ class WrittenJob:
     def files(self) -> tuple[Path, ...]:
         """The files in the folder, in the order of their names."""
         return tuple(sorted(path for path in self.folder.rglob("*") if path.is_file()))
+
+    @property
+    def costs(self) -> Costs:
+        """Times of machine and hands, and money, each a range."""
+        return self.job.costs
 
     def picture(self) -> "Image.Image":
         """Return the picture of the woven object."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from fabweave.app.options.file_kinds import layout, library, preset, sheets, stock_list
+from fabweave.app.options.file_kinds import calibration, layout, library, preset, sheets, stock_list
 from fabweave.app.options.kinds import (
     MOST_MM,
     MOST_WHOLE,
@@ -301,5 +301,14 @@ CUTTING_OPTIONS = (
         "paper to be pasted together.",
         default="sheet",
         making=True,
+    ),
+    Option(
+        "calibrate",
+        CUTTER,
+        calibration(),
+        "Multiply the estimated times of the machine, as one job was measured: a number, or the "
+        "folder of a finished job and what the machine took for all of its sheets.",
+        default=1.0,
+        otherwise="1, which is nothing measured",
     ),
 )

@@ -5,10 +5,32 @@ from pathlib import Path
 from typing import Any
 
 from fabweave.app.options.kinds import Kind, load, place
-from fabweave.core.entries import check_document, read_toml
+from fabweave.core.entries import check_document, in_range, read_toml
+from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
 
 #: The file of a finished job in which its layout is recorded; job.toml lies beside it.
 LAYOUT_FILE = "crossing_map.json"
+
+
+def calibration() -> Kind:
+    """Return the kind of a factor, or of a finished job's folder and what its machine took."""
+    least, most = 0.02, 50.0
+
+    def accept(value: Any) -> float | None:
+        return in_range(least, most)(value)
+
+    def read(text: str) -> float:
+        factor: float = load("fabweave.report.costs.calibration.parse_calibration")(text)
+        if accept(factor) is None:
+            raise InputError(f"{shown(text)} is a factor of {factor:g}, not {expected}")
+        return factor
+
+    def write(value: float) -> float | None:
+        return None if value == 1.0 else value
+
+    expected = f"a number from {least:g} to {most:g}, or a folder and a time such as 'torus:42min'"
+    return Kind("FACTOR|DIR:TIME", expected, accept, read, write)
 
 
 def layout() -> Kind:

@@ -19,22 +19,6 @@ from fabweave.flat.joint.kinds import KINDS, RIVET
 
 COVER, LEGEND = "Overview", "How to read a piece"
 
-#: Minutes for a piece to be found, a strand laid over, one slid under, and a fastener set: quick
-#: hands, and slow ones. These are guesses of a maker's pace, not measurements.
-_MINUTES = {
-    "piece": (0.3, 1.0),
-    "over": (0.1, 0.4),
-    "under": (0.3, 1.0),
-    "fastener": (0.4, 1.0),
-    "joint": (0.5, 2.0),
-}
-_EFFORTS = {
-    "piece": "to find a piece",
-    "over": "to lay a strand over another",
-    "under": "to slide one under",
-    "fastener": "to set a fastener",
-    "joint": "to align a joint",
-}
 #: The number that stands for a kind of label where signs are explained.
 _NUMBER_OF = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
 _VIEWER = " assembly.html shows the same steps on an object that you can turn and zoom."
@@ -60,6 +44,8 @@ class Facts:
         The colour of each thread in the pictures.
     portrait : bytes
         The picture of the object, a PNG file.
+    costs : tuple of (str, str)
+        Names and texts of what is said of times, difficulty and money.
     """
 
     title: str
@@ -69,35 +55,7 @@ class Facts:
     bill: BillOfMaterials
     colours: Colours
     portrait: bytes
-
-
-def time_range(crossing_map: CrossingMap, fasteners: int) -> tuple[float, float]:
-    """Return how many hours the assembly takes, with quick hands and with slow ones."""
-    counts = {
-        "piece": sum(len(step.pieces) for step in crossing_map.steps),
-        "over": sum(len(step.over) for step in crossing_map.steps),
-        "under": sum(len(step.under) for step in crossing_map.steps),
-        "joint": sum(len(step.joints) for step in crossing_map.steps),
-        "fastener": fasteners,
-    }
-    low, high = (
-        sum(count * _MINUTES[name][end] for name, count in counts.items()) / 60.0 for end in (0, 1)
-    )
-    return low, high
-
-
-def difficulty(crossing_map: CrossingMap) -> str:
-    """Say how difficult the assembly is, and why."""
-    steps = crossing_map.steps
-    pieces = len(crossing_map.pieces)
-    over = sum(len(step.over) for step in steps)
-    under = sum(len(step.under) for step in steps)
-    share = under / max(over + under, 1)
-    points = (pieces > 60) + (pieces > 300) + (share > 0.35)
-    word = ("easy", "moderate", "demanding", "very demanding")[points]
-    return (
-        f"{word}: {pieces} pieces; at {share:.0%} of the crossings, a strip is slid under another"
-    )
+    costs: tuple[tuple[str, str], ...]
 
 
 def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
@@ -122,7 +80,6 @@ def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
 def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return the lines of the cover, each with its name."""
     fasteners = facts.bill.fasteners
-    low, high = time_range(crossing_map, sum(row.needed for row in fasteners))
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     if fasteners and RIVET.name not in kinds:
         kinds.append(RIVET.name)
@@ -154,13 +111,9 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     if tape.joints:
         lines.append(("Tape", f"{tape.length_mm / 1000:.2f} m in all"))
     tools = [KINDS[kind].tools for kind in kinds]
-    pace = ", ".join(
-        f"{quick:g} to {slow:g} min {_EFFORTS[name]}" for name, (quick, slow) in _MINUTES.items()
-    )
     lines += [
         ("Tools", "; ".join([*tools, "clips or soft clamps", "a pencil to tick the boxes"])),
-        ("Difficulty", difficulty(crossing_map)),
-        ("Time", f"{_hours(low)} to {_hours(high)}; assuming {pace}"),
+        *facts.costs,
         (
             "How to proceed",
             "Take the pieces out of their sheets, one sheet after another, and sort them by "
@@ -170,13 +123,6 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
         ),
     ]
     return lines
-
-
-def _hours(hours: float) -> str:
-    """Say a time so roughly as it is known."""
-    if hours < 1.5:
-        return f"{max(5, 5 * round(12 * hours))} min"
-    return f"{hours:.1f} h" if hours < 10 else f"{hours:.0f} h"
 
 
 def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPiece]) -> None:

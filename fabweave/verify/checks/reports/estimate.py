@@ -1,18 +1,33 @@
-"""Check the estimate of cutting times and prices: it follows from what it says it is made of."""
+"""Check times and prices: what the drawings take at the speeds stated, hands, and sums of money."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from fabweave.verify.checks.reports.hands import check_hands, hardware_price
 from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Ints
 from fabweave.verify.measure.areas import sum_areas
+from fabweave.verify.measure.motion import Pace, burn_time, hop_time
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
 
-#: Lengths, times and prices agree to this, and this share of themselves.
+#: Lengths and prices agree to this, and this share of themselves.
 _SAME, _SHARE = 0.06, 1e-5
+#: Times agree to this, seconds, and this share: coordinates in a drawing are rounded, and so are
+#: directions of short sides.
+_SAME_S, _SHARE_S = 0.05, 1e-3
+#: Prices are rounded to a hundredth of a cent, of each sheet.
+_CENT = 1e-4
+_TIMES = ("engrave_s", "cut_s", "travel_s")
+
+_Span: TypeAlias = list[float] | None
+_Price: TypeAlias = dict[str, Any] | None
 
 
 def check_estimate(job: Job, tally: Tally) -> None:
-    """Check lengths and piercings of each sheet, and what the estimate makes of them."""
+    """Check lengths and piercings of each sheet, and what the estimate makes of the drawings."""
     plan, waste = required(job.map), required(job.waste)
     place = tally.at("waste.json")
     rows = {row["sheet"]: row for row in waste["sheets"]}
@@ -28,52 +43,154 @@ def check_estimate(job: Job, tally: Tally) -> None:
     # How long all lines are together is another check.
     _check(waste["totals"], "pierces", pierces, place.at("totals"))
     if (estimate := waste.get("estimate")) is not None:
-        _check_estimate(plan, estimate, rows, place.at("estimate"))
+        _check_sheets(job, plan, estimate, rows, place.at("estimate"))
+        check_hands(plan, estimate, waste["fasteners"], place.at("estimate"))
+        _check_money(job, waste, estimate, place.at("estimate"))
 
 
-def _check_estimate(
-    plan: CrossingMap, estimate: dict[str, Any], rows: dict[int, dict[str, Any]], place: Place
+def _check_sheets(
+    job: Job,
+    plan: CrossingMap,
+    estimate: dict[str, Any],
+    rows: dict[int, dict[str, Any]],
+    place: Place,
 ) -> None:
-    """Check times and prices of sheets against speeds and prices of materials, and their sums."""
+    """Check times and prices of sheets against their drawings, and the sums."""
+    factor = job.options.get("calibrate", 1.0)
+    place.number("calibration", estimate["calibration"], factor)
     materials = {(one["material"], one["thickness_mm"]): one for one in estimate["materials"]}
     records = {record["sheet"]: record for record in estimate["sheets"]}
     if not place.same("sheets", [record["sheet"] for record in estimate["sheets"]], plan.sheet):
         return
-    spans: list[list[float] | None] = []
-    prices: list[float | None] = []
     for sheet in plan.sheets:
-        material, row = materials[sheet.material, sheet.thickness_mm], rows[sheet.number]
-        speed, price = material["speed_mm_s"], material["price_per_m2"]
-        spans.append(
-            speed
-            and [
-                row["cut_length_mm"] / each + estimate["pierce_s"] * row["pierces"]
-                for each in (max(speed), min(speed))
-            ]
-        )
-        prices.append(None if price is None else price * sheet.area_mm2 * 1e-6)
-        _check_pair(records[sheet.number], spans[-1], prices[-1], place.at(f"sheet {sheet.number}"))
-    currencies = {
-        materials[sheet.material, sheet.thickness_mm]["currency"] for sheet in plan.sheets
-    }
-    known = [span for span in spans if span is not None]
-    sums = [sum(span[end] for span in known) for end in (0, 1)]
-    costs = [price for price in prices if price is not None]
-    price = None if len(costs) < len(prices) or len(currencies) > 1 else sum(costs)
-    _check_pair(estimate, None if len(known) < len(spans) else sums, price, place)
+        here, record = place.at(f"sheet {sheet.number}"), records[sheet.number]
+        rates, row = materials[sheet.material, sheet.thickness_mm], rows[sheet.number]
+        drawing = job.dxf.get(sheet.number)
+        if drawing is None:
+            here.fail("its times are not checked, because its DXF could not be read")
+        else:
+            for name, span in _sheet_times(drawing, rates, factor).items():
+                _check_span(record, name, span, here, _SAME_S, _SHARE_S)
+        area = [sheet.area_mm2 * 1e-6] * 2
+        _check_price(record, "price", _sheet_price(row["price"], area, rates), here)
+    each = list(records.values())
+    for name in _TIMES:
+        _check_span(estimate, name, _sum_spans([one[name] for one in each]), place, 0.01, 1e-6)
+    total = _sum_spans([estimate[name] for name in _TIMES])
+    _check_span(estimate, "machine_s", total, place, 0.01, 1e-6)
 
 
-def _check_pair(
-    record: dict[str, Any], span: list[float] | None, price: float | None, place: Place
-) -> None:
-    """Check a range of times and a price; either may be unknown."""
-    if span is None:
-        place.number("cut_s", record["cut_s"], None)
+def _sheet_times(drawing: Drawing, rates: dict[str, Any], factor: float) -> dict[str, _Span]:
+    """Return what a drawing takes: colour after colour, at the fastest and at the slowest."""
+    layers = np.array(drawing.layer, dtype=object)
+    surface = _shapes(layers, ENGRAVE_LAYERS)
+    through = _shapes(layers, (HOLES, OUTLINES))
+    way = np.concatenate([surface, through])
+    spans: dict[str, list[float]] = {name: [] for name in _TIMES}
+    for fast in (1, 0):
+        rate, corner = rates["acceleration_mm_s2"][fast], rates["deviation_mm"]
+        pace = Pace(rates["engrave_mm_s"][fast], rate, corner, rates["laser_on_s"][1 - fast])
+        spans["engrave_s"].append(factor * burn_time(drawing, surface, pace))
+        hops = hop_time(drawing, way, rates["rapid_mm_s"][fast], rate)
+        spans["travel_s"].append(factor * hops)
+        if rates["speed_mm_s"] is not None:
+            speed = sorted(rates["speed_mm_s"])[fast]
+            pace = Pace(speed, rate, corner, rates["pierce_s"][1 - fast])
+            spans["cut_s"].append(factor * burn_time(drawing, through, pace))
+    return {name: span or None for name, span in spans.items()}
+
+
+def _shapes(layers: np.ndarray[Any, np.dtype[np.object_]], names: Sequence[str]) -> Ints:
+    """Return the shapes on some layers, one layer after another, in the order of the file."""
+    return np.concatenate([np.flatnonzero(layers == name) for name in names])
+
+
+def _sheet_price(stated: float | None, area_m2: list[float], rates: dict[str, Any]) -> _Price:
+    """Return what a sheet costs: as the stock says, or by its area."""
+    if stated is not None:
+        span = [stated, stated]
+    elif rates["price_per_m2"] is None:
+        return None
     else:
-        ends = dict(zip(("fastest", "slowest"), record["cut_s"] or (), strict=False))
-        for name, value in zip(("fastest", "slowest"), span, strict=True):
-            _check(ends, name, value, place.at("cut_s"))
-    place.number("price", record["price"], price, within=_SAME + _SHARE * (price or 0.0))
+        span = [
+            area * price for area, price in zip(area_m2, _pair(rates["price_per_m2"]), strict=True)
+        ]
+    return {"low": span[0], "high": span[1], "currency": rates["currency"]}
+
+
+def _check_money(job: Job, waste: dict[str, Any], estimate: dict[str, Any], place: Place) -> None:
+    """Check sums of prices: of sheets, hardware, hours of the machine, and all."""
+    sheets = _sum_prices([record["price"] for record in estimate["sheets"]])
+    _check_price(estimate, "sheet_price", sheets, place)
+    _check_price(estimate, "hardware_price", hardware_price(waste), place)
+    plan = required(job.map)
+    materials = {(one["material"], one["thickness_mm"]): one for one in estimate["materials"]}
+    records = {record["sheet"]: record for record in estimate["sheets"]}
+    rents: list[_Price] = []
+    for sheet in plan.sheets:
+        rates, record = materials[sheet.material, sheet.thickness_mm], records[sheet.number]
+        span = _sum_spans([record[name] for name in _TIMES])
+        if span is None or rates["machine_per_h"] is None:
+            rents = [None]
+            break
+        low, high = (
+            price * seconds / 3600.0
+            for price, seconds in zip(_pair(rates["machine_per_h"]), span, strict=True)
+        )
+        rents.append({"low": low, "high": high, "currency": rates["currency"]})
+    rent = _sum_prices(rents)
+    _check_price(estimate, "machine_price", rent, place)
+    parts = [estimate["sheet_price"], estimate["hardware_price"]]
+    total = _sum_prices(parts + ([] if rent is None else [estimate["machine_price"]]))
+    _check_price(estimate, "price", total, place)
+
+
+def _pair(value: float | list[float]) -> list[float]:
+    """Return a least and a greatest value, which may be one."""
+    return value if isinstance(value, list) else [value, value]
+
+
+def _sum_spans(spans: Sequence[_Span]) -> _Span:
+    """Return sums of both ends; None where one is not known."""
+    if any(span is None for span in spans):
+        return None
+    return [sum(span[end] for span in spans if span is not None) for end in (0, 1)]
+
+
+def _sum_prices(prices: Sequence[_Price]) -> _Price:
+    """Return a sum; None where a price is not known, or currencies of prices differ."""
+    known = [price for price in prices if price is not None]
+    currencies = {price["currency"] for price in known if price["high"] > 0.0}
+    if len(known) < len(prices) or len(currencies) > 1:
+        return None
+    low, high = (sum(price[end] for price in known) for end in ("low", "high"))
+    first = known[0]["currency"] if known else ""
+    return {"low": low, "high": high, "currency": currencies.pop() if currencies else first}
+
+
+def _check_span(
+    record: dict[str, Any], name: str, span: _Span, place: Place, same: float, share: float
+) -> None:
+    """Check a range of times, which may be unknown."""
+    if span is None:
+        place.number(name, record[name], None)
+        return
+    stated = dict(zip(("fastest", "slowest"), record[name] or (), strict=False))
+    for end, value in zip(("fastest", "slowest"), span, strict=True):
+        here = place.at(name)
+        here.number(end, stated.get(end), value, within=same + share * value)
+
+
+def _check_price(record: dict[str, Any], name: str, price: _Price, place: Place) -> None:
+    """Check a price, which may be unknown."""
+    stated = record[name]
+    if price is None or stated is None:
+        place.equal(name, stated, price)
+        return
+    for end in ("low", "high"):
+        within = _CENT * (1.0 + len(record.get("sheets", ()))) + _SHARE * price[end]
+        place.at(name).number(end, stated[end], price[end], within=within)
+    place.at(name).equal("currency", stated["currency"], price["currency"])
 
 
 def _check(record: dict[str, Any], name: str, value: float, place: Place) -> None:

@@ -207,7 +207,21 @@ def check_own_materials(job: Job, tally: Tally) -> None:
             for key in keys if entry else ():
                 place = tally.at("waste.json", where, record["material"]).against("job.toml")
                 place.equal(key, record[key] or None, entry.get(key) or None)
+    for record in estimate:
+        _check_machine(record, entries.get(_plain(record["material"]), {}), tally)
     _check_bends(job, entries, tally)
+
+
+def _check_machine(record: dict[str, Any], entry: dict[str, Any], tally: Tally) -> None:
+    """Check what an entry says of its machine, one value or two; what it does not is its kind's."""
+    place = tally.at("waste.json", "estimate", record["material"]).against("job.toml")
+    for key in ("engrave_mm_s", "acceleration_mm_s2", "rapid_mm_s", "pierce_s"):
+        if key in entry:
+            stated = entry[key] if isinstance(entry[key], list) else [entry[key]] * 2
+            place.equal(key, record[key], stated)
+    for key in ("machine", "machine_per_h") if entry else ():
+        stated = entry.get(key, None if key == "machine_per_h" else record[key])
+        place.equal(key, record[key], stated)
 
 
 def _check_bends(job: Job, entries: dict[str, Any], tally: Tally) -> None:

@@ -1,0 +1,103 @@
+"""Hold how fast machines are: speeds, acceleration and rests, by kind of machine and material."""
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any, TypeAlias
+
+from fabweave.core.entries import Accept, Key, in_range, line_key, list_of, pair_key, read_entry
+from fabweave.core.records import record
+
+#: A least and a greatest value.
+Span: TypeAlias = tuple[float, float]
+#: One value, or a least and a greatest one.
+OneOrSpan: TypeAlias = float | Span
+
+CO2, FIBRE = "co2", "fibre"
+
+
+@record
+class Machine:
+    """A kind of machine, in millimetres and seconds; pairs are a least and a greatest value.
+
+    ``deviation_mm`` is how far the planner thinks a corner is cut short; the greater, the faster a
+    corner is passed. ``pierce_s`` is the rest where a cut begins, and ``laser_on_s`` where an
+    engraved line begins.
+    """
+
+    name: str
+    title: str
+    acceleration_mm_s2: Span
+    deviation_mm: float
+    rapid_mm_s: Span
+    engrave_mm_s: Span
+    pierce_s: Span
+    laser_on_s: Span
+
+
+def span_key(name: str, least: float, most: float) -> Key:
+    """Return a key that takes a number in a range, or a list of two, the lesser first."""
+    return Key(
+        name,
+        f"a number from {least:g} to {most:g}, or a list of two, the lesser first",
+        _one_or_span(in_range(least, most)),
+    )
+
+
+def _one_or_span(one: Accept) -> Accept:
+    """Return a function that accepts a number, or two in order."""
+
+    def accept(value: Any) -> OneOrSpan | None:
+        pair = list_of(value, one, count=2)
+        if pair is not None:
+            return pair if pair[0] <= pair[1] else None
+        number: float | None = one(value)
+        return number
+
+    return accept
+
+
+def as_span(value: OneOrSpan) -> Span:
+    """Return a least and a greatest value, which are the same where there is but one.
+
+    Examples
+    --------
+    >>> as_span(3.0), as_span((1.0, 2.0))
+    ((3.0, 3.0), (1.0, 2.0))
+    """
+    return value if isinstance(value, tuple) else (value, value)
+
+
+_KEYS = (
+    line_key("title", 200, required=True),
+    pair_key("acceleration_mm_s2", "[500.0, 2000.0]", 1, 1e6, required=True),
+    Key("deviation_mm", "a number from 0.0001 to 1", in_range(1e-4, 1.0), True),
+    *(
+        pair_key(name, "[50.0, 200.0]", least, 1e5, required=True)
+        for name, least in (
+            ("rapid_mm_s", 0.001),
+            ("engrave_mm_s", 0.001),
+            ("pierce_s", 0.0),
+            ("laser_on_s", 0.0),
+        )
+    ),
+)
+
+
+@cache
+def machines() -> Mapping[str, Machine]:
+    """Return the kinds of machines that fabweave knows, by name.
+
+    Examples
+    --------
+    >>> list(machines())
+    ['diode', 'co2', 'fibre']
+    >>> machines()["co2"].acceleration_mm_s2
+    (500.0, 2000.0)
+    """
+    text = resources.files("fabweave.stock").joinpath("machines.toml").read_text("utf-8")
+    return {
+        name: Machine(name=name, **read_entry(entry, f"machines.toml, [{name}]", _KEYS))
+        for name, entry in tomllib.loads(text).items()
+    }
