@@ -44,8 +44,8 @@ from fabweave.stock.machine import Span
 from fabweave.stock.material import Material
 from fabweave.stock.sheet_size import SheetSize
 
-#: Before pieces are nested: the share of sheets that pieces fill, from the worst to the best of the
-#: jobs of the guide.
+#: Before pieces are nested: the share of sheets that pieces fill, from the worst to the best, an
+#: estimate; a torus of 218 pieces on two sheets fills 0.34 of them, with most of the second free.
 _FILLED: Span = (0.35, 0.75)
 
 
