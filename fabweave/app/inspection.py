@@ -27,6 +27,7 @@ from fabweave.core.records import to_json
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
+from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import paired_quads
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
@@ -220,6 +221,7 @@ def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
     ends = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
     _, valences = interior_valences(halfedges)
     irregular = find_irregular(mesh)
+    mirror = find_mirror(mesh)
     return {
         "vertices": report.n_vertices,
         "edges": report.n_edges,
@@ -231,6 +233,11 @@ def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
         "genus": report.genus,
         "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
         "edge_mm": _spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
+        "mirror": {
+            "symmetric": mirror.symmetric,
+            "normal": [round(float(x), 4) for x in mirror.normal],
+            "off_percent": round(mirror.rms_percent, 3),
+        },
         "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
         "irregular_vertices": len(irregular),
         "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),

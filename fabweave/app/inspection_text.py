@@ -14,6 +14,8 @@ _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
 
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
+#: A mirror stands straight if its normal is this much along an axis.
+_STRAIGHT = 0.99
 
 
 def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -58,12 +60,23 @@ def _mesh_rows(mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     valences = (f"{number} of valence {valence}" for valence, number in mesh["valences"].items())
     cages = [f"--remesh coarse:{number}" for number in mesh["cages"] if number >= _LEAST_CAGE]
     refined = [("cage", f"the mesh is a refined cage, which {' or '.join(cages)} gives back")]
+    mirrored = [("symmetry", f"mirror-symmetric from {_way(mesh['mirror']['normal'])}")]
     return [
         *(refined if cages else []),
+        *(mirrored if mesh["mirror"]["symmetric"] else []),
         ("faces", ", ".join(sizes)),
         ("vertices", ", ".join(valences) or "none inside the surface"),
         ("edges", f"{_range(mesh['edge_mm'], 1)} mm long"),
     ]
+
+
+def _way(normal: Sequence[float]) -> str:
+    """Say between which sides a mirror stands."""
+    axis = max(range(3), key=lambda k: abs(normal[k]))
+    sides = ("left to right", "front to back", "bottom to top")[axis]
+    if abs(normal[axis]) > _STRAIGHT:
+        return sides
+    return f"side to side, across ({', '.join(f'{x:.2f}' for x in normal)})"
 
 
 def _thread_rows(threads: Mapping[str, Any], bunches: Mapping[str, Any]) -> list[tuple[str, str]]:
