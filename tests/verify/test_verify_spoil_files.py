@@ -672,7 +672,7 @@ def test_a_ball_at_every_finding_and_nowhere_else(job, specimen, times, number):
 def stiff(finished):
     return finished(
         "shape:octahedron", "--size", "100mm", "--sheet", "300x300mm", "--effort", "quick",
-        "--material", "birch-veneer",
+        "--material", "birch-veneer", "--force",
     )  # fmt: skip
 
 
