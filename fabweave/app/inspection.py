@@ -27,6 +27,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
+from fabweave.report.splitting import splitting_reason
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
@@ -347,6 +348,9 @@ def _planned(
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),
+        "prefer": plan.prefer,
+        "chosen": to_json(plan.chosen.record()),
+        "reason": splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices)),
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
     return woven, pieces, None

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fabweave.core.messages import agree
+from fabweave.flat.split.preferences import CURRENCY
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
@@ -123,10 +124,7 @@ def _pieces(pieces: Mapping[str, Any]) -> str:
         return f"not planned, as {pieces['left_out']} (--thorough plans them)"
     if pieces["count"] is None:
         return f"cannot be cut: {pieces['because']}"
-    return (
-        f"{pieces['count']}, up to {pieces['max_length_mm']:.0f} mm long, for sheets of "
-        f"{' or '.join(pieces['sheets'])}"
-    )
+    return f"{pieces['reason']}; for sheets of {' or '.join(pieces['sheets'])}"
 
 
 def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
@@ -140,9 +138,14 @@ def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say what other greatest lengths would come to; lengths that change nothing are left out."""
     rows: list[tuple[str, str]] = []
     for choice in pieces.get("choices", []):
-        figures = f"{choice['joints']} joints, {choice['sheet_mm2'] / 1e6:.2f} m² of sheet"
+        about = "" if choice["exact"] else "about "
+        figures = (
+            f"{about}{choice['pieces']} pieces, {choice['joints']} joints, "
+            f"{agree(choice['sheets'], '{n} sheet[|s]')}, {choice['hours']:.1f} h, "
+            f"{choice['cost']:.0f} {CURRENCY}"
+        )
         if not rows or not rows[-1][1].endswith(f" {figures}"):
-            rows.append(("", f"--max-length {choice['max_length_mm']:.0f}mm: about {figures}"))
+            rows.append(("", f"--max-length {choice['max_length_mm']:g}mm: {figures}"))
     return rows
 
 

@@ -23,7 +23,7 @@ h1 {{ font-size: 1.6rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
 table {{ border-collapse: collapse; width: 100% }}
 th, td {{ text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #ccc }}
 th:first-child, td:first-child {{ text-align: left }}
-tfoot td {{ font-weight: 600 }}
+tfoot td, .taken td {{ font-weight: 600 }}
 .bar {{ background: #e4e0d8; height: .8rem; min-width: 8rem }}
 .bar span {{ display: block; height: 100%; background: #0072b2 }}
 pre {{ background: #f4f2ee; padding: .8rem; overflow-x: auto; font-size: .85rem }}
