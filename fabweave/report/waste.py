@@ -1,4 +1,4 @@
-"""Account for the material: what of every sheet becomes pieces, holes and waste."""
+"""Account for the material: what of every sheet becomes pieces, and what is waste."""
 
 import csv
 import io
@@ -23,9 +23,11 @@ from fabweave.report.accounts import (
     Totals,
     sum_sheets,
 )
+from fabweave.report.comparison import Comparison, compare_use
 from fabweave.report.estimate import Estimate, estimate_sheets
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.report.splitting import SplittingRecord
+from fabweave.ribbon.project import Ribbons
 from fabweave.stock.material import sheet_mass_kg
 
 _DECIMALS = 6
@@ -96,6 +98,7 @@ class WasteReport:
     materials: tuple[MaterialAccount, ...]
     sheets: tuple[SheetAccount, ...]
     totals: Totals
+    comparison: Comparison
     estimate: Estimate | None
     notes: tuple[str, ...]
     offcuts: tuple[KeptOffcut, ...]
@@ -115,6 +118,7 @@ def waste_report(
     bill: BillOfMaterials,
     kerf_mm: float,
     splitting: SplittingRecord,
+    ribbons: Ribbons,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -127,6 +131,8 @@ def waste_report(
     allotment : Allotment
     notes, offcuts, bill, kerf_mm, splitting
         What the report says besides.
+    ribbons : Ribbons
+        Whole threads, as wide as they are cut.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -152,6 +158,7 @@ def waste_report(
         materials=tuple(map(_rounded, materials)),
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
+        comparison=compare_use(totals.sums, pieces, ribbons, layout, allotment, offcuts),
         estimate=estimate_sheets(sheets, allotment.sheet_materials),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
@@ -182,8 +189,8 @@ def _sheet_account(
         area_mm2=area,
         piece_area_mm2=outlines - holes,
         hole_area_mm2=holes,
-        waste_mm2=area - outlines,
-        utilisation=outlines / area,
+        waste_mm2=area - outlines + holes,
+        utilisation=(outlines - holes) / area,
         pieces=len(placed),
         cut_length_mm=length_mm(cut),
         pierces=len(cut),

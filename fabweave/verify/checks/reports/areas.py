@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.verify.checks.reports.comparison import check_comparison
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.measure.areas import (
@@ -59,6 +60,8 @@ def check_areas(job: Job, tally: Tally) -> None:
     _check_budget(totals, area, figures, len(placed), place)
     figures = sum_areas(job.areas.values())
     place.numbers(totals, {"sheets": len(plan.sheets), "holes": figures.cutouts})
+    if "comparison" in waste:
+        check_comparison(plan, job, waste, report.at("comparison"))
     engraved = sum(
         float(drawing.lengths[shapes].sum())
         for drawing in job.dxf.values()
@@ -76,15 +79,15 @@ def check_areas(job: Job, tally: Tally) -> None:
 def _check_budget(
     record: Mapping[str, Any], area: float, figures: Areas, pieces: int, place: Place
 ) -> None:
-    """Check that piece, hole and waste areas are right and make up the sheets."""
+    """Check that piece, hole and waste areas are right, and that holes are waste."""
     wanted: dict[str, float | None] = {
         "area_mm2": area,
         "piece_area_mm2": figures.piece_mm2,
         "hole_area_mm2": figures.holes_mm2,
-        "waste_mm2": area - figures.outline_mm2,
+        "waste_mm2": area - figures.piece_mm2,
     }
     place.numbers(record, wanted, within=AREA_MM2 + 1e-8 * area)
-    share = figures.outline_mm2 / area if area else 0.0
+    share = figures.piece_mm2 / area if area else 0.0
     place.number("utilisation", record.get("utilisation"), share, within=UTILISATION)
     place.number("pieces", record.get("pieces"), pieces)
 
