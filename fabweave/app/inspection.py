@@ -36,6 +36,7 @@ from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.costs.texts import cost_rows
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
+from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
@@ -412,6 +413,9 @@ def _planned(
         "count": len(plan.runs.thread),
         "sheets": sheets,
         "max_length_mm": round(plan.length_mm, 1),
+        "prefer": plan.prefer,
+        "chosen": to_json(plan.chosen.record()),
+        "reason": splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices)),
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
     return woven, pieces, None, joined

@@ -7,6 +7,7 @@ from fabweave.app.design.candidate import Figures
 from fabweave.app.design.page import words
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json
+from fabweave.flat.split.preferences import CURRENCY
 from fabweave.report.verdict import VERDICTS
 
 #: Topics of the job's own notes that the facts say better.
@@ -149,10 +150,7 @@ def _pieces(pieces: Mapping[str, Any]) -> str:
         return f"not planned, as {pieces['left_out']} (--thorough plans them)"
     if pieces["count"] is None:
         return f"cannot be cut: {pieces['because']}"
-    return (
-        f"{pieces['count']}, up to {pieces['max_length_mm']:.0f} mm long, for sheets of "
-        f"{' or '.join(pieces['sheets'])}"
-    )
+    return f"{pieces['reason']}; for sheets of {' or '.join(pieces['sheets'])}"
 
 
 def _cost_rows(costs: Mapping[str, Any] | None) -> list[tuple[str, str]]:
@@ -193,9 +191,14 @@ def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say what other greatest lengths would come to; lengths that change nothing are left out."""
     rows: list[tuple[str, str]] = []
     for choice in pieces.get("choices", []):
-        figures = f"{choice['joints']} joints, {choice['sheet_mm2'] / 1e6:.2f} m² of sheet"
+        about = "" if choice["exact"] else "about "
+        figures = (
+            f"{about}{choice['pieces']} pieces, {choice['joints']} joints, "
+            f"{agree(choice['sheets'], '{n} sheet[|s]')}, {choice['hours']:.1f} h, "
+            f"{choice['cost']:.0f} {CURRENCY}"
+        )
         if not rows or not rows[-1][1].endswith(f" {figures}"):
-            rows.append(("", f"--max-length {choice['max_length_mm']:.0f}mm: about {figures}"))
+            rows.append(("", f"--max-length {choice['max_length_mm']:g}mm: {figures}"))
     return rows
 
 

@@ -154,6 +154,7 @@ def _write_tables(
         kerf_mm=job.settings.kerf_mm,
         splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
         costs=job.costs,
+        ribbons=woven.ribbons,
     )
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))

@@ -14,6 +14,7 @@ from fabweave.cut.notes.qr_code import code_notes
 from fabweave.nest.layout import Layout
 from fabweave.report.notes import all_notes
 from fabweave.report.ribbon_report import ribbon_notes
+from fabweave.report.splitting import splitting_reason
 
 
 def job_notes(
@@ -27,10 +28,13 @@ def job_notes(
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
     steps = build_steps(pieces, order)
+    plan = planned.split_plan
+    reason = splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices))
     return (
         *woven.source.notes,
         *woven.result.notes,
         *all_notes(woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules),
+        f"pieces: {reason}",
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check),
         order_note(order, steps),

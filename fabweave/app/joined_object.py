@@ -103,7 +103,7 @@ def split_object(
     require_stiffness(woven, settings, supplies)
     progress("pieces", 0, 1)
     ribbons, weave, labels = woven.ribbons, woven.weave, woven.labels
-    plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies)
+    plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies, bunches=woven.bunches)
     barred, most, apart = None, None, None
     lapped = np.zeros(0, dtype=np.int64)
     while True:
@@ -132,7 +132,17 @@ def split_object(
         # No piece carried what is barred already, so that there is an end.
         barred = whole if barred is None else joined_runs(barred, whole)
         try:
-            plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies, barred)
+            plan = plan_pieces(
+                ribbons,
+                weave,
+                labels,
+                settings,
+                rules,
+                supplies,
+                barred,
+                bunches=woven.bunches,
+                earlier=plan,
+            )
         except CannotMakeError as error:
             if crossing:
                 raise
@@ -162,7 +172,9 @@ def remake(
     other = resized(woven, size_mm)
     ribbons = lay_ribbons(other.source, other.weave, settings, supplies.thickness_mm(other.bunches))
     try:
-        plan = plan_pieces(ribbons, other.weave, other.labels, settings, rules, supplies)
+        plan = plan_pieces(
+            ribbons, other.weave, other.labels, settings, rules, supplies, bunches=other.bunches
+        )
         return _with_joints(replace(other, ribbons=ribbons), plan.runs, settings, supplies)[0]
     except CannotMakeError:
         return keep_clear(other, settings, supplies)

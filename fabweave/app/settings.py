@@ -73,6 +73,7 @@ class Settings:
     crossing: float = default("crossing")
     clearance_mm: float = default("clearance_mm")
     max_length_mm: float | None = default("max_length_mm")
+    prefer: str = default("prefer")
     hole_mm: float | None = default("hole_mm")
     joint: str = default("joint")
     lap_mm: float | None = default("lap_mm")

@@ -2,30 +2,45 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fabweave.app.settings import Settings
-from fabweave.core.arrays import BoolArray, FloatArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.joint.planning import lap_beyond
-from fabweave.flat.split.candidate_costs import Bed, list_candidates
-from fabweave.flat.split.length_curve import LENGTHS, compare_lengths, knee
+from fabweave.flat.split.candidate_costs import Bed, Candidates, list_candidates
+from fabweave.flat.split.length_curve import (
+    LENGTHS,
+    Choice,
+    compare_lengths,
+    compared_threads,
+    foretell,
+    preferred,
+)
+from fabweave.flat.split.preferences import CUT_MM_S, SHEET_EUR_M2, StockSheet, Workshop
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
 from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
+from fabweave.nest.next_sheet import order_of_use
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.project import Ribbons
+from fabweave.stock.material import Material
 from fabweave.stock.rotations import parse_rotations
+from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
 
 #: The shortest of the lengths that are compared, in crossings.
 _FEW_CROSSINGS = 6
+#: A piece may be longer than its sheet if it bends: half a circle over a side is so many sides
+#: long. What bends further is rare, and left to ``--max-length``.
+_BENT = math.pi / 2
 
 
 def plan_pieces(
@@ -36,11 +51,14 @@ def plan_pieces(
     rules: Sequence[HoleRule],
     supplies: Supplies,
     barred: Runs | None = None,
+    *,
+    bunches: IntArray | None = None,
+    earlier: SplitPlan | None = None,
 ) -> SplitPlan:
     """Split ribbons so that every piece fits the stock, at the least predicted cost.
 
-    Without a greatest length in the settings, the one at the knee of the curve of sheet area over
-    joints is taken; threads that cannot be cut so short get longer pieces.
+    Without a greatest length in the settings, threads are cut to several for a trial, and the
+    preferred one is taken; threads that cannot be cut so short get longer pieces.
 
     Parameters
     ----------
@@ -54,6 +72,11 @@ def plan_pieces(
         What it is cut from; with several materials, every piece fits the stock of each.
     barred : Runs, optional
         Stretches that no piece may carry all of.
+    bunches : (T,) int array, optional
+        The bunch of each thread; needed where there are several supplies.
+    earlier : SplitPlan, optional
+        A plan whose length is kept, when pieces have to be cut elsewhere; with its choices, of
+        which that of the length is told anew.
 
     Raises
     ------
@@ -62,14 +85,62 @@ def plan_pieces(
     """
     # Long laps go on beyond the panels with which the pieces end that are measured here.
     beyond = lap_beyond(ribbons, settings.lap_mm)
-    margin = settings.margin_mm + beyond
+    bed, side = _bed(settings, supplies, settings.margin_mm + beyond)
+    asked = settings.max_length_mm
+    every = np.arange(weave.threads.n_threads)
+    longest = max(_BENT * side, asked or 0.0)
+    candidates = list_candidates(ribbons, weave, bed, longest, every, barred=barred)
+    room = room_for_joints(ribbons, weave, rules)
+    if bunches is None:
+        bunches = np.zeros(weave.threads.n_threads, dtype=np.int64)
+    workshop = _workshop(supplies, bunches)
+
+    def cut(length: float, threads: IntArray | None = None) -> Runs:
+        limit = np.inf if asked is None else max(asked, length) - 2 * beyond
+        return choose_runs(
+            candidates, weave, bed, labels, length - 2 * beyond, limit, room, threads
+        )
+
+    def told(length: float, runs: Runs) -> Choice:
+        return foretell(ribbons, weave.threads, runs, length, workshop, bed)
+
+    if earlier is not None:
+        runs = cut(earlier.length_mm)
+        chosen = told(earlier.length_mm, runs)
+        choices = tuple(
+            chosen if choice.length_mm == chosen.length_mm else choice for choice in earlier.choices
+        )
+        return replace(earlier, runs=runs, chosen=chosen, choices=choices)
+    # What was asked for is cut first: what it is refused for, is said of it.
+    as_asked = None if asked is None else cut(asked)
+    some = compared_threads(candidates.sites)
+    count = np.diff(candidates.sites.offsets)
+    choices = compare_lengths(
+        ribbons,
+        weave.threads,
+        _lengths(candidates, side, beyond),
+        lambda length: cut(length, some),
+        workshop,
+        bed,
+        float(count.sum() / max(count[some].sum(), 1)),
+    )
+    if asked is not None and as_asked is not None:
+        return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None)
+    best = preferred(choices, settings.prefer)
+    runs = cut(best.length_mm)
+    chosen = best if best.exact else told(best.length_mm, runs)
+    return SplitPlan(runs, best.length_mm, choices, chosen, settings.prefer)
+
+
+def _bed(settings: Settings, supplies: Supplies, margin_mm: float) -> tuple[Bed, float]:
+    """Return what pieces must fit on, and the longest side that is free on any stock."""
     rotations = parse_rotations(settings.rotations)
     # Pieces are planned for rectangles; nesting may find more room beside a defect.
     clear = [
         [
             Container(clear_rectangle(area, supply.gap_mm), None, area.rotations)
             for area in (
-                container_of(sheet, margin, supply.gap_mm, rotations)
+                container_of(sheet, margin_mm, supply.gap_mm, rotations)
                 for sheet in settings.as_nested(supply.sheets)
             )
         ]
@@ -96,23 +167,67 @@ def plan_pieces(
         supplies.gap_mm,
         min(largest, key=math.prod),
     )
-    side = min(sides)
+    return bed, min(sides)
+
+
+def _lengths(candidates: Candidates, side_mm: float, beyond_mm: float) -> list[float]:
+    """Return the lengths to compare, ascending, from some crossings to the longest that fits.
+
+    They have two digits, so that people can ask for one of them.
+    """
+    ribbons, length = candidates.ribbons, candidates.windows.length_mm
     pitch = float(thread_lengths(ribbons).sum()) / max(len(ribbons.entry), 1)
-    max_length = settings.max_length_mm
-    every = np.arange(weave.threads.n_threads)
-    candidates = list_candidates(
-        ribbons, weave, bed, max(side, max_length or 0.0), every, barred=barred
+    longest = float(length[candidates.fresh()].max(initial=0.0)) or side_mm
+    least = min(_FEW_CROSSINGS * pitch, longest)
+    return sorted(
+        {
+            _two_digits(length + 2 * beyond_mm)
+            for length in np.geomspace(least, longest, LENGTHS).tolist()
+        }
     )
-    choices = compare_lengths(
-        candidates, bed, np.geomspace(min(_FEW_CROSSINGS * pitch, side), side, LENGTHS).tolist()
+
+
+def _two_digits(length_mm: float) -> float:
+    """Return a length, rounded up to two digits.
+
+    Examples
+    --------
+    >>> _two_digits(583.2), _two_digits(7.01), _two_digits(120.0)
+    (590.0, 7.1, 120.0)
+    """
+    digits = 1 - math.floor(math.log10(length_mm))
+    step = 10.0**-digits
+    return round(math.ceil(length_mm / step - 1e-9) * step, max(digits, 0))
+
+
+def _workshop(supplies: Supplies, bunches: IntArray) -> Workshop:
+    """Return what pieces are cut from, and what that costs as far as it is known."""
+    return Workshop(
+        tuple(
+            tuple(
+                StockSheet(
+                    sheet.area_mm2,
+                    _price(sheet, supply.material),
+                    sheet.quantity,
+                )
+                for sheet in (supply.sheets[number] for number in order_of_use(supply.sheets))
+            )
+            for supply in supplies.each
+        ),
+        np.array([np.mean(material.speed_mm_s or CUT_MM_S) for material in supplies.materials]),
+        supplies.of(bunches),
     )
-    if max_length is not None:
-        length = limit = max_length - 2 * beyond
-    else:
-        length, limit = knee(choices).length_mm if choices else side, np.inf
-    room = room_for_joints(ribbons, weave, rules)
-    runs = choose_runs(candidates, weave, bed, labels, length, limit, room)
-    return SplitPlan(runs, max_length or length, choices)
+
+
+def _price(sheet: SheetSize, material: Material) -> float:
+    """Return the price of a sheet: its own, none for an offcut, or by the material's area.
+
+    Where the material's is a range, its middle counts.
+    """
+    if sheet.price is not None or sheet.offcut:
+        return sheet.price or 0.0
+    by_area = SHEET_EUR_M2 if material.price_per_m2 is None else np.mean(material.price_per_m2)
+    return float(by_area) * sheet.area_mm2 * 1e-6
 
 
 def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -> BoolArray | None:

@@ -11,10 +11,10 @@ from fabweave.core.records import inline, key, record
 
 @record
 class SheetAccount:
-    """What becomes of a sheet: pieces without their holes, holes, and waste add up to its area.
+    """What becomes of a sheet: pieces without their holes, and waste, add up to its area.
 
-    ``number`` counts from 1. ``utilisation`` is the share of the outlines of its pieces, and
-    ``stock`` what it is called in the list of stock.
+    Holes are waste, and told by themselves, too. ``number`` counts from 1. ``utilisation`` is the
+    share of its pieces, and ``stock`` what it is called in the list of stock.
     """
 
     number: int = key("sheet")
@@ -88,5 +88,5 @@ def sum_sheets(sheets: Sequence[SheetAccount]) -> SheetSums:
         pieces=sum(sheet.pieces for sheet in sheets),
         # A sum that lacks a price would be none.
         price=sum(prices) if len(prices) == len(sheets) else None,
-        utilisation=(piece_area + hole_area) / area if sheets else 0.0,
+        utilisation=piece_area / area if sheets else 0.0,
     )

@@ -6,14 +6,19 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from fabweave.core.messages import agree
 from fabweave.core.records import record
 from fabweave.flat.piece import Piece
 from fabweave.flat.split.length_curve import ChoiceRecord
+from fabweave.flat.split.preferences import CURRENCY
 from fabweave.flat.split.split_plan import SplitPlan
 
 _CHART = (560, 190)  # width and height in pixels
 _EDGE = 90
 _LOW = 34
+#: What each preference has the least of.
+_LEAST = {"balanced": "least cost", "work": "least work", "waste": "least sheet"}
+_TAKEN = ' class="taken"'
 
 
 @record
@@ -30,10 +35,15 @@ class ThreadSplitting:
 class SplittingRecord:
     """Where threads were cut: the greatest length of a piece, and each thread's pieces.
 
-    ``choices`` are predictions for several greatest lengths, made before anything was nested.
+    ``chosen`` is what the length that was taken comes to, with pieces and joints as they are, and
+    ``prefer`` the preference that took it, None if the length was asked for. ``choices`` are
+    predictions for several greatest lengths. Sheets, hours and costs are predicted before anything
+    is nested; costs are in euros, by the rates of fabweave.
     """
 
     max_length_mm: float
+    prefer: str | None
+    chosen: ChoiceRecord
     choices: tuple[ChoiceRecord, ...]
     threads: tuple[ThreadSplitting, ...]
 
@@ -60,6 +70,8 @@ def splitting_record(
     np.maximum.at(longest, thread, extent)
     return SplittingRecord(
         max_length_mm=round(plan.length_mm, 1),
+        prefer=plan.prefer,
+        chosen=plan.chosen.record(),
         choices=tuple(choice.record() for choice in plan.choices),
         threads=tuple(
             ThreadSplitting(
@@ -73,28 +85,71 @@ def splitting_record(
     )
 
 
+def splitting_reason(chosen: ChoiceRecord, prefer: str | None, lengths: int) -> str:
+    """Say what a length comes to, and why it was taken.
+
+    Parameters
+    ----------
+    chosen : ChoiceRecord
+        What the length comes to.
+    prefer : str or None
+        The preference that took it; None if it was asked for.
+    lengths : int
+        How many were compared.
+
+    Examples
+    --------
+    >>> from fabweave.flat.split.length_curve import Choice
+    >>> few = Choice(900.0, 135, 135, 1.0, 2.0, sheets=4, hours=2.1, cost=60.2).record()
+    >>> splitting_reason(few, "balanced", 8)
+    'at most 900 mm: 135 pieces, 135 joints, about 4 sheets; the least cost of 8 lengths'
+    >>> splitting_reason(few, None, 8)
+    'at most 900 mm: 135 pieces, 135 joints, about 4 sheets; as asked for'
+    """
+    counts = (
+        f"at most {chosen.max_length_mm:g} mm: {agree(chosen.pieces, '{n} piece[|s]')}, "
+        f"{agree(chosen.joints, '{n} joint[|s]')}, about {agree(chosen.sheets, '{n} sheet[|s]')}"
+    )
+    if chosen.longer:
+        counts += agree(chosen.longer, "; {n} piece[ is|s are] longer, as no cut helps")
+    if prefer is None:
+        return f"{counts}; as asked for"
+    return f"{counts}; the {_LEAST[prefer]} of {agree(lengths, '{n} length[|s]')}"
+
+
 def splitting_section(record: SplittingRecord) -> str:
     """Return the record as a part of a web page: a curve and two tables."""
     rows = "".join(
-        f"<tr><td>{choice.max_length_mm:.0f} mm</td><td>{choice.pieces}</td>"
-        f"<td>{choice.joints}</td><td>{choice.utilisation:.0%}</td></tr>"
+        f"<tr{_TAKEN if choice.max_length_mm == record.max_length_mm else ''}>"
+        f"<td>{choice.max_length_mm:g} mm</td><td>{_count(choice, choice.pieces)}</td>"
+        f"<td>{_count(choice, choice.joints)}</td><td>{choice.sheets}</td>"
+        f"<td>{choice.utilisation:.0%}</td><td>{choice.hours:.1f}</td><td>{choice.cost:.0f}</td>"
+        "</tr>"
         for choice in record.choices
     )
+    reason = splitting_reason(record.chosen, record.prefer, len(record.choices))
     threads = "".join(
         f"<tr><td>{html.escape(thread.thread)}</td><td>{thread.pieces}</td>"
         f"<td>{thread.longest_mm:.0f} mm</td><td>{thread.fill:.0%}</td></tr>"
         for thread in record.threads
     )
     return (
-        "<h2>Pieces</h2>"
-        f"<p>Pieces are at most {record.max_length_mm:.0f} mm long (--max-length). Predictions for "
-        "other lengths, made before nesting: shorter pieces waste less but need more joints.</p>"
+        f"<h2>Pieces</h2><p>Pieces are {html.escape(reason)} (--max-length, --prefer). What other "
+        "lengths come to, before nesting: shorter pieces waste less but need more work. Hours are "
+        "those of handling pieces and joints, of cutting outlines and engraving names; weaving "
+        f"takes the same. The cost is that of sheets, fasteners and hours, in {CURRENCY}, at rates "
+        "that are estimates.</p>"
         f"{_chart(record.choices)}"
-        "<table><tr><th>--max-length</th><th>pieces</th><th>joints</th><th>predicted use</th></tr>"
+        "<table><tr><th>--max-length</th><th>pieces</th><th>joints</th><th>sheets</th>"
+        "<th>predicted use</th><th>hours</th><th>cost</th></tr>"
         f"{rows}</table>"
         "<details><summary>Thread by thread</summary><table><tr><th>thread</th><th>pieces</th>"
         f"<th>longest</th><th>share of rectangles filled</th></tr>{threads}</table></details>"
     )
+
+
+def _count(choice: ChoiceRecord, count: int) -> str:
+    return str(count) if choice.exact else f"about {count}"
 
 
 def _chart(choices: Sequence[ChoiceRecord]) -> str:

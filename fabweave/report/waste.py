@@ -1,4 +1,4 @@
-"""Account for the material: what of every sheet becomes pieces, holes and waste."""
+"""Account for the material: what of every sheet becomes pieces, and what is waste."""
 
 import csv
 import io
@@ -23,9 +23,11 @@ from fabweave.report.accounts import (
     Totals,
     sum_sheets,
 )
+from fabweave.report.comparison import Comparison, compare_use
 from fabweave.report.costs.costs import Costs
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.report.splitting import SplittingRecord
+from fabweave.ribbon.project import Ribbons
 from fabweave.stock.material import sheet_mass_kg
 
 _DECIMALS = 6
@@ -97,6 +99,7 @@ class WasteReport:
     sheets: tuple[SheetAccount, ...]
     totals: Totals
     estimate: Costs
+    comparison: Comparison
     notes: tuple[str, ...]
     offcuts: tuple[KeptOffcut, ...]
     bill: BillOfMaterials = inline()
@@ -116,6 +119,7 @@ def waste_report(
     kerf_mm: float,
     splitting: SplittingRecord,
     costs: Costs,
+    ribbons: Ribbons,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -128,6 +132,8 @@ def waste_report(
     allotment : Allotment
     notes, offcuts, bill, kerf_mm, splitting, costs
         What the report says besides.
+    ribbons : Ribbons
+        Whole threads, as wide as they are cut.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -154,6 +160,7 @@ def waste_report(
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
         estimate=costs,
+        comparison=compare_use(totals.sums, pieces, ribbons, layout, allotment, offcuts),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
         bill=bill,
@@ -183,8 +190,8 @@ def _sheet_account(
         area_mm2=area,
         piece_area_mm2=outlines - holes,
         hole_area_mm2=holes,
-        waste_mm2=area - outlines,
-        utilisation=outlines / area,
+        waste_mm2=area - outlines + holes,
+        utilisation=(outlines - holes) / area,
         pieces=len(placed),
         cut_length_mm=length_mm(cut),
         pierces=len(cut),

@@ -7,6 +7,7 @@ from fabweave.core.messages import agree
 from fabweave.nest.allotment import Allotment
 from fabweave.report.accounts import MaterialAccount, SheetAccount, SheetSums
 from fabweave.report.bom import bom_section
+from fabweave.report.comparison import comparison_section
 from fabweave.report.costs.page import costs_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
@@ -23,13 +24,24 @@ h1 {{ font-size: 1.6rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
 table {{ border-collapse: collapse; width: 100% }}
 th, td {{ text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #ccc }}
 th:first-child, td:first-child {{ text-align: left }}
-tfoot td {{ font-weight: 600 }}
+tfoot td, .taken td {{ font-weight: 600 }}
 .bar {{ background: #e4e0d8; height: .8rem; min-width: 8rem }}
 .bar span {{ display: block; height: 100%; background: #0072b2 }}
 pre {{ background: #f4f2ee; padding: .8rem; overflow-x: auto; font-size: .85rem }}
 figure {{ margin: 1rem 0 }} img {{ max-width: 100%; border: 1px solid #ccc }}
 li {{ margin: .3rem 0 }}
 .verdict {{ border-left: .5rem solid #009e73; padding: .2rem .9rem; background: #f4f2ee }}
+@page {{ size: A4; margin: 12mm }}
+@media print {{
+  body {{ font-size: 8pt; line-height: 1.25; margin: 0; max-width: none; padding: 0 }}
+  h1 {{ font-size: 13pt; margin: 0 }}
+  h2 {{ font-size: 10pt; margin: .6rem 0 .2rem; break-after: avoid }}
+  p, ul {{ margin: .2rem 0 }} li {{ margin: 0 }} th, td {{ padding: .05rem .3rem }}
+  pre {{ font-size: 6.5pt; padding: .2rem; margin: .2rem 0; white-space: pre-wrap }}
+  tr, figure, svg {{ break-inside: avoid }} .verdict {{ padding: 0 .5rem }}
+  .bar, .bar span {{ print-color-adjust: exact }} svg {{ height: 38mm; width: auto }}
+  figure {{ float: left; width: 31%; margin: .3rem 1% }} figure img {{ max-height: 45mm }}
+}}
 .with-care {{ border-color: #e69f00 }} .not-makeable {{ border-color: #d55e00 }}
 </style></head><body>
 <h1>{title}: material</h1>
@@ -37,11 +49,11 @@ li {{ margin: .3rem 0 }}
 <p>{summary}</p>
 <h2>Sheets</h2>
 <table><thead><tr><th>Sheet</th><th>Size, mm</th><th>Pieces</th><th>Pieces, cm²</th>
-<th>Holes, cm²</th><th>Waste, cm²</th><th>Used</th><th></th></tr></thead>
+<th>Holes, cm²</th><th>Waste with holes, cm²</th><th>Used</th><th></th></tr></thead>
 <tbody>
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
-{materials}{estimate}{offcuts}
+{materials}{comparison}{estimate}{offcuts}
 {bill}
 {splitting}
 {notes}
@@ -96,6 +108,7 @@ def waste_page(
         rows=rows,
         total=_page_row("all", "", totals.sums),
         estimate=costs_section(report.estimate, sheet_names),
+        comparison=comparison_section(report.comparison, totals.sums),
         offcuts=offcut_section(report.offcuts, entries, sheet_names),
         materials=_material_section(report.materials, supplies) if supplies.several else "",
         bill=bom_section(report.bill),

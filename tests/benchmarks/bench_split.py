@@ -132,7 +132,7 @@ def facts(strips: Strips) -> tuple[int, float, float, list[shapely.Polygon]]:
     rim = np.array([strip.length for strip in polygons])
     hull = shapely.area(shapely.convex_hull(polygons))
     box = shapely.area([shapely.minimum_rotated_rectangle(one) for one in polygons])
-    sheet = float(sheet_area(area, rim, hull, GAP).sum()) / 1e6
+    sheet = float(sheet_area(area, rim, hull, area < 0, gap_mm=GAP, askew_mm2=0.0).sum()) / 1e6
     return len(polygons), float(area.sum() / box.sum()), sheet, polygons
 
 

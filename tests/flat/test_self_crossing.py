@@ -146,8 +146,8 @@ def test_a_piece_that_fits_no_longer_as_it_is_cut_is_cut_elsewhere(monkeypatch):
         runs.append(list(zip(*(plan.thread, plan.first, plan.last), strict=True)))
         return np.arange(len(outlines)) >= (len(runs) == 1)
 
-    def noted(*args):
-        plan = real(*args)
+    def noted(*args, **more):
+        plan = real(*args, **more)
         calls.append(plan.runs)
         return plan
 

@@ -24,7 +24,7 @@ def said_of(turn_deg, *, fits=True, longest_mm=np.inf, clear=True, free_mm=None)
     sites = Sites(np.array([0, 2]), np.array([0, 1]), np.array([0, 1]), np.array([False]),
                   np.array([2]))  # fmt: skip
     table = np.full((2, 1), np.inf)
-    windows = Windows(np.array([[2], [0]]), table, table, table, table, table)
+    windows = Windows(np.array([[2], [0]]), table, table, table, table, table, table)
     candidates = Candidates(None, sites, course, windows, np.array([[clear], [False]]))
     bed = Bed(lambda _: fits, free_mm=free_mm)
     return splitting_refusal(candidates, bed, [0], ["A"], longest_mm)

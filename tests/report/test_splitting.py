@@ -22,9 +22,15 @@ def test_the_lengths_that_were_compared_rise_and_one_of_them_was_taken(job) -> N
     lengths = [choice["max_length_mm"] for choice in told["choices"]]
     assert lengths == sorted(lengths)
     assert told["max_length_mm"] in lengths
+    assert told["prefer"] == "balanced"
+    taken = next(one for one in told["choices"] if one["max_length_mm"] == told["max_length_mm"])
+    assert taken == told["chosen"]
+    assert taken["cost"] == min(choice["cost"] for choice in told["choices"])
     # The longer a piece may be, the fewer there are, and the less they fill.
     assert told["choices"][0]["joints"] >= told["choices"][-1]["joints"]
     plan = json.loads((job / "crossing_map.json").read_text(encoding="utf-8"))
+    assert told["chosen"]["pieces"] == len(plan["pieces"])
+    assert told["chosen"]["joints"] == len(plan["joints"])
     assert sum(row["pieces"] for row in told["threads"]) == len(plan["pieces"])
     assert all(0.1 < row["fill"] <= 1 for row in told["threads"])
     page = (job / "waste.html").read_text(encoding="utf-8")
@@ -45,10 +51,41 @@ def test_verify_knows_what_is_not_so(job, tmp_path, key, value) -> None:
     assert verify_job(folder).failed == ("areas",)
 
 
+@pytest.mark.parametrize(
+    ("where", "key", "value"),
+    [
+        ("chosen", "pieces", 99),
+        ("chosen", "joints", 99),
+        ("chosen", "utilisation", 0.99),
+        ("chosen", "max_length_mm", 1.0),
+        ("chosen", "cost", 0.0),
+        ("choices", "pieces", 99),
+        ("choices", "max_length_mm", 1.5),
+    ],
+)
+def test_verify_knows_what_was_not_chosen(job, tmp_path, where, key, value) -> None:
+    folder = tmp_path / "spoilt"
+    shutil.copytree(job, folder)
+    report = json.loads((folder / "waste.json").read_text(encoding="utf-8"))
+    told = report["splitting"]
+    at = [one["max_length_mm"] for one in told["choices"]].index(told["max_length_mm"])
+    (told["chosen"] if where == "chosen" else told["choices"][at])[key] = value
+    (folder / "waste.json").write_text(json.dumps(report), encoding="utf-8")
+    assert verify_job(folder).failed == ("areas",)
+
+
 def test_a_curve_is_drawn_within_its_picture() -> None:
     lengths = 100.0, 200.0
     choices = tuple(Choice(length, 9, 9, 1.0, np.sqrt(length)).record() for length in lengths)
-    page = splitting_section(SplittingRecord(max_length_mm=100.0, choices=choices, threads=()))
+    chosen = choices[0]
+    told = SplittingRecord(
+        max_length_mm=100.0, prefer="work", chosen=chosen, choices=choices, threads=()
+    )
+    page = splitting_section(told)
     assert page.count("<polyline") == 2
-    bare = SplittingRecord(max_length_mm=1.0, choices=(), threads=())
+    assert "at most 100 mm: 9 pieces, 9 joints" in page
+    assert "the least work of 2 lengths" in page
+    assert page.count('class="taken"') == 1
+    bare = SplittingRecord(max_length_mm=1.0, prefer=None, chosen=chosen, choices=(), threads=())
     assert "<svg" not in splitting_section(bare)
+    assert "as asked for" in splitting_section(bare)

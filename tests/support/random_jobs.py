@@ -110,6 +110,7 @@ def random_job(seed):
         "boundary": maybe(0.2, "turn"),
         "refine": maybe(0.2, one_of("catmull-clark:1", "loop:1")),
         "max_length": maybe(0.3, one_of("auto", "150mm", "400mm")),
+        "prefer": maybe(0.3, one_of("balanced", "work", "waste")),
         "lap": maybe(0.2, one_of("8mm", "25mm", "100mm")),
         "seed": seed,
         # Many of them bend or twist too much to be built, and are refused unless forced.

@@ -361,7 +361,7 @@ def write_waste(specimen, folder):
                 entry["cut_length_mm"] += length + sum(math.pi * d for d in holes)
                 entry["pierces"] += 1 + len(holes)
                 n_holes += len(holes)
-        used = entry["piece_area_mm2"] + entry["hole_area_mm2"]
+        used = entry["piece_area_mm2"]
         entry["waste_mm2"] = entry["area_mm2"] - used
         entry["utilisation"] = used / entry["area_mm2"]
         sheets.append(entry)

@@ -88,6 +88,7 @@ def piece_view(settings: Settings) -> tuple[Any, ...]:
     return (
         *ribbon_view(settings),
         settings.max_length_mm,
+        settings.prefer,
         settings.joint,
         settings.lap_mm,
         settings.hole_mm,

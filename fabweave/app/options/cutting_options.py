@@ -32,9 +32,18 @@ CUTTING_OPTIONS = (
         "max_length",
         SHEETS,
         length(MOST_MM, automatic="auto", metavar="LENGTH|auto"),
-        "No piece is longer along its middle; or auto: what several lengths come to in sheet and "
-        "joints is predicted, and the one at the knee of that curve taken.",
+        "No piece is longer along its middle; or auto: threads are cut to several lengths for a "
+        "trial, and the one that serves best (--prefer) is taken.",
         otherwise="auto",
+    ),
+    Option(
+        "prefer",
+        SHEETS,
+        choice("fabweave.flat.split.preferences.PREFERENCES"),
+        "What --max-length auto saves: work (hours of cutting and joining), waste (whole sheets, "
+        "then joints), or balanced, the sum of sheets, fasteners and hours in money, by the rates "
+        "that fabweave guide stock tells.",
+        default="balanced",
     ),
     Option(
         "hole",

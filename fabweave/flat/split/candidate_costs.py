@@ -48,13 +48,23 @@ class Bed:
     gap_mm : float
         Least distance between two pieces on a sheet.
     free_mm : (float, float), optional
-        The largest rectangle that is free, for messages.
+        The largest rectangle that is free.
     """
 
     fits: Callable[[FloatArray], bool]
     usable: tuple[tuple[float, float], ...] = ()
     gap_mm: float = 0.0
     free_mm: tuple[float, float] | None = None
+
+    @property
+    def side_mm(self) -> float:
+        """How long a piece may be from end to end without lying askew."""
+        return np.inf if self.free_mm is None else max(self.free_mm)
+
+    @property
+    def askew_mm2(self) -> float:
+        """What a piece that lies askew takes: there is room for one more at most."""
+        return 0.0 if self.free_mm is None else self.free_mm[0] * self.free_mm[1] / 2
 
 
 @frozen_value
@@ -138,6 +148,8 @@ def price_candidates(candidates: Candidates, bed: Bed, longest_mm: float) -> Flo
         gap_mm=bed.gap_mm,
         even_mm2=_EVEN_SHARE * joint_price(candidates),
         longest_mm=longest_mm,
+        side_mm=bed.side_mm,
+        askew_mm2=bed.askew_mm2,
     )
     cost[~candidates.fresh()] = np.inf
     return cost

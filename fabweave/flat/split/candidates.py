@@ -74,6 +74,8 @@ class Windows:
         Length of the outline.
     hull_mm2 : (N, D) float array
         Area of the convex hull.
+    extent_mm : (N, D) float array
+        How far apart two of its points are at most.
     room_mm : (N, D) float array
         Least distance that is left in the best sheet at the best of all whole degrees, infinite
         where there is plenty, negative if it does not fit.
@@ -84,6 +86,7 @@ class Windows:
     area_mm2: FloatArray
     rim_mm: FloatArray
     hull_mm2: FloatArray
+    extent_mm: FloatArray
     room_mm: FloatArray
 
 
@@ -157,7 +160,7 @@ def measure_windows(
     right, left = _running_length(strips.right), _running_length(strips.left)
     breadth = np.hypot(*(strips.left - strips.right).T)
     area = _running_area(strips)
-    hull, room = _hulls(course, first, last, usable)
+    hull, extent, room = _hulls(course, first, last, usable)
 
     row = np.full(len(course.begin), -1)
     row[at] = np.arange(len(at))
@@ -176,6 +179,7 @@ def measure_windows(
         area_mm2=table(area[end] - area[begin], np.inf),
         rim_mm=table(rim, np.inf),
         hull_mm2=table(hull, np.inf),
+        extent_mm=table(extent, np.inf),
         room_mm=table(room, -np.inf),
     )
 
@@ -224,11 +228,11 @@ def _running_area(strips: Strips) -> FloatArray:
 
 def _hulls(
     course: Course, first: IntArray, last: IntArray, usable: Sequence[tuple[float, float]]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the hull's area and the room on the best sheet of each window."""
-    hull, room = np.zeros(len(first)), np.full(len(first), np.inf)
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the hull's area, the extent, and the room on the best sheet of each window."""
+    hull, extent, room = np.zeros(len(first)), np.zeros(len(first)), np.full(len(first), np.inf)
     if not len(first):
-        return hull, room
+        return hull, extent, room
     points = np.concatenate((course.strips.right, course.strips.left)) @ np.array([1.0, 1.0j])
     chunk, tip = _extremes(course, points)
     starts, row = np.unique(first, return_inverse=True)
@@ -243,10 +247,12 @@ def _hulls(
             if len(own):
                 outermost = held.rows(row[own] - low)
                 outermost.widen(tip.rows(last[own]))
-                hull[own], room[own] = _hull_facts(points[outermost.point], outermost.reach, usable)
+                hull[own], extent[own], room[own] = _hull_facts(
+                    points[outermost.point], outermost.reach, usable
+                )
             at = np.minimum(at + 1, len(chunk.reach) - 1)
             held.widen(chunk.rows(at))
-    return hull, room
+    return hull, extent, room
 
 
 @dataclass(eq=False)
@@ -305,19 +311,20 @@ def _fan() -> ComplexArray:
 
 def _hull_facts(
     hull: ComplexArray, reach: FloatArray, usable: Sequence[tuple[float, float]]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the area and the room on the best sheet of hulls (N, K)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the area, the extent, and the room on the best sheet of hulls (N, K)."""
     hull = hull - hull[:, :1]  # areas of hulls far away would be rounded
     area = np.einsum("nk,nk->n", hull[:, :-1].conj(), hull[:, 1:]).imag / 2
     room = np.full(len(hull), np.inf)
+    half = _DIRECTIONS // 2
+    across = reach[:, :half] + reach[:, half:]
     if usable:
-        half = _DIRECTIONS // 2
-        wide, high = (reach[:, k] + reach[:, k + half] for k in (0, half // 2))
+        wide, high = across[:, 0], across[:, half // 2]
         tight = np.flatnonzero(np.hypot(wide, high) > max(min(sheet) for sheet in usable))
         for low in range(0, len(tight), 300):
             block = tight[low : low + 300]
             room[block] = _best_room(hull[block], usable)
-    return area, room
+    return area, across.max(axis=1), room
 
 
 def _best_room(hull: ComplexArray, usable: Sequence[tuple[float, float]]) -> FloatArray:

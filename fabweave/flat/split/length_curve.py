@@ -1,20 +1,33 @@
-"""Predict how the greatest length of pieces affects waste and joints, and choose it."""
+"""Predict what each greatest length of pieces comes to, and choose one of them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import IntArray
 from fabweave.core.records import record
-from fabweave.flat.split.candidate_costs import Bed, Candidates, joint_price, price_candidates
+from fabweave.flat.outline import strip_outlines
+from fabweave.flat.split.candidate_costs import Bed
 from fabweave.flat.split.cost import sheet_area
-from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
+from fabweave.flat.split.preferences import (
+    Workshop,
+    all_sheets_for,
+    cost_of,
+    hand_hours,
+    machine_hours,
+)
+from fabweave.flat.split.runs import Runs, unfold_runs
+from fabweave.flat.split.sites import Sites
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.threads import Threads
 
 #: How many lengths are compared.
 LENGTHS = 8
-#: Threads are left out of the comparison, evenly, so that about so many sites are looked at.
-_MOST_SITES = 20_000
+#: On meshes with more places to cut, threads are left out of the comparison, evenly, so that
+#: about so many are looked at: cutting all eight times would take longer than the rest of the job.
+_MOST_SITES = 10_000
 
 
 @dataclass(frozen=True)
@@ -24,13 +37,27 @@ class Choice:
     Parameters
     ----------
     length_mm : float
-        No piece is longer.
+        The greatest length, laps included.
     pieces, joints : int
         How many there are.
     piece_mm2 : float
         Area of all pieces.
     sheet_mm2 : float
         Area of sheet that they are predicted to take.
+    longer : int
+        How many pieces are longer all the same, as their threads cannot be cut so short.
+    sheets : int
+        How many whole sheets that is.
+    sheets_mm2 : float
+        Area of these.
+    hours : float
+        Of handling pieces and joints, and of the machine.
+    cost : float
+        Of sheets, joints and hours, by the rates of :mod:`fabweave.flat.split.preferences`.
+    lacking_mm2 : float
+        Area of sheet that the stock is short of.
+    exact : bool
+        Whether all threads were cut; else counts are those of some, scaled up.
     """
 
     length_mm: float
@@ -38,6 +65,13 @@ class Choice:
     joints: int
     piece_mm2: float
     sheet_mm2: float
+    longer: int = 0
+    sheets: int = 0
+    sheets_mm2: float = 0.0
+    hours: float = 0.0
+    cost: float = 0.0
+    lacking_mm2: float = 0.0
+    exact: bool = True
 
     @property
     def utilisation(self) -> float:
@@ -50,114 +84,146 @@ class Choice:
             max_length_mm=round(self.length_mm, 1),
             pieces=self.pieces,
             joints=self.joints,
+            longer=self.longer,
+            exact=self.exact,
             piece_mm2=round(self.piece_mm2, 1),
             sheet_mm2=round(self.sheet_mm2, 1),
             utilisation=round(self.utilisation, 4),
+            sheets=self.sheets,
+            hours=round(self.hours, 2),
+            cost=round(self.cost, 2),
         )
 
 
 @record
 class ChoiceRecord:
-    """A choice as files have it."""
+    """A choice as files have it; ``cost`` is in euros, by the rates of fabweave."""
 
     max_length_mm: float
     pieces: int
     joints: int
+    longer: int
+    exact: bool
     piece_mm2: float
     sheet_mm2: float
     utilisation: float
+    sheets: int
+    hours: float
+    cost: float
+
+
+def compared_threads(sites: Sites) -> IntArray:
+    """Return the threads that are cut for a comparison: all, but on very fine meshes every k-th."""
+    threads = np.flatnonzero(np.diff(sites.offsets))
+    stride = max(1, round(len(sites.position) / _MOST_SITES))
+    return np.asarray(threads[(len(threads) - 1) % stride // 2 :: stride])
 
 
 def compare_lengths(
-    candidates: Candidates, bed: Bed, lengths_mm: Sequence[float]
+    ribbons: Ribbons,
+    threads: Threads,
+    lengths_mm: Sequence[float],
+    cut: Callable[[float], Runs],
+    workshop: Workshop,
+    bed: Bed,
+    scale: float = 1.0,
 ) -> tuple[Choice, ...]:
-    """Cut all threads at the least cost for each of some lengths, joints not staggered.
-
-    Lengths to which some thread cannot be cut are left out. On very fine meshes only every
-    k-th thread is cut, and counts and areas are scaled up.
+    """Cut the threads to each of some lengths, as a job would, and tell what that comes to.
 
     Parameters
     ----------
-    candidates : Candidates
-        Measured up to the longest of the lengths.
-    bed : Bed
-        What pieces must fit on.
+    ribbons : Ribbons
+    threads : Threads
     lengths_mm : sequence of float
         The lengths, ascending.
+    cut : callable
+        Returns the runs that a job would have with a greatest length.
+    workshop : Workshop
+        What pieces are cut from.
+    bed : Bed
+        What pieces must fit on.
+    scale : float
+        How many times the threads that are cut stand for all.
     """
-    sites, windows = candidates.sites, candidates.windows
-    count = np.diff(sites.offsets)
-    threads = np.flatnonzero((count > 1) | ((count > 0) & sites.closed))
-    stride = max(1, round(len(sites.position) / _MOST_SITES))
-    some = threads[(len(threads) - 1) % stride // 2 :: stride]
-    scale = count[threads].sum() / max(count[some].sum(), 1)
-    choices = []
-    for length in lengths_mm:
-        cut = _cut_each(candidates, bed, length, some)
-        if cut is None:
-            continue
-        area = windows.area_mm2[cut]
-        used = sheet_area(area, windows.rim_mm[cut], windows.hull_mm2[cut], bed.gap_mm)
-        joints = len(area) - np.count_nonzero(~sites.closed[some])
-        choices.append(
-            Choice(
-                length_mm=length,
-                pieces=round(scale * len(area)),
-                joints=round(scale * joints),
-                piece_mm2=float(scale * area.sum()),
-                sheet_mm2=float(scale * used.sum()),
-            )
-        )
-    return tuple(choices)
+    return tuple(
+        foretell(ribbons, threads, cut(length), length, workshop, bed, scale)
+        for length in lengths_mm
+    )
 
 
-def _cut_each(
-    candidates: Candidates, bed: Bed, longest_mm: float, threads: IntArray
-) -> tuple[IntArray, IntArray] | None:
-    """Cut threads without a look at one another; None if some thread cannot be cut.
+def foretell(
+    ribbons: Ribbons,
+    threads: Threads,
+    runs: Runs,
+    length_mm: float,
+    workshop: Workshop,
+    bed: Bed,
+    scale: float = 1.0,
+) -> Choice:
+    """Return what some runs come to; parameters as of :func:`compare_lengths`."""
+    strips = unfold_runs(ribbons, runs)
+    outlines = shapely.polygons([shapely.linearrings(ring) for ring in strip_outlines(strips)])
+    area, rim = shapely.area(outlines), shapely.length(outlines)
+    sheet = sheet_area(
+        area,
+        rim,
+        shapely.area(shapely.convex_hull(outlines)),
+        2 * shapely.minimum_bounding_radius(outlines) > bed.side_mm,
+        gap_mm=bed.gap_mm,
+        askew_mm2=bed.askew_mm2,
+    )
+    middle = (strips.right + strips.left) / 2
+    steps = np.append(np.hypot(*np.diff(middle, axis=0).T), 0.0)
+    steps[strips.offsets[1:] - 1] = 0.0  # from the end of one piece to the next
+    long = np.add.reduceat(steps, strips.offsets[:-1]) > length_mm + 1e-6
 
-    Returns
-    -------
-    row, column : (N,) int arrays
-        The pieces among the candidates.
-    """
-    sites = candidates.sites
-    cost = price_candidates(candidates, bed, longest_mm) + joint_price(candidates)
-    rows, columns = [], []
-    for thread in threads.tolist():
-        costs = cost[sites.offsets[thread] : sites.offsets[thread + 1]]
-        ring = bool(sites.closed[thread])
-        total, cut = (cheapest_ring if ring else cheapest_row)(costs)
-        if not np.isfinite(total):
-            return None
-        size = len(costs)
-        rows.append(sites.offsets[thread] + cut)
-        columns.append(np.diff(np.append(cut, cut[0] + size if ring else size - 1)) - 1)
-    if not rows:
-        return None
-    return np.concatenate(rows), np.concatenate(columns)
+    supply, count = workshop.supply[runs.thread], len(workshop.stock)
+    needed = all_sheets_for(np.bincount(supply, scale * sheet, count).astype(np.float64), workshop)
+    pieces, joints = len(runs.thread), len(runs.joint_passes(threads))
+    by_hand = scale * hand_hours(pieces, joints)
+    cut_mm = np.bincount(supply, rim, count).astype(np.float64)
+    by_machine = scale * machine_hours(pieces, cut_mm, workshop.speed_mm_s)
+    return Choice(
+        length_mm=length_mm,
+        pieces=round(scale * pieces),
+        joints=round(scale * joints),
+        piece_mm2=float(scale * area.sum()),
+        sheet_mm2=float(scale * sheet.sum()),
+        longer=round(scale * np.count_nonzero(long)),
+        sheets=needed.count,
+        sheets_mm2=needed.area_mm2,
+        hours=by_hand + by_machine,
+        cost=cost_of(needed.price, scale * joints, by_hand, by_machine),
+        lacking_mm2=needed.lacking_mm2,
+        exact=scale == 1.0,
+    )
 
 
-def knee(choices: Sequence[Choice]) -> Choice:
-    """Return the choice at the knee of the curve of sheet area over joints.
+def preferred(choices: Sequence[Choice], prefer: str) -> Choice:
+    """Return the choice that serves the maker best; what the stock suffices for goes first.
 
-    Both are scaled to run from 0 to 1 over the choices; the knee is where they sum to the least,
-    which is where the curve lies furthest below the line from end to end. Of equal ones the
-    longest is taken.
+    Parameters
+    ----------
+    choices : sequence of Choice
+    prefer : str
+        ``waste`` for the least area of whole sheets, then the fewest joints; ``work`` for the
+        fewest hours; ``balanced`` for the least cost. Of equal ones the shortest is taken: what
+        may be longer but is not, says nothing.
 
     Examples
     --------
-    >>> points = [(100.0, 90, 1.0), (200.0, 40, 1.1), (400.0, 20, 2.0)]
-    >>> knee([Choice(length, n, n, 1.0, area) for length, n, area in points]).length_mm
-    200.0
+    >>> few = Choice(900.0, 135, 135, 1.0, 2.0, sheets=5, sheets_mm2=5.0, hours=2.0, cost=60.0)
+    >>> many = Choice(200.0, 240, 240, 1.0, 2.0, sheets=4, sheets_mm2=4.0, hours=4.0, cost=90.0)
+    >>> [preferred([many, few], name).pieces for name in ("waste", "work", "balanced")]
+    [240, 135, 135]
     """
-    joints = np.array([choice.joints for choice in choices], dtype=np.float64)
-    sheet = np.array([choice.sheet_mm2 for choice in choices])
-    total = np.round(_scaled(joints) + _scaled(sheet), 9)
-    return choices[len(total) - 1 - int(np.argmin(total[::-1]))]
+    keys: dict[str, Callable[[Choice], tuple[float, ...]]] = {
+        "waste": lambda choice: (choice.sheets_mm2, choice.joints, choice.sheet_mm2),
+        "work": lambda choice: (choice.hours, choice.sheets_mm2),
+        "balanced": lambda choice: (choice.cost, choice.sheets_mm2),
+    }
 
+    def rank(choice: Choice) -> tuple[float, ...]:
+        return tuple(round(value, 6) for value in (choice.lacking_mm2, *keys[prefer](choice)))
 
-def _scaled(values: FloatArray) -> FloatArray:
-    """Return values scaled to run from 0 to 1."""
-    spread = np.ptp(values)
-    return np.asarray((values - values.min()) / (spread if spread > 0 else 1.0))
+    return min(choices, key=rank)

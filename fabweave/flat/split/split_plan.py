@@ -17,8 +17,14 @@ class SplitPlan:
         The greatest length that was chosen or asked for.
     choices : tuple of Choice
         What several greatest lengths come to, as predicted.
+    chosen : Choice
+        What the length that was taken comes to: as these runs are, before anything is nested.
+    prefer : str or None
+        By which preference one of the choices was taken; None if a length was asked for.
     """
 
     runs: Runs
     length_mm: float
     choices: tuple[Choice, ...]
+    chosen: Choice
+    prefer: str | None

@@ -8,6 +8,8 @@ is cut at the least cost for the joints of the others, which is the optimum of t
 of all.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
@@ -41,6 +43,7 @@ def choose_runs(
     length_mm: float,
     max_length_mm: float,
     room: BoolArray | None,
+    threads: IntArray | None = None,
 ) -> Runs:
     """Cut every thread at crossings where it goes under, at the least cost.
 
@@ -52,7 +55,8 @@ def choose_runs(
     Parameters
     ----------
     candidates : Candidates
-        The pieces to choose from, no longer than ``length_mm``.
+        The pieces to choose from. Those that are longer than ``length_mm`` serve the threads that
+        cannot be cut so short.
     weave : Weave
     bed : Bed
         What pieces must fit on.
@@ -65,6 +69,8 @@ def choose_runs(
         No piece is longer than this in any case.
     room : (X,) bool array, optional
         Which crossings have room for a joint's fasteners; by default all.
+    threads : (K,) int array, optional
+        The threads that are cut; by default all.
 
     Raises
     ------
@@ -72,17 +78,22 @@ def choose_runs(
         If a stretch without any crossing to join at is still too long, too large or too curled.
     """
     joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
-    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm))
-    lost = [thread for thread, cut in cuts.items() if cut is None]
-    if lost:
+    if threads is None:
+        threads = np.flatnonzero(np.diff(candidates.sites.offsets))
+    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads)
+    lost = _lost(cuts)
+    if len(lost) and length_mm < max_length_mm:
+        cuts |= _cut(candidates, joints, bed, max_length_mm, lost)
+        lost = _lost(cuts)
+    if len(lost):
         # What contains a stretch that can be no piece cannot be one, either: where there is any
         # way to cut a thread, cutting it at all its sites is one.
         most = max(MOST_PASSES, int(candidates.sites.steps.max()) + 1)
         wider = list_candidates(
-            candidates.ribbons, weave, bed, max_length_mm, np.array(lost), most, candidates.barred
+            candidates.ribbons, weave, bed, max_length_mm, lost, most, candidates.barred
         )
-        cuts |= _cut(wider, joints, bed, max_length_mm)
-        stuck = [thread for thread in lost if cuts[thread] is None]
+        cuts |= _cut(wider, joints, bed, max_length_mm, lost)
+        stuck = _lost(cuts).tolist()
         if stuck:
             raise CannotMakeError(splitting_refusal(wider, bed, stuck, labels, max_length_mm))
     return _runs_of_cuts(
@@ -90,10 +101,15 @@ def choose_runs(
     )
 
 
+def _lost(cuts: Mapping[int, IntArray | None]) -> IntArray:
+    """Return the threads that could not be cut."""
+    return np.array([thread for thread, cut in cuts.items() if cut is None], dtype=np.int64)
+
+
 def _cut(
-    candidates: Candidates, joints: Joints, bed: Bed, longest_mm: float
+    candidates: Candidates, joints: Joints, bed: Bed, longest_mm: float, threads: IntArray
 ) -> dict[int, IntArray | None]:
-    """Cut every thread that has sites; None for those that cannot be cut so short.
+    """Cut some threads; None for those that cannot be cut so short.
 
     Returns
     -------
@@ -106,7 +122,7 @@ def _cut(
     outer = sites.outer
     cuts: dict[int, IntArray | None] = {}
     for _sweep in range(2):
-        for thread in np.flatnonzero(np.diff(sites.offsets)).tolist():
+        for thread in threads.tolist():
             rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
             crossing, end = sites.crossing[rows], outer[rows]
             earlier = cuts.get(thread)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.verify.checks.reports.comparison import check_comparison
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.measure.areas import (
@@ -59,6 +60,8 @@ def check_areas(job: Job, tally: Tally) -> None:
     _check_budget(totals, area, figures, len(placed), place)
     figures = sum_areas(job.areas.values())
     place.numbers(totals, {"sheets": len(plan.sheets), "holes": figures.cutouts})
+    if "comparison" in waste:
+        check_comparison(plan, job, waste, report.at("comparison"))
     engraved = sum(
         float(drawing.lengths[shapes].sum())
         for drawing in job.dxf.values()
@@ -76,15 +79,15 @@ def check_areas(job: Job, tally: Tally) -> None:
 def _check_budget(
     record: Mapping[str, Any], area: float, figures: Areas, pieces: int, place: Place
 ) -> None:
-    """Check that piece, hole and waste areas are right and make up the sheets."""
+    """Check that piece, hole and waste areas are right, and that holes are waste."""
     wanted: dict[str, float | None] = {
         "area_mm2": area,
         "piece_area_mm2": figures.piece_mm2,
         "hole_area_mm2": figures.holes_mm2,
-        "waste_mm2": area - figures.outline_mm2,
+        "waste_mm2": area - figures.piece_mm2,
     }
     place.numbers(record, wanted, within=AREA_MM2 + 1e-8 * area)
-    share = figures.outline_mm2 / area if area else 0.0
+    share = figures.piece_mm2 / area if area else 0.0
     place.number("utilisation", record.get("utilisation"), share, within=UTILISATION)
     place.number("pieces", record.get("pieces"), pieces)
 
@@ -157,6 +160,8 @@ def _check_splitting(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> 
     rows = splitting["threads"] if isinstance(splitting, dict) else []
     threads = [thread for thread in plan.threads if thread.pieces]
     place = tally.at("waste.json", "splitting")
+    if isinstance(splitting, dict) and "chosen" in splitting:
+        _check_chosen(plan, splitting, place)
     place.equal(
         "the list of threads, each with its number of pieces,",
         [(row.get("thread"), row.get("pieces")) for row in rows],
@@ -170,6 +175,36 @@ def _check_splitting(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> 
         here = place.at(f"thread {thread.label}")
         here.number("longest_mm", row.get("longest_mm"), longest, within=_LONGEST_MM)
         here.number("fill", row.get("fill"), area / around, within=_FILL)
+
+
+def _check_chosen(plan: CrossingMap, splitting: dict[str, Any], place: Place) -> None:
+    """Check that the length that was taken is said to come to what was made.
+
+    It is one of those compared if a preference took it.
+    """
+    chosen, choices = splitting["chosen"], splitting["choices"]
+    here = place.at("chosen")
+    here.number("pieces", chosen["pieces"], len(plan.pieces))
+    here.number("joints", chosen["joints"], len(plan.joints))
+    here.number("max_length_mm", chosen["max_length_mm"], splitting["max_length_mm"])
+    lengths = [choice["max_length_mm"] for choice in choices]
+    place.expect(
+        splitting["prefer"] is None or chosen["max_length_mm"] in lengths,
+        f"{chosen['max_length_mm']} mm was taken, but not compared",
+    )
+    for choice in (chosen, *choices):
+        there = place.at(f"{choice['max_length_mm']} mm")
+        share = choice["piece_mm2"] / choice["sheet_mm2"]
+        there.number("utilisation", choice["utilisation"], share, within=UTILISATION)
+        same = choice["max_length_mm"] == chosen["max_length_mm"] and choice["exact"]
+        there.expect(
+            not same or choice["pieces"] == chosen["pieces"],
+            "it is compared with another number of pieces than it is taken with",
+        )
+        there.expect(
+            choice["hours"] > 0.0 and choice["cost"] > 0.0 and choice["sheets"] > 0,
+            "it is said to take no sheet, no time or no money",
+        )
 
 
 def _decimals(text: str) -> int:

@@ -157,7 +157,7 @@ def _check_material(
         "area_mm2": area,
         "piece_area_mm2": figures.piece_mm2,
         "hole_area_mm2": figures.holes_mm2,
-        "waste_mm2": area - figures.outline_mm2,
+        "waste_mm2": area - figures.piece_mm2,
         "mass_g": mass,
     }.items():
         total = sum(record[name] for record in records)
@@ -172,7 +172,7 @@ def _check_material(
         good = len(known) < len(prices)
     place.expect(good, f"its sheets cost {stated}, and in the map {prices}")
     for record in records:
-        used, whole = record["piece_area_mm2"] + record["hole_area_mm2"], record["area_mm2"]
+        used, whole = record["piece_area_mm2"], record["area_mm2"]
         share = used / whole if whole > 0.0 else nan
         place.number("utilisation", record["utilisation"], share, within=_UTILISATION)
     return mass

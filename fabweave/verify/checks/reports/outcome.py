@@ -20,7 +20,7 @@ def check_outcome(job: Job, tally: Tally) -> None:
     for name in ("threads", "crossings", "pieces", "joints", "sheets"):
         place.number(name, outcome.get(name), len(getattr(plan, name)))
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
-    share = sum_areas(job.areas.values()).outline_mm2 / area if area else 0.0
+    share = sum_areas(job.areas.values()).piece_mm2 / area if area else 0.0
     place.number("utilisation", outcome.get("utilisation"), share, within=UTILISATION)
     notes = outcome.get("notes")
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):

@@ -1,0 +1,180 @@
+"""Compare how the material is used with the best there could be, and with two naive ways."""
+
+import html
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.messages import agree
+from fabweave.core.records import record
+from fabweave.flat.outline import strip_outlines
+from fabweave.flat.piece import Piece
+from fabweave.flat.unfold.development import unfold_threads
+from fabweave.nest.allotment import Allotment
+from fabweave.nest.layout import Layout
+from fabweave.nest.shelf_packing import shelf_sheets
+from fabweave.report.accounts import SheetSums
+from fabweave.report.offcuts import KeptOffcut
+from fabweave.ribbon.project import Ribbons
+from fabweave.stock.sheet_text import usable_size
+
+
+@record
+class NaiveWay:
+    """Rectangles in place of shapes: their area, the sheets they take, and how many fit on none.
+
+    ``utilisation`` is the share of pieces in these sheets, None where some rectangle fits on none.
+    """
+
+    area_mm2: float
+    sheets: int
+    too_large: int
+    utilisation: float | None
+
+
+@record
+class Comparison:
+    """How the sheets are used, beside what could be; holes are waste everywhere.
+
+    ``gross`` is the share of pieces in whole sheets, and ``net`` that in what of the sheets is not
+    kept as offcuts, ``kept_mm2``. ``bound_mm2`` is what pieces take with half the gap around, so
+    that no layout at that gap could use less, ``bound_sheets`` so many of the largest sheets used,
+    within their margins, and ``best`` the share of pieces in these. ``rectangles`` has the least
+    rectangles of the pieces on shelves, ``strips`` those of whole threads, not cut.
+    """
+
+    gross: float
+    net: float
+    kept_mm2: float
+    bound_mm2: float
+    bound_sheets: int
+    best: float
+    rectangles: NaiveWay
+    strips: NaiveWay
+
+
+def compare_use(
+    sums: SheetSums,
+    pieces: Sequence[Piece],
+    ribbons: Ribbons,
+    layout: Layout,
+    allotment: Allotment,
+    offcuts: Sequence[KeptOffcut],
+) -> Comparison:
+    """Measure what could be, on the largest sheet that is used of each material.
+
+    Parameters
+    ----------
+    sums : SheetSums
+        What the sheets come to.
+    pieces : sequence of Piece
+    ribbons : Ribbons
+        Whole threads, as wide as they are cut.
+    layout : Layout
+    allotment : Allotment
+    offcuts : sequence of KeptOffcut
+    """
+    kept = sum(offcut.area_mm2 for offcut in offcuts)
+    outlines = [shapely.Polygon(piece.outline) for piece in pieces]
+    whole = [ring for ring in strip_outlines(unfold_threads(ribbons)) if len(ring) > 2]
+    size = np.diff(ribbons.offsets)
+    of_strip = allotment.threads[np.flatnonzero(size > 0)]
+    of_piece = np.array(allotment.of_pieces(pieces), dtype=np.int64)
+    bound, bound_sheets, bound_area = 0.0, 0, 0.0
+    boxes, strips = (_rectangles(rings) for rings in ([p.outline for p in pieces], whole))
+    counts = np.zeros((2, 3))  # of both naive ways: sheets, their area, and what is too large
+    for index, supply in enumerate(allotment.supplies.each):
+        numbers = np.flatnonzero(allotment.sheets == index).tolist()
+        if not numbers:
+            continue
+        sheet = max((layout.sheets[number] for number in numbers), key=lambda one: one.area_mm2)
+        usable, gap = usable_size(sheet, layout.margin_mm), supply.gap_mm
+        own = [outlines[piece] for piece in np.flatnonzero(of_piece == index).tolist()]
+        room = float(np.sum(shapely.area(shapely.buffer(own, gap / 2))))
+        # Half the gap of a piece may reach into the margin.
+        needed = math.ceil(room / math.prod(side + gap for side in usable) - 1e-9)
+        bound, bound_sheets = bound + room, bound_sheets + needed
+        bound_area += needed * sheet.area_mm2
+        for way, (sizes, supply_of) in enumerate(((boxes, of_piece), (strips, of_strip))):
+            count, left_out = shelf_sheets(sizes[supply_of == index], usable, gap)
+            counts[way] += count, count * sheet.area_mm2, left_out
+    used = sums.piece_area_mm2
+    return Comparison(
+        gross=round(sums.utilisation, 6),
+        net=round(used / (sums.area_mm2 - kept), 6),
+        kept_mm2=round(kept, 6),
+        bound_mm2=round(bound, 3),
+        bound_sheets=bound_sheets,
+        best=round(used / bound_area, 6),
+        rectangles=_naive(boxes, counts[0], used),
+        strips=_naive(strips, counts[1], used),
+    )
+
+
+def _rectangles(rings: Sequence[FloatArray]) -> FloatArray:
+    """Return the sides of the least rectangle around each ring, (N, 2)."""
+    around = shapely.oriented_envelope([shapely.MultiPoint(ring) for ring in rings])
+    corners = np.stack([shapely.get_coordinates(one)[:3] for one in around])
+    sides = np.diff(corners, axis=1)
+    return np.hypot(sides[..., 0], sides[..., 1])
+
+
+def _naive(sizes: FloatArray, counts: FloatArray | IntArray, used_mm2: float) -> NaiveWay:
+    sheets, area, too_large = counts.tolist()
+    return NaiveWay(
+        area_mm2=round(float(sizes.prod(axis=1).sum()), 3),
+        sheets=int(sheets),
+        too_large=int(too_large),
+        utilisation=None if too_large else round(used_mm2 / area, 6),
+    )
+
+
+def comparison_section(told: Comparison, sums: SheetSums) -> str:
+    """Return the comparison as a section of a web page."""
+    ways = [
+        ("this job", f"{sums.area_mm2 / 1e6:.2f}", str(sums.sheets), told.gross),
+        (
+            "this job, kept offcuts not counted",
+            f"{(sums.area_mm2 - told.kept_mm2) / 1e6:.2f}",
+            str(sums.sheets),
+            told.net,
+        ),
+        (
+            "no layout could be better: pieces with half the gap around",
+            f"{told.bound_mm2 / 1e6:.2f}",
+            str(told.bound_sheets),
+            told.best,
+        ),
+        *(
+            (
+                name,
+                f"{way.area_mm2 / 1e6:.2f}",
+                str(way.sheets)
+                if not way.too_large
+                else agree(way.too_large, "{n} do[es|] not fit"),
+                way.utilisation,
+            )
+            for name, way in (
+                ("naive: the pieces' rectangles on shelves", told.rectangles),
+                ("naive: whole threads, not cut, in their rectangles", told.strips),
+            )
+        ),
+    ]
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{area}</td><td>{sheets}</td>"
+        + (
+            "<td></td><td></td></tr>"
+            if share is None
+            else f'<td>{share:.1%}</td><td><div class="bar"><span style="width:{share:.1%}">'
+            "</span></div></td></tr>"
+        )
+        for name, area, sheets, share in ways
+    )
+    return (
+        "<h2>How well the material is used</h2><p>Share of whole sheets that becomes pieces; holes "
+        "are waste in all of them.</p><table><thead><tr><th>Way</th><th>Area, m²</th>"
+        f"<th>Sheets</th><th>Used</th><th></th></tr></thead><tbody>{rows}</tbody></table>"
+    )
