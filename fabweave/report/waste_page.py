@@ -39,8 +39,9 @@ li {{ margin: .3rem 0 }}
   p, ul {{ margin: .2rem 0 }} li {{ margin: 0 }} th, td {{ padding: .05rem .3rem }}
   pre {{ font-size: 6.5pt; padding: .2rem; margin: .2rem 0; white-space: pre-wrap }}
   tr, figure, svg {{ break-inside: avoid }} .verdict {{ padding: 0 .5rem }}
-  .bar, .bar span {{ print-color-adjust: exact }} svg {{ height: 38mm; width: auto }}
-  figure {{ float: left; width: 31%; margin: .3rem 1% }} figure img {{ max-height: 45mm }}
+  .bar, .bar span {{ print-color-adjust: exact }} svg {{ height: 34mm; width: auto }}
+  ul {{ columns: 2; font-size: 7pt; padding-left: 1rem }} li {{ break-inside: avoid }}
+  figure {{ float: left; width: 18%; margin: .2rem 1% }} figure img {{ max-height: 30mm }}
 }}
 .with-care {{ border-color: #e69f00 }} .not-makeable {{ border-color: #d55e00 }}
 </style></head><body>
