@@ -10,7 +10,6 @@ import shapely
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
 from fabweave.core.records import record
-from fabweave.flat.outline import strip_outlines
 from fabweave.flat.piece import Piece
 from fabweave.flat.unfold.development import unfold_threads
 from fabweave.nest.allotment import Allotment
@@ -79,9 +78,17 @@ def compare_use(
     """
     kept = sum(offcut.area_mm2 for offcut in offcuts)
     outlines = [shapely.Polygon(piece.outline) for piece in pieces]
-    whole = [ring for ring in strip_outlines(unfold_threads(ribbons)) if len(ring) > 2]
-    size = np.diff(ribbons.offsets)
-    of_strip = allotment.threads[np.flatnonzero(size > 0)]
+    unfolded = unfold_threads(ribbons)
+    # Threads that cross nothing have no rungs, and are left out.
+    filled = np.flatnonzero(np.diff(unfolded.offsets))
+    whole = [
+        np.concatenate((unfolded.right[own], unfolded.left[own]))
+        for own in (
+            slice(unfolded.offsets[thread], unfolded.offsets[thread + 1])
+            for thread in filled.tolist()
+        )
+    ]
+    of_strip = allotment.threads[filled]
     of_piece = np.array(allotment.of_pieces(pieces), dtype=np.int64)
     bound, bound_sheets, bound_area = 0.0, 0, 0.0
     boxes, strips = (_rectangles(rings) for rings in ([p.outline for p in pieces], whole))
