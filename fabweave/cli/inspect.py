@@ -71,13 +71,13 @@ def inspect(
         from rich.table import Table
         from rich.text import Text
 
-        from fabweave.app.inspection import inspect_mesh
-        from fabweave.app.inspection_files import (
+        from fabweave.app.inspection.facts import inspect_mesh
+        from fabweave.app.inspection.files import (
             inspection_gauss,
             inspection_link,
             inspection_picture,
         )
-        from fabweave.app.inspection_text import inspection_text
+        from fabweave.app.inspection.text import inspection_text
         from fabweave.core.parallel.executors import processes
         from fabweave.picture.object_picture import png_bytes
 

@@ -9,8 +9,8 @@ from html import unescape
 import pypdf
 import pytest
 
-from fabweave.app.inspection import inspect_mesh
-from fabweave.app.inspection_text import inspection_text
+from fabweave.app.inspection.facts import inspect_mesh
+from fabweave.app.inspection.text import inspection_text
 from fabweave.app.settings import Settings, settings_from_job
 from fabweave.cli.main import main
 from fabweave.core.records import from_json

@@ -11,8 +11,8 @@ from jobs import run
 from meshes_shared import known_meshes, mesh_params, shared_mesh
 from PIL import Image
 
-from fabweave.app.inspection import inspect_mesh
-from fabweave.app.inspection_text import inspection_text
+from fabweave.app.inspection.facts import inspect_mesh
+from fabweave.app.inspection.text import inspection_text
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.core.errors import CannotMakeError
@@ -343,7 +343,7 @@ def test_files_that_cannot_be_written_are_told_at_once(
 @pytest.fixture
 def small_limits(monkeypatch) -> None:
     """Let 64 crossings be many."""
-    for name in ("_MOST_SEARCHED", "_MOST_PLANNED", "_MOST_QUICKLY_REFINED"):
+    for name in ("facts._MOST_SEARCHED", "facts._MOST_PLANNED", "twill_facts._MOST_QUICK"):
         monkeypatch.setattr(f"fabweave.app.inspection.{name}", 20)
 
 
@@ -377,7 +377,7 @@ def test_what_is_too_stiff_is_told_of_large_meshes_as_make_tells_it() -> None:
 
 @pytest.mark.usefixtures("small_limits")
 def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(monkeypatch) -> None:
-    monkeypatch.setattr("fabweave.app.inspection._MOST_PLANNED", 2000)
+    monkeypatch.setattr("fabweave.app.inspection.facts._MOST_PLANNED", 2000)
     settings = Settings("shape:torus?m=8&n=4", size_mm=120.0, material="birch-veneer")
     whole = inspect_mesh(settings, thorough=True).facts
     facts = inspect_mesh(settings).facts

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from random_jobs import hull, outcome, outcome_of
 
-from fabweave.app import joined_object
-
 
 # tests/tools/random_jobs.py makes as many as one likes.
 @pytest.mark.parametrize("seed", range(40))
@@ -13,20 +11,6 @@ def test_a_random_job_is_proved_or_refused_in_words(seed):
     outcome, said = outcome_of(seed)
     assert outcome in ("proved", "cannot be made", "bad input"), said
     assert outcome == "proved" or len(said) > 20
-
-
-def test_ends_that_would_lie_on_one_another_lap(monkeypatch):
-    # Taped end to end, ten pairs of pieces of this object would want the same place.
-    crowded = []
-
-    def noted(cut, plan):
-        crowded.append(len(real(cut, plan)))
-        return real(cut, plan)
-
-    real = joined_object.overlapping_ends
-    monkeypatch.setattr(joined_object, "overlapping_ends", noted)
-    assert outcome_of(38) == ("proved", "")
-    assert crowded == [10, 0]
 
 
 def test_a_flat_sheet_is_flat_however_it_is_rounded():

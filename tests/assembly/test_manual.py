@@ -190,7 +190,7 @@ def test_joined_with_says_both_ways():
 
 def test_pieces_cover_the_ribbons():
     """Every stretch of ribbon is of one piece; where two lap, of both."""
-    job = job_of()
+    job = job_of(max_length_mm=250.0)
     ribbons, pieces = job.woven.ribbons, job.piece_set.pieces
     rung, piece = piece_stretches(ribbons, job.weave, pieces).quads()
     vertices, triangles, thread = ribbon_triangles(ribbons)

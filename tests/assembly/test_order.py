@@ -185,7 +185,7 @@ def test_the_best_of_all_orders_is_found(shape):
 
 def test_what_annealing_takes_for_the_effort_is_the_effort():
     """Improving never loses track: more sweeps from the same start end lower than the start."""
-    woven = model_of("shape:torus?m=12&n=6")
+    woven = model_of("shape:torus?m=12&n=6", max_length_mm=120.0)
     contacts = find_contacts(woven.made.pieces)
     grown = grow_order(contacts, [0])
     before = measure_order(contacts, grown, enclosed=True).total
@@ -199,7 +199,7 @@ def test_what_annealing_takes_for_the_effort_is_the_effort():
     ("shape", "changed"),
     [
         ("shape:torus?m=24&n=12", {}),
-        ("shape:cube", {"refine": "catmull-clark:3"}),
+        ("shape:cube", {"refine": "catmull-clark:3", "max_length_mm": 200.0}),
         ("shape:slit?genus=2", {"pattern": "twill"}),
         ("shape:icosahedron", {"pattern": "triaxial", "refine": "loop:1"}),
     ],
@@ -214,7 +214,7 @@ def test_three_tenths_below_naive_orders(shape, changed):
 
 @pytest.mark.parametrize("shape", ["shape:torus?m=12&n=6", "shape:hypar?m=8&n=8"])
 def test_the_end_is_easier_than_that_of_naive_orders(shape):
-    woven = model_of(shape)
+    woven = model_of(shape, max_length_mm=150.0)
     pieces, contacts = woven.made.pieces, find_contacts(woven.made.pieces)
     found = plan_order(pieces, woven.centres, enclosed=woven.enclosed, effort="normal", seed=0)
     tenth = max(1, len(pieces) // 10)

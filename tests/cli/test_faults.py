@@ -74,7 +74,7 @@ def test_too_little_memory_is_told(monkeypatch, capsys):
     def exhausted(*_arguments, **_options):
         np.zeros(2**50)
 
-    monkeypatch.setattr("fabweave.app.inspection.inspect_mesh", exhausted)
+    monkeypatch.setattr("fabweave.app.inspection.facts.inspect_mesh", exhausted)
     with pytest.raises(SystemExit) as stop:
         main(["inspect", "shape:cube"])
     assert stop.value.code == 1

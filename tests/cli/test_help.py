@@ -11,7 +11,7 @@ import pytest
 from fabweave.app.options.option import SECTIONS
 from fabweave.app.options.table import OPTIONS
 from fabweave.cli.main import cli
-from fabweave.cli.options import REST
+from fabweave.cli.options import REST, WISHES
 
 COMMANDS = ("make", "inspect", "model")
 #: In help, but no setting.
@@ -25,7 +25,7 @@ def help_of(command: str, wide: int = 100) -> str:
 
 def sections_of(text: str) -> dict[str, list[str]]:
     """Return the options that each section of a help lists, in their order."""
-    _, *parts = re.split(r"^([A-Z][a-z ]+):\n(?=  -)", text, flags=re.MULTILINE)
+    _, *parts = re.split(r"^([A-Z][a-z ()]+):\n(?=  -)", text, flags=re.MULTILINE)
     listed = zip(parts[::2], parts[1::2], strict=True)
     return {title: re.findall(r"^  (?:-\w, )?--([a-z-]+)", rows, re.MULTILINE)
             for title, rows in listed}  # fmt: skip
@@ -43,8 +43,11 @@ def test_help_has_the_options_of_the_table_in_its_sections(command: str) -> None
         others = [name for name, section in OTHERS.items() if section == title]
         told = [name.replace("-", "_") for name in found.pop(title, [])]
         assert told == [*others, *wanted], title
-    # What is left is no setting.
+    # What is left is no setting, nor are wishes.
+    wishes = found.pop(WISHES, [])
+    assert bool(wishes) == (command == "make")
     assert list(found) == [REST]
+    assert not set(wishes) & {option.flag[2:] for option in OPTIONS}
     assert not set(found[REST]) & {option.flag[2:] for option in OPTIONS}
 
 

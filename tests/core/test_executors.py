@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fabweave.app import pipeline
+from fabweave.app.design import making
 from fabweave.cli.main import main
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel import cluster
@@ -195,7 +195,7 @@ def test_the_command_line_hands_the_cluster_on(monkeypatch, tmp_path, capsys):
         with executors():
             raise AssertionError("nobody answers there")
 
-    monkeypatch.setattr(pipeline, "run_job", run_job)
+    monkeypatch.setattr(making, "run_job", run_job)
     with pytest.raises(SystemExit) as stop:
         main(["make", "shape:cube", "--cluster", "tcp://127.0.0.1:1", "-o", str(tmp_path / "x")])
     assert stop.value.code == 2

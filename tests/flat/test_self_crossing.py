@@ -19,7 +19,7 @@ from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs
 from fabweave.flat.split.sites import list_sites
 from fabweave.mesh.shapes.grids import torus
 
-FLAT = {"size": "600mm", "smooth": 0, "sheet": "1200x800mm"}
+FLAT = {"size": "600mm", "smooth": 0, "sheet": "1200x800mm", "max_length": "400mm"}
 
 
 @pytest.fixture

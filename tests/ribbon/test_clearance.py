@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import shared_mesh
 
-from fabweave.app.inspection import inspect_mesh
+from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.app.woven_object import weave_object

@@ -14,7 +14,8 @@ from fabweave.verify.measure.motion import Pace, burn_time, hop_time
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
-JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick", "--joint", "glue")
+JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick", "--joint", "glue",
+       "--sheet", "300x250mm")  # fmt: skip
 
 
 @pytest.fixture(scope="module")

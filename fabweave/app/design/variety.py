@@ -57,7 +57,7 @@ def densities(mesh: PolyMesh, count: int) -> list[int]:
     --------
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
     >>> densities(parse_shape("shape:sphere?n=8&radius=150"), 4)
-    [58, 160, 440, 1200]
+    [66, 150, 330, 730]
     """
     triangles = triangulate(mesh)
     corners = triangles.vertices[triangles.indices.reshape(-1, 3)]

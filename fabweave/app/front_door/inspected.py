@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING, Any
 
 from fabweave.app.front_door.notebook import face
-from fabweave.app.inspection import Inspection as Facts
-from fabweave.app.inspection_files import inspection_picture
-from fabweave.app.inspection_text import inspection_text
+from fabweave.app.inspection.facts import Inspection as Facts
+from fabweave.app.inspection.files import inspection_picture
+from fabweave.app.inspection.text import inspection_text
 from fabweave.core.arrays import frozen_value
 
 if TYPE_CHECKING:

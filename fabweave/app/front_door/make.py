@@ -13,7 +13,7 @@ from fabweave.app.front_door.ribbons import Ribbons
 from fabweave.app.front_door.stations import Stations
 from fabweave.app.front_door.weave import Weave
 from fabweave.app.front_door.written import WrittenJob
-from fabweave.app.inspection import inspect_mesh
+from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.job_folder import folder_is_readable
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.verify import VerifyReport, verify_job

@@ -91,6 +91,6 @@ def _check_way(
         f"{sheets} sheets cannot hold {way['area_mm2']} mm² of rectangles",
     )
     place.expect(
-        used / (sheets * sheet_mm2) <= share * (1.0 + 1e-5),
+        used / (sheets * sheet_mm2) <= share * (1.0 + 1e-5) + _UTILISATION,
         f"it says a use of {share}, less than {sheets} of the largest sheets come to",
     )

@@ -128,7 +128,11 @@ def _check_money(job: Job, waste: dict[str, Any], estimate: dict[str, Any], plac
     records = {record["sheet"]: record for record in estimate["sheets"]}
     rents: list[_Price] = []
     for sheet in plan.sheets:
-        rates, record = materials[sheet.material, sheet.thickness_mm], records[sheet.number]
+        rates = materials.get((sheet.material, sheet.thickness_mm))
+        record = records.get(sheet.number)
+        if rates is None or record is None:
+            place.fail(f"it has no record of {sheet.name}, or of its material")
+            return
         span = _sum_spans([record[name] for name in _TIMES])
         if span is None or rates["machine_per_h"] is None:
             rents = [None]

@@ -3,7 +3,7 @@
 import numpy as np
 from PIL import Image
 
-from fabweave.app.inspection import Inspection
+from fabweave.app.inspection.facts import Inspection
 from fabweave.core.messages import agree
 from fabweave.picture.contact_sheet import contact_sheet
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture

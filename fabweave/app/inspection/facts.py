@@ -9,6 +9,7 @@ import numpy as np
 
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
+from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, joined_costs, split_object
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import complete_settings, hole_rules
@@ -21,19 +22,17 @@ from fabweave.app.woven_object import (
     width_notes,
 )
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
-from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import paired_quads
-from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.shapes.catalogue import is_shape
-from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.report.costs.texts import cost_rows
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
@@ -47,29 +46,15 @@ from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
 from fabweave.weave.fabric.fabrics import weave_fabric
 from fabweave.weave.fabric.repeat import parse_fabric
-from fabweave.weave.threads import Threads, trace_threads
-from fabweave.weave.twill.anneal import couple
-from fabweave.weave.twill.bound import irregular_seeds, prove_bound
-from fabweave.weave.twill.conditions import twill_conditions
-from fabweave.weave.twill.decide import decide_twill
-from fabweave.weave.twill.obstruction import explain
-from fabweave.weave.twill.voting import best_vote
+from fabweave.weave.threads import Threads
 
-#: Refinements that may turn a mesh into one with an exact twill.
-_REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "sqrt3:1", "loop:1")
 #: Fabrics that are tried.
 _FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
-#: Larger meshes are not refined on trial, nor voted on, however thorough the inspection is.
-_MOST_REFINED = 60_000
-_MOST_VOTED = 30_000
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
 #: would be made ...
 _MOST_SEARCHED = 2000
-#: ... pieces are planned, ribbons kept clear and a twill voted on ...
+#: ... and pieces are planned and ribbons kept clear.
 _MOST_PLANNED = 20_000
-#: ... and refinements tried; a bound is proved with so much work (see prove_bound).
-_MOST_QUICKLY_REFINED = 20_000
-_QUICK_WORK = 4_000_000_000
 
 
 @frozen_value
@@ -160,7 +145,7 @@ def inspect_mesh(
         "mesh": _mesh_facts(mesh, halfedges),
         "threads": _thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
         "bunches": _bunch_facts(threads),
-        "twill": _twill_facts(woven, settings, left_out, progress, thorough=thorough),
+        "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
         "fabrics": _fabric_facts(halfedges, threads, woven.labels, progress),
         "ribbons": _spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
@@ -275,99 +260,6 @@ def _bunch_facts(threads: Threads) -> dict[str, Any]:
         "fewest": bunches.fewest,
         "warp_and_weft": bunches.warp_and_weft,
     }
-
-
-def _twill_facts(
-    woven: WovenObject,
-    settings: Settings,
-    left_out: list[str],
-    progress: Progress,
-    *,
-    thorough: bool,
-) -> dict[str, Any]:
-    """Decide the 2/2 twill, here and after changes of the mesh; add what is left out to a list."""
-    progress("twill", 0, 1)
-    halfedges, threads, twill = woven.halfedges, woven.weave.threads, woven.result.twill
-    conditions = twill_conditions(halfedges, threads)
-    facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
-    if twill is not None:
-        # The weave was to be a twill, so all this is known already.
-        reason, voted, bound = twill.obstruction, twill.voted, twill.bound
-    else:
-        decision = decide_twill(conditions)
-        reason, voted, bound = None, None, None
-        if not decision.twillable:
-            reason = explain(halfedges, threads, conditions, decision, woven.labels)
-            if threads.n_crossings <= (_MOST_VOTED if thorough else _MOST_PLANNED):
-                progress("voting", 0, 1)
-                voted = best_vote(conditions, threads, woven.bunches).broken
-                seeds = irregular_seeds(halfedges, threads)
-                bound = prove_bound(
-                    couple(conditions),
-                    seeds,
-                    most_work=None if thorough else _QUICK_WORK,
-                    progress=progress,
-                )
-                if bound.cut_short:
-                    left_out.append("the best proof of how many conditions every twill breaks")
-            elif threads.n_crossings <= _MOST_VOTED:
-                left_out.append("how many conditions a twill breaks")
-    if reason is None:
-        return facts
-    facts |= {"exact": False, "because": reason.text}
-    if voted is not None and bound is not None:
-        facts["voting_breaks"] = voted.total
-        # What is not twillable breaks one condition at least.
-        facts["at_least_broken"] = max(bound.least, 1)
-    if twill is not None:
-        facts["broken"] = twill.weave.broken.total
-    n_edges = halfedges.n_edges
-    facts["exact_after"] = []
-    if n_edges <= (_MOST_REFINED if thorough else _MOST_QUICKLY_REFINED):
-        facts["exact_after"] = _exact_after(woven.mesh, settings, progress)
-    elif n_edges <= _MOST_REFINED:
-        left_out.append("after which refinements an exact twill exists")
-    return facts
-
-
-def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list[dict[str, Any]]:
-    """Return the options that would give the mesh an exact twill, and how large it is then."""
-    options = []
-    for number, text in enumerate(("", *_REFINEMENTS)):
-        progress("refinements", number, len(_REFINEMENTS) + 1)
-        if text:
-            option = f"refine {settings.refine},{text}" if settings.refine else f"refine {text}"
-        else:
-            option = "remesh quads"
-        try:
-            changed = (
-                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings)
-            )
-            halfedges = build_halfedges(changed)
-        except FabweaveError:
-            continue  # a scheme that cannot hold this mesh is no advice
-        threads = trace_threads(halfedges, turn=settings.boundary == "turn")
-        if decide_twill(twill_conditions(halfedges, threads)).twillable:
-            options.append(
-                {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
-            )
-    return options
-
-
-def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
-    """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
-
-    Raises
-    ------
-    CannotMakeError
-        If it would do something else.
-    """
-    first = not settings.remesh and not settings.refine
-    pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
-    paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
-    if paired is mesh or (paired.face_sizes != 4).any():
-        raise CannotMakeError("the mesh is not made of split quads")
-    return paired
 
 
 def _fabric_facts(
