@@ -111,7 +111,7 @@ def nest_in_batches(
             for pieces, quantities in zip(batches, _deal_stock(job, count), strict=True)
         ]
         plans = [Plan((), {}) for _ in batches]
-        for number, plan in finished(executor, greedy_plan, tasks):
+        for number, plan in finished(executor, _greedy, tasks):
             plans[number] = _numbered(plan, batches[number])
             merged = _merged(plans)
             progress(merged, len(merged.placements))
@@ -179,8 +179,19 @@ def _subjob(
     )
 
 
+def _forgetful(job: NestingJob) -> NestingJob:
+    """Return a batch with a cache that goes when it is done: the list of batches outlives it."""
+    return replace(job, cache=kernel_cache())
+
+
+def _greedy(job: NestingJob, seed: int) -> Plan:
+    """Return a first plan for one batch."""
+    return greedy_plan(_forgetful(job), seed)
+
+
 def _improved(job: NestingJob, plan: Plan, seed: int) -> Plan:
     """Return the best plan that can be found for one batch."""
+    job = _forgetful(job)
     with threadpool_limits(limits=1, user_api="blas"):
         for better in fewer_sheets(job, plan, seed, lambda _count, _share: None):
             plan = better
