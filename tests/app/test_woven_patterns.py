@@ -41,7 +41,7 @@ NONE_BROKEN = {"edge": 0, "face": 0, "vertex": 0}
     [
         ("shape:tube?m=4&n=4", "twill", ("--boundary", "turn")),
         ("shape:tetrahedron", "triaxial", ()),
-        pytest.param("shape:slit?genus=2&m=12&n=4", "twill", (), marks=slow),
+        pytest.param("shape:slit?genus=2&m=12&n=4", "twill", ("--force",), marks=slow),
         pytest.param("shape:regular?face=8&valence=4&genus=3&refine=2", "twill", (), marks=slow),
         pytest.param("shape:tube?m=8&n=6", "twill", ("--boundary", "turn"), marks=slow),
         pytest.param("shape:tetrahedron", "triaxial", ("--refine", "catmull-clark:1"), marks=slow),
