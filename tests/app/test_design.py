@@ -59,6 +59,7 @@ def tried(tmp_path_factory):
     return folder, explore(BALL, DESIGNS, folder)
 
 
+@pytest.mark.slow
 def test_what_is_tried_is_what_is_made(tried, tmp_path):
     for design, one in zip(DESIGNS[:2], tried[1][:2], strict=True):
         job = run_job(design, tmp_path / one.candidate.key).job
@@ -72,6 +73,7 @@ def test_what_is_tried_is_what_is_made(tried, tmp_path):
         assert one.picture.startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_search_with_processes_finds_the_same(tried):
     assert explore(BALL, DESIGNS, executors=processes(2)) == tried[1]
 
@@ -204,6 +206,7 @@ def test_what_is_stated_is_the_same_in_all_designs(tmp_path):
     assert len({name_of(one, asked) for one in free}) == len(free) > 9
 
 
+@pytest.mark.slow
 def test_a_wish_is_met_by_what_is_made(tmp_path):
     mesh = tmp_path / "cube.obj"
     write_mesh(mesh, parse_shape("shape:cube"))

@@ -188,6 +188,7 @@ def test_single_files_on_a_read_only_volume_are_named(command, tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_into_one_folder(tmp_path):
     folder = tmp_path / "out"
     command = [sys.executable, "-m", "fabweave", *TETRAHEDRON, "-o", str(folder)]

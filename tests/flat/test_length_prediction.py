@@ -38,6 +38,7 @@ def ribbons_of(mesh: str, **options) -> tuple[WovenObject, Settings, Supplies]:
     return lay_object(woven, settings, supplies), settings, supplies
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", JOBS)
 def test_a_job_of_each_length_has_the_pieces_and_joints_that_were_foretold(name) -> None:
     mesh, options = JOBS[name]

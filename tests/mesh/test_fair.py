@@ -437,6 +437,7 @@ def test_fairing_comes_before_the_triaxial_subdivision_and_the_final_size(tmp_pa
     assert any(note.startswith("the mesh was faired:") for note in woven.notes)
 
 
+@pytest.mark.slow
 def test_inspect_tells_what_fairing_did(tmp_path, capsys) -> None:
     write_mesh(tmp_path / "ball.obj", shaken(sphere(2, 50.0), 3, 0.08))
     found = ("--size", "200mm", "--fair", "5", "--json")
