@@ -110,7 +110,6 @@ def test_double_torus_is_exact() -> None:
     assert facts["mesh"]["genus"] == 2
 
 
-@pytest.mark.slow
 @slow
 def test_spot_says_why_not_and_by_how_much() -> None:
     path = shared_mesh("quad/spot_quadrangulated.obj")
@@ -160,7 +159,6 @@ def test_real_meshes_are_what_their_table_says(mesh) -> None:
     assert not any(sign in text for sign in "[]{}|")
 
 
-@pytest.mark.slow
 @slow
 @pytest.mark.parametrize("row", mesh_params(bad=True))
 def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
