@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from fabweave.cli.options import table_option
+from fabweave.cli.options import folder_option, table_option
 from fabweave.cli.values import Length
 from fabweave.core.parallel.interrupt import held_back
 
@@ -17,14 +17,8 @@ from fabweave.core.parallel.interrupt import held_back
 @click.option(
     "--hole", type=Length(1000.0), help="Hole for the fastener. [default: the job's, or 3.3mm]"
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    required=True,
-    help="A folder of its own for coupon.dxf, .svg, .png and .txt; an older coupon there is "
-    "replaced.",
+@folder_option(
+    "A folder of its own for coupon.dxf, .svg, .png and .txt; an older coupon there is replaced."
 )
 def coupon(
     directory: Path | None,

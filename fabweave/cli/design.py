@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.options import (
+    SectionedCommand,
+    cluster_option,
+    folder_option,
+    job_options,
+    job_settings,
+    json_option,
+    quiet_option,
+)
 from fabweave.cli.progress import progress_bar
 from fabweave.cli.terminal import VERDICT_STYLES
 from fabweave.core.parallel.interrupt import held_back
@@ -17,14 +25,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=SectionedCommand)
 @job_options(making=True)
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    required=True,
-    help="Folder for what is found. A search that was stopped goes on there.",
-)
+@folder_option("Folder for what is found. A search that was stopped goes on there.")
 @click.option(
     "--tries",
     type=click.IntRange(1, 1000),
@@ -32,14 +33,9 @@ if TYPE_CHECKING:
     show_default=True,
     help="How many designs to try at most.",
 )
-@click.option(
-    "--cluster",
-    metavar="ADDRESS",
-    help="Try them on the Dask cluster whose scheduler has this address; needs the extra cluster. "
-    "[default: the processors of this computer]",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@cluster_option("Try them")
+@json_option
+@quiet_option
 def design(
     output: Path,
     tries: int,

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.options import SectionedCommand, job_options, job_settings, json_option
 from fabweave.cli.progress import progress_bar
 from fabweave.core.errors import InputError
 from fabweave.core.output_files import check_file, write_files
@@ -45,7 +45,7 @@ _DESIGNS = 3
     help="Plan the pieces and look for every remedy however large the mesh is. Without it, what "
     "takes long is left out above some thousand crossings, and the answer says what.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@json_option
 def inspect(
     png: Path | None,
     pd: Path | None,

@@ -7,10 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.options import (
+    SectionedCommand,
+    cluster_option,
+    folder_option,
+    job_options,
+    job_settings,
+    json_option,
+    quiet_option,
+)
 from fabweave.cli.progress import progress_bar
 from fabweave.cli.terminal import VERDICT_STYLES
-from fabweave.cli.wish_options import LENGTH, NUMBER, WHOLE, wish
+from fabweave.cli.wish_options import wish_options, wished
 from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
@@ -20,38 +28,16 @@ if TYPE_CHECKING:
 
 @click.command(cls=SectionedCommand)
 @job_options(making=True)
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    required=True,
-    help="Folder for the finished job. An older job there is replaced when the new one is "
-    "complete, unless it holds files that were added or changed since.",
+@folder_option(
+    "Folder for the finished job. An older job there is replaced when the new one is "
+    "complete, unless it holds files that were added or changed since."
 )
-@wish("--pieces", WHOLE, "N", "Look for a design of about so many pieces.")
-@wish("--ribbon", LENGTH, "LENGTH", "Look for one with ribbons about so wide, such as 15mm.")
-@wish("--hours", NUMBER, "HOURS", "Look for one that is put together in so many hours at most.")
-@wish("--sheets", WHOLE, "N", "Look for one on so many sheets at most.")
-@wish("--budget", NUMBER, "MONEY", "Look for one whose sheets and hardware cost so much at most.")
-@wish("--likeness", LENGTH, "LENGTH", "Look for one that is nowhere farther from the model.")
-@click.option(
-    "--cluster",
-    metavar="ADDRESS",
-    help="Nest very many pieces on the Dask cluster whose scheduler has this address, such as "
-    "tcp://192.168.1.20:8786; needs the extra cluster. The files are the same. [default: the "
-    "processors of this computer]",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@wish_options
+@cluster_option("Nest very many pieces")
+@json_option
+@quiet_option
 def make(
     output: Path,
-    pieces: int | None,
-    ribbon: float | None,
-    hours: float | None,
-    sheets: int | None,
-    budget: float | None,
-    likeness: float | None,
     cluster: str | None,
     as_json: bool,
     quiet: bool,
@@ -82,19 +68,12 @@ def make(
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
 
+    wishes = Wishes(**wished(options))
     settings = job_settings(mesh, options)
     config = options["config"]
     executors = None if cluster is None else cluster_at(cluster)
     for note in clear_abandoned(output):
         click.echo(note, err=True)
-    wishes = Wishes(
-        pieces=pieces,
-        ribbon_mm=ribbon,
-        hours=hours,
-        sheets=sheets,
-        budget=budget,
-        likeness_mm=likeness,
-    )
     workers, replaced = os.cpu_count() or 1, [config] if config is not None else []
     why = ""
     with progress_bar(quiet or as_json) as progress:

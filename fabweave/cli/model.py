@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fabweave.cli.options import SectionedCommand, job_options, job_settings
+from fabweave.cli.options import (
+    SectionedCommand,
+    job_options,
+    job_settings,
+    json_option,
+    quiet_option,
+)
 from fabweave.cli.progress import progress_bar
 from fabweave.cli.values import Direction, Length
 from fabweave.core.parallel.interrupt import held_back
@@ -41,8 +47,8 @@ if TYPE_CHECKING:
     help="For a picture: from where, in degrees around the upward axis and above the horizon, "
     "e.g. -60,30; repeat it for several side by side. [default: fabweave chooses]",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@json_option
+@quiet_option
 def model(
     output: Path,
     yarn: bool,

@@ -117,6 +117,27 @@ def job_options(*, making: bool = False) -> Decorator:
     return give
 
 
+def folder_option(text: str) -> Decorator:
+    """Return what gives a command the folder that it writes."""
+    kind = click.Path(path_type=Path)
+    return click.option("-o", "--output", type=kind, metavar="DIR", required=True, help=text)
+
+
+def cluster_option(work: str) -> Decorator:
+    """Return what gives a command other computers to do its work, told as in "Nest them"."""
+    return click.option(
+        "--cluster",
+        metavar="ADDRESS",
+        help=f"{work} on the Dask cluster whose scheduler has this address, such as "
+        "tcp://192.168.1.20:8786; needs the extra cluster. The files are the same. [default: the "
+        "processors of this computer]",
+    )
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+
+
 def table_option(name: str) -> Decorator:
     """Return what gives a command an option of the table."""
     option = option_named(name)

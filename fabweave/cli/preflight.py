@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fabweave.cli.options import table_option
+from fabweave.cli.options import json_option, table_option
 from fabweave.core.parallel.interrupt import held_back
 
 
@@ -20,7 +20,7 @@ from fabweave.core.parallel.interrupt import held_back
 )
 @table_option("targets")
 @click.option("--strict", is_flag=True, help="Exit with 1 if any rule is broken.")
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@json_option
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing; with --strict, the code tells.")
 def preflight(
     directory: Path,

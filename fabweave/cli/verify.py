@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fabweave.cli.options import json_option
 from fabweave.cli.progress import progress_bar
 from fabweave.core.messages import few_of
 from fabweave.core.parallel.interrupt import held_back
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Make the job again from its job.toml, too, and compare every file byte for byte.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@json_option
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells.")
 def verify(directory: Path, remake: bool, as_json: bool, quiet: bool) -> None:
     """Read the files of a finished job back and prove that they rebuild the weave.

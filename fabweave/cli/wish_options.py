@@ -1,6 +1,5 @@
 """The options with which a person says what a design should come to."""
 
-from collections.abc import Callable
 from typing import Any
 
 import click
@@ -28,13 +27,38 @@ class _Length(click.ParamType[float]):
         return found
 
 
-LENGTH = _Length()
-NUMBER = click.FloatRange(0.0, 1e9, min_open=True)
-WHOLE = click.IntRange(1, 10**6)
+_NUMBER = click.FloatRange(0.0, 1e9, min_open=True)
+_WHOLE = click.IntRange(1, 10**6)
+#: Each wish: the option, the field of ``Wishes``, what it takes, and its help.
+_WISHES = (
+    ("--pieces", "pieces", _WHOLE, "N", "Look for a design of about so many pieces."),
+    ("--ribbon", "ribbon_mm", _Length(), "LENGTH",
+     "Look for one with ribbons about so wide, such as 15mm."),
+    ("--hours", "hours", _NUMBER, "HOURS",
+     "Look for one that is put together in so many hours at most."),
+    ("--sheets", "sheets", _WHOLE, "N", "Look for one on so many sheets at most."),
+    ("--budget", "budget", _NUMBER, "MONEY",
+     "Look for one whose sheets and hardware cost so much at most."),
+    ("--likeness", "likeness_mm", _Length(), "LENGTH",
+     "Look for one that is nowhere farther from the model."),
+)  # fmt: skip
 
 
-def wish(name: str, kind: Any, metavar: str, text: str) -> Callable[[Any], Any]:
-    """Return what gives a command an option for a wish."""
-    return click.option(
-        name, cls=SectionedOption, section=WISHES, type=kind, metavar=metavar, help=text
-    )
+def wish_options(command: Any) -> Any:
+    """Give a command the options for wishes."""
+    for flag, field, kind, metavar, text in reversed(_WISHES):
+        command = click.option(
+            flag,
+            field,
+            cls=SectionedOption,
+            section=WISHES,
+            type=kind,
+            metavar=metavar,
+            help=text,
+        )(command)
+    return command
+
+
+def wished(options: dict[str, Any]) -> dict[str, Any]:
+    """Take the wishes out of what was typed, by the fields of ``Wishes``."""
+    return {field: options.pop(field) for _, field, *_ in _WISHES}

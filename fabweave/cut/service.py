@@ -126,9 +126,7 @@ def quantity_table(files: Sequence[KindFile]) -> str:
     rows.writerow(_COLUMNS)
     for file in files:
         piece = file.piece
-        area = piece.path.area - float(np.sum(np.pi * piece.holes[:, 3] ** 2 / 4))
         length = piece.path.length + float(np.sum(np.pi * piece.holes[:, 3]))
-        area -= sum(abs(slot.path.area) for slot in piece.slots)
         length += sum(slot.path.length for slot in piece.slots)
         rows.writerow(
             (
@@ -140,7 +138,7 @@ def quantity_table(files: Sequence[KindFile]) -> str:
                 f"{file.material.thickness_mm:g}",
                 f"{file.drawing.width_mm:.3f}",
                 f"{file.drawing.height_mm:.3f}",
-                f"{area:.3f}",
+                f"{piece.net_area_mm2:.3f}",
                 f"{length:.3f}",
                 len(piece.holes) + len(piece.slots),
             )

@@ -83,6 +83,17 @@ class Piece:
         middle = np.column_stack((at, self.points[at], self.hole_mm[at]))
         return np.concatenate((middle, self.more_holes))
 
+    @property
+    def hole_area_mm2(self) -> float:
+        """The area of its holes and slots."""
+        slots = sum(abs(slot.path.area) for slot in self.slots)
+        return float(np.pi / 4 * np.sum(self.holes[:, 3] ** 2) + slots)
+
+    @property
+    def net_area_mm2(self) -> float:
+        """The area of the material that is left of it: its outline without holes and slots."""
+        return self.path.area - self.hole_area_mm2
+
 
 @frozen_value
 class Joint:

@@ -27,7 +27,8 @@ FAR_SHARE = 0.005
 NARROW_MM = 4.0
 #: What stands on the sheets of what is made all the same.
 FORCED = "CANNOT BE BUILT AS IT IS: MADE WITH --FORCE"
-#: Each verdict as an answer to whoever asks whether it can be built.
+#: What the verdict answers, and each as its answer.
+QUESTION = "Can it be built?"
 VERDICTS = {"makeable": "Yes.", "with care": "Yes, with care.", "not makeable": "No."}
 #: What can be done where a rule is broken in few places.
 _CARE = {
@@ -49,6 +50,11 @@ class Reason:
     level: Literal["with care", "not makeable"]
     text: str
     advice: str
+
+    @property
+    def told(self) -> str:
+        """The reason in words, and what helps."""
+        return f"{self.text} ({self.advice})" if self.advice else self.text
 
 
 @record
@@ -201,10 +207,7 @@ def verdict_words(verdict: Verdict) -> str:
     >>> verdict_words(judge([], narrowest_mm=9.0))
     'Yes.'
     """
-    told = [
-        f"{reason.text}" + (f" ({reason.advice})" if reason.advice else "")
-        for reason in verdict.reasons[:3]
-    ]
+    told = [reason.told for reason in verdict.reasons[:3]]
     more = [f"and {len(verdict.reasons) - 3} more"] if len(verdict.reasons) > 3 else []
     return " ".join([VERDICTS[verdict.level], "; ".join([*told, *more])]).strip()
 
@@ -220,10 +223,9 @@ def verdict_text(verdict: Verdict) -> str:
     Examples
     --------
     >>> print(verdict_text(judge([], narrowest_mm=2.0)))
-    with care
-      ribbons are as narrow as 2.0 mm; handle these with tweezers; their labels may have no room
+    Can it be built? Yes, with care.
+      ribbons are as narrow as 2.0 mm (handle these with tweezers; their labels may have no room)
     """
-    lines = [f"  {reason.text}" + (f"; {reason.advice}" if reason.advice else "")
-             for reason in verdict.reasons]  # fmt: skip
+    lines = [f"  {reason.told}" for reason in verdict.reasons]
     made = ["  made all the same, as --force asks"] if verdict.forced else []
-    return "\n".join([verdict.level, *lines, *made])
+    return "\n".join([f"{QUESTION} {VERDICTS[verdict.level]}", *lines, *made])

@@ -34,12 +34,6 @@ _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 
 
-def hole_area_mm2(piece: Piece) -> float:
-    """Return the area of a piece's holes and slots."""
-    slots = sum(slot.path.area for slot in piece.slots)
-    return float(np.pi / 4 * np.sum(piece.holes[:, 3] ** 2) + slots)
-
-
 def piece_table(
     pieces: Sequence[Piece], layout: Layout, labels: Sequence[str], allotment: Allotment
 ) -> str:
@@ -57,7 +51,7 @@ def piece_table(
     kinds = piece_kinds(pieces, allotment.of_pieces(pieces)).tolist()
     for piece, placement, kind in zip(pieces, layout.placements, kinds, strict=True):
         length, width = np.ptp(piece.outline, axis=0)
-        area = piece.path.area - hole_area_mm2(piece)
+        area = piece.net_area_mm2
         material = allotment.of_thread(piece.thread).material
         rows.writerow(
             (
@@ -181,7 +175,7 @@ def _sheet_account(
     cut = entities_on(drawing, Layer.CUT_INNER, Layer.CUT_OUTER)
     placed = [pieces[p.piece] for p in layout.placements if p.sheet == number]
     outlines = sum(piece.path.area for piece in placed)
-    holes = sum(hole_area_mm2(piece) for piece in placed)
+    holes = sum(piece.hole_area_mm2 for piece in placed)
     area = sheet.area_mm2
     return SheetAccount(
         number=number + 1,

@@ -11,7 +11,7 @@ from fabweave.report.comparison import comparison_section
 from fabweave.report.costs.page import costs_section
 from fabweave.report.offcuts import offcut_section
 from fabweave.report.splitting import splitting_section
-from fabweave.report.verdict import VERDICTS, Verdict
+from fabweave.report.verdict import QUESTION, VERDICTS, Verdict
 from fabweave.report.waste import WasteReport
 from fabweave.stock.supplies import Supplies
 
@@ -133,7 +133,7 @@ def _verdict_section(verdict: Verdict) -> str:
     )
     forced = " It was made all the same (--force)." if verdict.forced else ""
     return (
-        f'<div class="verdict {verdict.level.replace(" ", "-")}"><p><strong>Can it be built? '
+        f'<div class="verdict {verdict.level.replace(" ", "-")}"><p><strong>{QUESTION} '
         f"{VERDICTS[verdict.level]}</strong>{forced}</p>"
         + (f"<ul>{reasons}</ul>" if reasons else "")
         + "</div>"

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import shapely
 
 from fabweave import __version__
 from fabweave.app.job import PlannedJob
@@ -67,10 +66,10 @@ class Figures:
     """What a design comes to.
 
     ``broken`` counts the conditions of its pattern that the weave breaks; ``use`` is the share of
-    the sheets that becomes pieces. ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is
-    from the model at the most and in the mean, where it was remeshed, and ``lost`` names features
-    that went. ``hours`` are those of the assembly, ``cutting_h`` those of the machine, ``price``
-    that of sheets and hardware: each a range, None where it is not known.
+    the sheets that becomes pieces, without their holes. ``likeness_mm`` and ``likeness_mean_mm``
+    say how far the mesh is from the model at the most and in the mean, where it was remeshed, and
+    ``lost`` names features that went. ``hours`` are those of the assembly, ``cutting_h`` those of
+    the machine, ``price`` that of sheets and hardware: each a range, None where it is not known.
     """
 
     faces: int
@@ -180,7 +179,7 @@ def _rounded(span: tuple[float, float]) -> tuple[float, float]:
 def _figures(planned: PlannedJob, layout: Layout) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
-    area = float(shapely.area([shapely.Polygon(piece.outline) for piece in pieces]).sum())
+    area = sum(piece.net_area_mm2 for piece in pieces)
     sheets = sum(sheet.area_mm2 for sheet in layout.sheets)
     like = planned.woven.source.likeness
     costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)

@@ -19,8 +19,6 @@ from fabweave.mesh.polymesh import PolyMesh
 
 #: What a search leaves in its folder beside the candidates.
 FILES = ("design.html", "design.json", "design.csv")
-#: How many designs are tried unless more are asked for.
-USUAL = 24
 
 
 def run_design(
@@ -28,7 +26,7 @@ def run_design(
     folder: Path,
     progress: Progress = no_progress,
     *,
-    count: int = USUAL,
+    count: int,
     executors: Executors = here,
     given: PolyMesh | None = None,
 ) -> list[Tried]:

@@ -1,6 +1,7 @@
 """Make what is wished for, or say what could be made in place of what cannot."""
 
-from typing import Any
+from collections.abc import Collection
+from pathlib import Path
 
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
@@ -54,12 +55,13 @@ def meet_wishes(
 
 def make_or_advise(
     settings: Settings,
-    directory: Any,
+    directory: Path,
     progress: Progress = no_progress,
     *,
     mesh: PolyMesh | None = None,
     workers: int = 0,
-    **rest: Any,
+    executors: Executors | None = None,
+    replaced: Collection[Path] = (),
 ) -> FinishedJob:
     """Make a job as ``run_job`` does; where it cannot be built, try what could be.
 
@@ -70,7 +72,15 @@ def make_or_advise(
         can be built.
     """
     try:
-        return run_job(settings, directory, progress, mesh=mesh, workers=workers, **rest)
+        return run_job(
+            settings,
+            directory,
+            progress,
+            mesh=mesh,
+            workers=workers,
+            executors=executors,
+            replaced=replaced,
+        )
     except NotMakeableError as error:
         verdict = error.verdict
     ways = ways_out(settings, progress, executors=processes(workers), given=mesh)

@@ -13,7 +13,7 @@ import numpy as np
 from fabweave.app.design.candidate import Candidate, Figures, Tried
 from fabweave.app.design.front import objectives, pareto_front
 from fabweave.core.records import to_json
-from fabweave.report.verdict import VERDICTS
+from fabweave.report.verdict import QUESTION, VERDICTS
 
 SCHEMA = "fabweave.design/1"
 
@@ -52,6 +52,8 @@ _COLUMNS = (
     ("cutting_h", "machine, h", 1),
     ("price", "price", 0),
 )
+#: The figures that are ranges.
+_RANGES = ("hours", "cutting_h", "price")
 #: What is plotted over what: key and name across, key and name upward.
 _PLOTS = (
     ("pieces", "pieces", "likeness_mm", "off the model, mm"),
@@ -131,7 +133,7 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
     return (
         f'<div class="card{kind}{" best" * best}">{picture}'
         f"<h3>{name}: {html.escape(candidate.name)}</h3>{told}"
-        f"<p><strong>Can it be built? {VERDICTS[verdict.level]}</strong> {html.escape(why)}</p>"
+        f"<p><strong>{QUESTION} {VERDICTS[verdict.level]}</strong> {html.escape(why)}</p>"
         f"<code>{html.escape(candidate.command)}</code></div>"
     )
 
@@ -152,23 +154,25 @@ def words(figures: Figures) -> str:
     return text
 
 
+def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
+    """Return a figure of a design: one number, the ends of a range, or nothing if not known."""
+    value = None if candidate.figures is None else getattr(candidate.figures, key)
+    if value is None:
+        return ()
+    return value if isinstance(value, tuple) else (value,)
+
+
 def _number(candidate: Candidate, key: str) -> float:
     """Return a figure of a design; the middle of a range, and infinite where it is not known."""
-    value = None if candidate.figures is None else getattr(candidate.figures, key)
-    if isinstance(value, tuple):
-        value = sum(value) / len(value)
-    return np.inf if value is None else float(value)
+    ends = _ends(candidate, key)
+    return sum(ends) / len(ends) if ends else np.inf
 
 
 def _row(candidate: Candidate, name: str) -> str:
     """Return the row of a design in the table."""
     cells = [f"{name}: {candidate.name}"]
     for key, _, digits in _COLUMNS:
-        value = None if candidate.figures is None else getattr(candidate.figures, key)
-        if isinstance(value, tuple):
-            cells.append(" to ".join(f"{end:.{digits}f}" for end in value))
-        else:
-            cells.append("" if value is None else f"{value:.{digits}f}")
+        cells.append(" to ".join(f"{end:.{digits}f}" for end in _ends(candidate, key)))
     kind = "" if candidate.makeable else ' class="no"'
     return f"<tr{kind}>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>"
 
@@ -232,24 +236,16 @@ def design_csv(tried: Sequence[Tried]) -> str:
     """Return the figures as a table: a design a row."""
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
-    ranges = ("hours", "cutting_h", "price")
-    keys = [key for key, _, _ in _COLUMNS]
-    heads = [
-        part
-        for key in keys
-        for part in ((f"{key}_low", f"{key}_high") if key in ranges else (key,))
+    columns = [
+        (key, [f"{key}_low", f"{key}_high"] if key in _RANGES else [key]) for key, _, _ in _COLUMNS
     ]
+    heads = [head for _, part in columns for head in part]
     writer.writerow(["key", "name", "verdict", *heads, "command"])
     for one in tried:
-        figures = one.candidate.figures
-        cells: list[Any] = []
-        for key in keys:
-            value = None if figures is None else getattr(figures, key)
-            if key in ranges:
-                cells += ["", ""] if value is None else list(value)
-            else:
-                cells.append("" if value is None else value)
         candidate = one.candidate
+        cells: list[float | str] = []
+        for key, part in columns:
+            cells += _ends(candidate, key) or [""] * len(part)
         writer.writerow(
             [candidate.key, candidate.name, candidate.verdict.level, *cells, candidate.command]
         )

@@ -8,7 +8,7 @@ from fabweave.app.design.page import words
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json
 from fabweave.flat.split.preferences import CURRENCY
-from fabweave.report.verdict import VERDICTS
+from fabweave.report.verdict import VERDICTS, Reason
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
@@ -171,8 +171,7 @@ def _verdict_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say whether it can be built as it is asked for, and what wants care."""
     rows = [("buildable", VERDICTS[verdict["level"]])]
     for reason in verdict["reasons"]:
-        advice = f" ({reason['advice']})" if reason["advice"] else ""
-        rows.append(("", f"{reason['level']}: {reason['text']}{advice}"))
+        rows.append(("", f"{reason['level']}: {from_json(Reason, reason).told}"))
     return rows
 
 
