@@ -207,10 +207,10 @@ def test_two_runs_at_once_into_one_folder(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
 @pytest.mark.usefixtures("shipped")
-@pytest.mark.parametrize("what", ["mark_pieces", "portrait_png", "plan_order", "greedy_plan"])
+@pytest.mark.parametrize("what", ["mark_pieces", "portrait_png", "plan_order", "_greedy"])
 def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    if what == "greedy_plan":
+    if what == "_greedy":
         # A small job is nested in batches, as very large ones are.
         monkeypatch.setattr(batches, what, die)
         monkeypatch.setattr("fabweave.nest.nesting.batch_count", lambda _: 2)
