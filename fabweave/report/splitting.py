@@ -10,8 +10,8 @@ from fabweave.core.messages import agree
 from fabweave.core.records import record
 from fabweave.flat.piece import Piece
 from fabweave.flat.split.length_curve import ChoiceRecord
-from fabweave.flat.split.preferences import CURRENCY
 from fabweave.flat.split.split_plan import SplitPlan
+from fabweave.stock.labour import CURRENCY
 
 _CHART = (560, 190)  # width and height in pixels
 _EDGE = 90

@@ -1,7 +1,7 @@
 """Price a way of cutting threads by what it takes to make: sheets, fasteners and hours.
 
-All rates that decide which greatest length ``--max-length auto`` takes stand here, and nowhere
-else. They are estimates: hands were watched, and prices asked, but nothing was measured. What
+The rates that decide which greatest length ``--max-length auto`` takes stand here; hands take as
+long as in the costs of a job. They are estimates, and prices of stock count as they stand. What
 counts is what differs between two ways to cut the same weave; whatever they share, such as the
 holes of crossings and the weaving itself, is left out.
 """
@@ -11,23 +11,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.stock.labour import HOLDING_S, LABOUR_EUR_H, MIDDLE_PACE, PRACTISED
 
 #: What ``--prefer`` may say, the default first.
 PREFERENCES = ("balanced", "work", "waste")
-#: In this all costs are told; prices of stock count as they stand.
-CURRENCY = "EUR"
 
-#: A piece is found, taken up and peeled in so many seconds.
-PIECE_S = 20.0
-#: A joint is aligned and fastened in so many seconds.
-JOINT_S = 20.0
+#: A piece is taken out of its sheet, found and taken up in so many seconds, and a joint is brought
+#: into line and held: as costs count it, at a middling pace.
+PIECE_S = MIDDLE_PACE * sum(PRACTISED[action][0] for action in ("sort", "find", "take"))
+JOINT_S = MIDDLE_PACE * (PRACTISED["align"][0] + HOLDING_S["none"])
 #: Id, arrow, joint numbers and mates of a piece are engraved in so many seconds. Labels of
 #: crossings are as many however threads are cut.
 ENGRAVE_S = 12.0
 #: A joint's fastener is longer than that of a crossing, or comes besides.
 JOINT_EUR = 0.05
-#: An hour of the maker's own work; little more than a minimum wage.
-LABOUR_EUR_H = 15.0
 #: A minute at a laser in an open workshop.
 MACHINE_EUR_MIN = 0.5
 #: Cutting speed of a material of which none is known.
@@ -119,8 +116,8 @@ def hand_hours(pieces: float, joints: float) -> float:
 
     Examples
     --------
-    >>> hand_hours(90, 90)
-    1.0
+    >>> round(hand_hours(100, 100), 1)
+    1.6
     """
     return (PIECE_S * pieces + JOINT_S * joints) / 3600.0
 

@@ -9,26 +9,9 @@ from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import StepRecord
 from fabweave.flat.joint.kinds import KINDS
 from fabweave.report.costs.fasteners import fastener_class
+from fabweave.stock.labour import HOLDING_S, PACE, PRACTISED
 from fabweave.stock.machine import Span
 
-#: What one takes a practised hand, seconds, and what it is called. Taking up a strip (flexible, in
-#: two hands), laying, sliding (obstructed, held) and aligning (obstructed): Boothroyd and Dewhurst,
-#: as tabled by Whitney, Mechanical Assemblies, fig. 15-1, and in worked sheets, benthamopen.com
-#: TOMEJ-10-173. Sorting and finding are estimates.
-_PRACTISED = {
-    "sort": (5.0, "to take a piece out of its sheet and sort it"),
-    "find": (5.0, "to find a piece"),
-    "take": (4.5, "to take it up and turn it"),
-    "over": (2.5, "to lay a strand over another"),
-    "under": (8.5, "to slide one under"),
-    "align": (6.0, "to bring holes or ends into line"),
-}
-#: What holding a joint takes, by its kind: a brush and a clip, pressing (a snap that is hard to
-#: align), threading (obstructed and held), tape; the first and the last are estimates. Fasteners
-#: are counted by themselves.
-_JOINT_S = {"glue": 15.0, "dovetail": 5.0, "slot": 8.5, "none": 6.0}
-#: A maker takes so many times as long as a practised hand that does nothing else: an estimate.
-PACE: Span = (1.5, 3.0)
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
 #: in jobs of 8 to 140 pieces.
 _UNDER = 0.38
@@ -148,10 +131,10 @@ def assembly_time(counts: Counts) -> AssemblyTime:
     }
     actions = [
         Action(action=name, count=often[name], each_s=seconds, words=words)
-        for name, (seconds, words) in _PRACTISED.items()
+        for name, (seconds, words) in PRACTISED.items()
     ]
     actions += [
-        Action(action=kind, count=number, each_s=_JOINT_S[kind], words=f"to make a {kind} joint")
+        Action(action=kind, count=number, each_s=HOLDING_S[kind], words=f"to make a {kind} joint")
         for kind, number in counts.joints
     ]
     actions += [

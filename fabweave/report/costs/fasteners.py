@@ -27,7 +27,6 @@ _CLASSES = (
 )
 #: Glue and tape for one joint, in euros: estimates.
 GLUE_PRICE, TAPE_PRICE = 0.01, 0.02
-CURRENCY = "EUR"
 
 
 def fastener_class(hole_mm: float) -> FastenerClass:
