@@ -107,6 +107,12 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
             for settings in meshes
             if "triangles" not in (settings.remesh or "")
         )
+        # It subdivides its mesh first, so that coarse ones will do.
+        yield from (
+            replace(settings, pattern="triaxial")
+            for settings in meshes
+            if "triangles" in (settings.remesh or "")
+        )
     if asked.width.auto:
         narrow = option_named("width").kind.parse(_NARROW)
         yield from (replace(settings, width=narrow) for settings in meshes)

@@ -1,0 +1,86 @@
+"""Search designs of many meshes, sizes and materials; make and prove the best: design_table.py OUT.
+
+Usage: design_table.py OUT.jsonl TRIES MADE MESH...; goes on where OUT ends. Prints a table.
+"""
+
+import json
+import shutil
+import sys
+import tempfile
+import time
+from itertools import product
+from pathlib import Path
+
+from fabweave.app.design.job import plan_designs
+from fabweave.app.design.page import best_of
+from fabweave.app.design.search import explore
+from fabweave.app.pipeline import run_job
+from fabweave.app.settings import settings_from_options
+from fabweave.core.errors import FabweaveError
+
+SIZES, MATERIALS = ("300mm", "500mm"), ("card", "birch-veneer", "aluminium")
+
+
+def searched(mesh, size, material, tries, made):
+    """Return what a search finds, in plain values; with how many of the best made and proved."""
+    begun = time.monotonic()
+    asked = settings_from_options(mesh, size=size, material=material, effort="quick")
+    try:
+        designs = plan_designs(asked, tries)
+    except FabweaveError as error:
+        return {"refused": str(error)}
+    tried = [one.candidate for one in explore(asked, designs)]
+    best = best_of(tried)
+    order = sorted(range(len(tried)), key=lambda at: (not tried[at].makeable, not best[at]))
+    found = {
+        "tried": len(tried),
+        "makeable": sum(one.makeable for one in tried),
+        "search_s": round(time.monotonic() - begun, 1),
+        "why": [one.verdict.headline for one in tried if not one.makeable],
+        "made": [],
+    }
+    for at in [at for at in order if tried[at].makeable][:made]:
+        folder, begun = Path(tempfile.mkdtemp()), time.monotonic()
+        try:
+            job = run_job(designs[at], folder / "job")
+            figures = tried[at].figures
+            found["made"].append({
+                "name": tried[at].name,
+                "verdict": job.job.verdict.level,
+                "proved": job.proof.ok,
+                "pieces": [figures.pieces, len(job.job.piece_set.pieces)],
+                "sheets": [figures.sheets, len(job.job.drawings)],
+                "hours": [figures.hours, list(job.job.costs.assembly.hours)],
+                "narrowest_mm": figures.narrowest_mm,
+                "likeness_mm": figures.likeness_mm,
+                "seconds": round(time.monotonic() - begun, 1),
+            })  # fmt: skip
+        except FabweaveError as error:
+            found["made"].append({"name": tried[at].name, "error": str(error)})
+        finally:
+            shutil.rmtree(folder)
+    return found
+
+
+def main():
+    out, tries, made, *meshes = sys.argv[1:]
+    known = {}
+    if Path(out).exists():
+        for line in Path(out).read_text().splitlines():
+            row = json.loads(line)
+            known[tuple(row["cell"])] = row
+    for cell in product(meshes, SIZES, MATERIALS):
+        if cell not in known:
+            known[cell] = {"cell": cell, **searched(*cell, int(tries), int(made))}
+            with Path(out).open("a") as file:
+                file.write(json.dumps(known[cell]) + "\n")
+        row = known[cell]
+        told = [row["refused"]] if "refused" in row else [
+            f"{one['name']} ({one.get('pieces', ['', '?'])[1]} pieces)" for one in row["made"]
+        ]  # fmt: skip
+        print(Path(cell[0]).name, *cell[1:], f"{row.get('makeable')} of {row.get('tried')}",
+              f"{row.get('search_s')} s", "; ".join(told), sep=" | ", flush=True)  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
