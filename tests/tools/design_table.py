@@ -18,7 +18,7 @@ from fabweave.app.pipeline import run_job
 from fabweave.app.settings import settings_from_options
 from fabweave.core.errors import FabweaveError
 
-SIZES, MATERIALS = ("300mm", "500mm"), ("card", "birch-veneer", "aluminium")
+SIZES, MATERIALS = ("300mm", "500mm"), ("card", "birch-veneer", "aluminium-5052")
 
 
 def searched(mesh, size, material, tries, made):
