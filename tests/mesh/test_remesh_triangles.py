@@ -126,13 +126,15 @@ def grid_box(count, side):
     return ball.with_vertices(side / 2 * even)
 
 
-def test_too_few_triangles_are_left_as_many():
-    solid = solids.icosahedron()
+def test_where_there_are_too_few_triangles_long_edges_are_split():
+    solid = triangulate(solids.cube())
     solid = solid.with_vertices(40 * solid.vertices)
     remeshed = remesh_triangles(solid, 100)
-    assert remeshed.mesh.n_faces == 20
-    assert any("none were taken away" in note for note in remeshed.notes)
-    assert len(remeshed.irregular) == 12
+    assert remeshed.mesh.n_faces == 100
+    assert_same_topology(remeshed.mesh, solid)
+    assert any("long edges were split" in note for note in remeshed.notes)
+    # Sharp edges stay, so that the solid does.
+    assert likeness(solid, remeshed.mesh).greatest_mm < 1.0
 
 
 @pytest.mark.parametrize("number", [0, 7, 100_001])

@@ -20,6 +20,7 @@ from fabweave.mesh.remesh.engines import (
     Run,
     run_engine,
 )
+from fabweave.mesh.remesh.evenness import evenness
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.remesh_check import check_remeshed
 from fabweave.mesh.remesh.request import LEAST, checked_count
@@ -35,6 +36,8 @@ _ABOUT = 2.0
 _ENOUGH, _ENOUGH_EACH, _FAR_MORE = 10_000, 10, 1.2
 #: Of a paired mesh, at most this share of the faces may be other than quads.
 _STRAY = 1 / 8
+#: Quads that a mesh has already are as good as new ones if they are so even.
+_EVEN = 0.45
 
 
 def remesh_quads(
@@ -51,7 +54,8 @@ def remesh_quads(
     2. A mesh whose triangles are split quads gets them back by pairing, and keeps its vertices,
        if the count is left open or they are about as many as asked for (up to factor 2).
     3. A refined mesh gets a cage of quads back, if that has about as many as asked for (up to
-       factor 1.5).
+       factor 1.5). Where a count is asked for, either is taken only if its edges are even enough
+       (see `evenness`): else ribbons would be narrow where quads are small.
     4. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
        Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
        `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
@@ -104,17 +108,23 @@ def remesh_quads(
     source, notes = ready_source(mesh)
     pairing = pair_triangles(source)
     paired = merge_pairs(source, pairing)
+    kept = None
     if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
-        if _about(paired.n_faces, n_quads):
-            return _from_pairing(source, paired, notes)
-        cage = None if n_quads is None else cage_of_quads(source, n_quads)
-        if cage is not None:
-            return _finished(cage[0], "unrefining", [*notes, cage[1]])
-        notes.append(
-            f"the triangles pair up into {paired.n_faces} quads with {len(find_irregular(paired))} "
-            f"irregular vertices, but about {n_quads} quads were asked for; --remesh quads keeps "
-            "the pairs"
-        )
+        kept = _kept(source, paired, n_quads, notes)
+        if kept is not None and (n_quads is None or evenness(kept.mesh) >= _EVEN):
+            return kept
+        if kept is None:
+            notes.append(
+                f"the triangles pair up into {paired.n_faces} quads with "
+                f"{len(find_irregular(paired))} irregular vertices, but about {n_quads} quads were "
+                "asked for; --remesh quads keeps the pairs"
+            )
+        else:
+            notes.append(
+                f"the mesh has {kept.mesh.n_faces} quads of its own, but some are much smaller "
+                "than others, and would make narrow ribbons; --remesh quads keeps its quads, "
+                "--remesh coarse its cage"
+            )
     surface = cut_surface(source)
     wanted = n_quads or min(max(LEAST["quads"], surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
@@ -133,7 +143,17 @@ def remesh_quads(
         if best is not None:
             notes += [f"another attempt failed: {text}" for text in failures]
             return _finished(best.mesh, engine.name, [*notes, best.note])
-    return _last_resort(source, n_quads, notes, failures)
+    return kept or _last_resort(source, n_quads, notes, failures)
+
+
+def _kept(
+    source: PolyMesh, paired: PolyMesh, n_quads: int | None, notes: list[str]
+) -> Remeshed | None:
+    """Return the quads that a mesh has already, or those of its cage, if they are about so many."""
+    if _about(paired.n_faces, n_quads):
+        return _from_pairing(source, paired, notes)
+    cage = None if n_quads is None else cage_of_quads(source, n_quads)
+    return None if cage is None else _finished(cage[0], "unrefining", [*notes, cage[1]])
 
 
 def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:

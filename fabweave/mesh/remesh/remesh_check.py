@@ -10,6 +10,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner
+from fabweave.mesh.remesh.evenness import edge_lengths
 from fabweave.mesh.triangulate import triangulate
 
 #: All bounds are shares of the mean edge of the quads. How far a new vertex may be off the given
@@ -129,7 +130,7 @@ def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
 def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], float, float]:
     """Say how the surface differs in space."""
     old, new = triangulate(given), triangulate(result)
-    edge = float(_edge_lengths(result).mean())
+    edge = float(edge_lengths(result).mean())
     off = _distances(result.vertices, old)[0]
     lost = _distances(given.vertices, new)[0]
     faults = []
@@ -160,13 +161,6 @@ def _distances(points: FloatArray, surface: PolyMesh) -> tuple[FloatArray, IntAr
         np.array(points), np.array(surface.vertices), triangles
     )
     return np.sqrt(np.maximum(square, 0.0)), np.asarray(nearest, dtype=np.int64).reshape(-1)
-
-
-def _edge_lengths(mesh: PolyMesh) -> FloatArray:
-    """Return the length of each half-edge, (H,)."""
-    here = mesh.vertices[mesh.indices]
-    lengths: FloatArray = np.linalg.norm(here[next_corner(mesh)] - here, axis=1)
-    return lengths
 
 
 def _triangle_normals(surface: PolyMesh) -> FloatArray:

@@ -12,6 +12,7 @@ from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.edge_sizes import even_edges
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Engine, Run, run_engine
 from fabweave.mesh.remesh.fit import fit
 from fabweave.mesh.remesh.flips import REGULAR, flip_edges, quality
@@ -43,8 +44,10 @@ def remesh_triangles(
     1. Vertices at the same place are joined, and faces are turned to agree.
     2. Edges are collapsed in the order of the error that this makes (quadric error metric), in a
        process of its own; limbs and horns stay.
-    3. Edges are flipped so that more vertices have six, and vertices are moved so that the surface
-       follows the model; sharp edges of the model stay edges.
+    3. Again and again, edges that are very short vanish, and long ones are split in their place,
+       or where there are fewer triangles than asked for; edges are flipped so that more vertices
+       have six; and vertices are moved so that the surface follows the model. Sharp edges of the
+       model stay edges.
     4. Where the model is mirror-symmetric, the same is done to one half, which is joined to its
        mirror image. That is taken if it is sound, and its root mean square and its greatest
        distance are no more, and its 5 % quantile of quality is no less, than those of the whole
@@ -92,13 +95,14 @@ def remesh_triangles(
     if surface.n_faces <= n_triangles:
         coarse = surface
         notes.append(
-            f"the mesh has {surface.n_faces} triangles, no more than the {n_triangles} asked for, "
-            "so none were taken away; --refine gives more"
+            f"the mesh has {surface.n_faces} triangles, no more than the {n_triangles} asked for: "
+            "long edges were split"
         )
     else:
         progress("taking triangles away", 0, 1)
         coarse = _decimated(surface, n_triangles, engine)
-    whole = even_triangles(model_of(source, coarse.n_vertices), coarse, progress)
+    model = model_of(source, coarse.n_vertices)
+    whole = even_triangles(model, coarse, n_triangles, progress)
     faults = triangle_faults(source, whole)
     symmetric = symmetric_triangles(surface, n_triangles, engine, progress)
     result = whole
@@ -146,7 +150,8 @@ def symmetric_triangles(
         return None
     if surface_faults(half, coarse, 3):
         return None
-    coarse = even_triangles(model_of(half, coarse.n_vertices), coarse, progress)
+    model = model_of(half, coarse.n_vertices)
+    coarse = even_triangles(model, coarse, n_triangles // 2, progress)
     reach = _REACH * float(np.ptp(surface.vertices, axis=0).max())
     result = joined_with_image(coarse, mirror, reach)
     return None if triangle_faults(surface, result) else result
@@ -167,24 +172,26 @@ def _evenness(mesh: PolyMesh) -> float:
     return float(np.quantile(quality(*(mesh.vertices[mesh.indices[k::3]] for k in range(3))), 0.05))
 
 
-def even_triangles(model: Model, mesh: PolyMesh, progress: Progress = no_progress) -> PolyMesh:
+def even_triangles(
+    model: Model, mesh: PolyMesh, n_triangles: int, progress: Progress = no_progress
+) -> PolyMesh:
     """Make triangles more even and their valences more regular, and fit them to a model.
+
+    Short edges vanish and long ones are split, edges are flipped, and vertices move.
 
     Parameters
     ----------
     model : Model
     mesh : PolyMesh
         An oriented manifold of triangles near it.
+    n_triangles : int
+        How many there should be.
     progress : callable
         Told about each round.
-
-    Returns
-    -------
-    PolyMesh
-        As many triangles and vertices.
     """
     for number in range(_FLIPPING):
         progress("evening triangles", number, _FLIPPING)
+        mesh = even_edges(model, mesh, n_triangles)
         mesh = fit(model, flip_edges(model, mesh), 1, _EVEN_FLIPPING)
     return fit(model, mesh, _FITTING, _EVEN_FITTING)
 

@@ -1,0 +1,145 @@
+"""Long edges are split without changing the surface; short ones vanish, and the kind stays."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.edge_sizes import collapse_short, even_edges, split_long
+from fabweave.mesh.remesh.evenness import edge_lengths, evenness
+from fabweave.mesh.remesh.model import model_of
+from fabweave.mesh.remesh.quads import remesh_quads
+from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.triangulate import triangulate
+
+
+def area(mesh):
+    a, b, c = (mesh.vertices[mesh.indices[k::3]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
+
+def kind(mesh):
+    report = check_mesh(mesh)
+    assert not report.fatal
+    return report.euler, report.n_boundary_loops, report.n_components
+
+
+SURFACES = {
+    "ball": triangulate(grids.sphere(6, 50.0)),
+    "ring": triangulate(grids.torus(20, 12, 35.0, 15.0)),
+    "saddle": triangulate(grids.hypar(5, 4, 40.0, 9.0)),
+    "solid": solids.icosahedron(),
+}
+
+
+@given(st.sampled_from(sorted(SURFACES)), st.integers(1, 900))
+def test_splitting_gives_the_number_and_keeps_the_surface(name, wanted):
+    mesh = SURFACES[name]
+    split = split_long(mesh, wanted)
+    assert max(wanted, mesh.n_faces) <= split.n_faces <= max(wanted + 1, mesh.n_faces)
+    assert kind(split) == kind(mesh)
+    assert area(split) == pytest.approx(area(mesh), rel=1e-12)
+    assert edge_lengths(split).max() <= edge_lengths(mesh).max() * (1 + 1e-12)
+    np.testing.assert_array_equal(split.vertices[: mesh.n_vertices], mesh.vertices)
+
+
+def test_the_longest_edge_of_all_is_split_first():
+    mesh = SURFACES["saddle"]
+    split = split_long(mesh, mesh.n_faces + 1)
+    lengths = edge_lengths(mesh)
+    assert np.count_nonzero(edge_lengths(split) == lengths.max()) < np.count_nonzero(
+        lengths == lengths.max()
+    )
+
+
+def with_slivers(mesh, count, seed):
+    """Split edges very near to one end: as many short edges, and slivers on the same surface."""
+    split = split_long(mesh, mesh.n_faces + 2 * count)
+    vertices, new = split.vertices.copy(), np.arange(mesh.n_vertices, split.n_vertices)
+    faces = split.indices.reshape(-1, 3)
+    for vertex in np.random.default_rng(seed).permutation(new)[:count].tolist():
+        beside = np.unique(faces[np.any(faces == vertex, axis=1)])
+        sums = split.vertices[beside][:, None] + split.vertices[beside][None]
+        ends = np.argwhere(np.all(sums == 2 * split.vertices[vertex], axis=2))
+        apart = ends[ends[:, 0] != ends[:, 1]]
+        if len(apart):
+            end = beside[apart[0, 0]]
+            vertices[vertex] += 0.98 * (split.vertices[end] - vertices[vertex])
+    return split.with_vertices(vertices)
+
+
+@pytest.mark.parametrize("name", ["ball", "ring", "saddle"])
+@pytest.mark.parametrize("seed", range(3))
+def test_short_edges_vanish_and_the_kind_of_surface_stays(name, seed):
+    model = SURFACES[name]
+    uneven = with_slivers(model, 20, seed)
+    least = 0.2 * float(np.median(edge_lengths(model)))
+    assert np.count_nonzero(edge_lengths(uneven) < least) >= 20
+    even = collapse_short(model_of(model, uneven.n_vertices), uneven, least)
+    assert edge_lengths(even).min() >= least
+    assert kind(even) == kind(model)
+    assert not len(self_intersections(even))
+    assert area(even) == pytest.approx(area(model), rel=0.03)
+
+
+def test_corners_and_edges_of_a_solid_stay_where_they_are():
+    cube = split_long(triangulate(solids.cube()), 300)
+    model = model_of(triangulate(solids.cube()), cube.n_vertices)
+    fewer = collapse_short(model, cube, 1.5 * float(np.median(edge_lengths(cube))))
+    assert fewer.n_faces < cube.n_faces
+    corners = solids.cube().vertices
+    gap = np.linalg.norm(fewer.vertices[:, None] - corners[None], axis=2).min(axis=0)
+    assert gap.max() == 0.0
+    assert area(fewer) == pytest.approx(area(cube), rel=1e-12)
+
+
+def test_nothing_vanishes_where_that_would_spoil_the_surface():
+    # Each edge of a tetrahedron is short; without one it would be no surface.
+    solid = solids.tetrahedron()
+    model = model_of(solid, 4)
+    assert collapse_short(model, solid, 1e9) == solid
+    # Of a slender ring, no more than a ring can lose.
+    ring = triangulate(grids.torus(12, 3, 35.0, 2.0))
+    thin = collapse_short(model_of(ring, ring.n_vertices), ring, 1e9)
+    assert kind(thin) == kind(ring)
+
+
+def test_both_together_make_a_mesh_even():
+    uneven = with_slivers(SURFACES["ball"], 60, 5)
+    model = model_of(SURFACES["ball"], uneven.n_vertices)
+    even = even_edges(model, uneven, 552)
+    assert even.n_faces in (552, 553)
+    assert evenness(even) > 0.4 > evenness(uneven)
+
+
+def squeezed(mesh):
+    """Push the quads of one side together: as many of them, but some are small."""
+    vertices = mesh.vertices.copy()
+    above = vertices[:, 2] > 0
+    vertices[above, 2] **= 3
+    vertices[above, 2] /= np.abs(mesh.vertices[:, 2]).max() ** 2
+    return mesh.with_vertices(vertices)
+
+
+def test_even_quads_are_kept_and_uneven_ones_made_anew():
+    pytest.importorskip("pyQuadriFlow", reason="the extra quad is not installed")
+    ball = grids.sphere(6, 50.0)
+    assert remesh_quads(ball, 200).method == "unchanged"
+    uneven = squeezed(ball)
+    assert evenness(uneven) < 0.45
+    anew = remesh_quads(uneven, 200)
+    assert anew.method not in ("unchanged", "pairing")
+    assert evenness(anew.mesh) >= 0.45
+    assert any("narrow ribbons" in note for note in anew.notes)
+    # Who does not say how many gets those that are there.
+    assert remesh_quads(uneven, None).method == "unchanged"
+
+
+def test_evenness_of_a_strip_is_its_shortest_edges_over_the_median():
+    corners = [[x, y, 0] for x in (0, 1, 2, 3, 3.25) for y in (0, 1)]
+    faces = [[2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1] for k in range(4)]
+    strip = PolyMesh.from_faces(corners, faces)
+    assert evenness(strip) == pytest.approx(0.25, abs=0.01)
