@@ -115,7 +115,7 @@ def test_whatever_is_interrupted_no_lock_stays_taken(stride):
 
 # A listing that is interrupted is closed when it is collected, which is soon enough.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize("stride", [41, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("stride", [41, pytest.param(7, marks=pytest.mark.slow)])
 def test_a_folder_is_old_or_new_but_never_between(stride, tmp_path, monkeypatch):
     old, new = "an older job", "a newer job"
     job = tmp_path / "job"

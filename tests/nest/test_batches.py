@@ -98,7 +98,7 @@ def test_few_pieces_are_one_batch(piece_sets):
 def test_layout_is_the_same_here_and_in_processes_and_hardly_worse_than_one_batch(
     effort, piece_sets, monkeypatch
 ):
-    pieces = strips(piece_sets, 90)
+    pieces = strips(piece_sets, 72)
     together = nest(pieces, STOCK, effort=effort, **RULES)
     monkeypatch.setattr(batches, "_PIECES", 20)
     monkeypatch.setattr(batches, "_LEAST_SHEETS", 1)
@@ -106,7 +106,7 @@ def test_layout_is_the_same_here_and_in_processes_and_hardly_worse_than_one_batc
     beside = nest(pieces, STOCK, effort=effort, executors=processes(2), **RULES)
     assert here == beside
     assert check_layout(here, pieces) == []
-    assert [placement.piece for placement in here.placements] == list(range(90))
+    assert [placement.piece for placement in here.placements] == list(range(72))
     assert here != together  # so there were batches
     assert len(here.sheets) <= math.ceil(1.15 * len(together.sheets))
 

@@ -10,6 +10,8 @@ from pathlib import Path
 from unittest import mock
 
 from fabweave.app import pipeline
+from fabweave.app.design import making, ways_out
+from fabweave.cli import inspect
 from fabweave.cli.main import main
 from fabweave.picture import portrait
 
@@ -30,7 +32,7 @@ def run(*words: object) -> int:
 
 @contextmanager
 def quick_jobs() -> Iterator[None]:
-    """Have jobs made by this process alone, with a small picture of the woven object.
+    """Have jobs made by this process alone, with a small picture, and few designs tried.
 
     Most of a small job's time goes to its picture, and to processes that make it meanwhile.
     Nothing else is changed by either.
@@ -38,6 +40,9 @@ def quick_jobs() -> Iterator[None]:
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", 0),
         mock.patch.object(pipeline, "portrait_png", _small_portrait),
+        mock.patch.object(making, "_TRIES", 4),
+        mock.patch.object(ways_out, "_MESHES", 2),
+        mock.patch.object(inspect, "_DESIGNS", 1),
     ):
         yield
 
@@ -48,11 +53,15 @@ def shipped_jobs() -> Iterator[None]:
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
         mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
+        mock.patch.object(making, "_TRIES", _SHIPPED_TRIES),
+        mock.patch.object(ways_out, "_MESHES", _SHIPPED_MESHES),
+        mock.patch.object(inspect, "_DESIGNS", _SHIPPED_DESIGNS),
     ):
         yield
 
 
-_SHIPPED_WORKERS = pipeline._MOST_WORKERS
+_SHIPPED_WORKERS, _SHIPPED_TRIES = pipeline._MOST_WORKERS, making._TRIES
+_SHIPPED_MESHES, _SHIPPED_DESIGNS = ways_out._MESHES, inspect._DESIGNS
 
 
 def _small_portrait(ribbons, colours) -> bytes:
