@@ -12,17 +12,21 @@ from fabweave.verify.checks.reports.areas import check_areas
 from fabweave.verify.checks.reports.estimate import check_estimate
 from fabweave.verify.checks.reports.manual import check_manual
 from fabweave.verify.checks.reports.materials import check_materials
+from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.checks.reports.page import check_page
 from fabweave.verify.checks.reports.verdict import check_verdict
 from fabweave.verify.checks.sheets.offcuts import check_offcuts
+from fabweave.verify.checks.sheets.qr_code import check_code
+from fabweave.verify.checks.sheets.templates import check_templates
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.read.waste_page import Seen
 from fabweave.verify.statement import Tally
 
 CHECKS = {
-    "areas": check_areas, "bends": check_bends, "estimate": check_estimate,
+    "areas": check_areas, "bends": check_bends, "code": check_code, "estimate": check_estimate,
     "manual": check_manual, "materials": check_materials, "offcuts": check_offcuts,
-    "page": check_page, "unfolding": check_unfolding, "verdict": check_verdict,
+    "outcome": check_outcome, "page": check_page, "templates": check_templates,
+    "unfolding": check_unfolding, "verdict": check_verdict,
 }  # fmt: skip
 
 
@@ -152,6 +156,24 @@ WASTE = [
 @pytest.mark.parametrize(("way", "value", "name"), WASTE)
 def test_figures_of_the_waste_report(read, way, value, name):
     assert findings(name, replace(read, waste=spoilt(read.waste, way, value)))
+
+
+SETTINGS = [
+    (("job", "paper"), "letter", "manual"),
+    (("job", "paper"), "parchment", "manual"),
+    (("job", "template"), "a4", "templates"),
+    (("job", "template"), "parchment", "templates"),
+    (("job", "bodies"), "largest", "code"),
+    (("job", "smooth"), 4, "code"),
+    (("job", "slots"), True, "code"),
+    (("outcome", "hole_mm"), 3.3, "outcome"),
+    (("outcome", "costs"), "costs: nothing", "outcome"),
+]
+
+
+@pytest.mark.parametrize(("way", "value", "name"), SETTINGS)
+def test_settings_and_what_came_of_them(read, way, value, name):
+    assert findings(name, replace(read, settings=spoilt(read.settings, way, value)))
 
 
 PREDICTIONS = {

@@ -4,6 +4,8 @@ from typing import Any
 
 #: What each verdict answers to whoever asks whether it can be built.
 ANSWERS = {"makeable": "Yes.", "with care": "Yes, with care.", "not makeable": "No."}
+#: Papers by their names: width and height.
+PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
 #: Up to so many times this, minutes are said; then hours.
 _HOUR_S, _MINUTES_UP_TO_H = 3600.0, 3.0
 #: Numbers below this have decimals.
@@ -73,6 +75,34 @@ def difficulty_words(estimate: dict[str, Any]) -> str:
     return (
         f"{figures['word']} ({figures['score']:.1f} of 10): {figures['unders']:.1f} strands to "
         f"slide a piece under, ribbons of {figures['width_mm']:.0f} mm"
+    )
+
+
+def machine_words(estimate: dict[str, Any]) -> str:
+    """Return what the machine takes."""
+    cut, engrave, moves, in_all = (
+        time_words(estimate[f"{what}_s"]) for what in ("cut", "engrave", "travel", "machine")
+    )
+    return f"cutting {cut}, engraving {engrave}, moves {moves}; {in_all} in all"
+
+
+def money_words(estimate: dict[str, Any]) -> str:
+    """Return what all of it costs."""
+    rent = estimate["machine_price"]
+    machine = "" if rent is None else f", machine {price_words(rent)}"
+    return (
+        f"{counted(len(estimate['sheets']), 'sheet')} {price_words(estimate['sheet_price'])}, "
+        f"hardware {price_words(estimate['hardware_price'])}{machine}; "
+        f"{price_words(estimate['price'])} in all"
+    )
+
+
+def costs_words(estimate: dict[str, Any]) -> str:
+    """Return the line on costs that job.toml has."""
+    hours = time_words([3600.0 * end for end in estimate["assembly"]["hours"]])
+    return (
+        f"costs: {machine_words(estimate)}; assembly {hours}, {estimate['difficulty']['word']}; "
+        f"{money_words(estimate)}"
     )
 
 

@@ -23,6 +23,8 @@ class ManualPage:
 
     texts: tuple[str, ...]
     figures: tuple[Floats, ...]
+    #: Width and height of the page, in points.
+    size: tuple[float, float] = (0.0, 0.0)
 
 
 def read_manual(path: Path) -> tuple[ManualPage, ...]:
@@ -120,7 +122,8 @@ def _read(page: Stream) -> ManualPage:
         raise
     except (IndexError, ValueError) as error:
         raise ReadError(f"a text or a line has no place or size: {error}") from error
-    return ManualPage(tuple(drawing.texts), tuple(drawing.figures))
+    size = page.width, page.height
+    return ManualPage(tuple(drawing.texts), tuple(drawing.figures), size)
 
 
 def _matrix(values: list[bytes]) -> Floats:

@@ -8,7 +8,7 @@ from fabweave.verify.checks.reports.manual_drawings import check_parts, check_sh
 from fabweave.verify.checks.reports.manual_steps import check_steps
 from fabweave.verify.checks.reports.page import title_of
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
-from fabweave.verify.measure.words import counted
+from fabweave.verify.measure.words import PAPERS_MM, counted
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.manual import ManualPage
 from fabweave.verify.running_text import RunningText, printed
@@ -20,6 +20,8 @@ SECTIONS = (
 )  # fmt: skip
 #: What stands above the cells of a station.
 _HEADS = ("st.", "crossing", "mm", "passes", "joint", "step")
+#: Sizes of paper are told in hundredths of points.
+_PAPER_MM = 0.1
 #: Distances are rounded to a tenth.
 _SAME_MM = 0.0501
 MAP = (
@@ -39,6 +41,8 @@ def check_manual(job: Job, tally: Tally) -> None:
     """Check every text of assembly.pdf, and the drawings of pieces and sheets."""
     pages, plan = required(job.manual), required(job.map)
     place = tally.at("assembly.pdf").against("crossing_map.json")
+    if (paper := job.options.get("paper")) is not None:
+        _check_paper(pages, paper, place.against("job.toml"))
     sections = _sections(pages, printed(title_of(job)), place)
     place.equal("the row of sections", list(sections), list(SECTIONS))
     parts = [sections.get(name, []) for name in SECTIONS]
@@ -50,6 +54,16 @@ def check_manual(job: Job, tally: Tally) -> None:
     check_sheets(plan, sheets, place)
     check_steps(plan, _running(steps, place.at("steps")))
     _check_tables(plan, _running(tables, place.at("tables")), place)
+
+
+def _check_paper(pages: Sequence[ManualPage], paper: object, place: Place) -> None:
+    """Check that all pages have the size of the paper that was asked for."""
+    size = PAPERS_MM.get(str(paper))
+    if not place.expect(size is not None, f"there is no paper {paper!r}") or size is None:
+        return
+    for number, page in enumerate(pages, start=1):
+        off = max(abs(one * 25.4 / 72.0 - mm) for one, mm in zip(page.size, size, strict=True))
+        place.expect(off < _PAPER_MM, f"page {number} is not of {paper} paper")
 
 
 def _sections(pages: Sequence[ManualPage], title: str, place: Place) -> dict[str, list[ManualPage]]:

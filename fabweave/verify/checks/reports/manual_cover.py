@@ -11,7 +11,8 @@ from fabweave.verify.measure.joint_kinds import KINDS, kind_of
 from fabweave.verify.measure.words import (
     counted,
     difficulty_words,
-    price_words,
+    machine_words,
+    money_words,
     time_words,
     verdict_words,
 )
@@ -129,18 +130,8 @@ def _costs(estimate: dict[str, Any]) -> Iterator[tuple[str, str]]:
     )
     practised = practised.partition(" to ")[2]
     yield "Time", f"{hours}; practised hands take {practised}, at {pace}"
-    cut, engrave, moves, in_all = (
-        time_words(estimate[f"{what}_s"]) for what in ("cut", "engrave", "travel", "machine")
-    )
-    yield "Machine", f"cutting {cut}, engraving {engrave}, moves {moves}; {in_all} in all"
-    rent = estimate["machine_price"]
-    machine = "" if rent is None else f", machine {price_words(rent)}"
-    yield (
-        "Cost",
-        f"{counted(len(estimate['sheets']), 'sheet')} {price_words(estimate['sheet_price'])}, "
-        f"hardware {price_words(estimate['hardware_price'])}{machine}; "
-        f"{price_words(estimate['price'])} in all",
-    )
+    yield "Machine", machine_words(estimate)
+    yield "Cost", money_words(estimate)
 
 
 def check_legend(plan: CrossingMap, text: RunningText) -> None:
