@@ -23,6 +23,7 @@ from fabweave.verify.checks.reports.estimate import check_estimate
 from fabweave.verify.checks.reports.manual import check_manual
 from fabweave.verify.checks.reports.materials import check_materials
 from fabweave.verify.checks.reports.outcome import check_outcome
+from fabweave.verify.checks.reports.page import check_page
 from fabweave.verify.checks.reports.preflight import check_preflight
 from fabweave.verify.checks.reports.tables import check_tables
 from fabweave.verify.checks.reports.verdict import check_verdict
@@ -65,6 +66,7 @@ _FILES = {
     "preflight": "preflight.json",
     "verdict": "verdict.json",
     "manual": "assembly.pdf",
+    "waste_page": "waste.html",
 }
 
 _TASKS = (
@@ -99,6 +101,7 @@ _TASKS = (
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),
     _Task("materials", ("map",), check_materials),
     _Task("estimate", ("map", "waste"), check_estimate),
+    _Task("page", ("map", "waste", "waste_page"), check_page),
     _Task("outcome", (), check_outcome),
     _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("verdict", ("map", "ribbons", "verdict"), check_verdict),

@@ -243,7 +243,7 @@ SPOILS = {
     ),
     "a thread's limits": (
         spoil_json("ribbons.json", lambda r: r["threads"][0]["limits"].update(thickness_mm=0.5)),
-        {"clearance"},
+        {"clearance", "bends"},
     ),
     "the preflight's thickness": (
         spoil_json("preflight.json", lambda r: r["materials"][0].update(thickness_mm=0.5)),
@@ -260,8 +260,10 @@ def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None
     told = {check.name for check in verify_job(folder).checks if not check.ok}
     # The viewer holds the map, and the code on a sheet the settings: either objects to any other.
     # Whether pieces stand nearer than the gap of the other material is up to the layout, and so is
-    # what is left of a sheet and is of its material, as its estimate is.
-    assert expected <= told <= expected | {"viewer", "code", "sheets", "offcuts", "estimate"}
+    # what is left of a sheet and is of its material, as its estimate is and the comparison with
+    # naive ways. The page on material and the manual show some of the figures as they were.
+    may = {"viewer", "code", "sheets", "offcuts", "estimate", "areas", "page", "manual"}
+    assert expected <= told <= expected | may
 
 
 @pytest.mark.parametrize(

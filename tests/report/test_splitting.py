@@ -48,7 +48,8 @@ def test_verify_knows_what_is_not_so(job, tmp_path, key, value) -> None:
     assert report["splitting"]["threads"][1][key] != value
     report["splitting"]["threads"][1][key] = value
     (folder / "waste.json").write_text(json.dumps(report), encoding="utf-8")
-    assert verify_job(folder).failed == ("areas",)
+    # The page shows some of these figures as they were.
+    assert set(verify_job(folder).failed) - {"page"} == {"areas"}
 
 
 @pytest.mark.parametrize(
@@ -71,7 +72,8 @@ def test_verify_knows_what_was_not_chosen(job, tmp_path, where, key, value) -> N
     at = [one["max_length_mm"] for one in told["choices"]].index(told["max_length_mm"])
     (told["chosen"] if where == "chosen" else told["choices"][at])[key] = value
     (folder / "waste.json").write_text(json.dumps(report), encoding="utf-8")
-    assert verify_job(folder).failed == ("areas",)
+    # The page shows some of these figures as they were.
+    assert set(verify_job(folder).failed) - {"page"} == {"areas"}
 
 
 def test_a_curve_is_drawn_within_its_picture() -> None:

@@ -9,18 +9,19 @@ import math
 import re
 import struct
 import zlib
-from collections import Counter
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import shapely
 from pdf_writer import pdf_bytes
+from verify_manual import TITLE, manual_pages
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
 from fabweave.assembly.viewer.page import viewer_page
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
+from fabweave.verify.measure.development import total_turn_deg
 from fabweave.verify.read.glb import read_model
 
 PIECE_COLUMNS = (
@@ -37,8 +38,18 @@ CROSSING_COLUMNS = (
 )  # fmt: skip
 LAYERS = tuple(COLOURS)
 #: How far apart ribbons are said to be: the coarsest specimen has 0.27 mm.
-LIMITS = {"thickness_mm": 0.2, "clearance_mm": 0.05, "width_mm": 0.05, "bend_mm": 0.05,
-          "twist_deg": 900.0}  # fmt: skip
+LIMITS = {"thickness_mm": 0.2, "clearance_mm": 0.05, "width_mm": 1.0, "bend_mm": 0.005,
+          "twist_deg": math.degrees(math.sqrt(6 * 0.2 / 0.005))}  # fmt: skip
+#: What is found of each rule, and what helps.
+REASONS = {
+    "hole": ("a hole without room", "leave those crossings without a fastener, or use glue"),
+    "narrow": ("ribbons are as narrow as {narrow:.1f} mm",
+               "handle these with tweezers; their labels may have no room"),
+    "bodies": ("there are {bodies} bodies that no thread joins",
+               "each is an object of its own; --bodies largest keeps one"),
+    "ids": ("{unnamed} piece{s} no room for an id",
+            "write the id on as you peel the piece, from the picture of its sheet"),
+}  # fmt: skip
 #: Where the finding about ribbons is.
 PLACE = (12.0, -7.5, 30.25)
 
@@ -372,14 +383,35 @@ def write_waste(specimen, folder):
     waste = {"schema": "fabweave.waste/1", "units": "mm", "sheets": sheets, "totals": totals}
     waste["offcuts"] = []
     (folder / "waste.json").write_text(json.dumps(rounded(waste)))
-    shown = [(sheet["name"], entry) for sheet, entry in zip(plan["sheets"], sheets, strict=True)]
-    rows = "".join(
-        f"<tr><td>{name}</td><td></td><td>{entry['pieces']}</td>"
-        + "".join(f"<td>{entry[key] / 100:.1f}</td>" for key in keys[1:4])
-        + f"<td>{100 * entry['utilisation']:.1f} %</td></tr>"
-        for name, entry in [*shown, ("all", totals)]
+
+
+def write_page(specimen, folder):
+    """Write the page on material: the verdict, and the table of sheets."""
+    plan = specimen.plan
+    waste, verdict = (json.loads((folder / name).read_text())
+                      for name in ("waste.json", "verdict.json"))  # fmt: skip
+    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
+    heads = ("Sheet", "Size, mm", "Pieces", "Pieces, cm²", "Holes, cm²", "Waste with holes, cm²",
+             "Used", "")  # fmt: skip
+    rows = "".join(f"<th>{head}</th>" for head in heads)
+    for entry in (*waste["sheets"], waste["totals"]):
+        size = f"{entry['width_mm']:g} × {entry['height_mm']:g}" if "sheet" in entry else ""
+        share = f"{100 * entry['utilisation']:.1f}"
+        areas = (entry[key] / 100 for key in ("piece_area_mm2", "hole_area_mm2", "waste_mm2"))
+        cells = [names.get(entry.get("sheet"), "all"), size, entry["pieces"],
+                 *(f"{area:.1f}" for area in areas), f"{share} %",
+                 f'<div class="bar"><span style="width:{share}%"></span></div>']  # fmt: skip
+        rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    reasons = "".join(f"<li>{reason['text']}; {reason['advice']}</li>"
+                      for reason in verdict["reasons"])  # fmt: skip
+    pictures = "".join(f'<img src="sheets/{name}.png"><figcaption>{name}</figcaption>'
+                       for name in names.values())  # fmt: skip
+    page = (
+        f"<html><title>{TITLE}: material</title><h1>{TITLE}: material</h1>"
+        f'<div class="verdict with-care"><p>Can it be built? Yes, with care.</p>{reasons}</div>'
+        f"<h2>Sheets</h2><table><tr>{rows}</table><h2>Pictures</h2>{pictures}</html>"
     )
-    (folder / "waste.html").write_text(f"<html><table>{rows}</table></html>", encoding="utf-8")
+    (folder / "waste.html").write_text(page, encoding="utf-8")
 
 
 def bend_figures(strip):
@@ -390,7 +422,8 @@ def bend_figures(strip):
     least = [float(value) if np.isfinite(value) else None for value in least]
     return {"bend_mm": least[0], "modelled_bend_mm": least[1], "fold_deg": bending.fold_deg,
             "crease_deg": float(np.nanmax(np.append(bending.turn_deg, 0.0))),
-            "twist_deg": float(np.nanmax(np.append(bending.span_twist_deg, 0.0)))}  # fmt: skip
+            "twist_deg": float(np.nanmax(np.append(bending.span_twist_deg, 0.0))),
+            "wave_deg": total_turn_deg(strip)[0] / len(strip.entry)}  # fmt: skip
 
 
 def write_ribbons(specimen, folder):
@@ -426,7 +459,8 @@ def write_ribbons(specimen, folder):
     crossings = next(t["crossings"] for t in specimen.plan["threads"] if t["label"] == first)
     finding = {"rule": "hole", "severity": "warn", "thread": first, "station": 1,
                "crossing": crossings[1], "other": None, "position": list(PLACE),
-               "count": 1, "of": len(specimen.plan["crossings"]), "far": 0}  # fmt: skip
+               "count": 1, "of": len(specimen.plan["crossings"]), "far": 0,
+               "text": REASONS["hole"][0]}  # fmt: skip
     ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
                "limits": LIMITS,
                "threads": rounded(threads)}  # fmt: skip
@@ -437,19 +471,25 @@ def write_verdict(specimen, folder):
     """State the verdict: a hole without room wants care, and what else there is."""
     ribbons = json.loads((folder / "ribbons.json").read_text())
     rules = [finding["rule"] for finding in ribbons["findings"]]
-    if min(thread["narrowest_mm"] for thread in ribbons["threads"]) < 4.0:
+    narrow = min(thread["narrowest_mm"] for thread in ribbons["threads"])
+    if narrow < 4.0:
         rules.append("narrow")
     body = {}
     for crossing in specimen.plan["crossings"]:
         pair = [body.get(crossing[side]["thread"], {crossing[side]["thread"]})
                 for side in ("over", "under")]  # fmt: skip
         body |= dict.fromkeys(pair[0] | pair[1], pair[0] | pair[1])
-    if len({frozenset(threads) for threads in body.values()}) > 1:
+    bodies = len({frozenset(threads) for threads in body.values()})
+    if bodies > 1:
         rules.append("bodies")
-    if any(dropped["kind"] == "id" for piece in specimen.plan["pieces"]
-           for dropped in piece["dropped"]):  # fmt: skip
+    unnamed = sum(any(dropped["kind"] == "id" for dropped in piece["dropped"])
+                  for piece in specimen.plan["pieces"])  # fmt: skip
+    if unnamed:
         rules.append("ids")
-    reasons = [{"rule": rule, "level": "with care", "text": "", "advice": ""} for rule in rules]
+    figures = {"narrow": narrow, "bodies": bodies, "unnamed": unnamed,
+               "s": " has" if unnamed == 1 else "s have"}  # fmt: skip
+    reasons = [{"rule": rule, "level": "with care", "text": REASONS[rule][0].format(**figures),
+                "advice": REASONS[rule][1]} for rule in rules]  # fmt: skip
     verdict = {"schema": "fabweave.verdict/1", "units": "mm", "level": "with care",
                "reasons": reasons, "forced": False}  # fmt: skip
     (folder / "verdict.json").write_text(json.dumps(verdict))
@@ -592,73 +632,24 @@ def shipped_page():
                        view_deg=(0.0, 0.0))  # fmt: skip
 
 
-def placed_outline(plan, piece):
-    """Return a piece's corners on its sheet, which may be mirrored."""
-    corners = placed(piece, piece["outline"])
-    sheet = next((one for one in plan["sheets"] if one["sheet"] == piece["sheet"]), {})
-    return [(sheet["width_mm"] - x, y) if sheet.get("mirrored") else (x, y) for x, y in corners]
-
-
-def manual_texts(plan):
-    """Return the lines of a manual: ids, sheets, steps and tables."""
-    made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
-    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
-    texts, pieces = [], {piece["id"]: piece for piece in plan["pieces"]}
-    for thread in plan["threads"]:
-        texts.append(f"Thread {thread['label']}")
-        for number, key in enumerate(thread["pieces"]):
-            piece = pieces[key]
-            texts.append(key)
-            for k, station in enumerate(piece["stations"]):
-                if k == 0 and number and piece["joints"][0] is not None:
-                    continue
-                if station["joint"] is not None:
-                    texts.append(f"#{station['joint']}")
-                texts.append(f"{station['crossing']} {'o' if station['over'] else 'u'}")
-    texts.append("Parts list")
-    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
-    kinds = Counter(piece.get("kind", 0) for piece in plan["pieces"])
-    for piece in plan["pieces"]:
-        xs, ys = zip(*placed_outline(plan, piece), strict=True)
-        place = f"{names.get(piece['sheet'])} at "
-        place += f"{(min(xs) + max(xs)) / 2:.0f}, {(min(ys) + max(ys)) / 2:.0f}"
-        kind = piece.get("kind", 0)
-        if kinds[kind] > 1:
-            place += f", kind {kind} (x {kinds[kind]})"
-        texts += [piece["id"], f"99 mm, {len(piece['stations'])} stations", place]
-    texts += [f"{sheet['name']}: all of it" for sheet in plan["sheets"]]
-    for step in plan["steps"]:
-        words = step["text"].split(" ")
-        half = len(words) // 2
-        texts += [f"Step {step['step']}", " ".join(words[:half]), " ".join(words[half:])]
-    for piece in plan["pieces"]:
-        texts += [f"Piece {piece['id']}", "st.", "crossing", "mm", "passes", "joint", "step"]
-        along, last = 0.0, None
-        for number, station in enumerate(piece["stations"]):
-            here = complex(station["x"], station["y"])
-            along += abs(here - (here if last is None else last))
-            last = here
-            joint = "-"
-            if station["joint"] is not None:
-                pair = [name for name in joints[station["joint"]] if name != piece["id"]]
-                joint = f"#{station['joint']} {(pair or [piece['id']])[0]}"
-            lies = "over" if station["over"] else "under"
-            texts += [
-                str(number), str(station["crossing"]), f"{along:.1f}",
-                f"{lies} {station['partner']}", joint, str(made.get(station["crossing"])),
-            ]  # fmt: skip
-    return texts
-
-
 def write_manual(specimen, folder, *, edit=None):
-    """Write the manual; ``edit`` changes the list of its lines."""
-    texts = manual_texts(specimen.plan)
+    """Write the manual; ``edit`` changes the list of the texts of all pages."""
+    pages = manual_pages(specimen, json.loads((folder / "verdict.json").read_text()))
+    heads = [f"{TITLE}, page {number}" for number in range(1, len(pages) + 1)]
+    texts = [text for head, (name, own, _) in zip(heads, pages, strict=True)
+             for text in (name, head, *own)]  # fmt: skip
     if edit is not None:
         edit(texts)
-    signs = {"(": r"\(", ")": r"\)", "\\": r"\\"}
-    lines = ["".join(signs.get(sign, sign) for sign in text) for text in texts]
-    content = zlib.compress("\n".join(f"BT ({line}) Tj ET" for line in lines).encode("cp1252"))
-    (folder / "assembly.pdf").write_bytes(pdf_bytes(content, filters=b"/Filter [ /FlateDecode ]"))
+    ends = [texts.index(head) - 1 for head in heads[1:]] + [len(texts)]
+    contents = []
+    for (start, end), (_, _, drawn) in zip(itertools.pairwise([0, *ends]), pages, strict=True):
+        content = drawn
+        for text in texts[start:end]:
+            shown = re.sub(r"([()\\])", r"\\\1", text)
+            content += f"BT /F1 9 Tf 1 0 0 1 36 36 Tm ({shown}) Tj ET\n"
+        contents.append(zlib.compress(content.encode("cp1252")))
+    data = pdf_bytes(*contents, filters=b"/Filter [ /FlateDecode ]")
+    (folder / "assembly.pdf").write_bytes(data)
 
 
 def write_mesh(specimen, folder):
@@ -684,6 +675,7 @@ def write_job(specimen, folder):
     write_ribbons(specimen, folder)
     write_preflight(specimen, folder)
     write_verdict(specimen, folder)
+    write_page(specimen, folder)
     write_viewer(specimen, folder)
     write_manual(specimen, folder)
     write_sheets(specimen, folder)

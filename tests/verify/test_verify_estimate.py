@@ -94,11 +94,11 @@ CHANGES = [
     (lambda w: estimate(w)["assembly"].update(hours=[1.0, 9.0]), "hours: slow is 9, but should be"),
     (
         lambda w: estimate(w)["assembly"]["actions"][0].update(count=1),
-        "the sum of actions is",
+        "assembly: actions lack ('sort', ",
     ),
     (
         lambda w: estimate(w)["assembly"]["actions"][3].update(count=1, each_s=0.0),
-        "assembly: over is 1, but should be",
+        "and have ('over', 1, 0.0, ",
     ),
     (lambda w: estimate(w)["difficulty"].update(score=1.0), "difficulty: score is 1, but should"),
     (lambda w: estimate(w)["difficulty"].update(unders=9.0), "difficulty: unders is 9, but should"),

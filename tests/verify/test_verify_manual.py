@@ -9,7 +9,7 @@ from pdf_writer import pdf_bytes
 from verify_writers import write_manual
 
 from fabweave.verify import verify_job
-from fabweave.verify.read.pdf import read_texts
+from fabweave.verify.read.manual import read_manual
 
 
 def failed(folder):
@@ -193,4 +193,4 @@ def test_escapes_and_packing(tmp_path):
     filters = b"/Filter [ /ASCII85Decode /FlateDecode ]"
     for data in (pdf_bytes(shown), pdf_bytes(packed, filters=filters)):
         path.write_bytes(data)
-        assert read_texts(path) == ("(a\\b) \xe9\t\r",)
+        assert [page.texts for page in read_manual(path)] == [("(a\\b) \xe9\t\r",)]

@@ -45,21 +45,27 @@ SPOILED = {
     "a reason more": lambda verdict: verdict["reasons"].append(
         {"rule": "bend", "level": "with care", "text": "", "advice": ""}
     ),
+    "a reason in other words": lambda verdict: verdict["reasons"][0].update(text="all is well"),
+    "other advice": lambda verdict: verdict["reasons"][0].update(advice="pull hard"),
     "a reason made light of": lambda verdict: verdict["reasons"][0].update(level="makeable"),
 }
 
 
 @pytest.fixture(scope="module")
 def careful(tmp_path_factory, ball):
-    """The same job with a reason: its ribbons are narrow."""
+    """The same job with a reason: a finding, which has the words of some note."""
     folder = tmp_path_factory.mktemp("careful") / "job"
     shutil.copytree(ball, folder)
     ribbons = json.loads((folder / "ribbons.json").read_text())
-    finding()(ribbons)
+    text = json.loads((folder / "waste.json").read_text())["notes"][0]
+    finding(text=text)(ribbons)
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
     verdict = json.loads((folder / "verdict.json").read_text())
     verdict["level"] = "with care"
-    verdict["reasons"].append({"rule": "twist", "level": "with care", "text": "", "advice": ""})
+    advice = "ease the strip in slowly, or narrow it there by hand"
+    verdict["reasons"].append(
+        {"rule": "twist", "level": "with care", "text": text, "advice": advice}
+    )
     (folder / "verdict.json").write_text(json.dumps(verdict))
     toml = folder / "job.toml"
     toml.write_text(toml.read_text().replace('verdict = "makeable"', 'verdict = "with care"'))

@@ -13,7 +13,7 @@ from fabweave.verify import verify_job
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import read_model
-from fabweave.verify.read.pdf import read_texts
+from fabweave.verify.read.manual import read_manual
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import read_template
 
@@ -324,8 +324,8 @@ def said_of(read, path, data):
 def test_manual(sheet, tmp_path, name):
     edit, words = {**PDF, **MANUAL}[name]
     data = unpacked((sheet.parents[1] / "assembly.pdf").read_bytes())
-    assert said_of(read_texts, tmp_path / "a.pdf", data) == ""
-    assert words in said_of(read_texts, tmp_path / "a.pdf", edit(data))
+    assert said_of(read_manual, tmp_path / "a.pdf", data) == ""
+    assert words in said_of(read_manual, tmp_path / "a.pdf", edit(data))
 
 
 @pytest.mark.parametrize("name", {**PDF, **TEMPLATE})

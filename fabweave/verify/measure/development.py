@@ -19,6 +19,9 @@ from fabweave.verify.measure.geometry import (
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.glb import Strip
 
+#: A direction is unsure by so many times the coordinates' rounding over its length.
+_DOUBT = 4.0
+
 
 @dataclass(frozen=True, eq=False)
 class Development:
@@ -53,6 +56,30 @@ class Development:
     def outline(self) -> Floats:
         """The rails as one ring: along the right one and back along the left one."""
         return np.concatenate([self.rungs[:, 0], self.rungs[::-1, 1]])
+
+
+def develop_thread(strip: Strip) -> Floats:
+    """Return the rungs of a whole ribbon unfolded, (R, 2, 2); a ring ends with its first again."""
+    count = len(strip.rungs)
+    return unfold(strip, lay_steps(strip), 0, count if strip.closed else count - 1)
+
+
+def total_turn_deg(strip: Strip) -> tuple[float, float]:
+    """Return by how much the middle line of an unfolded ribbon turns, to both sides together.
+
+    The other number is what the model's rounding may have done to that.
+    """
+    rungs = develop_thread(strip)
+    middle = rungs.mean(axis=1) @ np.array([1.0, 1.0j])
+    heading = np.diff(middle)
+    turns = heading[1:] * heading[:-1].conj()
+    if strip.closed and len(heading):
+        # Where the ends of a ring come together, its first rung and its last are one.
+        across = (rungs[[0, -1], 1] - rungs[[0, -1], 0]) @ np.array([1.0, 1.0j])
+        seam = (heading[0] / across[0]) * (heading[-1] / across[1]).conj()
+        turns = np.append(turns, seam)
+    doubt = strip.grain_mm * float(np.sum(1.0 / np.abs(heading)))
+    return float(np.degrees(np.abs(np.angle(turns)).sum())), float(np.degrees(_DOUBT * doubt))
 
 
 def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Development]:

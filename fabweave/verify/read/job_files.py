@@ -27,15 +27,15 @@ from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
 from fabweave.verify.read.kerfed_sheets import Ready, read_ready
+from fabweave.verify.read.manual import ManualPage, read_manual
 from fabweave.verify.read.offcuts import Offcuts, read_offcuts
-from fabweave.verify.read.pdf import read_texts
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.source_mesh import SourceMesh, read_source
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.read.template import Template, read_template
 from fabweave.verify.read.viewer import Viewer, read_viewer
-from fabweave.verify.read.waste_page import read_waste_page
+from fabweave.verify.read.waste_page import Seen, read_waste_page
 from fabweave.verify.statement import Place, Tally
 
 #: Width and height in pixels.
@@ -84,9 +84,9 @@ class Job:
     #: The crossing map as it stands in its file.
     document: dict[str, Any] | None = None
     viewer: Viewer | None = None
-    manual: tuple[str, ...] | None = None
-    #: The rows of the page on material: sheets, and all together.
-    waste_page: tuple[tuple[str, ...], ...] | None = None
+    manual: tuple[ManualPage, ...] | None = None
+    #: What is seen on the page on material, in order.
+    waste_page: tuple[Seen, ...] | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
     ready: Ready | None = None
     #: The sheets at full size, by their numbers; None where the settings want none.
@@ -275,7 +275,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         ),
         document=None if plan is None else _read_plan(directory / "crossing_map.json"),
         viewer=read("assembly.html", read_viewer) if _has_viewer(directory, plan) else None,
-        manual=read("assembly.pdf", read_texts),
+        manual=read("assembly.pdf", read_manual),
         waste_page=read("waste.html", read_waste_page),
         templates=templates,
         source=read_source(directory, options, read),

@@ -4,15 +4,12 @@ Programs forgive much in a PDF, each something else; what is not as our own file
 """
 
 import base64
-import math
 import re
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from fabweave.verify.drawing import Floats, ReadError
+from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.content import read_content
 
 #: No page of ours unpacks to more.
@@ -39,9 +36,6 @@ _NAMES = frozenset(
 )
 _OWN_NAME = re.compile(rb"F\d+|FormXob\.[\w.]+")
 _UNMOVED = re.compile(rb"/Matrix \[ 1 0 0 1 0 0 \]")
-_SHOWN = re.compile(rb"\(((?:[^()\\]|\\.)*)\)\s*Tj", re.DOTALL)
-_ESCAPED = re.compile(rb"\\([0-7]{1,3}|.)", re.DOTALL)
-_SIGNS = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
 
 
 @dataclass(frozen=True)
@@ -53,23 +47,6 @@ class Stream:
     content: bytes
     #: The forms and pictures that it may draw, by name.
     parts: dict[bytes, "Stream"]
-
-
-def read_texts(path: Path) -> tuple[str, ...]:
-    """Return every line of text of a PDF whose fonts have the Latin alphabet of Windows, in order.
-
-    Raises
-    ------
-    ReadError
-        If it is no complete PDF as ours are, or there is no text.
-    """
-    texts: list[str] = []
-    for page in read_pages(path):
-        _require_shown(page)
-        texts += [_plain(shown[1]) for shown in _SHOWN.finditer(page.content)]
-    if not texts:
-        raise ReadError("it has no text")
-    return tuple(texts)
 
 
 def read_pages(path: Path) -> list[Stream]:
@@ -221,7 +198,6 @@ _OPERATORS = frozenset(
 )
 _WORD = re.compile(_STRING + rb"|[^\s()]+", re.DOTALL)
 _VALUE = re.compile(rb"[-+.\d]+|/\S+|\(.*\)|\[[-+.\d]*|[-+.\d]*\]|\[\]", re.DOTALL)
-_SMALLEST_POINTS = 4.0
 
 
 def steps_of(content: bytes) -> list[tuple[bytes, list[bytes]]]:
@@ -244,48 +220,3 @@ def steps_of(content: bytes) -> list[tuple[bytes, list[bytes]]]:
         else:
             raise ReadError(f"a page has the operator {word[:20].decode('latin-1')!r}")
     return steps
-
-
-def _require_shown(page: Stream) -> None:
-    """Refuse text that is beyond its page, mirrored, or too small to be seen."""
-    place, kept, size = np.eye(3), [], 0.0
-    try:
-        for operator, values in steps_of(page.content):
-            if operator == b"q":
-                kept.append(place)
-            elif operator == b"Q":
-                place = kept.pop()
-            elif operator == b"cm":
-                place = _matrix(values) @ place
-            elif operator == b"Tf":
-                size = float(values[1])
-            elif operator == b"Tm":
-                _require_legible(_matrix(values) @ place, size, page)
-    except ReadError:
-        raise
-    except (IndexError, ValueError) as error:
-        raise ReadError(f"a text has no place or size: {error}") from error
-
-
-def _require_legible(place: Floats, size: float, page: Stream) -> None:
-    """Refuse a text at a place on a page where it cannot be read."""
-    area = float(np.linalg.det(place))
-    inside = np.all((place[2, :2] >= 0.0) & (place[2, :2] <= (page.width, page.height)))
-    if not (inside and area > 0.0 and math.sqrt(area) * size >= _SMALLEST_POINTS):
-        raise ReadError("a text is beyond its page, mirrored, or too small to be read")
-
-
-def _matrix(values: list[bytes]) -> Floats:
-    """Return a matrix by which rows of points are multiplied."""
-    a, b, c, d, e, f = map(float, values)
-    return np.array([[a, b, 0.0], [c, d, 0.0], [e, f, 1.0]])
-
-
-def _plain(shown: bytes) -> str:
-    """Return a text without escapes."""
-
-    def sign(match: re.Match[bytes]) -> bytes:
-        name = match[1]
-        return bytes([int(name, 8) % 256]) if name.isdigit() else _SIGNS.get(name, name)
-
-    return _ESCAPED.sub(sign, shown).decode("cp1252", "replace")

@@ -1,8 +1,10 @@
-"""Read the page on material: the rows of its first table, if nothing on the page can hide them."""
+"""Read the page on material as its reader sees it: every text in order, and nothing hidden."""
 
+import hashlib
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import NamedTuple
 
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.content import read_text
@@ -11,60 +13,94 @@ from fabweave.verify.read.content import read_text
 _PLAIN = frozenset({
     "html", "head", "body", "meta", "title", "style", "h1", "h2", "p", "table", "thead", "tbody",
     "tfoot", "tr", "th", "td", "div", "span", "pre", "code", "figure", "figcaption", "img", "ul",
-    "li", "a", "svg", "g", "polyline", "polygon", "path", "circle", "line", "rect", "text",
-    "details", "summary", "br", "small", "strong", "em",
+    "li", "a", "svg", "polyline", "circle", "line", "text", "details", "summary", "br", "small",
+    "strong", "em",
 })  # fmt: skip
+#: Their texts stand for themselves; those of others belong to what is around them.
+_BLOCKS = frozenset({
+    "title", "style", "h1", "h2", "p", "th", "td", "li", "pre", "figcaption", "summary", "text",
+})  # fmt: skip
+#: What is seen beside texts, with the attribute that says what.
+_SEEN = {
+    "tr": "class", "img": "src", "a": "href", "polyline": "points", "circle": "", "span": "style",
+    "div": "class",
+}  # fmt: skip
 _DRAWN = frozenset({
-    "alt", "aria-label", "charset", "class", "cx", "cy", "d", "fill", "font-size", "height", "lang",
-    "name", "content", "points", "r", "role", "stroke", "stroke-dasharray", "stroke-width",
-    "text-anchor", "viewbox", "width", "x", "x1", "x2", "y", "y1", "y2",
+    "alt", "aria-label", "charset", "class", "content", "cx", "cy", "fill", "font-size", "height",
+    "lang", "name", "points", "r", "role", "stroke", "stroke-dasharray", "text-anchor", "viewbox",
+    "width", "x", "x1", "x2", "y", "y1", "y2",
 })  # fmt: skip
-_WIDTH = re.compile(r"(width|background):[\w.%#]+")
-_HIDING = re.compile(r"display:\s*none|visibility|opacity|url\(|@import|position", re.IGNORECASE)
-#: Files of the job beside the page, and places on it.
-_BESIDE = re.compile(r"#[\w-]*|(?!//)(?!.*\.\.)(?:[\w.,=+-]+/)*[\w.,=+ -]+")
+#: Of these attributes nothing else is needed, and other values could hide what has them.
+_VALUES = {
+    "fill": ("none", "#0072b2"), "stroke": ("#444", "#999"), "font-size": ("12",), "r": ("4",),
+    "stroke-dasharray": ("5 4",), "text-anchor": ("start", "middle", "end"),
+}  # fmt: skip
+_WIDTH = re.compile(r"width:[\d.]+%")
+#: The SHA-256 of the page's style, which decides what of it is seen. A change there changes it.
+STYLE = "3cf9d5c3e7c5ae4792dd8f8d1aafb7a3d27ab33e0ea84620fcb887d2063c2ee7"
+#: Files of the job beside the page.
+_BESIDE = re.compile(r"(?!//)(?!.*\.\.)(?:[\w.,=+-]+/)*[\w.,=+ -]+")
+#: The page of a job of tens of thousands of pieces has not so many texts.
+_MOST = 1_000_000
+
+
+class Seen(NamedTuple):
+    """Something that a reader of the page sees: an element, and its text or what it shows."""
+
+    tag: str
+    text: str
 
 
 class _Page(HTMLParser):
     def __init__(self) -> None:
         super().__init__(convert_charrefs=True)
-        self.rows: list[list[str]] = []
-        self._tables = 0
-        self._in_cell = False
+        self.seen: list[Seen] = []
+        #: The blocks that are open, each with its place among what is seen.
+        self._open: list[tuple[str, int]] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         if tag not in _PLAIN:
             raise ReadError(f"it has <{tag}>, which the page does not need")
-        for name, value in attrs:
-            text = value or ""
+        known = {name: value or "" for name, value in attrs}
+        if len(known) < len(attrs):
+            raise ReadError(f"<{tag}> has an attribute twice")
+        for name, text in known.items():
             good = name in _DRAWN and not (tag == "meta" and name == "content" and "url" in text)
+            good = good and text in _VALUES.get(name, (text,))
             if name == "style":
-                good = all(_WIDTH.fullmatch(part) for part in text.split(";") if part)
+                good = _WIDTH.fullmatch(text) is not None
             elif name in ("href", "src"):
-                good = _BESIDE.fullmatch(text) is not None or text.startswith("data:image/png;")
+                good = _BESIDE.fullmatch(text) is not None
             if not good:
                 raise ReadError(f"<{tag}> has {name}={text[:40]!r}, which the page does not need")
-        self._tables += tag == "table"
-        if self._tables == 1 and tag == "tr":
-            self.rows.append([])
-        self._in_cell = tag == "td"
-        if self._tables == 1 and tag == "td" and self.rows:
-            self.rows[-1].append("")
+        if tag in _BLOCKS:
+            self._open.append((tag, len(self.seen)))
+            self._add(tag, "")
+        elif tag in _SEEN:
+            key = _SEEN[tag]
+            self._add(tag, known.get(key, "") if key else f"{known.get('cx')},{known.get('cy')}")
+        elif tag == "br":
+            self.handle_data(" ")
 
     def handle_endtag(self, tag: str) -> None:
-        if tag == "table":
-            self._tables = max(self._tables, 1) + 1
-        self._in_cell = self._in_cell and tag != "td"
+        if tag in _BLOCKS and (not self._open or self._open.pop()[0] != tag):
+            raise ReadError(f"</{tag}> ends what did not begin")
 
     def handle_data(self, data: str) -> None:
-        if self._tables == 1 and self._in_cell and self.rows:
-            self.rows[-1][-1] += data
-        elif self.lasttag == "style" and _HIDING.search(data):
-            raise ReadError("its style may hide something, or load it")
+        if self._open:
+            at = self._open[-1][1]
+            self.seen[at] = Seen(self.seen[at].tag, self.seen[at].text + data)
+        elif data.strip():
+            self._add("text beside all others", data)
+
+    def _add(self, tag: str, text: str) -> None:
+        if len(self.seen) >= _MOST:
+            raise ReadError(f"it has more than {_MOST} texts")
+        self.seen.append(Seen(tag, text))
 
 
-def read_waste_page(path: Path) -> tuple[tuple[str, ...], ...]:
-    """Return the rows of the table of sheets, cell by cell.
+def read_waste_page(path: Path) -> tuple[Seen, ...]:
+    """Return what is seen on the page, in order, spaces between words told as one.
 
     Raises
     ------
@@ -73,7 +109,25 @@ def read_waste_page(path: Path) -> tuple[tuple[str, ...], ...]:
     """
     page = _Page()
     page.feed(read_text(path))
-    rows = tuple(tuple(row) for row in page.rows if row)
-    if not rows:
+    page.close()
+    for tag, text in page.seen:
+        if tag == "style" and (digest := hashlib.sha256(text.encode()).hexdigest()) != STYLE:
+            raise ReadError(f"its style is unknown ({digest[:16]}…): it may hide something")
+    if not any(tag == "tr" for tag, _ in page.seen):
         raise ReadError("it has no table of sheets")
-    return rows
+    return tuple(map(spaced, (one for one in page.seen if one.tag != "style")))
+
+
+def spaced(one: Seen) -> Seen:
+    """Return what is seen with one space between words, but for titles and what is preformatted."""
+    return one if one.tag in ("pre", "title") else Seen(one.tag, " ".join(one.text.split()))
+
+
+def row(*cells: object, tag: str = "td", kind: str = "") -> tuple[Seen, ...]:
+    """Return how a row of a table is seen: ``tag`` is that of its cells, ``kind`` its class."""
+    return (Seen("tr", kind), *(Seen(tag, str(cell)) for cell in cells))
+
+
+def bar(share: str) -> tuple[Seen, Seen]:
+    """Return how a bar is seen that is filled to a share."""
+    return Seen("div", "bar"), Seen("span", f"width:{share}")

@@ -16,6 +16,8 @@ from fabweave.verify.statement import Place, Tally, as_number, stated_number
 _SHARE = 2e-3
 #: A ribbon of this radius is flat, as far as rounded coordinates can tell: so are larger ones.
 _RADII, _FLAT_MM = ("bend_mm", "modelled_bend_mm"), 1e5
+#: Anything narrower is fragile; limits are rounded to less than this, or this share of them.
+_FRAGILE_MM, _LIMIT = 1.0, 1e-4
 #: By rule: the limit it is held to; whether figures must be at least that, or at most.
 _LIMITS = {"width": ("width_mm", True), "bend": ("bend_mm", True), "twist": ("twist_deg", False)}
 
@@ -55,11 +57,25 @@ def check_bends(job: Job, tally: Tally) -> None:
             "its least width and bend, and its greatest twist, are not all stated",
         ):
             return
+        _check_limits(limits, wanted, row)
         for rule, held in _held(bending, widths, wanted).items():
             rows[rule].append(held)
     for rule, each in rows.items():
         if each:
             _check_rule(rule, each, ribbons, place)
+
+
+def _check_limits(limits: Any, wanted: dict[str, float], place: Place) -> None:
+    """Check that the least width and the greatest twist follow from thickness and bend.
+
+    A ribbon is no narrower than the material is thick, nor than a millimetre. Twisted by q over its
+    width it stretches its edges by q^2 / 12, and bending stretches the surface by t / 2r.
+    """
+    thickness = stated_number(limits, "thickness_mm")
+    least = max(thickness, _FRAGILE_MM)
+    place.number("width_mm of its limits", wanted["width_mm"], least, within=_LIMIT)
+    twist = float(np.degrees(np.sqrt(6.0 * thickness / wanted["bend_mm"])))
+    place.number("twist_deg of its limits", wanted["twist_deg"], twist, within=_LIMIT * twist)
 
 
 def _check_figures(record: dict[str, Any], bending: Bending, place: Place) -> None:

@@ -6,12 +6,13 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats
+from fabweave.verify.measure.development import total_turn_deg
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Tally, as_number
 
 #: Figures are rounded to a thousandth, and the model's coordinates to 32 bits.
-FIGURE_MM = 0.01
+FIGURE_MM, FIGURE_DEG = 0.01, 0.002
 
 
 def check_ribbon_references(plan: CrossingMap, ribbons: dict[str, Any], tally: Tally) -> None:
@@ -60,7 +61,7 @@ def check_markers(job: Job, tally: Tally) -> None:
 
 
 def check_ribbon_figures(job: Job, tally: Tally) -> None:
-    """Check lengths and widths of the ribbons, as stated, against the model."""
+    """Check lengths, widths and waves of the ribbons, as stated, against the model."""
     model = required(job.model)
     for record in job.ribbons["threads"] if job.ribbons is not None else ():
         label = str(record.get("thread"))
@@ -79,6 +80,15 @@ def check_ribbon_figures(job: Job, tally: Tally) -> None:
                 FIGURE_MM + strip.grain_mm * len(widths),
                 f"{name} is {record.get(name)}, and in the model {value:.3f}: {{}} off",
             )
+        turn, doubt = total_turn_deg(strip)
+        passes = max(len(strip.entry), 1)
+        wave = turn / passes
+        place.at_most(
+            "wave_deg",
+            abs(as_number(record.get("wave_deg")) - wave),
+            FIGURE_DEG + doubt / passes,
+            f"wave_deg is {record.get('wave_deg')}, and in the unfolded model {wave:.3f}: {{}} off",
+        )
 
 
 def measure_strip(strip: Strip) -> tuple[float, Floats]:

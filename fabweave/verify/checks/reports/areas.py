@@ -6,27 +6,22 @@ from typing import Any
 import numpy as np
 
 from fabweave.verify.checks.reports.comparison import check_comparison
+from fabweave.verify.checks.reports.splitting import check_splitting
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import ENGRAVE_LAYERS, Floats
 from fabweave.verify.measure.areas import (
     Areas,
-    least_rectangle,
-    polygon_area,
     rectangles_around,
     sum_areas,
 )
 from fabweave.verify.read.job_files import Job, Rows, required
-from fabweave.verify.statement import Place, Tally, as_number, cell_number
+from fabweave.verify.statement import Place, Tally
 
 AREA_MM2 = 0.01
 UTILISATION = 6e-5
 _SIZE_MM = 1e-6
 #: Of lengths that add up: so many millimetres, and this share of themselves.
 _LENGTH_MM, _SHARE = 0.05, 1e-6
-#: Of the pieces of a thread: the longest is rounded to a tenth, and the share that they fill.
-_LONGEST_MM, _FILL = 0.06, 2e-4
-#: What the page on material shows of each sheet, in square centimetres, and how it is rounded.
-_PAGE_CM2, _PAGE = ("piece_area_mm2", "hole_area_mm2", "waste_mm2"), 0.0501
 #: Tables for people are rounded, but not more coarsely than this.
 _COARSEST = {"length_mm": 0.06, "width_mm": 0.06, "area_mm2": 0.06, "mass_g": 0.006}
 
@@ -35,7 +30,7 @@ def check_areas(job: Job, tally: Tally) -> None:
     """Recompute pieces.csv and waste.json from outlines and sheets."""
     plan, waste = required(job.map), required(job.waste)
     _check_piece_rows(plan, job, required(job.piece_rows), tally)
-    _check_splitting(plan, waste, tally)
+    check_splitting(job, waste, tally.at("waste.json", "splitting"))
     report = tally.at("waste.json")
     rows = {row.get("sheet"): row for row in waste["sheets"] if isinstance(row, dict)}
     report.same(
@@ -51,8 +46,6 @@ def check_areas(job: Job, tally: Tally) -> None:
         place.numbers(
             row, {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm}, within=_SIZE_MM
         )
-    if job.waste_page is not None:
-        _check_page(plan, waste, job.waste_page, tally.at("waste.html").against("waste.json"))
     totals, place = waste["totals"], report.at("totals")
     placed = [piece for piece in plan.pieces if piece.sheet in plan.sheet]
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
@@ -92,31 +85,6 @@ def _check_budget(
     place.number("pieces", record.get("pieces"), pieces)
 
 
-def _check_page(
-    plan: CrossingMap, waste: dict[str, Any], rows: tuple[tuple[str, ...], ...], place: Place
-) -> None:
-    """Check the table of sheets that people read: a row for each sheet, and one for all."""
-    names = [sheet.name for sheet in plan.sheets]
-    if not place.equal("the row of sheets", [row[0] for row in rows], [*names, "all"]):
-        return
-    entries = {row.get("sheet"): row for row in waste["sheets"]}
-    for row, entry in zip(
-        rows, [*(entries.get(number, {}) for number in plan.sheet), waste["totals"]], strict=True
-    ):
-        wanted = [
-            entry.get("pieces", 0),
-            *(entry.get(key, 0.0) / 100.0 for key in _PAGE_CM2),
-            100.0 * entry.get("utilisation", 0.0),
-        ]
-        stated = [as_number(cell_number(cell.removesuffix("%").strip())) for cell in row[2:7]]
-        place.at(row[0]).expect(
-            len(stated) == len(wanted)
-            and all(abs(a - b) <= _PAGE for a, b in zip(stated, wanted, strict=True)),
-            f"it says {', '.join(row[2:7])}, but should say "
-            + ", ".join(f"{value:.1f}" for value in wanted),
-        )
-
-
 def _check_piece_rows(plan: CrossingMap, job: Job, rows: Rows, tally: Tally) -> None:
     """Check lengths, widths, areas, masses and hole counts of pieces.csv."""
     slack = {
@@ -150,61 +118,6 @@ def _check_piece_rows(plan: CrossingMap, job: Job, rows: Rows, tally: Tally) -> 
         masses.append(stated["mass_g"])
         areas.append(area)
     _check_masses(job, names, np.array(masses), np.array(areas), slack["mass_g"], tally)
-
-
-def _check_splitting(plan: CrossingMap, waste: dict[str, Any], tally: Tally) -> None:
-    """Check pieces, lengths and fill of every thread; a report without them is left alone."""
-    splitting = waste.get("splitting")
-    if splitting is None:
-        return
-    rows = splitting["threads"] if isinstance(splitting, dict) else []
-    threads = [thread for thread in plan.threads if thread.pieces]
-    place = tally.at("waste.json", "splitting")
-    if isinstance(splitting, dict) and "chosen" in splitting:
-        _check_chosen(plan, splitting, place)
-    place.equal(
-        "the list of threads, each with its number of pieces,",
-        [(row.get("thread"), row.get("pieces")) for row in rows],
-        [(thread.label, len(thread.pieces)) for thread in threads],
-    )
-    for row, thread in zip(rows, threads, strict=False):
-        outlines = [plan.piece[name].outline for name in thread.pieces]
-        area = sum(polygon_area(outline) for outline in outlines)
-        around = sum(float(np.prod(least_rectangle(outline))) for outline in outlines)
-        longest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
-        here = place.at(f"thread {thread.label}")
-        here.number("longest_mm", row.get("longest_mm"), longest, within=_LONGEST_MM)
-        here.number("fill", row.get("fill"), area / around, within=_FILL)
-
-
-def _check_chosen(plan: CrossingMap, splitting: dict[str, Any], place: Place) -> None:
-    """Check that the length that was taken is said to come to what was made.
-
-    It is one of those compared if a preference took it.
-    """
-    chosen, choices = splitting["chosen"], splitting["choices"]
-    here = place.at("chosen")
-    here.number("pieces", chosen["pieces"], len(plan.pieces))
-    here.number("joints", chosen["joints"], len(plan.joints))
-    here.number("max_length_mm", chosen["max_length_mm"], splitting["max_length_mm"])
-    lengths = [choice["max_length_mm"] for choice in choices]
-    place.expect(
-        splitting["prefer"] is None or chosen["max_length_mm"] in lengths,
-        f"{chosen['max_length_mm']} mm was taken, but not compared",
-    )
-    for choice in (chosen, *choices):
-        there = place.at(f"{choice['max_length_mm']} mm")
-        share = choice["piece_mm2"] / choice["sheet_mm2"]
-        there.number("utilisation", choice["utilisation"], share, within=UTILISATION)
-        same = choice["max_length_mm"] == chosen["max_length_mm"] and choice["exact"]
-        there.expect(
-            not same or choice["pieces"] == chosen["pieces"],
-            "it is compared with another number of pieces than it is taken with",
-        )
-        there.expect(
-            choice["hours"] > 0.0 and choice["cost"] > 0.0 and choice["sheets"] > 0,
-            "it is said to take no sheet, no time or no money",
-        )
 
 
 def _decimals(text: str) -> int:

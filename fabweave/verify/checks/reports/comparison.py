@@ -1,11 +1,10 @@
 """Check how the use of the material is compared with the best there could be, and with naive ways.
 
-The two naive ways were packed by the maker. Here their areas are measured, and that so many sheets
-can hold them and no more are said than rectangles; what whole threads take is not in the files, but
-it is no less than their pieces.
+Rectangles are measured around the pieces, and around whole threads as the model unfolds; shelves
+are filled with them afresh.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import ceil
 from typing import Any
 
@@ -13,7 +12,9 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.areas import least_rectangle, polygon_area, sum_areas
+from fabweave.verify.measure.development import develop_thread
 from fabweave.verify.read.job_files import Job
 from fabweave.verify.statement import Place
 
@@ -21,8 +22,10 @@ _AREA_MM2, _SHARE = 0.05, 1e-6
 _UTILISATION = 2e-6
 #: Arcs of half a gap, by chords, take less than this share of what is around a piece.
 _ARCS = 2e-3
-#: Pieces lap on one another, so those of a thread may be this much larger than the thread.
-_LAPPED = 0.5
+#: The model is rounded to 32 bits: areas around what it unfolds to agree to this share.
+_UNFOLDED = 1e-5
+#: Rectangles fit into what is smaller by no more than rounding.
+_TINY_MM = 1e-6
 
 
 def check_comparison(plan: CrossingMap, job: Job, waste: Mapping[str, Any], place: Place) -> None:
@@ -41,12 +44,20 @@ def check_comparison(plan: CrossingMap, job: Job, waste: Mapping[str, Any], plac
         "area_mm2", rectangles["area_mm2"], around, within=_AREA_MM2 + _SHARE * around
     )
     area = sum(polygon_area(outline) for outline in outlines)
-    place.at("strips").expect(
-        told["strips"]["area_mm2"] >= _LAPPED * area,
-        f"whole threads take {told['strips']['area_mm2']} mm², but their pieces {area:.1f} mm²",
+    boxes = [(piece.thread, least_rectangle(piece.outline)) for piece in plan.pieces]
+    _check_way(plan, job, told["rectangles"], boxes, place.at("rectangles"))
+    strips = job.model or {}
+    whole_threads = [
+        (thread.id, least_rectangle(develop_thread(strips[thread.label]).reshape(-1, 2)))
+        for thread in plan.threads
+        if thread.crossings and thread.label in strips
+    ]
+    here = place.at("strips")
+    around = sum(float(np.prod(sides)) for _, sides in whole_threads)
+    here.number(
+        "area_mm2", told["strips"]["area_mm2"], around, within=_AREA_MM2 + _UNFOLDED * around
     )
-    for name, most in (("rectangles", len(plan.pieces)), ("strips", len(plan.threads))):
-        _check_way(told[name], most, used, max(s.area_mm2 for s in plan.sheets), place.at(name))
+    _check_way(plan, job, told["strips"], whole_threads, here)
     place.expect(
         told["bound_mm2"] >= area and told["gross"] <= told["best"] + _UTILISATION,
         "a layout is said to be better than the best",
@@ -72,25 +83,63 @@ def _check_bound(plan: CrossingMap, told: Mapping[str, Any], used: float, place:
 
 
 def _check_way(
-    way: Mapping[str, Any], most: int, used: float, sheet_mm2: float, place: Place
+    plan: CrossingMap,
+    job: Job,
+    way: Mapping[str, Any],
+    boxes: Sequence[tuple[int, Floats]],
+    place: Place,
 ) -> None:
-    """Check that a naive way says a use where all fits, one that its sheets come to."""
-    sheets, too_large = way["sheets"], way["too_large"]
-    place.expect(
-        0 <= too_large <= most and 0 <= sheets <= most - too_large,
-        f"{sheets} sheets and {too_large} that fit on none are not of {most} rectangles",
-    )
-    share = way["utilisation"]
-    if too_large or share is None:
-        place.expect(
-            bool(too_large) and share is None, "it has a use, but not all fits; or the other way"
-        )
-        return
-    place.expect(
-        sheets * sheet_mm2 * (1.0 + _SHARE) >= way["area_mm2"],
-        f"{sheets} sheets cannot hold {way['area_mm2']} mm² of rectangles",
-    )
-    place.expect(
-        used / (sheets * sheet_mm2) <= share * (1.0 + 1e-5) + _UTILISATION,
-        f"it says a use of {share}, less than {sheets} of the largest sheets come to",
-    )
+    """Fill shelves of the largest sheet of each material with rectangles of threads, naively."""
+    sheets, too_large, area = 0, 0, 0.0
+    for keys in _nested_apart(plan, job):
+        own = [piece.sheet for piece in plan.pieces if piece.thread in keys]
+        sheet = max((plan.sheet[number] for number in own), key=lambda one: one.area_mm2)
+        gap = min((job.supplies[key].gap_mm or plan.gap_mm for key in keys), default=plan.gap_mm)
+        sides = [side - 2 * plan.margin_mm for side in (sheet.width_mm, sheet.height_mm)]
+        count, left = _fill_shelves([box for key, box in boxes if key in keys], sides, gap)
+        sheets, too_large, area = sheets + count, too_large + left, area + count * sheet.area_mm2
+    place.number("sheets", way["sheets"], sheets)
+    place.number("too_large", way["too_large"], too_large)
+    used = sum_areas(job.areas.values()).piece_mm2
+    share = None if too_large or area == 0.0 else used / area
+    place.number("utilisation", way["utilisation"], share, within=_UTILISATION)
+
+
+def _nested_apart(plan: CrossingMap, job: Job) -> list[set[int]]:
+    """Return the threads that share sheets with one another, for each lot of sheets."""
+    lots: dict[object, set[int]] = {}
+    for piece in plan.pieces:
+        sheet = plan.sheet[piece.sheet]
+        key = sheet.material, sheet.thickness_mm, job.supplies[piece.thread].gap_mm
+        lots.setdefault(key, set()).add(piece.thread)
+    return list(lots.values())
+
+
+def _fill_shelves(
+    boxes: Sequence[Floats], sheet_mm: Sequence[float], gap_mm: float
+) -> tuple[int, int]:
+    """Return how many sheets rectangles take on shelves along the longer side, and what fits none.
+
+    The highest comes first, of those as high the longest. Each goes on the first shelf with room
+    for it, or else opens one, on the first sheet that has the height.
+
+    Examples
+    --------
+    >>> _fill_shelves([np.array([4.0, 2.0])] * 5 + [np.array([10.0, 1.0])], (9.0, 5.0), 1.0)
+    (2, 1)
+    """
+    long, high = max(sheet_mm) + gap_mm + _TINY_MM, min(sheet_mm) + gap_mm + _TINY_MM
+    sides = [(float(box.min()) + gap_mm, float(box.max()) + gap_mm) for box in boxes]
+    fitting = [pair for pair in sides if pair[0] <= high and pair[1] <= long]
+    room: list[float] = []
+    above: list[float] = []
+    for rise, length in sorted(fitting, reverse=True):
+        shelf = next((at for at, left in enumerate(room) if left >= length), len(room))
+        if shelf == len(room):
+            sheet = next((at for at, left in enumerate(above) if left >= rise), len(above))
+            if sheet == len(above):
+                above.append(high)
+            above[sheet] -= rise
+            room.append(long)
+        room[shelf] -= length
+    return len(above), len(sides) - len(fitting)

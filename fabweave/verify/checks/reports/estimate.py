@@ -5,6 +5,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from fabweave.verify.checks.reports.assumptions import check_assumptions
 from fabweave.verify.checks.reports.hands import check_hands, hardware_price
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Ints
@@ -20,6 +21,8 @@ _SAME, _SHARE = 0.06, 1e-5
 _SAME_S, _SHARE_S = 0.05, 1e-3
 #: Prices are rounded to a hundredth of a cent, of each sheet.
 _CENT = 1e-4
+#: Widths are rounded to a thousandth, and the model's coordinates to 32 bits.
+_WIDTH_MM = 0.02
 _TIMES = ("engrave_s", "cut_s", "travel_s")
 
 _Span: TypeAlias = list[float] | None
@@ -45,7 +48,22 @@ def check_estimate(job: Job, tally: Tally) -> None:
     if (estimate := waste.get("estimate")) is not None:
         _check_sheets(job, plan, estimate, rows, place.at("estimate"))
         check_hands(plan, estimate, waste["fasteners"], place.at("estimate"))
+        _check_width(job, estimate["difficulty"], place.at("estimate", "difficulty"))
+        place.at("estimate").equal("planned", estimate["planned"], False)
+        check_assumptions(waste, estimate, place.at("estimate"))
         _check_money(job, waste, estimate, place.at("estimate"))
+
+
+def _check_width(job: Job, figures: dict[str, Any], place: Place) -> None:
+    """Check how wide pieces are in the median of all stations, across the middle of panels."""
+    sides = [
+        (panels[:, 0::2].mean(axis=1), panels[:, 1::2].mean(axis=1))
+        for panels in (development.panels for development in job.developments.values())
+    ]
+    widths = [np.hypot(*(right - left).T) for right, left in sides]
+    if len(widths) == len(required(job.map).pieces) and widths:
+        median = float(np.median(np.concatenate(widths)))
+        place.number("width_mm", figures["width_mm"], median, within=_WIDTH_MM)
 
 
 def _check_sheets(

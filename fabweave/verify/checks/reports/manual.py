@@ -1,150 +1,157 @@
 """Check that the manual says what the crossing map says: its pieces, sheets, steps and stations."""
 
 import math
-import re
-from collections import Counter
+from collections.abc import Sequence
 
-from fabweave.verify.crossing_map import CrossingMap, Piece
+from fabweave.verify.checks.reports.manual_cover import check_cover, check_legend
+from fabweave.verify.checks.reports.manual_drawings import check_parts, check_sheets
+from fabweave.verify.checks.reports.manual_steps import check_steps
+from fabweave.verify.checks.reports.page import title_of
+from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.measure.words import PAPERS_MM, counted
 from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.manual import ManualPage
+from fabweave.verify.running_text import RunningText, printed
 from fabweave.verify.statement import Place, Tally, as_number, cell_number
 
-#: Cells of a station in the manual: number, crossing, distance, over or under whom, joint, step.
-_CELLS = 6
-#: The heading of what follows the map of the threads.
-_PARTS = "Parts list"
-#: Places in it are rounded to a millimetre.
-_SAME_PLACE_MM = 0.55
-#: Distances in it are rounded to a tenth.
+SECTIONS = (
+    "Overview", "How to read a piece", "Threads and their pieces", "Parts list", "Sheets", "Steps",
+    "Crossing tables",
+)  # fmt: skip
+#: What stands above the cells of a station.
+_HEADS = ("st.", "crossing", "mm", "passes", "joint", "step")
+#: Sizes of paper are told in hundredths of points.
+_PAPER_MM = 0.1
+#: Distances are rounded to a tenth.
 _SAME_MM = 0.0501
+MAP = (
+    "Each thread is drawn as a band in the colour that it has on the cover. Above the band are its "
+    "pieces, with a line at each joint (#) between them; below it are the numbers of its "
+    "crossings, with o where the thread goes over, and u where it goes under, the strand drawn "
+    "across it. A ring ends with the joint at which it begins."
+)
+TABLES = (
+    "For each piece, station by station along its arrow: the crossing, the distance from the first "
+    "station, the piece that it passes over or under, the joint and the piece that is joined "
+    "there, and the step in which the crossing is made."
+)
 
 
 def check_manual(job: Job, tally: Tally) -> None:
-    """Check the texts of assembly.pdf against the crossing map."""
-    texts, plan = required(job.manual), required(job.map)
+    """Check every text of assembly.pdf, and the drawings of pieces and sheets."""
+    pages, plan = required(job.manual), required(job.map)
     place = tally.at("assembly.pdf").against("crossing_map.json")
-    words, text = set(texts), _plain(" ".join(texts))
-    for piece in plan.pieces:
-        place.expect(piece.id in words, f"it does not name piece {piece.id}")
-    several = len({(sheet.material, sheet.thickness_mm) for sheet in plan.sheets}) > 1
-    for sheet in plan.sheets:
-        here = place.at(sheet.name)
-        heads = [line for line in texts if line.startswith((f"{sheet.name}:", f"{sheet.name},"))]
-        here.expect(bool(heads), "it has no page for the sheet")
-        material = f"{sheet.material} {sheet.thickness_mm:g} mm" if several else ""
-        here.expect(all(material in line for line in heads), f"its page does not name {material}")
-        for name in (sheet.stock, sheet.rest.name if sheet.rest is not None else ""):
-            here.expect(_plain(name) in text, f"it does not name {name!r}")
-    _check_map(plan, texts, place)
-    _check_parts(plan, texts, place.at("parts list"))
-    _check_steps(plan, texts, place)
-    _check_tables(plan, texts, place)
+    if (paper := job.options.get("paper")) is not None:
+        _check_paper(pages, paper, place.against("job.toml"))
+    sections = _sections(pages, printed(title_of(job)), place)
+    place.equal("the row of sections", list(sections), list(SECTIONS))
+    parts = [sections.get(name, []) for name in SECTIONS]
+    cover, legend, threads, pieces, sheets, steps, tables = parts
+    check_cover(job, plan, _running(cover, place.at("cover")))
+    check_legend(plan, _running(legend, place.at("legend")))
+    _check_map(plan, _running(threads, place.at("map")), place)
+    check_parts(plan, pieces, place.at("parts list"))
+    check_sheets(plan, sheets, place)
+    check_steps(plan, _running(steps, place.at("steps")))
+    _check_tables(plan, _running(tables, place.at("tables")), place)
 
 
-def _plain(text: str) -> str:
-    """Return a text as the manual's fonts have it, wherever its lines are broken."""
-    return " ".join(text.encode("cp1252", "replace").decode("cp1252").split())
-
-
-def _check_map(plan: CrossingMap, texts: tuple[str, ...], place: Place) -> None:
-    """Require that the map shows each thread's pieces, joints and crossings in order."""
-    heads = [at for at, text in enumerate(texts) if text.startswith("Thread ")]
-    end = next((at for at, text in enumerate(texts) if text == _PARTS), len(texts))
-    shown = {
-        texts[at][7:]: texts[at + 1 : after]
-        for at, after in zip(heads, [*heads[1:], max(end, *heads, 0)], strict=True)
-    }
-    for thread in plan.threads:
-        here = place.at(f"map of thread {thread.label}")
-        cells = shown.get(thread.label, ())
-        pieces = list(dict.fromkeys(text for text in cells if text in plan.piece))
-        here.equal("the row of pieces", pieces, list(thread.pieces))
-        crossings, joints = [], []
-        for number, key in enumerate(thread.pieces):
-            piece = plan.piece[key]
-            ways = [
-                f"{station.crossing} {'o' if station.over else 'u'}" for station in piece.stations
-            ]
-            shared = number > 0 and piece.joints[0] is not None
-            crossings += ways[1:] if shared else ways
-            joints += [f"#{key}" for key in piece.joints[shared:] if key is not None]
-        for names, pattern, wanted in (
-            ("crossings, over or under,", r"\d+ [ou]", crossings),
-            ("joints", r"#\d+", joints),
-        ):
-            row = [text for text in cells if re.fullmatch(pattern, text)]
-            here.equal(f"the row of {names}", row, wanted)
-
-
-def _check_parts(plan: CrossingMap, texts: tuple[str, ...], place: Place) -> None:
-    """Require that the parts list has each piece with its stations, its place and its kind."""
-    start = next((at for at, text in enumerate(texts) if text == _PARTS), len(texts))
-    listed: dict[str, tuple[str, ...]] = {}
-    for at in range(start, len(texts) - 2):
-        if texts[at] in plan.piece and " at " in texts[at + 2]:
-            listed.setdefault(texts[at], texts[at + 1 : at + 3])
-    alike = Counter(piece.kind for piece in plan.pieces)
-    for piece in plan.pieces:
-        size, spot = listed.get(piece.id, ("", ""))
-        many = alike[piece.kind] > 1
-        kind = rf", kind {piece.kind} \(x {alike[piece.kind]}\)" if many else ""
-        name = plan.sheet[piece.sheet].name if piece.sheet in plan.sheet else "?"
-        match = re.fullmatch(rf"{re.escape(name)} at (-?\d+), (-?\d+){kind}", spot)
-        outline = piece.placed(piece.outline)
-        middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
-        place.at(f"piece {piece.id}").expect(
-            match is not None
-            and all(
-                abs(float(text) - at) <= _SAME_PLACE_MM
-                for text, at in zip(match.groups(), middle.tolist(), strict=True)
-            )
-            and re.search(rf" {len(piece.stations)} stations?$", size) is not None,
-            f"it says {size!r}, {spot!r}, but the piece has {len(piece.stations)} stations, its "
-            f"middle is at {middle[0]:.1f}, {middle[1]:.1f} mm on {name}, and "
-            f"{alike[piece.kind]} are of its kind",
-        )
-
-
-def _check_steps(plan: CrossingMap, texts: tuple[str, ...], place: Place) -> None:
-    """Require every step once, in order, each with its words."""
-    heads = [at for at, text in enumerate(texts) if _is_step(text)]
-    numbers = [int(texts[at][5:]) for at in heads]
-    if not place.equal("the row of steps", numbers, [step.step for step in plan.steps]):
+def _check_paper(pages: Sequence[ManualPage], paper: object, place: Place) -> None:
+    """Check that all pages have the size of the paper that was asked for."""
+    size = PAPERS_MM.get(str(paper))
+    if not place.expect(size is not None, f"there is no paper {paper!r}") or size is None:
         return
-    for step, start, end in zip(plan.steps, heads, [*heads[1:], len(texts)], strict=True):
-        text = " ".join(texts[start + 1 : end])
-        place.at(f"step {step.step}").expect(step.text in text, f"it does not say {step.text!r}")
+    for number, page in enumerate(pages, start=1):
+        off = max(abs(one * 25.4 / 72.0 - mm) for one, mm in zip(page.size, size, strict=True))
+        place.expect(off < _PAPER_MM, f"page {number} is not of {paper} paper")
 
 
-def _is_step(text: str) -> bool:
-    """Return whether a line is the head of a step."""
-    return text.startswith("Step ") and text[5:].isascii() and text[5:].isdigit()
+def _sections(pages: Sequence[ManualPage], title: str, place: Place) -> dict[str, list[ManualPage]]:
+    """Return the pages of each section, without their heads, which are checked."""
+    sections: dict[str, list[ManualPage]] = {}
+    for number, page in enumerate(pages, start=1):
+        head = page.texts[1] if len(page.texts) > 1 else ""
+        place.equal(f"the head of page {number}", head, f"{title}, page {number}")
+        # A section that is begun again is another one.
+        name = page.texts[0] if page.texts else ""
+        last = next(reversed(sections), "")
+        key = name if name == last or name not in sections else f"{name}, again"
+        sections.setdefault(key, []).append(ManualPage(page.texts[2:], page.figures))
+    return sections
 
 
-def _check_tables(plan: CrossingMap, texts: tuple[str, ...], place: Place) -> None:
-    """Require that the table of each piece lists its stations."""
-    tables: dict[str, list[tuple[str, ...]]] = {}
-    for at, text in enumerate(texts):
-        if not text.startswith("Piece ") or text[6:] not in plan.piece:
-            continue
-        start = at + 1 + _CELLS  # after the names of the columns
-        while start + _CELLS <= len(texts) and texts[start].isdigit():
-            tables.setdefault(text[6:], []).append(texts[start : start + _CELLS])
-            start += _CELLS
+def _running(pages: Sequence[ManualPage], place: Place) -> RunningText:
+    """Return the texts of some pages as one."""
+    return RunningText([text for page in pages for text in page.texts], place)
+
+
+def _check_map(plan: CrossingMap, text: RunningText, place: Place) -> None:
+    """Require that the map shows each thread's pieces, joints and crossings in order."""
+    text.block(MAP)
+    for thread in plan.threads:
+        text.block(f"Thread {thread.label}")
+        text.block(
+            f"{'ring' if thread.closed else 'open'}, {counted(len(thread.pieces), 'piece')}, "
+            f"{counted(len(set(thread.crossings)), 'crossing')}"
+        )
+        pieces, crossings, joints = set(thread.pieces), *_along(plan, thread)
+        cells = text.some_of({*pieces, *crossings, *joints})
+        if text.lost:
+            return
+        here = place.at(f"map of thread {thread.label}")
+        # Where a row ends within a piece, it is named in both.
+        named = list(dict.fromkeys(cell for cell in cells if cell in pieces))
+        here.equal("the row of pieces", named, list(thread.pieces))
+        for name, wanted in (("crossings, over or under,", crossings), ("joints", joints)):
+            known = set(wanted)
+            row = [cell for cell in cells if cell in known]
+            here.equal(f"the row of {name}", row, wanted)
+    text.end()
+
+
+def _along(plan: CrossingMap, thread: Thread) -> tuple[list[str], list[str]]:
+    """Return the crossings and the joints of a thread as the map of threads has them."""
+    crossings: list[str] = []
+    joints: list[str] = []
+    for number, key in enumerate(thread.pieces):
+        piece = plan.piece[key]
+        ways = [f"{station.crossing} {'o' if station.over else 'u'}" for station in piece.stations]
+        shared = number > 0 and piece.joints[0] is not None
+        crossings += ways[1:] if shared else ways
+        joints += [f"#{key}" for key in piece.joints[shared:] if key is not None]
+    return crossings, joints
+
+
+def _check_tables(plan: CrossingMap, text: RunningText, place: Place) -> None:
+    """Require that the table of each piece lists its stations, and no other is there."""
+    text.block(TABLES)
     steps = {key: step.step for step in plan.steps for key in step.crossings}
     for piece in plan.pieces:
-        rows = tables.get(piece.id, [])
-        here = place.at(f"table of piece {piece.id}")
-        if not here.equal("the number of stations", len(rows), len(piece.stations)):
-            continue
-        along = 0.0
-        for number, row in enumerate(rows):
-            station, last = piece.stations[number], piece.stations[max(number - 1, 0)]
-            along += math.hypot(station.x - last.x, station.y - last.y)
-            wanted = _names(plan, piece, number, steps)
-            near = abs(as_number(cell_number(row[2])) - along) <= _SAME_MM
-            here.at(f"station {number}").expect(
-                (*row[:2], *row[3:]) == wanted and near,
-                f"it says {' '.join(row)}, but should say {' '.join(wanted)}, at {along:.1f} mm",
+        _check_table(plan, piece, steps, text, place.at(f"table of piece {piece.id}"))
+    text.end()
+
+
+def _check_table(
+    plan: CrossingMap, piece: Piece, steps: dict[int, int], text: RunningText, place: Place
+) -> None:
+    """Require the stations of one piece; where its table is cut, its head stands there again."""
+    head, along = f"Piece {piece.id}", 0.0
+    for number, station in enumerate(piece.stations):
+        if number == 0 or text.next == head:
+            for name in (head, *_HEADS):
+                text.block(name)
+        last = piece.stations[max(number - 1, 0)]
+        along += math.hypot(station.x - last.x, station.y - last.y)
+        first, crossing, *others = _names(plan, piece, number, steps)
+        text.block(first)
+        text.block(crossing)
+        said = text.match(r"\d+\.\d", f"{along:.1f}")
+        for name in others:
+            text.block(name)
+        if said is not None:
+            near = abs(as_number(cell_number(said[0])) - along) <= _SAME_MM
+            place.at(f"station {number}").expect(
+                near, f"it is said to be at {said[0]} mm, but is at {along:.1f} mm"
             )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.areas import sum_areas
-from fabweave.verify.measure.supplies import Supply, by_bunch
+from fabweave.verify.measure.supplies import Supply, by_bunch, length_of
 from fabweave.verify.read.job_files import Job, Rows, required
 from fabweave.verify.statement import Place, Tally
 
@@ -46,6 +46,9 @@ def check_materials(job: Job, tally: Tally) -> None:
         _check_rows(job, plan, job.piece_rows, tally.at("pieces.csv"))
     if job.waste is not None:
         _check_waste(job, plan, job.waste, tally.at("waste.json"))
+    if job.waste is not None and "kerf_mm" in job.waste:
+        kerf = length_of(str(job.options.get("kerf", "0mm")))
+        tally.at("waste.json").against("job.toml").number("kerf_mm", job.waste["kerf_mm"], kerf)
     _check_limits(job, tally)
     check_own_materials(job, tally)
 
@@ -128,6 +131,13 @@ def _check_waste(job: Job, plan: CrossingMap, waste: dict[str, Any], place: Plac
         unnamed = all(supply.material is None for supply in job.supplies.values())
         place.expect(unnamed, "it has no list of materials")
         return
+    only = {(record["material"], record["thickness_mm"]) for record in records}
+    place.equal(
+        "the one material",
+        waste.get("material"),
+        dict(zip(("name", "thickness_mm"), only.pop(), strict=True)) if len(records) == 1 else None,
+    )
+    _check_named(job, records, place)
     # Two supplies of one material have sheets of different sizes: they are looked at together.
     by_key: dict[_Key, list[dict[str, Any]]] = {}
     for record in records:
@@ -140,6 +150,30 @@ def _check_waste(job: Job, plan: CrossingMap, waste: dict[str, Any], place: Plac
     place.at("totals").number(
         "mass_g", waste["totals"].get("mass_g"), mass, within=_SAME + _SHARE * mass
     )
+
+
+def _check_named(job: Job, records: list[dict[str, Any]], place: Place) -> None:
+    """Check that each bunch is said to be cut from its material, if there are several."""
+    material, thickness = (by_bunch(job.options.get(key)) for key in ("material", "thickness"))
+    named = [(name, record) for record in records for name in record["bunches"]]
+    numbers = [*by_bunch(",".join(f"{name}=" for name, _ in named))]
+    if len(records) == 1:
+        place.equal("the list of bunches of the only material", [name for name, _ in named], [])
+        return
+    place.expect(
+        len(set(numbers)) == len(numbers) and all(record["bunches"] for record in records),
+        f"bunches are named twice, or not at all: {[name for name, _ in named]}",
+    )
+    for number, (name, record) in zip(numbers, named, strict=False):
+        supply = Supply(
+            material.get(number, material.get(None)),
+            length_of(thickness.get(number, thickness.get(None))),
+        )
+        place.at(f"bunch {name}").expect(
+            _agree(supply, record["material"], record["thickness_mm"]),
+            f"it is said to be of {record['material']}, {record['thickness_mm']} mm, and is of "
+            f"{supply.material}, {supply.thickness_mm} mm",
+        )
 
 
 def _check_material(

@@ -1,11 +1,13 @@
 """Check what job.toml says came out, and that it makes the same layout again."""
 
 from math import nan
+from typing import Any
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.areas import sum_areas
 from fabweave.verify.measure.supplies import by_bunch, length_of
-from fabweave.verify.read.job_files import Job
+from fabweave.verify.measure.words import costs_words
+from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
 
 UTILISATION = 6e-5
@@ -22,6 +24,7 @@ def check_outcome(job: Job, tally: Tally) -> None:
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
     share = sum_areas(job.areas.values()).piece_mm2 / area if area else 0.0
     place.number("utilisation", outcome.get("utilisation"), share, within=UTILISATION)
+    _check_words(job, outcome, place)
     notes = outcome.get("notes")
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
         place.fail(f"notes are {notes!r:.80}, not texts")
@@ -34,6 +37,18 @@ def check_outcome(job: Job, tally: Tally) -> None:
         layout.expect(note in notes, f"its note {note!r:.60} is not in job.toml")
     if job.options:
         _check_layout(plan, job, layout.against("job.toml"))
+
+
+def _check_words(job: Job, outcome: dict[str, Any], place: Place) -> None:
+    """Check the hole and the line on costs, where they are told."""
+    plan = required(job.map)
+    if (size := outcome.get("hole_mm")) is not None:
+        holes = {station.hole_mm for piece in plan.pieces for station in piece.stations} - {None}
+        # None is chosen where no crossing has room for one.
+        place.expect(size in (holes or {0.0}), f"no hole is of {size} mm")
+    estimate = (job.waste or {}).get("estimate")
+    if "costs" in outcome and estimate is not None:
+        place.against("waste.json").equal("costs", outcome["costs"], costs_words(estimate))
 
 
 def _check_layout(plan: CrossingMap, job: Job, place: Place) -> None:

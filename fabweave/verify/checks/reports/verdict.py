@@ -1,5 +1,8 @@
 """Check that the verdict is what the findings come to."""
 
+import math
+import re
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -7,8 +10,9 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.measure.words import counted
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally
 
 CARE, STOP = "with care", "not makeable"
 #: Up to this share of its places each rule may be broken, and up to this share by far.
@@ -21,8 +25,24 @@ BROKEN = {
     "clearance": 0.10,
 }
 FAR = 0.005
-#: Narrower ribbons want care.
-NARROW_MM = 4.0
+#: Narrower ribbons want care; widths are rounded to a thousandth.
+NARROW_MM, _ROUNDED_MM = 4.0, 5e-4
+#: What is said to do where care is wanted.
+CARE_WORDS = {
+    "width": "handle them with tweezers",
+    "bend": "damp or roll the strip there before it is woven",
+    "crease": "soften the crease by rolling, or score it",
+    "twist": "ease the strip in slowly, or narrow it there by hand",
+    "layers": "the layers press on one another: do not fasten there before all are in place",
+    "clearance": "push the strips aside there, or trim an edge by hand",
+    "hole": "leave those crossings without a fastener, or use glue",
+    "narrow": "handle these with tweezers; their labels may have no room",
+    "bodies": "each is an object of its own; --bodies largest keeps one",
+    "ids": "write the id on as you peel the piece, from the picture of its sheet",
+}
+#: What parts a finding's text, and where notes tell the size at which all holds.
+_MEND = ". To fix it, use "
+_SMALLEST = re.compile(r"^checks: .* hold(?:, and would)? at --size (\d+)mm")
 
 
 def check_verdict(job: Job, tally: Tally) -> None:
@@ -43,6 +63,19 @@ def check_verdict(job: Job, tally: Tally) -> None:
         found.append(("ids", CARE))
     stated = [(reason.get("rule"), reason.get("level")) for reason in verdict["reasons"]]
     place.same("reasons", map(str, stated), map(str, found))
+    told = [
+        *(_told(finding) for finding in ribbons["findings"]),
+        *_told_besides(plan, min(narrow, default=NARROW_MM)),
+    ]
+    for reason in verdict["reasons"]:
+        here = place.at(f"reason {reason.get('rule')}")
+        advice = CARE_WORDS.get(str(reason.get("rule")), "") if reason.get("level") == CARE else ""
+        here.equal("its advice", reason.get("advice"), advice)
+        here.expect(
+            reason.get("text") in told,
+            f"nothing was found of which it is said: {reason.get('text')!r:.100}",
+        )
+    _check_remedies(job, ribbons, tally.at("ribbons.json"))
     levels = [level for _, level in found]
     level = STOP if STOP in levels else CARE if levels else "makeable"
     place.equal("the verdict", verdict.get("level"), level)
@@ -55,6 +88,55 @@ def check_verdict(job: Job, tally: Tally) -> None:
     place.against("job.toml").expect(
         not forced or job.options.get("force") is True, "it is forced, but nobody asked for that"
     )
+
+
+def _told(finding: dict[str, Any]) -> str:
+    """Return what a finding says of what was found, without what would mend it."""
+    return str(finding.get("text", "")).partition(_MEND)[0]
+
+
+def _told_besides(plan: CrossingMap, narrowest_mm: float) -> Iterator[str]:
+    """Yield what may be said of other things than rules that the ribbons break."""
+    for width in (narrowest_mm - _ROUNDED_MM, narrowest_mm + _ROUNDED_MM):
+        yield f"ribbons are as narrow as {width:.1f} mm"
+    yield f"there are {_bodies(plan)} bodies that no thread joins"
+    unnamed = sum(any(one.kind == "id" for one in piece.dropped) for piece in plan.pieces)
+    yield f"{counted(unnamed, 'piece has', 'pieces have')} no room for an id"
+
+
+def _check_remedies(job: Job, ribbons: dict[str, Any], place: Place) -> None:
+    """Check that each finding says in words what its figures say would mend it, and notes do, too.
+
+    Whether it would is not known here: sizes and widths were found by weaving anew.
+    """
+    notes = (job.waste or {}).get("notes")
+    for number, finding in enumerate(ribbons["findings"]):
+        here, ways = place.at(f"finding {number}"), []
+        if (size := finding.get("size_mm")) is not None:
+            ways.append(f"--size {size}mm")
+        if (factor := finding.get("width_factor")) is not None:
+            ways.append(f"ribbons {round(100 * (1 - factor))} % narrower (--width)")
+        if (refine := finding.get("refine")) is not None:
+            ways.append(f"--refine {refine}")
+        remedy, text = ", or ".join(ways), str(finding.get("text", ""))
+        here.equal("its remedy", finding.get("remedy", ""), remedy)
+        here.equal("what its text says would mend it", text.partition(_MEND)[2], remedy)
+        cause = finding.get("cause")
+        here.expect(cause is None or f"({cause})" in text, f"its text does not say why: {cause!r}")
+        # Notes tell of holes in other words.
+        here.expect(
+            notes is None or finding.get("rule") == "hole" or text in notes, "no note says the same"
+        )
+    if notes is not None:
+        smallest = ribbons.get("smallest_size_mm")
+        told = [int(size) for note in notes for size in _SMALLEST.findall(note)]
+        # The size that the object has is no news.
+        size = np.ptp(job.mesh.vertices, axis=0).max() if job.mesh is not None else np.inf
+        known: list[int | None] = [*told] or [None, math.ceil(size - _ROUNDED_MM)]
+        place.expect(
+            smallest in known,
+            f"smallest_size_mm is {smallest}, but notes tell {told or 'of none'}",
+        )
 
 
 def _level(finding: dict[str, Any]) -> str:

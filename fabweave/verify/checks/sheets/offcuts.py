@@ -12,6 +12,8 @@ from fabweave.verify.read.offcuts import STOCK, Offcuts
 from fabweave.verify.statement import Place, Tally
 
 _SAME_MM = 1e-3
+#: The largest rectangle in an offcut has no side that could stand so much further out.
+_GROWN_MM = 0.1
 #: Nothing is worth keeping in which no square of this side fits.
 _LEAST_MM = 50.0
 _SAME_WORTH = 1e-5
@@ -81,13 +83,18 @@ def _check_figures(record: dict[str, Any], sheet: Sheet, place: Place) -> None:
     """Check area, rectangle, material and worth of an offcut."""
     rest = _polygon(record)
     place.number("area_mm2", record["area_mm2"], rest.area, within=0.01 + 1e-8 * rest.area)
+    near = rest.buffer(_SAME_MM)
     (low_x, low_y), (high_x, high_y) = np.array(record["rectangle"], dtype=float).tolist()
     place.expect(
         low_x < high_x
         and low_y < high_y
-        and rest.buffer(_SAME_MM).covers(shapely.box(low_x, low_y, high_x, high_y)),
+        and near.covers(shapely.box(low_x, low_y, high_x, high_y)),
         "its rectangle is not within it",
     )
+    for side in range(4):
+        corners = np.array([low_x, low_y, high_x, high_y], dtype=float)
+        corners[side] += _GROWN_MM if side > 1 else -_GROWN_MM
+        place.expect(not near.covers(shapely.box(*corners)), "its rectangle is not the largest")
     narrow = min(high_x - low_x, high_y - low_y)
     place.expect(
         narrow >= _LEAST_MM, f"its rectangle is {narrow:.1f} mm narrow, and not worth keeping"

@@ -21,6 +21,14 @@ _WIDTH_MM = 1e-3
 #: Codes of more dots are not read.
 _MOST_DOTS = 54.0
 _DIGEST = "# sha256 "
+#: What settings are that a command leaves out.
+_UNSAID = {
+    "bodies": "all", "fair": 0, "pattern": "plain", "boundary": "end", "width": "auto",
+    "smooth": 3, "crossing": 0.7, "clearance": "0.1mm", "prefer": "balanced", "joint": "rivet",
+    "slots": False, "rotations": "free", "seed": 0, "colours": "safe", "profile": "maker",
+    "strict": False, "force": False, "labels": "full", "label_side": "outside", "paper": "a4",
+    "cut_order": "short", "template": "sheet",
+}  # fmt: skip
 
 
 def check_code(job: Job, tally: Tally) -> None:
@@ -48,7 +56,7 @@ def check_code(job: Job, tally: Tally) -> None:
 
 
 def _check_text(text: str, options: dict[str, Any], place: Place) -> None:
-    """Check that a command states no setting that job.toml does not."""
+    """Check that a command and what it leaves out are what job.toml says."""
     command, _, digest = text.partition(_DIGEST)
     words = shlex.split(command)
     place.equal("its command", words[:2], ["fabweave", "make"])
@@ -73,6 +81,9 @@ def _check_text(text: str, options: dict[str, Any], place: Place) -> None:
             values == [str(word) for word in wanted] and key in options,
             f"it says {' '.join([key, *values])}, and job.toml {value!r}",
         )
+    for key, value in options.items():
+        if key in _UNSAID and key not in stated:
+            place.at(key).equal("what is not said", value, _UNSAID[key])
 
 
 def _is_number(word: str) -> bool:

@@ -5,12 +5,15 @@ from scipy.spatial import KDTree
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import Floats
+from fabweave.verify.measure.words import PAPERS_MM
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.template import Template
 from fabweave.verify.statement import Place, Tally
 
 #: PDF counts in points; six decimals of them are much less than this.
 _SAME_MM = 0.01
+#: Sizes of paper are told in hundredths of points.
+_PAPER_MM = 0.1
 #: Printers leave so much of the paper white.
 _BORDER_MM = 10.0
 
@@ -20,14 +23,25 @@ def check_templates(job: Job, tally: Tally) -> None:
     plan = required(job.map)
     if job.templates is None:
         return
+    paper = str(job.options.get("template"))
     for sheet in plan.sheets:
         template = job.templates.get(sheet.number)
         if template is None:
             tally.fail(f"{sheet.name}.pdf is not checked, because it could not be read")
             continue
         place = tally.at(f"{sheet.name}.pdf")
+        _check_paper(sheet, template, paper, place.against("job.toml"))
         _check_pages(sheet, template, place)
         _check_points(plan.on_sheet(sheet.number), plan, template, place)
+
+
+def _check_paper(sheet: Sheet, template: Template, paper: str, place: Place) -> None:
+    """Check that pages have the size that was asked for: that of the sheet, or of some paper."""
+    size = (sheet.width_mm, sheet.height_mm) if paper == "sheet" else PAPERS_MM.get(paper)
+    if not place.expect(size is not None, f"there is no paper {paper!r}") or size is None:
+        return
+    off = np.abs(np.sort(template.pages, axis=1) - sorted(size)).max()
+    place.expect(off < _PAPER_MM, f"a page has not the size of {paper!r}")
 
 
 def _check_pages(sheet: Sheet, template: Template, place: Place) -> None:

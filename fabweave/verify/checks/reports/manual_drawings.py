@@ -1,0 +1,238 @@
+"""Check the parts list and the sheets of the manual: texts, and what is drawn to scale."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from itertools import takewhile
+from math import sqrt
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
+from fabweave.verify.drawing import Floats
+from fabweave.verify.measure.areas import least_rectangle, polygon_area
+from fabweave.verify.measure.words import counted
+from fabweave.verify.read.manual import ManualPage
+from fabweave.verify.running_text import RunningText
+from fabweave.verify.statement import Place
+
+#: Points of a page in a millimetre.
+_POINTS_MM = 72.0 / 25.4
+#: Places and lengths are rounded to a millimetre; arcs are drawn by chords that are off by a tenth
+#: at the most.
+_SAME_MM, _CHORD_MM = 0.55, 0.11
+#: Figures of the same shape agree to this share of their size, and their scales to that.
+_SHARE, _SCALE = 5e-3, 2e-3
+#: On the page, corners are drawn where they belong to this, beside a chord.
+_SAME_POINTS = 0.05
+#: Around the pieces on a part of a sheet so much is drawn, too.
+_AROUND_MM = 2.0
+
+
+def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) -> None:
+    """Require that the parts list has each piece, drawn to scale, with its size and place.
+
+    Parameters
+    ----------
+    plan : CrossingMap
+    pages : sequence of ManualPage
+        Of that section.
+    place : Place
+    """
+    text = RunningText([said for page in pages for said in page.texts], place)
+    figures = [figure for page in pages for figure in page.figures]
+    if not place.equal("the number of drawn pieces", len(figures), len(plan.pieces)):
+        return
+    scales = [
+        sqrt(polygon_area(figure) / max(polygon_area(piece.outline), 1e-9))
+        for figure, piece in zip(figures, plan.pieces, strict=True)
+    ]
+    scale = float(np.median(scales))
+    text.block(
+        *(
+            f"{counted(len(plan.pieces), 'piece')}, engraved face up, drawn at a scale of "
+            f"{words}. Each place is that of the middle of the piece on its sheet, in mm from the "
+            "left edge and from the lower edge. Pieces of the same kind are cut alike; the number "
+            "after x says how many there are."
+            for words in _scale_words(scale)
+        )
+    )
+    alike = Counter(piece.kind for piece in plan.pieces)
+    for piece, figure in zip(plan.pieces, figures, strict=True):
+        here = place.at(f"piece {piece.id}")
+        _check_shape(piece, figure / scale, here)
+        text.block(piece.id)
+        length = float(np.ptp(figure[:, 0])) / scale
+        stations = counted(len(piece.stations), "station")
+        said = text.match(rf"(\d+) mm, {stations}", f"{length:.0f} mm, {stations}")
+        if said is not None:
+            here.number("its length", float(said[1]), length, within=_SAME_MM)
+        _check_spot(plan, piece, alike[piece.kind], text, here)
+    text.end()
+
+
+def _scale_words(scale: float) -> list[str]:
+    """Return what may be said of a scale, points to a millimetre, measured to a share."""
+    scales = (_POINTS_MM / scale * (1.0 + by) for by in (0.0, -_SCALE, _SCALE))
+    return list(dict.fromkeys(f"1 : {one:.1f}" for one in scales))
+
+
+def _check_shape(piece: Piece, drawn: Floats, place: Place) -> None:
+    """Check that a piece is drawn at the scale of all, and as long and wide as it is."""
+    for shape, true in zip(least_rectangle(drawn), least_rectangle(piece.outline), strict=True):
+        place.number(
+            "a side of its drawing", float(shape), float(true),
+            within=_SHARE * float(true) + 2 * _CHORD_MM,
+        )  # fmt: skip
+
+
+def _check_spot(
+    plan: CrossingMap, piece: Piece, alike: int, text: RunningText, place: Place
+) -> None:
+    """Check where a piece is said to be, and how many are of its kind."""
+    name = plan.sheet[piece.sheet].name if piece.sheet in plan.sheet else "?"
+    kind = f", kind {piece.kind} (x {alike})" if alike > 1 else ""
+    outline = piece.placed(piece.outline)
+    middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+    said = text.match(
+        rf"{re.escape(name)} at (-?\d+), (-?\d+){re.escape(kind)}",
+        f"{name} at {middle[0]:.0f}, {middle[1]:.0f}{kind}",
+    )
+    if said is not None:
+        for stated, true in zip(said.groups(), middle.tolist(), strict=True):
+            place.number("its place", float(stated), true, within=_SAME_MM)
+
+
+def check_sheets(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) -> None:
+    """Require the pages of every sheet: its drawing, the names on it, and the list to tick off.
+
+    Parameters
+    ----------
+    plan : CrossingMap
+    pages : sequence of ManualPage
+        Of that section.
+    place : Place
+    """
+    left = list(pages)
+    several = len({(sheet.material, sheet.thickness_mm) for sheet in plan.sheets}) > 1
+    for sheet in plan.sheets:
+        here = place.at(sheet.name)
+        own = _pages_of(sheet, left)
+        del left[: len(own)]
+        # A drawing in several parts has a page for each; the list may go on without a drawing.
+        parts = [page for page in own if _is_head(sheet, page)]
+        named: Counter[str] = Counter()
+        for number, page in enumerate(parts, start=1):
+            text = RunningText(page.texts, here)
+            names = _check_part(plan, sheet, page, text, (number, len(parts)), several, here)
+            named.update(names)
+        pieces = sorted((piece.id for piece in plan.on_sheet(sheet.number)), key=_natural)
+        here.same("names of pieces", named.elements(), pieces)
+        said = [text for page in own for text in page.texts]
+        head = _ticks(sheet)
+        start = said.index(head) if head in said else len(said)
+        here.equal("the list to tick off", said[start : start + 1 + len(pieces)], [head, *pieces])
+        here.equal("the number of texts after it", len(said) - start - 1, len(pieces))
+    place.expect(not left, f"{len(left)} pages of sheets belong to no sheet")
+
+
+def _pages_of(sheet: Sheet, pages: Sequence[ManualPage]) -> list[ManualPage]:
+    """Return the pages of a sheet: the next ones, up to the head of another."""
+    count = next((at for at, page in enumerate(pages) if at and _other(sheet, page)), len(pages))
+    return list(pages[:count])
+
+
+def _is_head(sheet: Sheet, page: ManualPage) -> bool:
+    return bool(page.texts) and page.texts[0].startswith((f"{sheet.name}:", f"{sheet.name},"))
+
+
+def _other(sheet: Sheet, page: ManualPage) -> bool:
+    """Return whether a page begins with the head of another sheet."""
+    first = page.texts[0] if page.texts else ""
+    return ", scale 1 : " in first and not _is_head(sheet, page)
+
+
+def _check_part(
+    plan: CrossingMap,
+    sheet: Sheet,
+    page: ManualPage,
+    text: RunningText,
+    part: tuple[int, int],
+    several: bool,
+    place: Place,
+) -> list[str]:
+    """Check the drawing of a sheet, or of a part of it; return the pieces that it names."""
+    size = np.array([sheet.width_mm, sheet.height_mm])
+    ids = {piece.id for piece in plan.on_sheet(sheet.number)}
+    names = list(takewhile(ids.__contains__, page.texts[1:]))
+    low, high = _window(plan, names, size, cut=part[1] > 1)
+    quarter = bool(high[0] - low[0] > high[1] - low[1])
+    edge = page.figures[0] if page.figures else np.zeros((1, 2))
+    corner = edge.min(axis=0)
+    spread = np.ptp(edge, axis=0)[::-1] if quarter else np.ptp(edge, axis=0)
+    scale = float(np.min(spread / (high - low)))
+    if not place.expect(scale > 0.0, "its edge is not drawn"):
+        return []
+    head = (
+        sheet.name
+        + (f", part {part[0]} of {part[1]}" if part[1] > 1 else "")
+        + f": {sheet.width_mm:g} x {sheet.height_mm:g} mm"
+        + (f", {sheet.material} {sheet.thickness_mm:g} mm" if several else "")
+        + (", mirrored, as it is cut" if sheet.mirrored else "")
+        + (", left edge at the bottom" if quarter else "")
+    )
+    text.block(*(f"{head}, scale {words}" for words in _scale_words(scale)))
+    said = text.some_of(ids)
+    text.block(_stock_words(sheet))
+    if text.next:
+        text.block(_ticks(sheet))
+    boxes = np.array([(f.min(axis=0), f.max(axis=0)) for f in page.figures[1:]]).reshape(-1, 4)
+    for name in said:
+        drawn = (plan.piece[name].placed(plan.piece[name].outline) - low) * scale
+        if quarter:
+            drawn = np.column_stack([(high - low)[1] * scale - drawn[:, 1], drawn[:, 0]])
+        drawn = drawn + corner
+        box = np.concatenate([drawn.min(axis=0), drawn.max(axis=0)])
+        within = _SAME_POINTS + _CHORD_MM * scale
+        place.expect(
+            np.any(np.all(np.abs(boxes - box) <= within, axis=1)),
+            f"piece {name} is not drawn where it lies",
+        )
+    return said
+
+
+def _ticks(sheet: Sheet) -> str:
+    """Return the head of the list of a sheet's pieces."""
+    return f"Pieces of {sheet.name}, to tick off as you take them out:"
+
+
+def _window(
+    plan: CrossingMap, names: Sequence[str], size: Floats, *, cut: bool
+) -> tuple[Floats, Floats]:
+    """Return the corners of what is drawn of a sheet: all, or what is around some pieces."""
+    low, high = np.zeros(2), size.copy()
+    if cut and names:
+        axis = int(np.argmax(size))
+        corners = np.concatenate([plan.piece[n].placed(plan.piece[n].outline) for n in names])
+        low[axis] = corners[:, axis].min() - _AROUND_MM
+        high[axis] = corners[:, axis].max() + _AROUND_MM
+    return low, high
+
+
+def _stock_words(sheet: Sheet) -> str:
+    """Return what the stock is called, and what its drawing shows beside the pieces."""
+    said = ["Dotted: the margin."]
+    if sheet.stock:
+        offcut = " (an offcut)" if sheet.offcut else ""
+        said.insert(0, f"From the stock: {sheet.stock}{offcut}.")
+    if sheet.defects:
+        said.append("Hatched: defects.")
+    if sheet.rest is not None:
+        said.append(f"Dashed: {sheet.rest.name}, to be kept.")
+    return " ".join(said)
+
+
+def _natural(key: str) -> tuple[str, int]:
+    """Sort A2 before A10."""
+    letters = key.rstrip("0123456789")
+    return letters, int(key[len(letters) :] or 0)

@@ -1,0 +1,221 @@
+"""Say what stands in the manual of a specimen, by hand-written code as the rest of its files.
+
+The sentences that every manual has are those that verify expects; that they are the makers', too,
+is seen with jobs of theirs.
+"""
+
+from collections import Counter
+
+import numpy as np
+from verify_specimen import placed
+
+from fabweave.verify.checks.reports.manual import MAP, SECTIONS, TABLES
+from fabweave.verify.checks.reports.manual_cover import PROCEED, VIEWER
+from fabweave.verify.checks.reports.manual_steps import BOXES, PICTURED
+
+#: Points in a millimetre of what is drawn, and how many millimetres one stands for.
+SCALE = 0.9
+RATIO = f"1 : {72 / 25.4 / SCALE:.1f}"
+TITLE = "specimen"
+
+
+def placed_outline(plan, piece):
+    """Return a piece's corners on its sheet, which may be mirrored."""
+    corners = placed(piece, piece["outline"])
+    sheet = next((one for one in plan["sheets"] if one["sheet"] == piece["sheet"]), {})
+    return [(sheet["width_mm"] - x, y) if sheet.get("mirrored") else (x, y) for x, y in corners]
+
+
+def many(number, word):
+    return f"{number} {word}" if number == 1 else f"{number} {word}s"
+
+
+def manual_pages(specimen, verdict):
+    """Return for each page its section, its texts, and what is drawn: a page for each sheet."""
+    plan = specimen.plan
+    drawn = "".join(closed(piece["outline"]) for piece in plan["pieces"])
+    pages = [
+        [(cover(specimen, plan, verdict), "")], [(legend(plan), "")], [(thread_map(plan), "")],
+        [(parts_list(plan), drawn)],
+        [(sheet_texts(plan, sheet), sheet_figures(plan, sheet)) for sheet in plan["sheets"]],
+        [(steps(plan), "")], [(tables(plan), "")],
+    ]  # fmt: skip
+    return [(name, *page) for name, own in zip(SECTIONS, pages, strict=True) for page in own]
+
+
+def cover(specimen, plan, verdict):
+    size = np.ptp(np.asarray(specimen.points), axis=0)
+    told = "; ".join(f"{reason['text']} ({reason['advice']})" for reason in verdict["reasons"][:3])
+    more = f"; and {len(verdict['reasons']) - 3} more" if len(verdict["reasons"]) > 3 else ""
+    counts = ", ".join(many(len(plan[key]), key[:-1] if key != "crossings" else "crossing")
+                       for key in ("threads", "crossings", "joints"))  # fmt: skip
+    tools = ["clips or soft clamps; a pencil to tick the boxes"]
+    if plan["joints"]:
+        tools.insert(0, "for the fasteners: your fingers for brads, a screwdriver for Chicago "
+                     "screws, or a rivet setter that reaches the middle of a strip")  # fmt: skip
+    return [
+        TITLE, f"Yes, with care. {told}{more}", "Buildable?",
+        " x ".join(f"{length:.0f}" for length in size) + " mm", "Size",
+        f"{many(len(plan['pieces']), 'piece')} on {many(len(plan['sheets']), 'sheet')}, {counts}",
+        "Made of", "; ".join(tools), "Tools", PROCEED + VIEWER, "How to proceed",
+    ]  # fmt: skip
+
+
+def legend(plan):
+    piece = max(
+        plan["pieces"], key=lambda p: (len({one["kind"] for one in p["labels"]}), len(p["labels"]))
+    )
+    kinds = {one["kind"] for one in piece["labels"]}
+    name, first = piece["id"], piece["stations"][0]
+    numbers = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
+    texts = sorted({numbers[kind] for kind in kinds} | {"4", "5"})
+    texts += [f"Piece {name} of this object", "This is the outside of the object.", "Engraved face"]
+    if "id" in kinds:
+        texts += [f"{name}: the letters name the thread, and the number counts its pieces. The "
+                  "arrow points along the thread; stations are counted in its direction, from 0.",
+                  "1 Id"]  # fmt: skip
+    if "joint" in kinds:
+        key = next(key for key in piece["joints"] if key is not None)
+        pair = next(joint["pieces"] for joint in plan["joints"] if joint["id"] == key)
+        mate = next((other for other in pair if other != name), name)
+        texts += [f"#{key}>{mate}: joint {key} joins this end to piece {mate}.", "2 Joint"]
+    over = "over" if first["over"] else "under"
+    texts += ["Each crossing is marked with the piece that is met there. The sign before its id is "
+              "a small picture of the crossing, in which this piece runs along the text: unbroken "
+              "where it passes over, broken where it passes under. At its first station, "
+              f"{name} passes {over} {first['partner']}.", "3 Crossing"]  # fmt: skip
+    if len(kinds) > 1:
+        texts += ["On both edges beside a crossing: one tick means over, two ticks mean under.",
+                  "4 Ticks"]  # fmt: skip
+    return [
+        *texts,
+        "A fastener goes through all layers of the crossing: line up their holes.",
+        "5 Hole",
+    ]
+
+
+def thread_map(plan):
+    texts, pieces = [MAP], {piece["id"]: piece for piece in plan["pieces"]}
+    for thread in plan["threads"]:
+        texts.append(f"Thread {thread['label']}")
+        kind = "ring" if thread["closed"] else "open"
+        texts.append(f"{kind}, {many(len(thread['pieces']), 'piece')}, "
+                     f"{many(len(set(thread['crossings'])), 'crossing')}")  # fmt: skip
+        for number, key in enumerate(thread["pieces"]):
+            piece = pieces[key]
+            texts.append(key)
+            for k, station in enumerate(piece["stations"]):
+                if k == 0 and number and piece["joints"][0] is not None:
+                    continue
+                if station["joint"] is not None:
+                    texts.append(f"#{station['joint']}")
+                texts.append(f"{station['crossing']} {'o' if station['over'] else 'u'}")
+    return texts
+
+
+def parts_list(plan):
+    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
+    kinds = Counter(piece.get("kind", 0) for piece in plan["pieces"])
+    texts = [f"{many(len(plan['pieces']), 'piece')}, engraved face up, drawn at a scale of "
+             f"{RATIO}. Each place is that of the middle of the piece on its sheet, in mm from the "
+             "left edge and from the lower edge. Pieces of the same kind are cut alike; the number "
+             "after x says how many there are."]  # fmt: skip
+    for piece in plan["pieces"]:
+        xs, ys = zip(*placed_outline(plan, piece), strict=True)
+        place = f"{names.get(piece['sheet'])} at "
+        place += f"{(min(xs) + max(xs)) / 2:.0f}, {(min(ys) + max(ys)) / 2:.0f}"
+        kind = piece.get("kind", 0)
+        if kinds[kind] > 1:
+            place += f", kind {kind} (x {kinds[kind]})"
+        length = np.ptp(np.asarray(piece["outline"])[:, 0])
+        stations = many(len(piece["stations"]), "station")
+        texts += [piece["id"], f"{length:.0f} mm, {stations}", place]
+    return texts
+
+
+def sheet_texts(plan, sheet):
+    names = [piece["id"] for piece in plan["pieces"] if piece["sheet"] == sheet["sheet"]]
+    mirrored = ", mirrored, as it is cut" if sheet.get("mirrored") else ""
+    return [
+        f"{sheet['name']}: {sheet['width_mm']:g} x {sheet['height_mm']:g} mm{mirrored}, left edge "
+        f"at the bottom, scale {RATIO}", *names, "Dotted: the margin.",
+        f"Pieces of {sheet['name']}, to tick off as you take them out:",
+        *sorted(names, key=lambda name: (name.rstrip("0123456789"), len(name), name)),
+    ]  # fmt: skip
+
+
+def steps(plan):
+    texts = [PICTURED + BOXES]
+    pieces = {piece["id"]: piece for piece in plan["pieces"]}
+    mates = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
+    there = set()
+    for step in plan["steps"]:
+        there |= set(step["pieces"])
+        words = step["text"].split(" ")
+        half = len(words) // 2
+        texts += [f"Step {step['step']}", " ".join(words[:half]), " ".join(words[half:])]
+        for name in step["pieces"]:
+            said = []
+            for word in ("over", "under"):
+                met = []
+                for station in pieces[name]["stations"]:
+                    if station["over"] == (word == "over") and station["crossing"] in step[word]:
+                        others = [
+                            other["id"] for other in plan["pieces"] if other["id"] in there
+                            for one in other["stations"]
+                            if one["crossing"] == station["crossing"]
+                            and one["over"] != station["over"]
+                        ]  # fmt: skip
+                        met.append(f"{' and '.join(dict.fromkeys(others))} at "
+                                   f"{station['crossing']}")  # fmt: skip
+                if met:
+                    said.append(f"{word} {', '.join(met)}")
+            for key in dict.fromkeys(pieces[name]["joints"]):
+                if key in step["joints"]:
+                    mate = next((other for other in mates[key] if other != name), "itself")
+                    said.append(f"joint #{key} with {mate}")
+            said = "; ".join(said) or "lay it down"
+            texts.append(f"{name} (sheet {pieces[name]['sheet']}): {said}")
+        if step["fasten"]:
+            word = "crossing" if len(step["fasten"]) == 1 else "crossings"
+            texts.append(f"All layers are now in place at {word} "
+                         f"{', '.join(map(str, step['fasten']))}.")  # fmt: skip
+    return texts
+
+
+def tables(plan):
+    made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
+    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
+    texts = [TABLES]
+    for piece in plan["pieces"]:
+        texts += [f"Piece {piece['id']}", "st.", "crossing", "mm", "passes", "joint", "step"]
+        along, last = 0.0, None
+        for number, station in enumerate(piece["stations"]):
+            here = complex(station["x"], station["y"])
+            along += abs(here - (here if last is None else last))
+            last = here
+            joint = "-"
+            if station["joint"] is not None:
+                pair = [name for name in joints[station["joint"]] if name != piece["id"]]
+                joint = f"#{station['joint']} {(pair or [piece['id']])[0]}"
+            lies = "over" if station["over"] else "under"
+            texts += [
+                str(number), str(station["crossing"]), f"{along:.1f}",
+                f"{lies} {station['partner']}", joint, str(made.get(station["crossing"])),
+            ]  # fmt: skip
+    return texts
+
+
+def closed(points):
+    """Draw a closed figure."""
+    (x, y), *others = [(SCALE * float(x), SCALE * float(y)) for x, y in points]
+    lines = " ".join(f"{a:.4f} {b:.4f} l" for a, b in others)
+    return f"n {x:.4f} {y:.4f} m {lines} h S\n"
+
+
+def sheet_figures(plan, sheet):
+    """Return what is drawn of a sheet: its edge and its pieces, turned by a quarter."""
+    own = [placed_outline(plan, piece) for piece in plan["pieces"]
+           if piece["sheet"] == sheet["sheet"]]  # fmt: skip
+    rings = [[(sheet["height_mm"] - y, x) for x, y in ring] for ring in (sheet["outline"], *own)]
+    return "".join(map(closed, rings))
