@@ -11,7 +11,7 @@ from unittest import mock
 
 from fabweave.app import pipeline
 from fabweave.cli.main import main
-from fabweave.picture import portrait
+from fabweave.picture import loss_picture, portrait
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
@@ -38,6 +38,7 @@ def quick_jobs() -> Iterator[None]:
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", 0),
         mock.patch.object(pipeline, "portrait_png", _small_portrait),
+        mock.patch.object(pipeline, "likeness_png", _small_likeness),
     ):
         yield
 
@@ -48,6 +49,7 @@ def shipped_jobs() -> Iterator[None]:
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
         mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
+        mock.patch.object(pipeline, "likeness_png", loss_picture.likeness_png),
     ):
         yield
 
@@ -56,8 +58,13 @@ _SHIPPED_WORKERS = pipeline._MOST_WORKERS
 
 
 def _small_portrait(ribbons, colours) -> bytes:
-    with mock.patch.multiple(portrait, _FRONT_PX=(84, 72), _BACK_PX=(60, 72)):
+    with mock.patch.multiple(portrait, FRONT_PX=(84, 72), BACK_PX=(60, 72)):
         return portrait.portrait_png(ribbons, colours)
+
+
+def _small_likeness(loss, like) -> bytes | None:
+    with mock.patch.multiple(loss_picture, FRONT_PX=(84, 72), BACK_PX=(60, 72)):
+        return loss_picture.likeness_png(loss, like)
 
 
 class JobStore:

@@ -23,7 +23,9 @@ from fabweave.core.records import record
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.picture.camera import View
+from fabweave.picture.loss_picture import loss_legend, loss_tiles, stacked
 from fabweave.picture.object_picture import png_bytes, weave_picture
+from fabweave.picture.portrait import opposite_view
 from fabweave.report.verdict import Verdict, refused
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.rules.remedy import Depth
@@ -31,6 +33,8 @@ from fabweave.ribbon.rules.remedy import Depth
 #: Pixels of a candidate's picture, and from where all are seen alike.
 PICTURE_PX = (440, 360)
 VIEW = View(-60.0, 22.0)
+#: Below, what a remeshed model lost, from two sides.
+LOSS_PX = (220, 180)
 
 
 @record
@@ -159,6 +163,9 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         view=VIEW,
         floor=False,
     )
+    if loaded.loss is not None:
+        tiles = loss_tiles(loaded.loss, (VIEW, opposite_view(VIEW)), (LOSS_PX, LOSS_PX))
+        picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
     verdict = replace(planned.verdict, forced=False)
     return Tried(
         candidate=Candidate(

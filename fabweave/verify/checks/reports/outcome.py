@@ -1,6 +1,6 @@
 """Check what job.toml says came out, and that it makes the same layout again."""
 
-from math import nan
+from math import inf, nan
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.areas import sum_areas
@@ -22,6 +22,11 @@ def check_outcome(job: Job, tally: Tally) -> None:
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
     share = sum_areas(job.areas.values()).piece_mm2 / area if area else 0.0
     place.number("utilisation", outcome.get("utilisation"), share, within=UTILISATION)
+    if "likeness_mm" in outcome:
+        # Only a mesh that was made anew differs from its model.
+        place.expect("remesh" in job.options, "it has a likeness, but nothing was remeshed")
+        far = outcome["likeness_mm"]
+        place.expect(isinstance(far, int | float) and 0 <= far < inf, f"likeness_mm is {far!r}")
     notes = outcome.get("notes")
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
         place.fail(f"notes are {notes!r:.80}, not texts")
