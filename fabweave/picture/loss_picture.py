@@ -11,6 +11,7 @@ from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.mesh.likeness import Likeness
 from fabweave.mesh.loss import LossMap
 from fabweave.picture.camera import View, choose_view
+from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import png_bytes
 from fabweave.picture.portrait import BACK_PX, FRONT_PX, opposite_view
 from fabweave.picture.render import render_scene
@@ -133,17 +134,6 @@ def loss_picture(loss: LossMap, text: str = "", *, samples: int = 2) -> Image.Im
     views = (front, opposite_view(front))
     tiles = loss_tiles(loss, views, (FRONT_PX, BACK_PX), samples=samples)
     return stacked(tiles, loss_legend(loss, tiles.width, text))
-
-
-def stacked(*pictures: Image.Image) -> Image.Image:
-    """Put pictures of one width below one another."""
-    high = sum(picture.height for picture in pictures)
-    whole = Image.new("RGB", (pictures[0].width, high), (255, 255, 255))
-    top = 0
-    for picture in pictures:
-        whole.paste(picture, (0, top))
-        top += picture.height
-    return whole
 
 
 def likeness_png(loss: LossMap | None, like: Likeness | None) -> bytes | None:

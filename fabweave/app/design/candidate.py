@@ -23,7 +23,8 @@ from fabweave.core.records import record
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.picture.camera import View
-from fabweave.picture.loss_picture import loss_legend, loss_tiles, stacked
+from fabweave.picture.contact_sheet import stacked
+from fabweave.picture.loss_picture import loss_legend, loss_tiles
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.picture.portrait import opposite_view
 from fabweave.report.verdict import Verdict, refused

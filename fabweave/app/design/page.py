@@ -12,6 +12,7 @@ import numpy as np
 
 from fabweave.app.design.candidate import Candidate, Figures, Tried
 from fabweave.app.design.front import objectives, pareto_front
+from fabweave.core.messages import agree
 from fabweave.core.records import to_json
 from fabweave.report.verdict import VERDICTS
 
@@ -150,6 +151,16 @@ def words(figures: Figures) -> str:
     if figures.lost:
         text += f" ({'; '.join(figures.lost)})"
     return text
+
+
+def brief(figures: Figures) -> str:
+    """Return what a design comes to in the fewest words: pieces, sheets, hours, widths."""
+    hours = figures.hours
+    time = "" if hours is None else f", {hours[0]:.0f} to {hours[1]:.0f} h of assembly"
+    return (
+        f"{agree(figures.pieces, '{n} piece[|s]')} on {agree(figures.sheets, '{n} sheet[|s]')}"
+        f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
+    )
 
 
 def _number(candidate: Candidate, key: str) -> float:
