@@ -193,15 +193,13 @@ def _changed(
     """Remesh, refine, fair and subdivide as the settings ask; describe what was done."""
     notes: list[str] = []
     done = []
-    like = loss = None
+    model: PolyMesh | None = None
+    growth = 1.0
     if settings.remesh:
         wanted = parse_remesh(settings.remesh)
         remeshed = remesh(mesh, wanted, seed=settings.seed, progress=progress)
         notes += remeshed.notes
-        if remeshed.method != "unchanged":
-            progress("likeness", 0, 1)
-            like, loss = likeness(mesh, remeshed.mesh), loss_map(mesh, remeshed.mesh)
-            notes.append(like.note)
+        model = mesh if remeshed.method != "unchanged" else None
         mesh = remeshed.mesh
         kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
         done.append(f"remeshed to {kind} ({remeshed.method})")
@@ -210,7 +208,7 @@ def _changed(
         mesh = refine_mesh(mesh, refinements, progress=progress)
         done.append(f"refined by {format_refinements(refinements)}")
     if done and settings.size_mm is not None:
-        mesh, _ = resize_mesh(mesh, size_mm=settings.size_mm)
+        mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
     if settings.fair:
         faired = fair_mesh(mesh, settings.fair, progress=progress)
         mesh, scale = faired.mesh, 1.0
@@ -218,6 +216,14 @@ def _changed(
             mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)
         notes.append(faired.note(scale))
         done.append("faired")
+        growth *= scale
+    like = loss = None
+    if model is not None:
+        progress("likeness", 0, 1)
+        # Where it is, not where it went when it was brought to size again.
+        there = mesh.with_vertices(mesh.vertices / growth)
+        like, loss = likeness(model, there), loss_map(model, there)
+        notes.append(like.note)
     n_old_vertices = 0
     if settings.pattern == "triaxial":
         n_old_vertices = mesh.n_vertices

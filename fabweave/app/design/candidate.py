@@ -128,7 +128,9 @@ def mesh_digest(mesh: str, given: PolyMesh | None = None) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else mesh
 
 
-def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None = None) -> Tried:
+def try_design(
+    settings: Settings, key: str, name: str, given: PolyMesh | None = None, *, nested: bool = True
+) -> Tried:
     """Try a design.
 
     Parameters
@@ -138,6 +140,8 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         See :class:`Candidate`.
     given : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
+    nested : bool
+        Whether the pieces are nested; else their sheets are predicted, which is much faster.
 
     Returns
     -------
@@ -150,7 +154,7 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         loaded = load_mesh(complete, given_mesh=given)
         woven = lay_object(weave_mesh(loaded, complete, supplies), complete, supplies)
         planned = plan_job(woven, complete, supplies, depth=Depth.NEAR)
-        layout = nest_job(planned)
+        layout = nest_job(planned) if nested else None
     except FabweaveError as error:
         verdict = refused(str(error))
         return Tried(
@@ -185,11 +189,14 @@ def _rounded(span: tuple[float, float]) -> tuple[float, float]:
     return round(span[0], 2), round(span[1], 2)
 
 
-def _figures(planned: PlannedJob, layout: Layout) -> Figures:
+def _figures(planned: PlannedJob, layout: Layout | None) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
     area = float(shapely.area([shapely.Polygon(piece.outline) for piece in pieces]).sum())
-    sheets = sum(sheet.area_mm2 for sheet in layout.sheets)
+    foretold = planned.split_plan.chosen
+    count, sheets_mm2 = foretold.sheets, foretold.sheets_mm2
+    if layout is not None:
+        count, sheets_mm2 = len(layout.sheets), sum(sheet.area_mm2 for sheet in layout.sheets)
     like = planned.woven.source.likeness
     costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
     machine = costs.machine_s
@@ -200,8 +207,8 @@ def _figures(planned: PlannedJob, layout: Layout) -> Figures:
         broken=planned.weave.broken.total,
         pieces=len(pieces),
         joints=len(planned.piece_set.joints),
-        sheets=len(layout.sheets),
-        use=round(area / sheets, 4),
+        sheets=count,
+        use=round(area / sheets_mm2, 4),
         narrowest_mm=round(float(planned.check.measured["width"].value.min()), 2),
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),

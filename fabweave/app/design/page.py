@@ -137,12 +137,12 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
     )
 
 
-def words(figures: Figures) -> str:
-    """Return what a design comes to, in a few words."""
+def words(figures: Figures, *, foretold: bool = False) -> str:
+    """Return what a design comes to, in a few words; its sheets are maybe foretold."""
     text = (
         f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
-        f"mm wide (mostly {figures.median_mm:.0f}), {figures.sheets} "
-        f"{'sheet' if figures.sheets == 1 else 'sheets'}"
+        f"mm wide (mostly {figures.median_mm:.0f}), {'about ' * foretold}"
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
     )
     if figures.hours is not None:
         text += f", {figures.hours[0]:.0f} to {figures.hours[1]:.0f} h of assembly"
@@ -154,11 +154,12 @@ def words(figures: Figures) -> str:
 
 
 def brief(figures: Figures) -> str:
-    """Return what a design comes to in the fewest words: pieces, sheets, hours, widths."""
+    """Return what a design comes to in the fewest words; its sheets are foretold."""
     hours = figures.hours
     time = "" if hours is None else f", {hours[0]:.0f} to {hours[1]:.0f} h of assembly"
     return (
-        f"{agree(figures.pieces, '{n} piece[|s]')} on {agree(figures.sheets, '{n} sheet[|s]')}"
+        f"{agree(figures.pieces, '{n} piece[|s]')} on about "
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
         f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
     )
 

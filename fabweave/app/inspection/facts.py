@@ -194,7 +194,9 @@ def _designs(
         return ()
     asked = replace(settings, effort="quick")
     designs = plan_designs(asked, 3 * count, progress, given)[:count]
-    return tuple(explore(asked, designs, None, progress, executors=executors, given=given))
+    # Seconds are promised, and most would go to nesting; a sheet more or less decides nothing here.
+    found = explore(asked, designs, None, progress, executors=executors, given=given, nested=False)
+    return tuple(found)
 
 
 def _depth(n_crossings: int, *, thorough: bool) -> Depth:
