@@ -55,7 +55,8 @@ class LoadedMesh:
     clashes : int
         How many pairs of faces ran through one another, or touched, as the mesh was given.
     likeness : Likeness or None
-        How like the given mesh the remeshed one is; None where it was not remeshed.
+        How like the given mesh the remeshed one is, refined and faired as it may be; None where it
+        was not remeshed.
     loss : LossMap or None
         What of the given mesh was lost where, if it was remeshed.
     """

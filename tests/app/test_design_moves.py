@@ -115,6 +115,14 @@ def test_each_option_is_told_with_what_others_came_to():
     ]
 
 
+def test_a_refined_mesh_is_told_beside_the_finer_one():
+    designs = [replace(ASKED, remesh="quads:50", refine="catmull-clark:1"), BEST]
+    tried = [candidate(pieces=n) for n in (150, 120)]
+    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
+        "--remesh quads:50 --refine catmull-clark:1, as --remesh quads:200 has 120 pieces"
+    ]
+
+
 def test_the_search_goes_where_the_wish_is(monkeypatch):
     """With pieces in proportion to faces, the number wished for is found, and tries are few."""
     tries = []

@@ -28,8 +28,16 @@ _SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
 _FAIR = 50
 #: One step of this refinement makes four quads of one.
 _SCHEME, _FOLD = "catmull-clark:1", 4
-#: What a search may change, as fields of the settings, in the order in which it is told.
-_KNOBS = ("remesh", "refine", "fair", "pattern", "width", "max_length_mm", "prefer")
+#: What a search may change, as fields of the settings, in the order in which it is told; a mesh is
+#: made by two of them.
+_KNOBS = (
+    ("remesh", "refine"),
+    ("fair",),
+    ("pattern",),
+    ("width",),
+    ("max_length_mm",),
+    ("prefer",),
+)
 #: How many other values of an option are told beside the chosen one.
 _TOLD = 2
 
@@ -218,12 +226,12 @@ def because(
     """
     best, lines = designs[chosen], []
     for knob in _KNOBS:
-        if getattr(best, knob) == getattr(asked, knob):
+        if _turned(best, asked, knob) == best:
             continue
         others = [
             at
             for at, design in enumerate(designs)
-            if design != best and replace(design, **{knob: getattr(best, knob)}) == best
+            if design != best and _turned(best, design, knob) == design
         ]
         others.sort(key=lambda at: (distance(candidates[at], wishes), at))
         told = [
@@ -235,11 +243,15 @@ def because(
     return lines
 
 
-def _option(design: Settings, asked: Settings, knob: str) -> str:
+def _turned(design: Settings, other: Settings, knob: Sequence[str]) -> Settings:
+    """Return a design with some fields of another."""
+    return replace(design, **{name: getattr(other, name) for name in knob})
+
+
+def _option(design: Settings, asked: Settings, knob: Sequence[str]) -> str:
     """Return an option of a design as it is typed; where it is as asked for, say so."""
-    alone = replace(asked, **{knob: getattr(design, knob)})
-    name = knob.removesuffix("_mm").replace("_", "-")
-    return changed_options(alone, asked) or f"no other --{name}"
+    name = knob[0].removesuffix("_mm").replace("_", "-")
+    return changed_options(_turned(asked, design, knob), asked) or f"no other --{name}"
 
 
 def _outcome(candidate: Candidate, wishes: Wishes) -> str:
