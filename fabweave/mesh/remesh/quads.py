@@ -25,6 +25,7 @@ from fabweave.mesh.remesh.remesh_check import check_remeshed
 from fabweave.mesh.remesh.request import LEAST, checked_count
 from fabweave.mesh.remesh.runs import best_run
 from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
+from fabweave.mesh.remesh.symmetric_quads import not_worse, symmetric_quads
 
 #: Quads to aim at by default: half as many as triangles, but no more than a person can weave.
 _DEFAULT_MOST = 3000
@@ -56,7 +57,10 @@ def remesh_quads(
        Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
        `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
        far more triangles than quads are wanted is decimated for them first.
-    5. Where no result passes, triangles that pair up completely are taken even if they do not
+    5. Where the model is mirror-symmetric, the same is done to one half, whose seam is a line of
+       edges, and which is joined to its image. That is taken if it is sound and not worse (see
+       `not_worse`); else the notes say why not.
+    6. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
     Parameters
@@ -132,6 +136,21 @@ def remesh_quads(
         failures += failed
         if best is not None:
             notes += [f"another attempt failed: {text}" for text in failures]
+            symmetric, why = None, ""
+            if best.irregular:  # nothing is better than a regular mesh
+                symmetric, why = symmetric_quads(
+                    engine, source, surface, wanted, seed=seed, progress=progress
+                )
+            if symmetric is not None and not_worse(source, symmetric, best.mesh):
+                made = (
+                    f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the "
+                    "model is mirror-symmetric, and so are they: half was remeshed"
+                )
+                return _finished(symmetric, engine.name, [*notes, made])
+            if symmetric is not None:
+                why = "they would keep its shape worse, or be less regular"
+            if why:
+                notes.append(f"the model is mirror-symmetric, and the quads are not: {why}")
             return _finished(best.mesh, engine.name, [*notes, best.note])
     return _last_resort(source, n_quads, notes, failures)
 
