@@ -109,6 +109,9 @@ class Job(PlannedJob):
         The order of assembly.
     portrait : callable
         Waits for the picture of the woven object, a PNG file, which may still be in the making.
+    likeness : callable
+        Waits for the picture of what the model lost where it was remeshed, a PNG file; None where
+        it was not.
     drawings : tuple of SheetDrawing
         The nominal sheets.
     code : str
@@ -130,6 +133,7 @@ class Job(PlannedJob):
     marks: tuple[Marks, ...]
     order: Order
     portrait: Callable[[], bytes]
+    likeness: Callable[[], bytes | None]
     drawings: tuple[SheetDrawing, ...]
     code: str
     kerfed: tuple[SheetDrawing, ...]

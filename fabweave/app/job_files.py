@@ -49,6 +49,9 @@ from fabweave.report.waste import piece_table, waste_report
 from fabweave.report.waste_page import waste_page
 from fabweave.verify import VerifyReport
 
+#: The picture of what a remeshed model lost.
+LIKENESS = "likeness.png"
+
 
 def write_job(
     job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
@@ -93,6 +96,9 @@ def write_job(
         progress("files", number, len(written))
         finish()
     (directory / "render.png").write_bytes(job.portrait())
+    lost = job.likeness()
+    if lost is not None:
+        (directory / LIKENESS).write_bytes(lost)
     return check
 
 
@@ -168,6 +174,7 @@ def _write_tables(
         "utilisation": report.totals.sums.utilisation,
         "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
         "costs": costs_text(job.costs),
+        **_likeness(job),
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
@@ -200,9 +207,16 @@ def _write_tables(
         allotment=job.allotment,
         sheet_names=names,
         entries=entries,
+        likeness=LIKENESS if job.woven.source.likeness is not None else None,
     )
     _write(directory / "waste.html", page)
     return check
+
+
+def _likeness(job: Job) -> dict[str, float]:
+    """Return how far the woven mesh is from the model at most, where it was remeshed."""
+    like = job.woven.source.likeness
+    return {} if like is None else {"likeness_mm": round(like.greatest_mm, 3)}
 
 
 def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:

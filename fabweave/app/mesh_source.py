@@ -14,6 +14,7 @@ from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
+from fabweave.mesh.loss import LossMap, loss_map
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.remesh import remesh
@@ -54,7 +55,10 @@ class LoadedMesh:
     clashes : int
         How many pairs of faces ran through one another, or touched, as the mesh was given.
     likeness : Likeness or None
-        How like the given mesh the remeshed one is; None where it was not remeshed.
+        How like the given mesh the remeshed one is, refined and faired as it may be; None where it
+        was not remeshed.
+    loss : LossMap or None
+        What of the given mesh was lost where, if it was remeshed.
     """
 
     mesh: PolyMesh
@@ -64,6 +68,7 @@ class LoadedMesh:
     n_old_vertices: int = 0
     clashes: int = 0
     likeness: Likeness | None = None
+    loss: LossMap | None = None
 
 
 def load_mesh(
@@ -135,13 +140,22 @@ def load_mesh(
     if given_mesh is None and is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
-    mesh, n_old_vertices, like, changes = _changed(mesh, settings, progress)
+    mesh, n_old_vertices, like, loss, changes = _changed(mesh, settings, progress)
     notes += changes
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
     notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
-    return LoadedMesh(mesh, halfedges, title, tuple(notes), n_old_vertices, len(clashes), like)
+    return LoadedMesh(
+        mesh=mesh,
+        halfedges=halfedges,
+        title=title,
+        notes=tuple(notes),
+        n_old_vertices=n_old_vertices,
+        clashes=len(clashes),
+        likeness=like,
+        loss=loss,
+    )
 
 
 def _require_small_faces(mesh: PolyMesh) -> None:
@@ -176,19 +190,17 @@ def _require_size(size_mm: float) -> None:
 
 def _changed(
     mesh: PolyMesh, settings: Settings, progress: Progress
-) -> tuple[PolyMesh, int, Likeness | None, list[str]]:
+) -> tuple[PolyMesh, int, Likeness | None, LossMap | None, list[str]]:
     """Remesh, refine, fair and subdivide as the settings ask; describe what was done."""
     notes: list[str] = []
     done = []
-    like = None
+    model: PolyMesh | None = None
+    growth = 1.0
     if settings.remesh:
         wanted = parse_remesh(settings.remesh)
         remeshed = remesh(mesh, wanted, seed=settings.seed, progress=progress)
         notes += remeshed.notes
-        if remeshed.method != "unchanged":
-            progress("likeness", 0, 1)
-            like = likeness(mesh, remeshed.mesh)
-            notes.append(like.note)
+        model = mesh if remeshed.method != "unchanged" else None
         mesh = remeshed.mesh
         kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
         done.append(f"remeshed to {kind} ({remeshed.method})")
@@ -197,7 +209,7 @@ def _changed(
         mesh = refine_mesh(mesh, refinements, progress=progress)
         done.append(f"refined by {format_refinements(refinements)}")
     if done and settings.size_mm is not None:
-        mesh, _ = resize_mesh(mesh, size_mm=settings.size_mm)
+        mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
     if settings.fair:
         faired = fair_mesh(mesh, settings.fair, progress=progress)
         mesh, scale = faired.mesh, 1.0
@@ -205,6 +217,14 @@ def _changed(
             mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)
         notes.append(faired.note(scale))
         done.append("faired")
+        growth *= scale
+    like = loss = None
+    if model is not None:
+        progress("likeness", 0, 1)
+        # Where it is, not where it went when it was brought to size again.
+        there = mesh.with_vertices(mesh.vertices / growth)
+        like, loss = likeness(model, there), loss_map(model, there)
+        notes.append(like.note)
     n_old_vertices = 0
     if settings.pattern == "triaxial":
         n_old_vertices = mesh.n_vertices
@@ -214,7 +234,7 @@ def _changed(
         mesh, report, repairs = prepare_mesh(mesh)
         notes += repairs
         notes.append(f"the mesh was {', '.join(done)}: {_counts(report)}")
-    return mesh, n_old_vertices, like, notes
+    return mesh, n_old_vertices, like, loss, notes
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:

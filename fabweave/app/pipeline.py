@@ -40,6 +40,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import allot
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
+from fabweave.picture.loss_picture import likeness_png
 from fabweave.picture.portrait import portrait_png
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.costs import job_costs
@@ -70,6 +71,7 @@ class SideWork(NamedTuple):
     marks: Callable[[], tuple[Marks, ...]]
     portrait: Callable[[], bytes]
     order: Callable[[], Order]
+    likeness: Callable[[], bytes | None]
 
 
 def run_job(
@@ -228,6 +230,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     """Start the letters of pieces, the order of assembly and the picture of the object."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
     crossings = planned.weave.threads.n_crossings
+    source = woven.source
     return SideWork(
         marks=start(mark_pieces, pieces, crossings, settings.labels, settings.label_side),
         portrait=start(portrait_png, woven.ribbons, planned.colours),
@@ -239,6 +242,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             effort=settings.effort,
             seed=settings.seed,
         ),
+        likeness=start(likeness_png, source.loss, source.likeness),
     )
 
 
@@ -310,6 +314,7 @@ def draw_job(
         marks=marks,
         order=order,
         portrait=side.portrait,
+        likeness=side.likeness,
         drawings=drawings,
         code=code,
         kerfed=kerfed,

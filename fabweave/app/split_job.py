@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fabweave.app.foretold_sheets import rough_nesting, sheet_price
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError
@@ -20,7 +21,7 @@ from fabweave.flat.split.length_curve import (
     foretell,
     preferred,
 )
-from fabweave.flat.split.preferences import CUT_MM_S, SHEET_EUR_M2, StockSheet, Workshop
+from fabweave.flat.split.preferences import CUT_MM_S, StockSheet, Workshop
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
@@ -30,9 +31,7 @@ from fabweave.nest.item_shape import shape_of
 from fabweave.nest.next_sheet import order_of_use
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.project import Ribbons
-from fabweave.stock.material import Material
 from fabweave.stock.rotations import parse_rotations
-from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
 
@@ -166,6 +165,7 @@ def _bed(settings: Settings, supplies: Supplies, margin_mm: float) -> tuple[Bed,
         tuple(area.size_mm for area in clear[0]) if easy else (),
         supplies.gap_mm,
         min(largest, key=math.prod),
+        rough_nesting(settings, supplies),
     )
     return bed, min(sides)
 
@@ -207,7 +207,7 @@ def _workshop(supplies: Supplies, bunches: IntArray) -> Workshop:
             tuple(
                 StockSheet(
                     sheet.area_mm2,
-                    _price(sheet, supply.material),
+                    sheet_price(sheet, supply.material),
                     sheet.quantity,
                 )
                 for sheet in (supply.sheets[number] for number in order_of_use(supply.sheets))
@@ -217,17 +217,6 @@ def _workshop(supplies: Supplies, bunches: IntArray) -> Workshop:
         np.array([np.mean(material.speed_mm_s or CUT_MM_S) for material in supplies.materials]),
         supplies.of(bunches),
     )
-
-
-def _price(sheet: SheetSize, material: Material) -> float:
-    """Return the price of a sheet: its own, none for an offcut, or by the material's area.
-
-    Where the material's is a range, its middle counts.
-    """
-    if sheet.price is not None or sheet.offcut:
-        return sheet.price or 0.0
-    by_area = SHEET_EUR_M2 if material.price_per_m2 is None else np.mean(material.price_per_m2)
-    return float(by_area) * sheet.area_mm2 * 1e-6
 
 
 def room_for_joints(ribbons: Ribbons, weave: Weave, rules: Sequence[HoleRule]) -> BoolArray | None:

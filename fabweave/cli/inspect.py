@@ -23,7 +23,8 @@ _DESIGNS = 3
     "--png",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write a picture: the mesh with its irregular vertices, and the woven object.",
+    help="Write a picture: the mesh with its irregular vertices, the woven object, and designs "
+    "from coarse to fine that were tried.",
 )
 @click.option(
     "--pd",

@@ -115,9 +115,12 @@ class Likeness:
             f"({self.percent(self.greatest_mm):.1f} %) of the model, "
             f"{_round(self.in_mean_mm)} mm in the mean"
         )
-        if self.lost:
-            text += "; farthest at the " + ", ".join(feature.text for feature in self.lost)
-        return text
+        return f"{text}; farthest at the {self.lost_text}" if self.lost else text
+
+    @property
+    def lost_text(self) -> str:
+        """All lost features in words; empty where there are none."""
+        return ", ".join(feature.text for feature in self.lost)
 
 
 def likeness(source: PolyMesh, result: PolyMesh) -> Likeness:

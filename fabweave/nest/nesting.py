@@ -21,7 +21,7 @@ from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.nest.batches import batch_count, nest_in_batches
 from fabweave.nest.container import container_of
-from fabweave.nest.effort import effort_named
+from fabweave.nest.effort import Effort, effort_named
 from fabweave.nest.fits import fits_on
 from fabweave.nest.item_shape import ItemShape, Pose, check_outlines, shapes_of
 from fabweave.nest.last_sheet import repack_last_sheet
@@ -45,7 +45,7 @@ def nest(
     *,
     margin_mm: float,
     gap_mm: float,
-    effort: str = "normal",
+    effort: str | Effort = "normal",
     seed: int = 0,
     ids: Sequence[str] | None = None,
     rotations: Rotations = FREE,
@@ -65,8 +65,8 @@ def nest(
         Least distance of a piece from the border of its sheet.
     gap_mm : float
         Least distance between two pieces.
-    effort : str
-        ``quick``, ``normal`` or ``best``.
+    effort : str or Effort
+        ``quick``, ``normal`` or ``best``, or other counts.
     seed : int
         Another seed tries the pieces in a slightly different order; 0 is strictly by length.
     ids : sequence of str, optional
@@ -111,7 +111,7 @@ def nest(
     check_stock(sheets, margin_mm)
     if not (math.isfinite(gap_mm) and gap_mm >= 0.0):
         raise InputError(f"the gap is {gap_mm} mm; it must be zero or more")
-    counts = effort_named(effort)
+    counts = effort_named(effort) if isinstance(effort, str) else effort
     shapes, poses = shapes_of(outlines, upright=rotations.step_deg is not None)
     containers = tuple(container_of(sheet, margin_mm, gap_mm, rotations) for sheet in sheets)
     job = NestingJob(

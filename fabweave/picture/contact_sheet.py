@@ -85,6 +85,17 @@ def contact_sheet(
     return sheet
 
 
+def stacked(*pictures: Image.Image) -> Image.Image:
+    """Put pictures below one another, each in the middle."""
+    wide, high = max(p.width for p in pictures), sum(p.height for p in pictures)
+    whole = Image.new("RGB", (wide, high), (255, 255, 255))
+    top = 0
+    for picture in pictures:
+        whole.paste(picture, ((wide - picture.width) // 2, top))
+        top += picture.height
+    return whole
+
+
 def _broken(caption: str, wide: float, size: int) -> list[_Line]:
     """Break a caption to lines that fit."""
     lines: list[_Line] = []

@@ -11,7 +11,7 @@ from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons
 
 #: The view from the front is the larger one; both stand on one floor, so to speak.
-_FRONT_PX, _BACK_PX = (840, 720), (600, 720)
+FRONT_PX, BACK_PX = (840, 720), (600, 720)
 #: The other view is from behind, past the side, and from higher up.
 _TURN_DEG, _HIGH_DEG = 155.0, 52.0
 
@@ -52,9 +52,9 @@ def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> 
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
     front = choose_view(vertices, triangles)
-    picture = Image.new("RGB", (_FRONT_PX[0] + _BACK_PX[0], _FRONT_PX[1]), (255, 255, 255))
+    picture = Image.new("RGB", (FRONT_PX[0] + BACK_PX[0], FRONT_PX[1]), (255, 255, 255))
     left = 0
-    for view, size_px in ((front, _FRONT_PX), (opposite_view(front), _BACK_PX)):
+    for view, size_px in ((front, FRONT_PX), (opposite_view(front), BACK_PX)):
         tile = weave_picture(ribbons, colours, size_px=size_px, view=view, samples=samples)
         picture.paste(tile, (left, 0))
         left += tile.width

@@ -1,7 +1,7 @@
 """Show the report on material as a web page."""
 
 import html
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from fabweave.core.messages import agree
 from fabweave.nest.allotment import Allotment
@@ -72,6 +72,7 @@ def waste_page(
     allotment: Allotment,
     sheet_names: Sequence[str],
     entries: Sequence[str],
+    likeness: str | None = None,
 ) -> str:
     """Return the report as a small web page that opens from the job's folder.
 
@@ -86,6 +87,8 @@ def waste_page(
     sheet_names : sequence of str
     entries : sequence of str
         Those of the offcuts in a list of stock.
+    likeness : str, optional
+        The file with the picture of what a remeshed model lost.
     """
     totals, supplies = report.totals, allotment.supplies
     rows = "\n".join(
@@ -115,12 +118,22 @@ def waste_page(
         bill=bom_section(report.bill),
         splitting=splitting_section(report.splitting),
         notes=f"<h2>Notes</h2><ul>{notes}</ul>" if notes else "",
-        pictures="\n".join(
+        pictures="\n".join(_pictures(sheet_names, likeness)),
+    )
+
+
+def _pictures(sheet_names: Sequence[str], likeness: str | None) -> Iterator[str]:
+    """Yield the pictures of the sheets, and that of what a remeshed model lost."""
+    for name in sheet_names:
+        yield (
             f'<figure><img src="sheets/{name}.png" alt="{name}"><figcaption>{name}</figcaption>'
             "</figure>"
-            for name in sheet_names
-        ),
-    )
+        )
+    if likeness is not None:
+        text = "the model, coloured by how far it is from the mesh that was woven"
+        yield (
+            f'<figure><img src="{likeness}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+        )
 
 
 def _verdict_section(verdict: Verdict) -> str:

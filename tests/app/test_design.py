@@ -13,11 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from designs import candidate
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.app.design import search
-from fabweave.app.design.candidate import Candidate, Figures
+from fabweave.app.design.candidate import Candidate
 from fabweave.app.design.front import objectives, pareto_front
 from fabweave.app.design.job import check_folder, plan_designs, run_design
 from fabweave.app.design.making import make_or_advise, meet_wishes
@@ -32,25 +33,10 @@ from fabweave.core.parallel.executors import processes
 from fabweave.core.records import from_json, to_json
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.report.verdict import NotMakeableError, judge, refused
+from fabweave.report.verdict import NotMakeableError, refused
 
 BALL = Settings("shape:icosahedron", size_mm=200.0, effort="quick")
 DESIGNS = [BALL, replace(BALL, refine="catmull-clark:1"), replace(BALL, pattern="twill")]
-
-
-def figures(**changes):
-    values = {"faces": 9, "threads": 2, "crossings": 18, "broken": 0, "pieces": 10, "joints": 10,
-              "sheets": 2, "use": 0.5, "narrowest_mm": 5.0, "median_mm": 10.0, "widest_mm": 20.0,
-              "longest_mm": 300.0, "likeness_mm": None, "likeness_mean_mm": None, "lost": (),
-              "hours": None, "cutting_h": None, "price": None}  # fmt: skip
-    return Figures(**(values | changes))
-
-
-def candidate(name="D", verdict=None, **changes):
-    return Candidate(
-        key=name, name=name, command=f"fabweave make {name}",
-        verdict=verdict or judge([], narrowest_mm=9.0), figures=figures(**changes),
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +68,9 @@ def test_what_was_tried_is_not_tried_again(tried, monkeypatch):
     folder, before = tried
     calls = []
     real = search.try_design
-    monkeypatch.setattr(search, "try_design", lambda *task: calls.append(task) or real(*task))
+    monkeypatch.setattr(
+        search, "try_design", lambda *task, **how: calls.append(task) or real(*task, **how)
+    )
     assert explore(BALL, DESIGNS, folder) == before
     assert calls == []
     # What is cut off, or of other settings, is tried anew.

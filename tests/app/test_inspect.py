@@ -11,7 +11,9 @@ from jobs import run
 from meshes_shared import known_meshes, mesh_params, shared_mesh
 from PIL import Image
 
+from fabweave.app.design.candidate import Candidate, Tried
 from fabweave.app.inspection.facts import inspect_mesh
+from fabweave.app.inspection.files import inspection_picture
 from fabweave.app.inspection.text import inspection_text
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
@@ -19,6 +21,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
+from fabweave.report.verdict import refused
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.width import WidthRule
 
@@ -391,3 +394,33 @@ def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(mon
     for rule in alike:
         assert 120 < quick[rule]["size_mm"] <= full[rule]["size_mm"]
     assert "the size at which all rules hold, and other remedies" in facts["left_out"]
+
+
+@slow
+def test_designs_from_coarse_to_fine_are_told_and_shown(tmp_path) -> None:
+    mesh = tmp_path / "ball.obj"
+    write_mesh(mesh, parse_shape("shape:sphere?n=4&radius=50"))
+    found = inspect_mesh(Settings(mesh=str(mesh)), n_designs=3)
+    told = found.facts["designs"]
+    assert [one.candidate.key for one in found.designs] == [design["key"] for design in told]
+    asked = [int(design["name"].split(":")[1]) for design in told]
+    assert asked == sorted(asked)
+    assert len(asked) == 3
+    alone = inspection_picture(replace(found, designs=()), "safe")
+    shown = inspection_picture(found, "safe")
+    assert shown.width >= alone.width
+    # The pictures of the designs are below, beside one another, and none is blank.
+    below = np.asarray(shown)[alone.height :]
+    for third in np.array_split(below, 3, axis=1):
+        assert (third != 255).any(axis=-1).mean() > 0.1
+    assert shown.height > alone.height + 500
+
+
+def test_a_design_that_cannot_be_laid_is_shown_without_a_picture() -> None:
+    found = inspect_mesh(Settings("shape:cube", size_mm=100.0))
+    none = Tried(
+        candidate=Candidate(key="k", name="n", command="c", verdict=refused("why"), figures=None),
+        picture=None,
+    )
+    picture = inspection_picture(replace(found, designs=(none,)), "safe")
+    assert picture.height > inspection_picture(found, "safe").height

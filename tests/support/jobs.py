@@ -13,7 +13,7 @@ from fabweave.app import pipeline
 from fabweave.app.design import making, ways_out
 from fabweave.cli import inspect
 from fabweave.cli.main import main
-from fabweave.picture import portrait
+from fabweave.picture import loss_picture, portrait
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
@@ -43,6 +43,7 @@ def quick_jobs() -> Iterator[None]:
         mock.patch.object(making, "_TRIES", 4),
         mock.patch.object(ways_out, "_MESHES", 2),
         mock.patch.object(inspect, "_DESIGNS", 1),
+        mock.patch.object(pipeline, "likeness_png", _small_likeness),
     ):
         yield
 
@@ -56,6 +57,7 @@ def shipped_jobs() -> Iterator[None]:
         mock.patch.object(making, "_TRIES", _SHIPPED_TRIES),
         mock.patch.object(ways_out, "_MESHES", _SHIPPED_MESHES),
         mock.patch.object(inspect, "_DESIGNS", _SHIPPED_DESIGNS),
+        mock.patch.object(pipeline, "likeness_png", loss_picture.likeness_png),
     ):
         yield
 
@@ -65,8 +67,13 @@ _SHIPPED_MESHES, _SHIPPED_DESIGNS = ways_out._MESHES, inspect._DESIGNS
 
 
 def _small_portrait(ribbons, colours) -> bytes:
-    with mock.patch.multiple(portrait, _FRONT_PX=(84, 72), _BACK_PX=(60, 72)):
+    with mock.patch.multiple(portrait, FRONT_PX=(84, 72), BACK_PX=(60, 72)):
         return portrait.portrait_png(ribbons, colours)
+
+
+def _small_likeness(loss, like) -> bytes | None:
+    with mock.patch.multiple(loss_picture, FRONT_PX=(84, 72), BACK_PX=(60, 72)):
+        return loss_picture.likeness_png(loss, like)
 
 
 class JobStore:

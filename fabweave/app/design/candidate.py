@@ -22,7 +22,10 @@ from fabweave.core.records import record
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.picture.camera import View
+from fabweave.picture.contact_sheet import stacked
+from fabweave.picture.loss_picture import loss_legend, loss_tiles
 from fabweave.picture.object_picture import png_bytes, weave_picture
+from fabweave.picture.portrait import opposite_view
 from fabweave.report.verdict import Verdict, refused
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.rules.remedy import Depth
@@ -30,6 +33,8 @@ from fabweave.ribbon.rules.remedy import Depth
 #: Pixels of a candidate's picture, and from where all are seen alike.
 PICTURE_PX = (440, 360)
 VIEW = View(-60.0, 22.0)
+#: Below, what a remeshed model lost, from two sides.
+LOSS_PX = (220, 180)
 
 
 @record
@@ -122,7 +127,9 @@ def mesh_digest(mesh: str, given: PolyMesh | None = None) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else mesh
 
 
-def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None = None) -> Tried:
+def try_design(
+    settings: Settings, key: str, name: str, given: PolyMesh | None = None, *, nested: bool = True
+) -> Tried:
     """Try a design.
 
     Parameters
@@ -132,6 +139,8 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         See :class:`Candidate`.
     given : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
+    nested : bool
+        Whether the pieces are nested; else their sheets are predicted, which is much faster.
 
     Returns
     -------
@@ -144,7 +153,7 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         loaded = load_mesh(complete, given_mesh=given)
         woven = lay_object(weave_mesh(loaded, complete, supplies), complete, supplies)
         planned = plan_job(woven, complete, supplies, depth=Depth.NEAR)
-        layout = nest_job(planned)
+        layout = nest_job(planned) if nested else None
     except FabweaveError as error:
         verdict = refused(str(error))
         return Tried(
@@ -158,6 +167,9 @@ def try_design(settings: Settings, key: str, name: str, given: PolyMesh | None =
         view=VIEW,
         floor=False,
     )
+    if loaded.loss is not None:
+        tiles = loss_tiles(loaded.loss, (VIEW, opposite_view(VIEW)), (LOSS_PX, LOSS_PX))
+        picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
     verdict = replace(planned.verdict, forced=False)
     return Tried(
         candidate=Candidate(
@@ -176,11 +188,14 @@ def _rounded(span: tuple[float, float]) -> tuple[float, float]:
     return round(span[0], 2), round(span[1], 2)
 
 
-def _figures(planned: PlannedJob, layout: Layout) -> Figures:
+def _figures(planned: PlannedJob, layout: Layout | None) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
     area = sum(piece.net_area_mm2 for piece in pieces)
-    sheets = sum(sheet.area_mm2 for sheet in layout.sheets)
+    foretold = planned.split_plan.chosen
+    count, sheets_mm2 = foretold.sheets, foretold.sheets_mm2
+    if layout is not None:
+        count, sheets_mm2 = len(layout.sheets), sum(sheet.area_mm2 for sheet in layout.sheets)
     like = planned.woven.source.likeness
     costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
     machine = costs.machine_s
@@ -191,8 +206,8 @@ def _figures(planned: PlannedJob, layout: Layout) -> Figures:
         broken=planned.weave.broken.total,
         pieces=len(pieces),
         joints=len(planned.piece_set.joints),
-        sheets=len(layout.sheets),
-        use=round(area / sheets, 4),
+        sheets=count,
+        use=round(area / sheets_mm2, 4),
         narrowest_mm=round(float(planned.check.measured["width"].value.min()), 2),
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),

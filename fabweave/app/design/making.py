@@ -3,10 +3,12 @@
 from collections.abc import Collection
 from pathlib import Path
 
+from fabweave.app.design.candidate import Candidate
 from fabweave.app.design.job import plan_designs
+from fabweave.app.design.moves import because, moves
 from fabweave.app.design.search import explore
 from fabweave.app.design.ways_out import ways_out, ways_text
-from fabweave.app.design.wishes import Wishes, choose
+from fabweave.app.design.wishes import Wishes, choose, distance
 from fabweave.app.pipeline import FinishedJob, run_job
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
@@ -14,8 +16,9 @@ from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.verdict import NotMakeableError
 
-#: How many designs are tried for a wish.
-_TRIES = 18
+#: How many designs are tried for a wish: at first from coarse to fine, then so many at a time
+#: beside the nearest, and in all.
+_FIRST, _MORE, _TRIES = 9, 4, 24
 
 
 def meet_wishes(
@@ -27,6 +30,9 @@ def meet_wishes(
     given: PolyMesh | None = None,
 ) -> tuple[Settings, str]:
     """Return the settings of the design that comes nearest to what is wished, and why.
+
+    Designs from coarse to fine are tried first, then others beside the nearest: of other density,
+    split, faired or refined otherwise, with wider or narrower ribbons.
 
     Parameters
     ----------
@@ -46,11 +52,23 @@ def meet_wishes(
     CannotMakeError
         If no design can be built.
     """
-    designs = plan_designs(asked, _TRIES, progress, given)
-    tried = explore(asked, designs, None, progress, executors=executors, given=given)
-    best, why = choose([one.candidate for one in tried], wishes)
-    number = next(at for at, one in enumerate(tried) if one.candidate is best)
-    return designs[number], why
+    planned = plan_designs(asked, _TRIES, progress, given)
+    designs, more = [], planned[:_FIRST]
+    tried: list[Candidate] = []
+    while more:
+        found = explore(asked, more, None, progress, executors=executors, given=given)
+        designs += more
+        tried += [one.candidate for one in found]
+        near = min(range(len(tried)), key=lambda at: distance(tried[at], wishes))
+        further = planned
+        if tried[near].makeable:
+            further = moves(asked, designs, tried, near, wishes)
+        room = min(_MORE, _TRIES - len(designs))
+        more = [one for one in further if one not in designs][:room]
+    best, why = choose(tried, wishes)
+    number = next(at for at, one in enumerate(tried) if one is best)
+    reasons = because(asked, designs, tried, number, wishes)
+    return designs[number], "\n".join([why, *(f"  {reason}" for reason in reasons)])
 
 
 def make_or_advise(

@@ -12,6 +12,7 @@ import numpy as np
 
 from fabweave.app.design.candidate import Candidate, Figures, Tried
 from fabweave.app.design.front import objectives, pareto_front
+from fabweave.core.messages import agree
 from fabweave.core.records import to_json
 from fabweave.report.verdict import QUESTION, VERDICTS
 
@@ -138,12 +139,12 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
     )
 
 
-def words(figures: Figures) -> str:
-    """Return what a design comes to, in a few words."""
+def words(figures: Figures, *, foretold: bool = False) -> str:
+    """Return what a design comes to, in a few words; its sheets are maybe foretold."""
     text = (
         f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
-        f"mm wide (mostly {figures.median_mm:.0f}), {figures.sheets} "
-        f"{'sheet' if figures.sheets == 1 else 'sheets'}"
+        f"mm wide (mostly {figures.median_mm:.0f}), {'about ' * foretold}"
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
     )
     if figures.hours is not None:
         text += f", {figures.hours[0]:.0f} to {figures.hours[1]:.0f} h of assembly"
@@ -160,6 +161,17 @@ def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
     if value is None:
         return ()
     return value if isinstance(value, tuple) else (value,)
+
+
+def brief(figures: Figures) -> str:
+    """Return what a design comes to in the fewest words; its sheets are foretold."""
+    hours = figures.hours
+    time = "" if hours is None else f", {hours[0]:.0f} to {hours[1]:.0f} h of assembly"
+    return (
+        f"{agree(figures.pieces, '{n} piece[|s]')} on about "
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
+        f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
+    )
 
 
 def _number(candidate: Candidate, key: str) -> float:

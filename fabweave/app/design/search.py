@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from fabweave.app.design.candidate import Candidate, Tried, design_key, mesh_digest, try_design
@@ -26,6 +27,7 @@ def explore(
     *,
     executors: Executors = here,
     given: PolyMesh | None = None,
+    nested: bool = True,
 ) -> list[Tried]:
     """Try designs, each once.
 
@@ -43,6 +45,8 @@ def explore(
         Opens the executor that tries them; the result is the same with any.
     given : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
+    nested : bool
+        Whether pieces are nested, or sheets predicted; the same for all that is kept in a folder.
 
     Returns
     -------
@@ -62,7 +66,7 @@ def explore(
     ]
     progress("designs", len(known), len(keys))
     with executors() as executor:
-        for _, tried in finished(executor, try_design, tasks):
+        for _, tried in finished(executor, partial(try_design, nested=nested), tasks):
             known[tried.candidate.key] = tried
             if folder is not None:
                 _keep(folder, tried)

@@ -16,7 +16,7 @@ WIDTH_SHARE = 0.46
 #: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
 _COARSE_MM, _FINE_MM = 30.0, 9.0
 #: A mesh of fewer faces keeps no shape; one of more is no evening's work.
-_FEWEST, _MOST = 40, 1500
+FEWEST, MOST = 40, 1500
 #: Meshes with more faces are not woven as they come.
 _MOST_AS_THEY_COME = 1500
 #: A built-in shape, or a mesh of so few faces, is refined rather than made anew.
@@ -64,13 +64,19 @@ def densities(mesh: PolyMesh, count: int) -> list[int]:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = float(np.linalg.norm(normals, axis=1).sum()) / 2.0
     ends = [area / (width / WIDTH_SHARE) ** 2 for width in (_COARSE_MM, _FINE_MM)]
-    low, high = np.clip(ends, _FEWEST, _MOST).tolist()
-    found = {_round(number) for number in np.geomspace(low, high, count).tolist()}
+    low, high = np.clip(ends, FEWEST, MOST).tolist()
+    found = {two_digits(number) for number in np.geomspace(low, high, count).tolist()}
     return sorted(found)
 
 
-def _round(number: float) -> int:
-    """Return a number with two digits."""
+def two_digits(number: float) -> int:
+    """Return a number, rounded to two digits.
+
+    Examples
+    --------
+    >>> two_digits(237.4), two_digits(99.6), two_digits(1512)
+    (240, 100, 1500)
+    """
     step = 10 ** max(0, int(np.floor(np.log10(number))) - 1)
     return int(round(number / step) * step)
 
@@ -117,6 +123,9 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
         narrow = option_named("width").kind.parse(_NARROW)
         yield from (replace(settings, width=narrow) for settings in meshes)
     yield from (replace(settings, fair=50) for settings in meshes if not asked.fair)
+    if asked.max_length_mm is None and asked.prefer == option_named("prefer").default:
+        for prefer in ("work", "waste"):
+            yield from (replace(settings, prefer=prefer) for settings in meshes)
 
 
 def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
@@ -129,7 +138,7 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     if mesh.n_faces <= _LOW_POLY or asked.mesh.startswith("shape:"):
         yield asked
         for steps in (1, 2):
-            if mesh.n_corners * 2 * 4 ** (steps - 1) <= _MOST:
+            if mesh.n_corners * 2 * 4 ** (steps - 1) <= MOST:
                 yield replace(asked, refine=f"catmull-clark:{steps}")
         return
     each = max(3, count // 3)
@@ -138,4 +147,6 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     if as_it_comes:
         yield asked
     # As many crossings as quads have: a triangle has one and a half, a quad two.
-    yield from (replace(asked, remesh=f"triangles:{_round(4 * number / 3)}") for number in quads)
+    yield from (
+        replace(asked, remesh=f"triangles:{two_digits(4 * number / 3)}") for number in quads
+    )

@@ -65,6 +65,22 @@ def come_to(figures: Figures) -> dict[str, float | None]:
     }
 
 
+def misses(figures: Figures, wishes: Wishes) -> dict[str, float]:
+    """Return by how much a design misses each wish: the logarithm of its value over the wished one.
+
+    A limit is missed only where it is passed. What is not known of a design counts as twice the
+    limit.
+    """
+    found = {}
+    for name, value in come_to(figures).items():
+        wished = getattr(wishes, name)
+        if wished is None:
+            continue
+        ratio = math.log(max(2.0 * wished if value is None else value, 1e-9) / max(wished, 1e-9))
+        found[name] = max(ratio, 0.0) if _KINDS[name][0] else ratio
+    return found
+
+
 def distance(candidate: Candidate, wishes: Wishes) -> float:
     """Return how far a design is from what is wished: 0 if it meets all, infinite if unbuildable.
 
@@ -73,16 +89,25 @@ def distance(candidate: Candidate, wishes: Wishes) -> float:
     """
     if candidate.figures is None or not candidate.makeable:
         return math.inf
-    total = 0.0
-    for name, value in come_to(candidate.figures).items():
-        wished = getattr(wishes, name)
-        if wished is None:
-            continue
-        limit, _ = _KINDS[name]
-        ratio = math.log(max(2.0 * wished if value is None else value, 1e-9) / max(wished, 1e-9))
-        total += _LIMIT * max(ratio, 0.0) if limit else abs(ratio)
+    total = sum(
+        (_LIMIT if _KINDS[name][0] else 1.0) * abs(ratio)
+        for name, ratio in misses(candidate.figures, wishes).items()
+    )
     # Of two that are equally near, the one that wants less care.
     return total + 0.01 * len(candidate.verdict.reasons)
+
+
+def values_text(figures: Figures, wishes: Wishes, *, compared: bool = False) -> str:
+    """Say what a design comes to of all that is wished, maybe beside what was."""
+    parts = []
+    for name, value in come_to(figures).items():
+        wished = getattr(wishes, name)
+        if wished is not None:
+            limit, text = _KINDS[name]
+            shown = "unknown" if value is None else text.format(value)
+            how = "at most" if limit else "about"
+            parts.append(f"{shown} ({how} {wished:g} wished)" if compared else shown)
+    return ", ".join(parts)
 
 
 def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, str]:
@@ -105,15 +130,7 @@ def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, 
             "A larger --size, or a softer --material, leaves more room"
         )
     built = sum(candidate.makeable for candidate in candidates)
-    parts = []
-    for name, value in come_to(best.figures).items():
-        wished = getattr(wishes, name)
-        if wished is not None:
-            limit, text = _KINDS[name]
-            shown = "unknown" if value is None else text.format(value)
-            how = "at most" if limit else "about"
-            parts.append(f"{shown} ({how} {wished:g} wished)")
     return best, (
         f"chosen of {len(candidates)} designs, {built} of them buildable: {best.name}, with "
-        f"{', '.join(parts)}"
+        f"{values_text(best.figures, wishes, compared=True)}"
     )

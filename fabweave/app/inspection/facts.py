@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.app.design.candidate import Tried
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
 from fabweave.app.inspection.twill_facts import twill_facts
@@ -70,10 +71,13 @@ class Inspection:
         ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``, ``designs`` (that
         were tried), ``left_out`` (what only a thorough inspection tells) and ``notes``;
         ``likeness`` where the mesh was remeshed.
+    designs : tuple of Tried
+        The designs that were tried, from coarse to fine, with their pictures.
     """
 
     woven: WovenObject
     facts: dict[str, Any]
+    designs: tuple[Tried, ...] = ()
 
 
 def inspect_mesh(
@@ -140,6 +144,7 @@ def inspect_mesh(
             left_out.append("the size at which all rules hold, and other remedies")
         left_out.append("how wide ribbons of constant width could be")
     mesh, halfedges = woven.mesh, woven.halfedges
+    designs = _designs(settings, n_designs, progress, executors, given_mesh)
     progress("mesh facts", 0, 1)
     facts = {
         "mesh": _mesh_facts(mesh, halfedges),
@@ -155,13 +160,13 @@ def inspect_mesh(
             "notes": [*notes, *ribbon_notes(check)],
         },
         "verdict": _verdict(woven, check, pieces),
-        "designs": _designs(settings, n_designs, progress, executors, given_mesh),
+        "designs": [to_json(one.candidate) for one in designs],
         "left_out": left_out,
         "notes": [*woven.source.notes, *woven.result.notes],
     }
     if woven.source.likeness is not None:
         facts["likeness"] = woven.source.likeness.record()
-    return Inspection(woven, facts)
+    return Inspection(woven, facts, designs)
 
 
 def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) -> dict[str, Any]:
@@ -182,15 +187,16 @@ def _designs(
     progress: Progress,
     executors: Executors,
     given: PolyMesh | None,
-) -> list[dict[str, Any]]:
-    """Try some designs from coarse to fine, and return what they come to."""
+) -> tuple[Tried, ...]:
+    """Try some designs from coarse to fine."""
     stated = settings.remesh is not None or settings.refine is not None
     if not count or stated or is_shape(settings.mesh):
-        return []
+        return ()
     asked = replace(settings, effort="quick")
     designs = plan_designs(asked, 3 * count, progress, given)[:count]
-    tried = explore(asked, designs, None, progress, executors=executors, given=given)
-    return [to_json(one.candidate) for one in tried]
+    # Seconds are promised, and most would go to nesting; a sheet more or less decides nothing here.
+    found = explore(asked, designs, None, progress, executors=executors, given=given, nested=False)
+    return tuple(found)
 
 
 def _depth(n_crossings: int, *, thorough: bool) -> Depth:

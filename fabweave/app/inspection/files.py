@@ -1,20 +1,65 @@
 """Draw what was found out about a mesh, and write its weave for knot theory."""
 
+import io
+from collections.abc import Sequence
+
 import numpy as np
 from PIL import Image
 
+from fabweave.app.design.candidate import PICTURE_PX, Tried
+from fabweave.app.design.page import brief
 from fabweave.app.inspection.facts import Inspection
 from fabweave.core.messages import agree
-from fabweave.picture.contact_sheet import contact_sheet
+from fabweave.picture.contact_sheet import contact_sheet, stacked
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.thread_colours import Strategy, thread_colours
+from fabweave.report.verdict import VERDICTS
 from fabweave.weave.knot.gauss import gauss_text
 from fabweave.weave.knot.link import pd_text, planar_diagram
 from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
 
+#: What designs from coarse to fine are called.
+DENSITIES = ("coarse", "medium", "fine")
+
+#: Pixels of a design across: three are as wide as mesh and weave.
+_DESIGN_PX = 660
+
 
 def inspection_picture(inspection: Inspection, colours: Strategy) -> Image.Image:
-    """Return the mesh with its irregular vertices marked, beside the woven object."""
+    """Return the mesh with its irregular vertices marked, beside the woven object.
+
+    Below are the designs that were tried, from coarse to fine, each with what it comes to.
+    """
+    asked = _asked_picture(inspection, colours)
+    if not inspection.designs:
+        return asked
+    return stacked(asked, _designs_picture(inspection.designs))
+
+
+def _designs_picture(designs: Sequence[Tried]) -> Image.Image:
+    """Return designs side by side."""
+    names = DENSITIES if len(designs) == len(DENSITIES) else [""] * len(designs)
+    size_px = _DESIGN_PX, round(_DESIGN_PX * PICTURE_PX[1] / PICTURE_PX[0])
+    blank = Image.new("RGB", size_px, (255, 255, 255))
+    tiles, captions = [], []
+    for name, one in zip(names, designs, strict=True):
+        candidate = one.candidate
+        picture = one.picture
+        tiles.append(blank if picture is None else _as_wide(picture, _DESIGN_PX))
+        told = "" if candidate.figures is None else f"{brief(candidate.figures)}\n"
+        head = ": ".join(part for part in (name, candidate.name) if part)
+        captions.append(f"{head}\n{told}can it be built? {VERDICTS[candidate.verdict.level]}")
+    return contact_sheet(tiles, captions, columns=len(designs))
+
+
+def _as_wide(picture: bytes, wide: int) -> Image.Image:
+    """Return a PNG file's picture at another width."""
+    with Image.open(io.BytesIO(picture)) as image:
+        return image.convert("RGB").resize((wide, round(wide * image.height / image.width)))
+
+
+def _asked_picture(inspection: Inspection, colours: Strategy) -> Image.Image:
+    """Return the mesh and its weave as they were asked for."""
     woven = inspection.woven
     mesh, threads = woven.mesh, woven.weave.threads
     marks, broken = irregular_marks(mesh), woven.weave.broken.total

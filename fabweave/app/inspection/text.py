@@ -181,7 +181,7 @@ def _design_rows(designs: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
     for design in designs:
         told = ""
         if design["figures"] is not None:
-            told = f": {words(from_json(Figures, design['figures']))}"
+            told = f": {words(from_json(Figures, design['figures']), foretold=True)}"
         rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
     return rows
 

@@ -1,6 +1,6 @@
 """Gather the pieces that threads could be cut into, and what each would cost."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from fabweave.flat.split.candidates import (
     station_of_site,
 )
 from fabweave.flat.split.cost import window_costs
+from fabweave.flat.split.preferences import SheetsNeeded
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.self_clearance import also_barred, last_clear
 from fabweave.flat.split.sites import Sites, list_sites
@@ -49,12 +50,16 @@ class Bed:
         Least distance between two pieces on a sheet.
     free_mm : (float, float), optional
         The largest rectangle that is free.
+    packed : callable, optional
+        What sheets some outlines take, each with the number of its supply, by laying them on
+        sheets; None where there is no room for them.
     """
 
     fits: Callable[[FloatArray], bool]
     usable: tuple[tuple[float, float], ...] = ()
     gap_mm: float = 0.0
     free_mm: tuple[float, float] | None = None
+    packed: Callable[[Sequence[FloatArray], IntArray], SheetsNeeded | None] | None = None
 
     @property
     def side_mm(self) -> float:

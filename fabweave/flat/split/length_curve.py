@@ -28,6 +28,10 @@ LENGTHS = 8
 #: On meshes with more places to cut, threads are left out of the comparison, evenly, so that
 #: about so many are looked at: cutting all eight times would take longer than the rest of the job.
 _MOST_SITES = 10_000
+#: Pieces of which no more are on a sheet, or on all of so few sheets, are laid on sheets to count
+#: these: by their area, 3 sheets were told of 5 that 16 pieces of up to 600 mm took, 9 of 14 for
+#: 40, and 12 of 15 for 77; with 24 on a sheet, as many as came. More would take too long.
+_FEW_ON_SHEET, _FEW_SHEETS, _MOST_PACKED = 12, 5, 200
 
 
 @dataclass(frozen=True)
@@ -162,7 +166,8 @@ def foretell(
 ) -> Choice:
     """Return what some runs come to; parameters as of :func:`compare_lengths`."""
     strips = unfold_runs(ribbons, runs)
-    outlines = shapely.polygons([shapely.linearrings(ring) for ring in strip_outlines(strips)])
+    rings = strip_outlines(strips)
+    outlines = shapely.polygons([shapely.linearrings(ring) for ring in rings])
     area, rim = shapely.area(outlines), shapely.length(outlines)
     sheet = sheet_area(
         area,
@@ -179,6 +184,8 @@ def foretell(
 
     supply, count = workshop.supply[runs.thread], len(workshop.stock)
     needed = all_sheets_for(np.bincount(supply, scale * sheet, count).astype(np.float64), workshop)
+    if bed.packed is not None and scale == 1.0 and _few(len(rings), needed.count):
+        needed = bed.packed(rings, supply) or needed
     pieces, joints = len(runs.thread), len(runs.joint_passes(threads))
     by_hand = scale * hand_hours(pieces, joints)
     cut_mm = np.bincount(supply, rim, count).astype(np.float64)
@@ -197,6 +204,11 @@ def foretell(
         lacking_mm2=needed.lacking_mm2,
         exact=scale == 1.0,
     )
+
+
+def _few(pieces: int, sheets: int) -> bool:
+    """Return whether pieces are so few, or so large, that their area alone says too little."""
+    return pieces <= min(_FEW_ON_SHEET * max(sheets, _FEW_SHEETS), _MOST_PACKED)
 
 
 def preferred(choices: Sequence[Choice], prefer: str) -> Choice:

@@ -99,15 +99,21 @@ def sheets_for(area_mm2: float, stock: Sequence[StockSheet]) -> SheetsNeeded:
 
 def all_sheets_for(areas_mm2: FloatArray, workshop: Workshop) -> SheetsNeeded:
     """Return what whole sheets the areas of all supplies, (S,), take together."""
-    needed = [
-        sheets_for(area, stock)
-        for area, stock in zip(areas_mm2.tolist(), workshop.stock, strict=True)
-    ]
+    return sum_sheets(
+        [
+            sheets_for(area, stock)
+            for area, stock in zip(areas_mm2.tolist(), workshop.stock, strict=True)
+        ]
+    )
+
+
+def sum_sheets(parts: Sequence[SheetsNeeded]) -> SheetsNeeded:
+    """Return what several needs come to together."""
     return SheetsNeeded(
-        sum(part.count for part in needed),
-        sum(part.area_mm2 for part in needed),
-        sum(part.price for part in needed),
-        sum(part.lacking_mm2 for part in needed),
+        sum(part.count for part in parts),
+        sum(part.area_mm2 for part in parts),
+        sum(part.price for part in parts),
+        sum(part.lacking_mm2 for part in parts),
     )
 
 

@@ -24,8 +24,9 @@ from fabweave.mesh.remesh.evenness import evenness
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.remesh_check import check_remeshed
 from fabweave.mesh.remesh.request import LEAST, checked_count
-from fabweave.mesh.remesh.runs import best_run
+from fabweave.mesh.remesh.runs import Candidate, best_run
 from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
+from fabweave.mesh.remesh.symmetric_quads import not_worse, symmetric_quads
 
 #: Quads to aim at by default: half as many as triangles, but no more than a person can weave.
 _DEFAULT_MOST = 3000
@@ -60,7 +61,10 @@ def remesh_quads(
        Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
        `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
        far more triangles than quads are wanted is decimated for them first.
-    5. Where no result passes, triangles that pair up completely are taken even if they do not
+    5. Where the model is mirror-symmetric, the same is done to one half, whose seam is a line of
+       edges, and which is joined to its image. That is taken if it is sound and not worse (see
+       `not_worse`); else the notes say why not.
+    6. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
     Parameters
@@ -113,18 +117,7 @@ def remesh_quads(
         kept = _kept(source, paired, n_quads, notes)
         if kept is not None and (n_quads is None or evenness(kept.mesh) >= _EVEN):
             return kept
-        if kept is None:
-            notes.append(
-                f"the triangles pair up into {paired.n_faces} quads with "
-                f"{len(find_irregular(paired))} irregular vertices, but about {n_quads} quads were "
-                "asked for; --remesh quads keeps the pairs"
-            )
-        else:
-            notes.append(
-                f"the mesh has {kept.mesh.n_faces} quads of its own, but some are much smaller "
-                "than others, and would make narrow ribbons; --remesh quads keeps its quads, "
-                "--remesh coarse its cage"
-            )
+        notes.append(_not_kept(paired, kept, n_quads))
     surface = cut_surface(source)
     wanted = n_quads or min(max(LEAST["quads"], surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
@@ -142,7 +135,8 @@ def remesh_quads(
         failures += failed
         if best is not None:
             notes += [f"another attempt failed: {text}" for text in failures]
-            return _finished(best.mesh, engine.name, [*notes, best.note])
+            chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
+            return _finished(chosen, engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
 
@@ -154,6 +148,40 @@ def _kept(
         return _from_pairing(source, paired, notes)
     cage = None if n_quads is None else cage_of_quads(source, n_quads)
     return None if cage is None else _finished(cage[0], "unrefining", [*notes, cage[1]])
+
+
+def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> str:
+    """Say why the quads that a mesh has are not taken."""
+    if kept is None:
+        return (
+            f"the triangles pair up into {paired.n_faces} quads with "
+            f"{len(find_irregular(paired))} irregular vertices, but about {n_quads} quads were "
+            "asked for; --remesh quads keeps the pairs"
+        )
+    return (
+        f"the mesh has {kept.mesh.n_faces} quads of its own, but some are much smaller than "
+        "others, and would make narrow ribbons; --remesh quads keeps its quads, --remesh coarse "
+        "its cage"
+    )
+
+
+def _mirrored(
+    engine: Engine, source: PolyMesh, surface: PolyMesh, wanted: int, best: Candidate, seed: int,
+    progress: Progress,
+) -> tuple[PolyMesh, list[str]]:  # fmt: skip
+    """Return a mirror-symmetric result in place of another where it is as good; and notes."""
+    if not best.irregular:  # nothing is better than a regular mesh
+        return best.mesh, [best.note]
+    symmetric, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
+    if symmetric is not None and not_worse(source, symmetric, best.mesh):
+        return symmetric, [
+            f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the model is "
+            "mirror-symmetric, and so are they: half was remeshed"
+        ]
+    if symmetric is not None:
+        why = "they would keep its shape worse, or be less regular"
+    missed = [f"the model is mirror-symmetric, and the quads are not: {why}"] if why else []
+    return best.mesh, [*missed, best.note]
 
 
 def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:

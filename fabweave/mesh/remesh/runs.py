@@ -2,9 +2,9 @@
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from fabweave.mesh.remesh.remesh_check import check_remeshed, surface_faults
 #: same on every machine.
 _RUNS = ((3000, 4), (8000, 2))
 #: Tasks with more triangles than this have one run.
-_LARGE = 200_000
+LARGE = 200_000
 #: By how much the count changes from run to run where there are no seeds.
 _SPREAD = 0.04
 #: A result with more or fewer quads than wanted by this factor is rejected.
@@ -130,36 +130,54 @@ def best_run(
     # Around a closed surface the differences from four edges sum to four times its Euler
     # characteristic: where each is one, there is no result with fewer.
     enough = 4 * abs(report.euler) if report.closed else 0
-    large = surface.n_faces > _LARGE
+    large = surface.n_faces > LARGE
     model = model_of(source, wanted) if wanted <= _MOST_FITTED else None
     failures: list[str] = []
     hung: list[str] = []
     for rim in (False,) if report.closed else (True, False):
         good: list[Candidate] = []
         runs = _runs(engine, wanted, seed, rim=rim, large=large)
-        with _started(engine, surface, runs) as results:
-            for number, run in enumerate(runs):
-                progress(f"remeshing with {engine.title}", number, len(runs))
-                try:
-                    result = _without_loose_vertices(result_of(results[number]))
-                except LimitReachedError as error:
-                    hung.append(str(error))
+        with closing(results(engine, surface, runs, progress)) as found:
+            for run, result in found:
+                if isinstance(result, LimitReachedError):
+                    hung.append(str(result))
                     continue
-                except AttemptFailedError as error:
-                    failures.append(str(error))
+                if isinstance(result, AttemptFailedError):
+                    failures.append(str(result))
                     continue
-                result, faults = _fitted(model, source, result)
-                faults += _count_faults(result.n_faces, wanted)
+                fitted, faults = _fitted(model, source, result)
+                faults += _count_faults(fitted.n_faces, wanted)
                 if faults:
                     failures.append("; ".join(faults))
                     continue
-                good.append(_candidate(engine, source, result, run))
+                good.append(_candidate(engine, source, fitted, run))
                 if good[-1].irregular <= enough:
                     break
-        progress(f"remeshing with {engine.title}", len(runs), len(runs))
         if good:
             return _best(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
     return None, _summed_up(engine, hung) + _summed_up(engine, failures)
+
+
+def results(
+    engine: Engine, surface: PolyMesh, runs: Sequence[Run], progress: Progress = no_progress
+) -> Generator[tuple[Run, PolyMesh | AttemptFailedError]]:
+    """Yield what each run of a remesher gave, as it is, or why it gave nothing.
+
+    Close it to end runs that are no longer wanted.
+    """
+    with _started(engine, surface, runs) as waiting:
+        for number, run in enumerate(runs):
+            progress(f"remeshing with {engine.title}", number, len(runs))
+            try:
+                yield run, _without_loose_vertices(result_of(waiting[number]))
+            except AttemptFailedError as error:
+                yield run, error
+    progress(f"remeshing with {engine.title}", len(runs), len(runs))
+
+
+def seam_runs(engine: Engine, wanted: int, seed: int, *, large: bool) -> list[Run]:
+    """Return the runs to compare whose edges are to follow the boundary."""
+    return _runs(engine, wanted, seed, rim=True, large=large)
 
 
 def _fitted(
@@ -193,7 +211,7 @@ def _best(good: list[Candidate], wanted: int) -> Candidate:
 
 @contextmanager
 def _started(
-    engine: Engine, surface: PolyMesh, runs: list[Run]
+    engine: Engine, surface: PolyMesh, runs: Sequence[Run]
 ) -> Iterator[list[Future[PolyMesh]]]:
     """Start runs of a remesher, two at a time; none is left running when the block ends."""
     stop = threading.Event()

@@ -59,6 +59,8 @@ STATION_COLUMNS = (
 _ROOM_MM, _ROOM = 60.0, 0.1
 #: No picture of a job has more.
 _MOST_PIXELS = 1 << 28
+#: What a remeshed model lost.
+LIKENESS = "likeness.png"
 #: A job of more crossings may be without a viewer.
 MOST_VIEWED = 30_000
 
@@ -250,6 +252,12 @@ def load_job(directory: Path, tally: Tally) -> Job:
         pages = {sheet.number: read(f"sheets/{sheet.name}.pdf", read_template) for sheet in sheets}
         templates = {number: page for number, page in pages.items() if page is not None}
     read("render.png", _read_png)
+    outcome = (settings or {}).get("outcome")
+    if isinstance(outcome, dict) and "likeness_mm" in outcome:
+        read(LIKENESS, _read_png)
+    else:
+        absent = not os.path.lexists(directory / LIKENESS)
+        tally.at(LIKENESS).expect(absent, "job.toml says nothing of a likeness that it shows")
     model, markers = read("model.glb", read_model) or (None, {})
     return Job(
         map=plan,
@@ -295,8 +303,9 @@ def _has_viewer(directory: Path, plan: CrossingMap | None) -> bool:
 
 def _read_png(path: Path) -> Picture:
     """Require a PNG that can be decoded to its end and shows something."""
+    data = io.BytesIO(read_content(path))
     try:
-        with Image.open(io.BytesIO(read_content(path)), formats=["PNG"]) as picture:
+        with Image.open(data, formats=["PNG"]) as picture:
             size = picture.size
             if size[0] * size[1] <= _MOST_PIXELS:
                 pixels = np.asarray(picture.convert("RGB"))

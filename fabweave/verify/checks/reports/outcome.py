@@ -1,6 +1,6 @@
 """Check what job.toml says came out, and that it makes the same layout again."""
 
-from math import nan
+from math import inf, nan
 from typing import Any
 
 from fabweave.verify.crossing_map import CrossingMap
@@ -25,6 +25,11 @@ def check_outcome(job: Job, tally: Tally) -> None:
     share = sum_areas(job.areas.values()).piece_mm2 / area if area else 0.0
     place.number("utilisation", outcome.get("utilisation"), share, within=UTILISATION)
     _check_words(job, outcome, place)
+    if "likeness_mm" in outcome:
+        # Only a mesh that was made anew differs from its model.
+        place.expect("remesh" in job.options, "it has a likeness, but nothing was remeshed")
+        far = outcome["likeness_mm"]
+        place.expect(isinstance(far, int | float) and 0 <= far < inf, f"likeness_mm is {far!r}")
     notes = outcome.get("notes")
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
         place.fail(f"notes are {notes!r:.80}, not texts")

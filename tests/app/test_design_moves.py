@@ -1,0 +1,148 @@
+"""Beside the nearest design are tried those that should come nearer, and the reasons are told."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from designs import candidate
+
+from fabweave.app.design import making
+from fabweave.app.design.candidate import Tried
+from fabweave.app.design.moves import because, moves
+from fabweave.app.design.variety import FEWEST, MOST
+from fabweave.app.design.wishes import Wishes, distance, misses, values_text
+from fabweave.app.options.table import option_named
+from fabweave.app.settings import Settings
+from fabweave.report.verdict import refused
+
+ASKED = Settings("cow.obj", size_mm=400.0)
+BEST = replace(ASKED, remesh="quads:200")
+
+
+def beside(wishes, asked=ASKED, best=BEST, **figures):
+    return moves(asked, [best], [candidate(**figures)], 0, Wishes(**wishes))
+
+
+def test_a_met_wish_needs_no_more():
+    assert beside({"pieces": 100}, pieces=101) == []
+    assert beside({"sheets": 2, "likeness_mm": 9.0}, sheets=2, likeness_mm=3.0) == []
+
+
+def test_a_limit_is_missed_only_beyond_it():
+    figures = candidate(pieces=200, sheets=1).figures
+    assert misses(figures, Wishes(pieces=100, sheets=4)) == {
+        "pieces": pytest.approx(math.log(2.0)),
+        "sheets": 0.0,
+    }
+    assert values_text(figures, Wishes(pieces=100, sheets=4)) == "200 pieces, 1 sheets"
+
+
+def test_fewer_pieces_come_of_fewer_faces_and_of_longer_pieces():
+    found = beside({"pieces": 50}, pieces=100, longest_mm=300.0)
+    assert replace(BEST, remesh="quads:100") in found
+    assert replace(BEST, max_length_mm=600.0) in found
+    assert replace(BEST, prefer="work") in found
+    assert replace(BEST, fair=50) in found
+    assert replace(BEST, remesh="quads:50", refine="catmull-clark:1") in found
+    assert BEST not in found
+    assert len(set(map(str, found))) == len(found)
+
+
+def test_narrower_ribbons_come_of_more_faces_and_of_less_room():
+    found = beside({"ribbon_mm": 10.0}, median_mm=12.0)
+    assert replace(BEST, remesh="quads:290") in found
+    (width,) = {one.width for one in found} - {BEST.width}
+    assert width.relative == pytest.approx(0.65 / 1.2, abs=0.005)
+    assert width.auto
+
+
+def test_a_nearer_surface_takes_more_faces():
+    assert replace(BEST, remesh="quads:400") in beside({"likeness_mm": 5.0}, likeness_mm=10.0)
+
+
+def test_fewer_sheets_come_of_less_waste_and_narrower_ribbons():
+    found = beside({"sheets": 2}, sheets=4)
+    assert replace(BEST, prefer="waste") in found
+    assert any(one.width.relative < BEST.width.relative for one in found)
+
+
+def test_what_was_tried_tells_how_far_to_go():
+    """Where twice the faces gave half as many pieces more, four times as many give the double."""
+    designs = [BEST, replace(BEST, remesh="quads:100"), replace(BEST, max_length_mm=150.0)]
+    tried = [candidate(pieces=n, longest_mm=300.0) for n in (150, 100, 225)]
+    found = moves(ASKED, designs, tried, 0, Wishes(pieces=200))
+    power = math.log(1.5) / math.log(2.0)
+    faces = 200 * (200 / 150) ** (1 / power)
+    assert replace(BEST, remesh=f"quads:{10 * round(faces / 10)}") in found
+    (length,) = {one.max_length_mm for one in found} - {None}
+    assert length == pytest.approx(300 * (150 / 200) ** (1 / power), rel=0.03)
+
+
+def test_what_is_stated_stays():
+    asked = replace(
+        BEST, fair=20, prefer="work", max_length_mm=200.0,
+        width=option_named("width").kind.parse("12mm"),
+    )  # fmt: skip
+    wishes = {"pieces": 10, "ribbon_mm": 3.0, "sheets": 1, "likeness_mm": 0.1}
+    assert beside(wishes, asked, asked, pieces=100, sheets=9, likeness_mm=9.0) == []
+
+
+@pytest.mark.parametrize("pieces", [1, 100_000])
+def test_no_density_is_beyond_what_a_person_weaves(pieces):
+    counts = [
+        int(one.remesh.split(":")[1])
+        for one in beside({"pieces": 100}, pieces=pieces)
+        if not one.refine
+    ]
+    assert counts
+    assert all(FEWEST <= count <= MOST for count in counts)
+
+
+def test_each_option_is_told_with_what_others_came_to():
+    designs = [
+        replace(BEST, max_length_mm=300.0),
+        BEST,
+        replace(BEST, remesh="quads:100", max_length_mm=300.0),
+        replace(BEST, remesh="quads:90", max_length_mm=300.0),
+        replace(ASKED, remesh="triangles:90"),
+    ]
+    tried = [candidate(pieces=n) for n in (150, 120, 100, 90, 80)]
+    tried[3] = replace(tried[3], figures=None, verdict=refused("too tight"))
+    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
+        "--remesh quads:200, as --remesh quads:100 has 100 pieces, and --remesh quads:90 has what "
+        "cannot be built",
+        "--max-length 300mm, as no other --max-length has 120 pieces",
+    ]
+
+
+def test_a_refined_mesh_is_told_beside_the_finer_one():
+    designs = [replace(ASKED, remesh="quads:50", refine="catmull-clark:1"), BEST]
+    tried = [candidate(pieces=n) for n in (150, 120)]
+    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
+        "--remesh quads:50 --refine catmull-clark:1, as --remesh quads:200 has 120 pieces"
+    ]
+
+
+def test_the_search_goes_where_the_wish_is(monkeypatch):
+    """With pieces in proportion to faces, the number wished for is found, and tries are few."""
+    tries = []
+
+    def explore(_, designs, *__, **___):
+        tries.extend(designs)
+        return [
+            Tried(candidate=candidate(
+                name=str(number), pieces=int(0.7 * int(design.remesh.split(":")[1])),
+                longest_mm=300.0), picture=None)
+            for number, design in enumerate(designs, start=len(tries))
+        ]  # fmt: skip
+
+    planned = [replace(ASKED, remesh=f"quads:{count}") for count in (70, 240, 800)]
+    monkeypatch.setattr(making, "explore", explore)
+    monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
+    chosen, why = making.meet_wishes(ASKED, Wishes(pieces=300))
+    assert chosen.remesh == "quads:430"
+    assert "301 pieces (about 300 wished)" in why
+    assert "\n  --remesh quads:430, as --remesh quads:" in why
+    assert len(tries) <= 24
+    assert len({str(one) for one in tries}) == len(tries)
+    assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01

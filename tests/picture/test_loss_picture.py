@@ -1,0 +1,79 @@
+"""The picture of losses is coloured where something was lost, and says what the colours mean."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fabweave.core.colour_space import light_of, oklab_of
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.loss import LossMap, loss_map
+from fabweave.mesh.shapes import grids
+from fabweave.picture.camera import View
+from fabweave.picture.loss_picture import (
+    likeness_png,
+    loss_colours,
+    loss_legend,
+    loss_picture,
+    loss_tiles,
+)
+
+BALL = grids.sphere(12, 50.0)
+
+
+def spiked():
+    """Return a ball with a spike to the right."""
+    points = BALL.vertices.copy()
+    points[np.argmax(points[:, 0])] *= 1.8
+    return BALL.with_vertices(points)
+
+
+def coloured(picture):
+    """Return where a picture is red or yellow rather than grey or white."""
+    pixels = np.asarray(picture).astype(int)
+    return pixels[..., 0] - pixels[..., 2] > 70
+
+
+def test_more_is_darker_and_all_beyond_the_end_is_alike():
+    lost = np.linspace(0.0, 30.0, 200)
+    row = LossMap(np.eye(3), np.tile([0, 1, 2], (200, 1)), lost, 400.0)
+    colours = loss_colours(row)
+    lightness = oklab_of(light_of(colours))[:, 0]
+    assert np.all(np.diff(lightness[lost <= 20.0]) <= 2e-3)
+    assert lightness[0] - lightness[-1] > 0.5
+    assert len(np.unique(colours[lost >= 20.0], axis=0)) == 1
+
+
+def test_what_is_kept_is_grey_and_a_lost_spike_is_coloured():
+    front = [View(-90.0, 0.0)]
+    same = loss_tiles(loss_map(BALL, BALL), front, [(120, 90)], samples=1)
+    assert not coloured(same).any()
+    tile = coloured(loss_tiles(loss_map(spiked(), BALL), front, [(120, 90)], samples=1))
+    assert tile.any()
+    # The spike points to the right, where the picture of the ball ends.
+    assert np.nonzero(tile)[1].min() > 60
+
+
+def test_the_legend_is_as_wide_as_asked_and_higher_with_text():
+    loss = loss_map(spiked(), BALL)
+    bare, told = loss_legend(loss, 440), loss_legend(loss, 440, "right: 40 mm lost, " * 9)
+    assert bare.width == told.width == 440
+    assert told.height > bare.height
+    assert coloured(bare).any()
+
+
+def test_the_picture_is_the_same_each_time_and_none_without_remeshing():
+    model = spiked()
+    loss, like = loss_map(model, BALL), likeness(model, BALL)
+    data = likeness_png(loss, like)
+    assert data == likeness_png(loss, like)
+    with Image.open(io.BytesIO(data)) as picture:
+        assert picture.size[0] == loss_picture(loss, samples=1).width == 1440
+    assert likeness_png(None, None) is None
+    assert likeness_png(loss, None) is None
+
+
+@pytest.mark.parametrize("text", ["", "left: 3 mm lost"])
+def test_legends_fit_narrow_pictures(text):
+    assert loss_legend(loss_map(BALL, BALL), 120, text).width == 120

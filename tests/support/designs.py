@@ -1,0 +1,19 @@
+"""Designs with figures that a test chooses."""
+
+from fabweave.app.design.candidate import Candidate, Figures
+from fabweave.report.verdict import judge
+
+
+def figures(**changes):
+    values = {"faces": 9, "threads": 2, "crossings": 18, "broken": 0, "pieces": 10, "joints": 10,
+              "sheets": 2, "use": 0.5, "narrowest_mm": 5.0, "median_mm": 10.0, "widest_mm": 20.0,
+              "longest_mm": 300.0, "likeness_mm": None, "likeness_mean_mm": None, "lost": (),
+              "hours": None, "cutting_h": None, "price": None}  # fmt: skip
+    return Figures(**(values | changes))
+
+
+def candidate(name="D", verdict=None, **changes):
+    return Candidate(
+        key=name, name=name, command=f"fabweave make {name}",
+        verdict=verdict or judge([], narrowest_mm=9.0), figures=figures(**changes),
+    )  # fmt: skip
