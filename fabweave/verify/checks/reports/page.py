@@ -11,7 +11,7 @@ from fabweave.verify.checks.reports.page_costs import costs_shown
 from fabweave.verify.checks.reports.page_splitting import splitting_shown
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.words import ANSWERS, counted
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import LIKENESS, Job, required
 from fabweave.verify.read.offcuts import STOCK
 from fabweave.verify.read.waste_page import Seen, bar, row, spaced
 from fabweave.verify.statement import Place, Tally
@@ -108,6 +108,12 @@ def _wanted(job: Job, plan: CrossingMap, waste: dict[str, Any], title: str) -> I
     for name in names.values():
         yield Seen("img", f"sheets/{name}.png")
         yield Seen("figcaption", name)
+    outcome = (job.settings or {}).get("outcome")
+    if isinstance(outcome, dict) and "likeness_mm" in outcome:
+        yield Seen("img", LIKENESS)
+        yield Seen(
+            "figcaption", "the model, coloured by how far it is from the mesh that was woven"
+        )
 
 
 def _verdict(verdict: dict[str, Any]) -> Iterator[Seen]:
