@@ -5,6 +5,7 @@ anew, which is not done here: their figures are held to one another, to what the
 have at least, and to the prices of the length that was taken. The rest is for ``--remake``.
 """
 
+from collections.abc import Collection
 from math import ceil, sqrt
 from typing import Any
 
@@ -34,6 +35,8 @@ _ROUNDED = 0.0051
 _RIM = 0.02
 #: On meshes with more crossings some threads stand for all.
 _ALL_CUT = 5_000
+#: So few pieces, in all or on each sheet but never more than the last, are nested roughly.
+_FEW_ON_SHEET, _FEW_SHEETS, _MOST_PACKED = 12, 5, 200
 #: Cutting speed, and price of a square metre, of a material of which none is known.
 _CUT_MM_S, _SHEET_EUR_M2 = 20.0, 10.0
 
@@ -174,6 +177,19 @@ def _speeds(waste: dict[str, Any]) -> tuple[float, float]:
     return min(speeds), max(speeds)
 
 
+def _sheets_due(choice: dict[str, Any], area: float) -> Collection[int]:
+    """Return how many sheets of an area a length may be said to take.
+
+    So many as its area fills; few or large pieces were nested roughly, and may take fewer or more:
+    not fewer than the pieces themselves fill, nor more than there are pieces.
+    """
+    due = {ceil((choice["sheet_mm2"] + by) / area - 1e-9) for by in (-0.1, 0.1)}
+    pieces = choice["pieces"]
+    if pieces > min(_FEW_ON_SHEET * max(*due, _FEW_SHEETS), _MOST_PACKED):
+        return due
+    return range(max(ceil((choice["piece_mm2"] - 0.1) / area), 1), pieces + 1)
+
+
 def _check_prices(
     job: Job, plan: CrossingMap, waste: dict[str, Any], splitting: dict[str, Any], place: Place
 ) -> None:
@@ -194,9 +210,8 @@ def _check_prices(
             continue
         here = place.at(f"{choice['max_length_mm']} mm")
         by_hand = (_PIECE_S * choice["pieces"] + _JOINT_S * choice["joints"]) / 3600.0
-        wanted = {ceil((choice["sheet_mm2"] + by) / area - 1e-9) for by in (-0.1, 0.1)}
         here.expect(
-            choice["sheets"] in wanted,
+            choice["sheets"] in _sheets_due(choice, area),
             f"{choice['sheets']} sheets of {area:.0f} mm² are not what {choice['sheet_mm2']} mm² "
             "take",
         )
