@@ -151,6 +151,8 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
             frame = _Frame(book, tile.low, tile.size, reserved)
             book.y -= 14.0
             part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
+            if not part and tuple(tile.size) != (drawing.width_mm, drawing.height_mm):
+                part = ", the part with pieces"
             mirrored = ", mirrored, as it is cut" if sheet.mirrored else ""
             material = f", {sheet.material} {sheet.thickness_mm:g} mm" if several else ""
             turned = ", left edge at the bottom" if frame.quarter else ""

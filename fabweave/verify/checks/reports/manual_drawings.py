@@ -25,6 +25,8 @@ _SAME_MM, _CHORD_MM = 0.55, 0.11
 _SHARE, _SCALE = 5e-3, 2e-3
 #: On the page, corners are drawn where they belong to this, beside a chord.
 _SAME_POINTS = 0.05
+#: How a sheet is called of which only one part has pieces, and is drawn.
+_SOME = ", the part with pieces"
 #: Around the pieces on a part of a sheet so much is drawn, too.
 _AROUND_MM = 2.0
 
@@ -165,7 +167,9 @@ def _check_part(
     size = np.array([sheet.width_mm, sheet.height_mm])
     ids = {piece.id for piece in plan.on_sheet(sheet.number)}
     names = list(takewhile(ids.__contains__, page.texts[1:]))
-    low, high = _window(plan, names, size, cut=part[1] > 1)
+    some = _SOME if page.texts[0].startswith(f"{sheet.name}{_SOME}:") else ""
+    which = f", part {part[0]} of {part[1]}" if part[1] > 1 else some
+    low, high = _window(plan, names, size, cut=bool(which))
     quarter = bool(high[0] - low[0] > high[1] - low[1])
     edge = page.figures[0] if page.figures else np.zeros((1, 2))
     corner = edge.min(axis=0)
@@ -175,7 +179,7 @@ def _check_part(
         return []
     head = (
         sheet.name
-        + (f", part {part[0]} of {part[1]}" if part[1] > 1 else "")
+        + which
         + f": {sheet.width_mm:g} x {sheet.height_mm:g} mm"
         + (f", {sheet.material} {sheet.thickness_mm:g} mm" if several else "")
         + (", mirrored, as it is cut" if sheet.mirrored else "")
