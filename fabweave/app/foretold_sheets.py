@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.flat.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_sheets
 from fabweave.nest.effort import ROUGH
 from fabweave.nest.nesting import nest
@@ -48,7 +48,8 @@ def rough_nesting(
                     rotations=rotations,
                     workers=1,
                 )
-            except CannotMakeError:
+            except (CannotMakeError, InputError):
+                # No room, or outlines that cross themselves, and will be cut elsewhere.
                 return None
             found += [
                 SheetsNeeded(1, sheet.area_mm2, sheet_price(sheet, supply.material), 0.0)

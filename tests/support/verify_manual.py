@@ -69,7 +69,8 @@ def legend(plan):
     name, first = piece["id"], piece["stations"][0]
     numbers = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
     texts = sorted({numbers[kind] for kind in kinds} | {"4", "5"})
-    texts += [f"Piece {name} of this object", "This is the outside of the object.", "Engraved face"]
+    side = "inside" if any(sheet.get("mirrored") for sheet in plan["sheets"]) else "outside"
+    texts += [f"Piece {name} of this object", f"This is the {side} of the object.", "Engraved face"]
     if "id" in kinds:
         texts += [f"{name}: the letters name the thread, and the number counts its pieces. The "
                   "arrow points along the thread; stations are counted in its direction, from 0.",

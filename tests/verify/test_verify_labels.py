@@ -36,7 +36,8 @@ def findings(specimen, folder, settings=""):
         text = (folder / "job.toml").read_text()
         (folder / "job.toml").write_text(f"{text}\n[job]\n{settings}\n")
     report = verify_job(folder)
-    assert set(report.failed) <= {"labels"}, report.failed
+    # The legend of the manual tells labels, too.
+    assert set(report.failed) <= {"labels", "manual"}, report.failed
     return next(check for check in report.checks if check.name == "labels").findings
 
 

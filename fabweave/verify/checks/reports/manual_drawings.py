@@ -68,7 +68,7 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
         stations = counted(len(piece.stations), "station")
         said = text.match(rf"(\d+) mm, {stations}", f"{length:.0f} mm, {stations}")
         if said is not None:
-            here.number("its length", float(said[1]), length, within=_SAME_MM)
+            here.number("its length", float(said[1]), length, within=_SAME_MM + _SCALE * length)
         _check_spot(plan, piece, alike[piece.kind], text, here)
     text.end()
 

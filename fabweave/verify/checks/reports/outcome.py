@@ -48,9 +48,10 @@ def _check_words(job: Job, outcome: dict[str, Any], place: Place) -> None:
     """Check the hole and the line on costs, where they are told."""
     plan = required(job.map)
     if (size := outcome.get("hole_mm")) is not None:
-        holes = {station.hole_mm for piece in plan.pieces for station in piece.stations} - {None}
-        # None is chosen where no crossing has room for one.
-        place.expect(size in (holes or {0.0}), f"no hole is of {size} mm")
+        # Those away from the middle of a crossing, too.
+        holes = {hole.diameter for piece in plan.pieces for hole in plan.holes[piece.id]} - {None}
+        # Where no crossing has room for one, the one that was looked for is told.
+        place.expect(not holes or size in holes, f"no hole is of {size} mm")
     estimate = (job.waste or {}).get("estimate")
     if "costs" in outcome and estimate is not None:
         place.against("waste.json").equal("costs", outcome["costs"], costs_words(estimate))
