@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest import mock
 
-from fabweave.app import pipeline
+from fabweave.app import foretold_sheets, pipeline, split_job
 from fabweave.app.design import making, ways_out
 from fabweave.cli import inspect
 from fabweave.cli.main import main
@@ -34,12 +34,15 @@ def run(*words: object) -> int:
 def quick_jobs() -> Iterator[None]:
     """Have jobs made by this process alone, with a small picture, and few designs tried.
 
+    Sheets are foretold by their area alone, in place of nesting pieces roughly.
+
     Most of a small job's time goes to its picture, and to processes that make it meanwhile.
     Nothing else is changed by either.
     """
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", 0),
         mock.patch.object(pipeline, "portrait_png", _small_portrait),
+        mock.patch.object(split_job, "rough_nesting", return_value=None),
         mock.patch.object(making, "_TRIES", 4),
         mock.patch.object(ways_out, "_MESHES", 2),
         mock.patch.object(inspect, "_DESIGNS", 1),
@@ -54,6 +57,7 @@ def shipped_jobs() -> Iterator[None]:
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
         mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
+        mock.patch.object(split_job, "rough_nesting", foretold_sheets.rough_nesting),
         mock.patch.object(making, "_TRIES", _SHIPPED_TRIES),
         mock.patch.object(ways_out, "_MESHES", _SHIPPED_MESHES),
         mock.patch.object(inspect, "_DESIGNS", _SHIPPED_DESIGNS),

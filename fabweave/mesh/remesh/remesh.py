@@ -34,7 +34,7 @@ def remesh(
     --------
     >>> from fabweave.mesh.shapes.grids import sphere
     >>> remesh(sphere(8, 50.0), Remesh("triangles", 100)).mesh.n_faces
-    98
+    100
     """
     if wanted.kind == "triangles" and wanted.count is not None:
         return remesh_triangles(mesh, wanted.count, progress=progress)
