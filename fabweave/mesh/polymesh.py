@@ -86,6 +86,11 @@ class PolyMesh:
         bounds = self.offsets.tolist()
         return [flat[a:b] for a, b in pairwise(bounds)]
 
+    @classmethod
+    def from_triangles(cls, vertices: FloatArray, triangles: IntArray) -> "PolyMesh":
+        """Build a mesh of triangles only, from their vertices, (T, 3)."""
+        return cls(vertices, 3 * np.arange(len(triangles) + 1), triangles.reshape(-1))
+
     def with_vertices(self, vertices: FloatArray) -> "PolyMesh":
         """Return the same connectivity at other positions."""
         return PolyMesh(vertices, self.offsets, self.indices)
@@ -102,6 +107,12 @@ def next_corner(mesh: PolyMesh) -> IntArray:
     filled = mesh.face_sizes > 0
     following[mesh.offsets[1:][filled] - 1] = mesh.offsets[:-1][filled]
     return following
+
+
+def triangle_normals(mesh: PolyMesh) -> FloatArray:
+    """Return a normal of each face of a mesh of triangles, as long as twice its area, (T, 3)."""
+    a, b, c = (mesh.vertices[mesh.indices[k::3]] for k in range(3))
+    return np.cross(b - a, c - a)
 
 
 def face_centres(mesh: PolyMesh) -> FloatArray:

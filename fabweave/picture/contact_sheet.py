@@ -96,6 +96,17 @@ def stacked(*pictures: Image.Image) -> Image.Image:
     return whole
 
 
+def side_by_side(*pictures: Image.Image) -> Image.Image:
+    """Put pictures beside one another, from the top."""
+    wide, high = sum(p.width for p in pictures), max(p.height for p in pictures)
+    whole = Image.new("RGB", (wide, high), (255, 255, 255))
+    left = 0
+    for picture in pictures:
+        whole.paste(picture, (left, 0))
+        left += picture.width
+    return whole
+
+
 def _broken(caption: str, wide: float, size: int) -> list[_Line]:
     """Break a caption to lines that fit."""
     lines: list[_Line] = []

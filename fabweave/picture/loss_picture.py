@@ -11,7 +11,7 @@ from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.mesh.likeness import Likeness
 from fabweave.mesh.loss import LossMap
 from fabweave.picture.camera import View, choose_view
-from fabweave.picture.contact_sheet import stacked
+from fabweave.picture.contact_sheet import side_by_side, stacked
 from fabweave.picture.object_picture import png_bytes
 from fabweave.picture.portrait import BACK_PX, FRONT_PX, opposite_view
 from fabweave.picture.render import render_scene
@@ -67,16 +67,14 @@ def loss_tiles(
         Samples of a pixel along each side.
     """
     colours = loss_colours(loss)
-    wide = sum(width for width, _ in sizes_px)
-    picture = Image.new("RGB", (wide, sizes_px[0][1]), (255, 255, 255))
-    left = 0
-    for view, size_px in zip(views, sizes_px, strict=True):
-        tile = render_scene(
-            loss.points, loss.triangles, colours, size_px=size_px, view=view, samples=samples
+    return side_by_side(
+        *(
+            render_scene(
+                loss.points, loss.triangles, colours, size_px=size_px, view=view, samples=samples
+            )
+            for view, size_px in zip(views, sizes_px, strict=True)
         )
-        picture.paste(tile, (left, 0))
-        left += tile.width
-    return picture
+    )
 
 
 def loss_legend(loss: LossMap, wide: int, text: str = "") -> Image.Image:

@@ -6,6 +6,7 @@ from PIL import Image
 
 from fabweave.core.colour_space import Colours
 from fabweave.picture.camera import View, choose_view
+from fabweave.picture.contact_sheet import side_by_side
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons
@@ -52,13 +53,12 @@ def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> 
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
     front = choose_view(vertices, triangles)
-    picture = Image.new("RGB", (FRONT_PX[0] + BACK_PX[0], FRONT_PX[1]), (255, 255, 255))
-    left = 0
-    for view, size_px in ((front, FRONT_PX), (opposite_view(front), BACK_PX)):
-        tile = weave_picture(ribbons, colours, size_px=size_px, view=view, samples=samples)
-        picture.paste(tile, (left, 0))
-        left += tile.width
-    return picture
+    return side_by_side(
+        *(
+            weave_picture(ribbons, colours, size_px=size_px, view=view, samples=samples)
+            for view, size_px in ((front, FRONT_PX), (opposite_view(front), BACK_PX))
+        )
+    )
 
 
 def portrait_png(ribbons: Ribbons, colours: Colours) -> bytes:

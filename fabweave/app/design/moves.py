@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from fabweave.app.design.candidate import Candidate, Figures
-from fabweave.app.design.variety import FEWEST, MOST, two_digits
+from fabweave.app.design.variety import FAIR, FEWEST, MOST, two_digits
 from fabweave.app.design.wishes import Wishes, come_to, distance, misses, values_text
 from fabweave.app.options.table import option_named
 from fabweave.app.remake_command import changed_options
@@ -24,8 +24,6 @@ _LEAST_POWER, _FARTHEST = 0.15, math.log(3.0)
 _NARROWEST, _WIDEST, _NARROWER = 0.35, 0.8, 0.75
 #: Pieces shorter than that carry no weave, and longer ones fit no sheet.
 _SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
-#: Steps of fairing that are tried.
-_FAIR = 50
 #: One step of this refinement makes four quads of one.
 _SCHEME, _FOLD = "catmull-clark:1", 4
 #: What a search may change, as fields of the settings, in the order in which it is told; a mesh is
@@ -191,7 +189,7 @@ def _wider(asked: Settings, best: Settings, off: dict[str, float]) -> Iterator[S
 def _rounder(asked: Settings, best: Settings) -> Iterator[Settings]:
     """Yield the mesh faired, and a coarser one that is refined to about as many faces."""
     if not asked.fair and not best.fair:
-        yield replace(best, fair=_FAIR)
+        yield replace(best, fair=FAIR)
     kind, count = _density(best)
     free = asked.remesh is None and asked.refine is None and best.refine is None
     if free and kind == "quads" and count >= _FOLD * FEWEST:

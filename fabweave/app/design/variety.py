@@ -21,6 +21,8 @@ FEWEST, MOST = 40, 1500
 _MOST_AS_THEY_COME = 1500
 #: A built-in shape, or a mesh of so few faces, is refined rather than made anew.
 _LOW_POLY = 60
+#: Steps of fairing that are tried.
+FAIR = 50
 #: A narrower weave, which shows more of what is behind it.
 _NARROW = "0.45"
 
@@ -122,7 +124,7 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     if asked.width.auto:
         narrow = option_named("width").kind.parse(_NARROW)
         yield from (replace(settings, width=narrow) for settings in meshes)
-    yield from (replace(settings, fair=50) for settings in meshes if not asked.fair)
+    yield from (replace(settings, fair=FAIR) for settings in meshes if not asked.fair)
     if asked.max_length_mm is None and asked.prefer == option_named("prefer").default:
         for prefer in ("work", "waste"):
             yield from (replace(settings, prefer=prefer) for settings in meshes)

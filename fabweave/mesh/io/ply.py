@@ -73,10 +73,9 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     if strips is not None and (faces is None or not len(faces[0])):
         triangles = _triangles_of_strips(*strips)
         check_range(np.full(len(triangles), 3), triangles.ravel(), len(vertices), name)
-        offsets = 3 * np.arange(len(triangles) + 1)
         number = agree(len(strips[0]), "{n} [row|rows] of triangle strips")
         note = f"the file has {number}, which were read as {len(triangles)} triangles"
-        return PolyMesh(vertices, offsets, triangles.ravel()), (note,)
+        return PolyMesh.from_triangles(vertices, triangles), (note,)
     if faces is None:
         raise InputError(
             f"{name}: the file has no faces (no element 'face' in its header); is it a point "

@@ -98,7 +98,7 @@ def read_scene(data: bytes, path: Path, kind: str) -> tuple[PolyMesh, str | None
     )
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise InputError(f"{path.name}: a face names a vertex that does not exist; export it again")
-    soup = PolyMesh(points, np.arange(len(triangles) + 1) * 3, triangles.reshape(-1))
+    soup = PolyMesh.from_triangles(points, triangles)
     mesh, joined, dropped = weld_mesh(soup)
     notes = []
     if joined:

@@ -6,7 +6,8 @@ from scipy import sparse
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, unit
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.polymesh import PolyMesh, triangle_normals
+from fabweave.mesh.remesh.evenness import edge_lengths
 from fabweave.mesh.remesh.model import Model, line_edges
 
 #: Edges shorter than this share of an even mesh's edges vanish.
@@ -38,13 +39,14 @@ def even_edges(model: Model, mesh: PolyMesh, n_triangles: int) -> PolyMesh:
 
     Examples
     --------
-    >>> from fabweave.mesh.remesh.model import model_of
+    >>> from fabweave.mesh.remesh.evenness import edge_lengths
+    from fabweave.mesh.remesh.model import model_of
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
     >>> few = parse_shape("shape:octahedron")
     >>> even_edges(model_of(few, 6), few, 32).n_faces
     32
     """
-    area = float(np.linalg.norm(_normals(mesh), axis=1).sum()) / 2.0
+    area = float(np.linalg.norm(triangle_normals(mesh), axis=1).sum()) / 2.0
     least = _SHORT * np.sqrt(4.0 * area / (np.sqrt(3.0) * n_triangles))
     return split_long(collapse_short(model, mesh, float(least)), n_triangles)
 
@@ -73,7 +75,7 @@ def split_long(mesh: PolyMesh, n_triangles: int) -> PolyMesh:
     """
     while mesh.n_faces < n_triangles:
         halfedges = build_halfedges(mesh)
-        length = _lengths(mesh, halfedges)
+        length = edge_lengths(mesh)[halfedges.edge_halfedge]
         longest = _longest_of_both(halfedges, length)
         order = longest[np.lexsort((longest, -length[longest]))]
         added = np.cumsum(1 + (halfedges.twin[halfedges.edge_halfedge[order]] >= 0))
@@ -81,14 +83,6 @@ def split_long(mesh: PolyMesh, n_triangles: int) -> PolyMesh:
         chosen = order[: np.searchsorted(added, missing) + 1]
         mesh = _split(mesh, halfedges, np.sort(chosen))
     return mesh
-
-
-def _lengths(mesh: PolyMesh, halfedges: Halfedges) -> FloatArray:
-    """Return the length of each edge, (E,)."""
-    first = halfedges.edge_halfedge
-    ends = mesh.vertices[halfedges.head[first]] - mesh.vertices[halfedges.tail[first]]
-    result: FloatArray = np.linalg.norm(ends, axis=1)
-    return result
 
 
 def _longest_of_both(halfedges: Halfedges, length: FloatArray) -> IntArray:
@@ -118,7 +112,7 @@ def _split(mesh: PolyMesh, halfedges: Halfedges, edges: IntArray) -> PolyMesh:
     faces = mesh.indices.reshape(-1, 3).copy()
     faces[halfedges.face[sides]] = np.column_stack([tail, middle, tip])
     faces = np.concatenate([faces, np.column_stack([middle, head, tip])])
-    return _triangles(np.concatenate([mesh.vertices, ends / 2.0]), faces)
+    return PolyMesh.from_triangles(np.concatenate([mesh.vertices, ends / 2.0]), faces)
 
 
 def collapse_short(model: Model, mesh: PolyMesh, least_mm: float) -> PolyMesh:
@@ -144,7 +138,7 @@ def collapse_short(model: Model, mesh: PolyMesh, least_mm: float) -> PolyMesh:
     for _ in range(_MOST_ROUNDS):
         halfedges = build_halfedges(mesh)
         places, sound = _meeting_places(model, mesh, halfedges)
-        length = _lengths(mesh, halfedges)
+        length = edge_lengths(mesh)[halfedges.edge_halfedge]
         first = halfedges.edge_halfedge
         ends = np.column_stack([halfedges.tail[first], halfedges.head[first]])
         sound &= (length < least_mm) & ~barred[ends].any(axis=1)
@@ -163,7 +157,7 @@ def collapse_short(model: Model, mesh: PolyMesh, least_mm: float) -> PolyMesh:
         faces = _faces_after(mesh, ends[good])
         used = np.unique(faces)
         barred = barred[used]
-        mesh = _triangles(vertices[used], np.searchsorted(used, faces))
+        mesh = PolyMesh.from_triangles(vertices[used], np.searchsorted(used, faces))
     return mesh
 
 
@@ -225,23 +219,13 @@ def _faces_after(mesh: PolyMesh, ends: IntArray) -> IntArray:
 
 def _spoilt(mesh: PolyMesh, moved: FloatArray, faces: IntArray) -> BoolArray:
     """Return at which vertices, (V,), triangles turn over or run through others."""
-    old, new = _normals(mesh), _normals(mesh.with_vertices(moved))
+    old, new = triangle_normals(mesh), triangle_normals(mesh.with_vertices(moved))
     turned = np.einsum("nd,nd->n", unit(old), unit(new)) < _TURN
     turned &= np.linalg.norm(new, axis=1) > 0
     bad = np.zeros(mesh.n_vertices, dtype=bool)
     bad[mesh.indices.reshape(-1, 3)[turned]] = True
-    left = _triangles(moved, faces)
+    left = PolyMesh.from_triangles(moved, faces)
     through = self_intersections(left)
     if len(through) and not len(self_intersections(mesh)):
         bad[faces[through.reshape(-1)]] = True
     return bad
-
-
-def _normals(mesh: PolyMesh) -> FloatArray:
-    """Return a normal of each triangle, as long as twice its area, (T, 3)."""
-    a, b, c = (mesh.vertices[mesh.indices[k::3]] for k in range(3))
-    return np.cross(b - a, c - a)
-
-
-def _triangles(vertices: FloatArray, faces: IntArray) -> PolyMesh:
-    return PolyMesh(vertices, 3 * np.arange(len(faces) + 1), faces.reshape(-1))

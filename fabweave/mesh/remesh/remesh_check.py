@@ -9,7 +9,7 @@ from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.irregular import interior_valences
-from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner
+from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner, triangle_normals
 from fabweave.mesh.remesh.evenness import edge_lengths
 from fabweave.mesh.triangulate import triangulate
 
@@ -145,7 +145,7 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], floa
             "follow it better"
         )
     near = _distances(face_centres(result), old)[1]
-    reversed_share = float(np.mean(_inward(result, _triangle_normals(old)[near])))
+    reversed_share = float(np.mean(_inward(result, triangle_normals(old)[near])))
     if reversed_share > _REVERSED:
         faults.append(f"{reversed_share:.0%} of the faces point the wrong way")
     return faults, float(off.max()), float(lost.max())
@@ -161,12 +161,6 @@ def _distances(points: FloatArray, surface: PolyMesh) -> tuple[FloatArray, IntAr
         np.array(points), np.array(surface.vertices), triangles
     )
     return np.sqrt(np.maximum(square, 0.0)), np.asarray(nearest, dtype=np.int64).reshape(-1)
-
-
-def _triangle_normals(surface: PolyMesh) -> FloatArray:
-    """Return a normal of each triangle, as long as twice its area, (T, 3)."""
-    a, b, c = (surface.vertices[surface.indices[k::3]] for k in range(3))
-    return np.cross(b - a, c - a)
 
 
 def _inward(mesh: PolyMesh, outward: FloatArray) -> FloatArray:
