@@ -174,9 +174,15 @@ def _check_part(
     edge = page.figures[0] if page.figures else np.zeros((1, 2))
     corner = edge.min(axis=0)
     spread = np.ptp(edge, axis=0)[::-1] if quarter else np.ptp(edge, axis=0)
-    scale = float(np.min(spread / (high - low)))
+    # The longer side tells the scale best: a part ends beside pieces, whose arcs are chords here.
+    longer = int(np.argmax(high - low))
+    scale = float(spread[longer] / (high - low)[longer])
     if not place.expect(scale > 0.0, "its edge is not drawn"):
         return []
+    loose = _SAME_POINTS + (2 * _CHORD_MM * scale if which else 0.0)
+    place.expect(
+        np.all(np.abs(spread - (high - low) * scale) <= loose), "its edge is not that of the sheet"
+    )
     head = (
         sheet.name
         + which
@@ -197,7 +203,7 @@ def _check_part(
             drawn = np.column_stack([(high - low)[1] * scale - drawn[:, 1], drawn[:, 0]])
         drawn = drawn + corner
         box = np.concatenate([drawn.min(axis=0), drawn.max(axis=0)])
-        within = _SAME_POINTS + _CHORD_MM * scale
+        within = loose + _CHORD_MM * scale
         place.expect(
             np.any(np.all(np.abs(boxes - box) <= within, axis=1)),
             f"piece {name} is not drawn where it lies",
