@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from scipy.spatial.distance import pdist
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
 from fabweave.verify.drawing import Floats
@@ -65,3 +66,12 @@ def least_rectangle(outline: Floats) -> Floats:
     """Return length and width of the smallest rectangle: it lies along a side of the hull."""
     rectangles = rectangles_around(outline)
     return np.asarray(rectangles[np.argmin(rectangles.prod(axis=1))])
+
+
+def span_and_width(outline: Floats) -> Floats:
+    """Return how far a figure reaches, and how narrow a slot it passes.
+
+    Unlike the sides of the smallest rectangle, both change as little as the points do.
+    """
+    hull = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(outline)))
+    return np.array([pdist(hull).max(), rectangles_around(outline).min()])

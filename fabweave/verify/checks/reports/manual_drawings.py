@@ -10,7 +10,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.areas import least_rectangle, polygon_area
+from fabweave.verify.measure.areas import polygon_area, span_and_width
 from fabweave.verify.measure.words import counted
 from fabweave.verify.read.manual import ManualPage
 from fabweave.verify.running_text import RunningText
@@ -81,9 +81,9 @@ def _scale_words(scale: float) -> list[str]:
 
 def _check_shape(piece: Piece, drawn: Floats, place: Place) -> None:
     """Check that a piece is drawn at the scale of all, and as long and wide as it is."""
-    for shape, true in zip(least_rectangle(drawn), least_rectangle(piece.outline), strict=True):
+    for shape, true in zip(span_and_width(drawn), span_and_width(piece.outline), strict=True):
         place.number(
-            "a side of its drawing", float(shape), float(true),
+            "the span or the width of its drawing", float(shape), float(true),
             within=_SHARE * float(true) + 2 * _CHORD_MM,
         )  # fmt: skip
 
