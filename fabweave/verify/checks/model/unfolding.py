@@ -8,7 +8,7 @@ from fabweave.verify.checks.model.ribbons import check_ribbon_figures
 from fabweave.verify.crossing_map import Piece
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.development import Development
-from fabweave.verify.measure.ends import Reach, reaches, ring_of_rungs
+from fabweave.verify.measure.ends import Reach, reaches
 from fabweave.verify.measure.geometry import farthest
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
@@ -70,7 +70,7 @@ def _check_piece(
         if end.shaped
     ]
     if shaped:
-        whole = shapely.make_valid(shapely.Polygon(ring_of_rungs(development.window)))
+        whole = shapely.union_all(_facets(development.window))
         points = np.concatenate([wanted, there])
         free = shapely.dwithin(points, shapely.union_all(shaped), OUTLINE_MM)
         outside[free] = shapely.distance(points[free], whole)
@@ -87,3 +87,9 @@ def _along(ring: Floats) -> npt.NDArray[np.object_]:
     shares = np.array([0.0, 0.5])[:, None, None]
     steps = np.roll(ring, -1, axis=0) - ring
     return np.asarray(shapely.points((ring + shares * steps).reshape(-1, 2)))
+
+
+def _facets(rungs: Floats) -> npt.NDArray[np.object_]:
+    """Return the quads between rungs as polygons: a border would part what comes over itself."""
+    quads = np.stack([rungs[:-1, 0], rungs[1:, 0], rungs[1:, 1], rungs[:-1, 1]], axis=1)
+    return shapely.make_valid(shapely.polygons(quads))

@@ -21,6 +21,8 @@ from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place
 
 _UTILISATION = 6e-5
+#: Areas are rounded to a tenth.
+_AREA_MM2 = 0.06
 #: Of the pieces of a thread: the longest is rounded to a tenth, and the share that they fill.
 _LONGEST_MM, _FILL = 0.06, 2e-4
 #: Seconds for a piece and for a joint by hand, at a middling pace, and for what is engraved on a
@@ -118,7 +120,8 @@ def _check_choices(
         here = place.at(f"{choice['max_length_mm']} mm")
         pieces, joints = choice["pieces"], choice["joints"]
         share = choice["piece_mm2"] / choice["sheet_mm2"]
-        here.number("utilisation", choice["utilisation"], share, within=_UTILISATION)
+        loose = _AREA_MM2 * (1.0 + share) / choice["sheet_mm2"]
+        here.number("utilisation", choice["utilisation"], share, within=_UTILISATION + loose)
         small = len(plan.crossings) <= _ALL_CUT
         here.expect(choice["exact"] is True or not small, "not all threads were cut, but few are")
         here.expect(
