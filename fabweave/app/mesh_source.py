@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.app.settings import Settings
-from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import keep_bodies, parse_bodies
@@ -16,6 +16,7 @@ from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.loss import LossMap, loss_map
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.portals import portals_of
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.remesh import remesh
 from fabweave.mesh.remesh.request import parse_remesh
@@ -59,6 +60,8 @@ class LoadedMesh:
         was not remeshed.
     loss : LossMap or None
         What of the given mesh was lost where, if it was remeshed.
+    portals : (H,) float array or None
+        Where strands cross their portals, from vertices to centres; None for the middle of all.
     """
 
     mesh: PolyMesh
@@ -69,6 +72,7 @@ class LoadedMesh:
     clashes: int = 0
     likeness: Likeness | None = None
     loss: LossMap | None = None
+    portals: FloatArray | None = None
 
 
 def load_mesh(
@@ -155,6 +159,7 @@ def load_mesh(
         clashes=len(clashes),
         likeness=like,
         loss=loss,
+        portals=portals_of(settings.course, mesh, halfedges),
     )
 
 
@@ -211,7 +216,8 @@ def _changed(
     if done and settings.size_mm is not None:
         mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
     if settings.fair:
-        faired = fair_mesh(mesh, settings.fair, progress=progress)
+        portals = portals_of(settings.course, mesh, build_halfedges(mesh))
+        faired = fair_mesh(mesh, settings.fair, portals=portals, progress=progress)
         mesh, scale = faired.mesh, 1.0
         if settings.size_mm is not None:
             mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)

@@ -158,6 +158,7 @@ def _spun(
         woven.labels,
         radius_mm=yarn.radius_mm,
         sides=yarn.sides,
+        portals=woven.source.portals,
         progress=progress,
     )
     least, most = float(yarns.radius_mm.min()), float(yarns.radius_mm.max())

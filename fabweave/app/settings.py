@@ -30,6 +30,9 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.stock.per_bunch import ByBunch
     from fabweave.stock.sheet_size import SheetSize
 
+#: Panels at crossings are so long, as a share of their room, if that is left to fabweave.
+_PANEL_SHARE = 0.7
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -65,12 +68,14 @@ class Settings:
     fair: int = default("fair")
     pattern: str = default("pattern")
     boundary: str = default("boundary")
+    course: str = default("course")
     material: str = default("material")
     materials: tuple[Material, ...] = default("materials")
     thickness_mm: float | ByBunch[float] | None = default("thickness_mm")
     width: WidthRule = default("width")
+    open: float | None = default("open")
     smooth: int = default("smooth")
-    crossing: float = default("crossing")
+    crossing: float | None = default("crossing")
     clearance_mm: float = default("clearance_mm")
     max_length_mm: float | None = default("max_length_mm")
     prefer: str = default("prefer")
@@ -134,6 +139,18 @@ class Settings:
         return tuple(sheet.mirrored() for sheet in sheets)
 
     @property
+    def width_rule(self) -> WidthRule:
+        """How wide ribbons are: by their width, or by how open the weave stays."""
+        return self.width if self.open is None else replace(self.width, relative=1.0 - self.open)
+
+    @property
+    def panel_share(self) -> float:
+        """Length of the panel at each crossing, as a share of its room."""
+        if self.crossing is not None:
+            return self.crossing
+        return max(_PANEL_SHARE, self.width_rule.relative)
+
+    @property
     def line_mm(self) -> float:
         """The width of lines in the SVG."""
         return self.preset.hairline_mm if self.hairline_mm is None else self.hairline_mm
@@ -148,6 +165,9 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     if settings.size_mm is not None and settings.scale is not None:
         yield "a size and a scale were both given; give one of them"
+    usual = option_of_field("width").default_value
+    if settings.open is not None and settings.width not in (usual, replace(usual, auto=False)):
+        yield "an opening and a width were both given; give one of them"
     try:
         for _, name in parse_materials(settings.material):
             sort_of_material(name, settings.materials)

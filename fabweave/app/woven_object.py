@@ -125,9 +125,10 @@ def lay_ribbons(
         source.halfedges,
         weave,
         height_mm=height,
-        length=settings.crossing,
-        width=settings.width,
+        length=settings.panel_share,
+        width=settings.width_rule,
         narrowing=narrowing,
+        portals=source.portals,
     )
     return smooth_ribbons(ribbons, settings.smooth)
 
@@ -185,7 +186,12 @@ def check_object(
     def lay(size_mm: float, narrower: float, narrowest: bool, part: Part | None) -> Ribbons:
         growth = size_mm / woven.size_mm
         source = _scaled(woven.source, growth)
-        changed = replace(settings, width=settings.width.times(narrower))
+        changed = replace(
+            settings,
+            width=settings.width_rule.times(narrower),
+            open=None,
+            crossing=settings.panel_share,
+        )
         factor = None
         if narrowed is not None and growth == 1.0:
             factor = narrowed.factor
@@ -301,7 +307,13 @@ def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> l
     mesh, halfedges = woven.mesh, woven.halfedges
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(woven.bunches)
-    room = widest_width(mesh, halfedges, woven.weave, length=settings.crossing)
+    room = widest_width(
+        mesh,
+        halfedges,
+        woven.weave,
+        length=settings.panel_share,
+        portals=woven.source.portals,
+    )
 
     def lay(width_mm: float) -> Ribbons:
         changed = replace(settings, width=WidthRule(least_mm=width_mm, most_mm=width_mm))

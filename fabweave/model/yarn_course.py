@@ -7,6 +7,7 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.ribbon.portal_windows import portal_middles
 from fabweave.ribbon.project import following_rung, number_rungs
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
@@ -103,7 +104,9 @@ class Spines:
         return following_rung(self.offsets, self.closed)
 
 
-def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
+def lay_course(
+    mesh: PolyMesh, halfedges: Halfedges, weave: Weave, portals: FloatArray | None = None
+) -> Course:
     """Lay out what every yarn passes.
 
     At a crossing, the quad (tail, face centre, head, face centre) of its edge has two lines that
@@ -117,19 +120,29 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
     mesh, halfedges, weave
         A mesh, its connectivity, and the weave on it, whose ribbons can be laid: no quad is
         without area.
+    portals : (H,) float array, optional
+        Where the middles of strands cross the sides of these quads, from vertices to centres: then
+        the lines join these places in place of the middles.
     """
     threads = weave.threads
     first = threads.crossing_halfedge
     centres = face_centres(mesh)
     tail, head = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
     left, right = centres[halfedges.face[first]], centres[halfedges.face[halfedges.twin[first]]]
-    middle = (tail + head + left + right) / 4
+    corners = np.stack([tail, right, head, left], axis=1)
+    middles = np.full((len(first), 4), 0.5)
+    if portals is not None:
+        middles = portal_middles(portals, halfedges, first)
+    passed = corners + middles[:, :, None] * (np.roll(corners, -1, axis=1) - corners)
+    middle = passed.mean(axis=1)
     # From the side between tail and left centre to the one opposite, and from tail and right.
-    rightward, leftward = (right + head - tail - left) / 2, (left + head - tail - right) / 2
+    rightward, leftward = passed[:, 1] - passed[:, 3], passed[:, 2] - passed[:, 0]
     area = np.cross(rightward, leftward)
     size = np.linalg.norm(area, axis=1)
     normal = area / size[:, None]
     longer = np.maximum(np.linalg.norm(rightward, axis=1), np.linalg.norm(leftward, axis=1))
+    # As much as on the portal that is passed nearest to one of its ends.
+    share = 2.0 * np.minimum(middles, 1.0 - middles).min(axis=1)
 
     crossing = threads.crossing
     # Seen from its first half-edge, a strand that arrives forward comes from the left.
@@ -143,7 +156,7 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
     room = np.zeros(count)
     place[guide], half[guide] = middle[crossing], across / 2
     rise[guide] = np.where(weave.over, 1.0, -1.0)[:, None] * normal[crossing]
-    room[guide] = (size / longer / 2)[crossing]
+    room[guide] = (share * size / longer / 2)[crossing]
     ends = np.flatnonzero(~threads.closed & (threads.lengths > 0))
     for end, inner, way in ((offsets[ends], offsets[ends] + 1, -1.0),
                             (offsets[ends + 1] - 1, offsets[ends + 1] - 2, 1.0)):  # fmt: skip
@@ -153,14 +166,18 @@ def lay_course(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Course:
         earlier = np.arange(len(threads.turn_pass))
         earlier -= np.searchsorted(threads.turn_pass, threads.turn_pass)
         turn = guide[threads.turn_pass] + 1 + earlier
-        place[turn], half[turn], room[turn] = _turns(mesh, halfedges, threads, centres)
+        place[turn], half[turn], room[turn] = _turns(mesh, halfedges, threads, centres, portals)
     twins = np.zeros((threads.n_crossings, 2), dtype=np.int64)
     twins[crossing, weave.over.astype(np.int64)] = guide
     return tapered(Course(offsets, threads.closed, place, rise, half, room, twins))
 
 
 def _turns(
-    mesh: PolyMesh, halfedges: Halfedges, threads: Threads, centres: FloatArray
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    threads: Threads,
+    centres: FloatArray,
+    portals: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return place, half way and room of every turn: between its portals, parallel to the edge."""
     edge, forward = threads.turn_halfedge, threads.turn_forward[:, None]
@@ -168,8 +185,13 @@ def _turns(
     centre = centres[halfedges.face[edge]]
     base = np.linalg.norm(head - tail, axis=1)
     area = np.linalg.norm(np.cross(tail - centre, head - centre), axis=1)
-    half = np.where(forward, head - tail, tail - head) / 4
-    return (tail + head + 2 * centre) / 4, half, area / np.maximum(base, 1e-300) / 2
+    share = np.full((len(edge), 1), 0.5)
+    if portals is not None:
+        share = (portals[edge] + portals[halfedges.prev[edge]])[:, None] / 2
+    place = (1.0 - share) * (tail + head) / 2 + share * centre
+    half = (1.0 - share) * np.where(forward, head - tail, tail - head) / 2
+    room = np.minimum(share, 1.0 - share)[:, 0] * area / np.maximum(base, 1e-300)
+    return place, half, room
 
 
 def tapered(course: Course) -> Course:

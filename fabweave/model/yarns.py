@@ -80,6 +80,7 @@ def spin_yarns(
     *,
     radius_mm: float | None = None,
     sides: int = 12,
+    portals: FloatArray | None = None,
     progress: Progress = no_progress,
 ) -> Yarns:
     """Spin a tube along every thread, as thick as can be or as asked.
@@ -100,6 +101,8 @@ def spin_yarns(
         One radius for all yarns, or None for the thickest that have room.
     sides : int
         Sides of the tubes, at least 3.
+    portals : (H,) float array, optional
+        Where yarns cross their portals, from vertices to centres; in the middle by default.
     progress : callable
         Told which radius is being tried.
 
@@ -140,7 +143,7 @@ def spin_yarns(
         )
     if radius_mm is not None and not (np.isfinite(radius_mm) and radius_mm > 0.0):
         raise InputError(f"the radius of the yarns is {radius_mm} mm; it must be positive")
-    course = lay_course(mesh, halfedges, weave)
+    course = lay_course(mesh, halfedges, weave, portals)
     if len(course.place) == 0:
         raise CannotMakeError("there is nothing to spin: nothing crosses anything on this mesh")
     if radius_mm is None:

@@ -25,6 +25,7 @@ def turn_rungs(
     length: float,
     rule: WidthRule,
     narrowing: FloatArray,
+    portals: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the rungs of every turn: a planar panel in the half-quad of its boundary edge.
 
@@ -45,6 +46,8 @@ def turn_rungs(
         How wide ribbons are.
     narrowing : (P,) float array
         Factor on the width at each pass; a turn has that of the pass before it.
+    portals : (H,) float array, optional
+        Where the middle of the strand crosses each portal, from the vertex to the centre.
 
     Returns
     -------
@@ -68,7 +71,11 @@ def turn_rungs(
 
     # The room across a turn is that of the portals by which the strand comes and goes.
     width = narrowing[threads.turn_pass] * rule.shares(arms / 2, most=length)
-    inner = 0.5 - width / 2
+    middle = np.full(len(edge), 0.5)
+    if portals is not None:
+        middle = 1.0 - (portals[edge] + portals[halfedges.prev[edge]]) / 2
+    width *= 2 * np.minimum(middle, 1.0 - middle)
+    inner = middle - width / 2
     # As wide across the edge as the arriving ribbon is along its portals.
     outer = np.minimum(inner + width * arms * base / (2 * area), 1 - _RIM_SHARE * inner)
     rungs = []

@@ -8,6 +8,7 @@ from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.boundary_turns import RUNGS_A_TURN, turn_rungs
+from fabweave.ribbon.portal_windows import meet_strands, portal_middles, portal_windows
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
@@ -80,6 +81,7 @@ def project_ribbons(
     length: float = 0.7,
     width: float | WidthRule = 0.65,
     narrowing: FloatArray | None = None,
+    portals: FloatArray | None = None,
 ) -> Ribbons:
     """Project every thread to a ribbon of planar facets that lies over or under the surface.
 
@@ -104,6 +106,10 @@ def project_ribbons(
         clear of the other strand's panel.
     narrowing : (P,) float array, optional
         Factor on the width at each pass, in (0, 1]; a turn has that of the pass before it.
+    portals : (H,) float array, optional
+        Where the middle of a strand crosses each portal, as a share of the way from the vertex to
+        the face's centre: see :mod:`fabweave.mesh.portals`. The room of the strand is then the
+        longest piece of the portal with that middle. By default half, and the whole portal.
 
     Returns
     -------
@@ -133,26 +139,42 @@ def project_ribbons(
     height = np.where(weave.over, height, -height)
     lift = height[:, None] * quads.normal[threads.crossing]
     placed = np.take_along_axis(quads.corners[threads.crossing], corner[:, :, None], axis=1)
+    most: FloatArray = np.full(len(threads.crossing), length)
+    met, centre = np.full(len(threads.crossing), 0.5), quads.centre
+    if portals is not None:
+        middles = portal_middles(portals, halfedges, threads.crossing_halfedge)
+        meeting = meet_strands(quads.corners, quads.normal, middles, length)
+        most, centre = meeting.most[threads.crossing], meeting.point
+        # Side 3 is where a strand enters that arrives forward along the first half-edge.
+        first, second = meeting.along[threads.crossing].T
+        met = np.where(threads.forward, first, second)
+        met = np.where(corner[:, 3] >= 2, met, 1.0 - met)
+        placed = portal_windows(
+            placed, np.take_along_axis(middles[threads.crossing], corner[:, 1::2], axis=1)
+        )
     placed = placed + lift[:, None, :]
+    reach = length * np.minimum(met, 1.0 - met)
 
     factor = np.ones(len(threads.crossing)) if narrowing is None else narrowing
     offsets, entry = number_rungs(threads, 2, RUNGS_A_TURN)
     right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
-    for shift, u in ((0, 0.5 - length / 2), (1, 0.5 + length / 2)):
-        right[entry + shift], left[entry + shift] = _rung(placed, u, rule, length, factor)
+    for shift, u in ((0, met - reach), (1, met + reach)):
+        right[entry + shift], left[entry + shift] = _rung(placed, u, rule, most, factor)
     open_threads = np.flatnonzero(~threads.closed & (threads.lengths > 0))
     for passes, rungs, u in (
         (threads.offsets[open_threads], offsets[open_threads], 0.0),
         (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
     ):
-        right[rungs], left[rungs] = _rung(placed[passes], u, rule, length, factor[passes])
+        right[rungs], left[rungs] = _rung(
+            placed[passes], np.full(len(passes), u), rule, most[passes], factor[passes]
+        )
     if len(threads.turn_pass):
         first_turn = np.searchsorted(threads.turn_pass, threads.turn_pass)
         earlier = np.arange(len(first_turn)) - first_turn
         rungs = entry[threads.turn_pass] + 2 + RUNGS_A_TURN * earlier
         rungs = rungs[:, None] + np.arange(RUNGS_A_TURN)
         right[rungs], left[rungs] = turn_rungs(
-            mesh, halfedges, threads, length=length, rule=rule, narrowing=factor
+            mesh, halfedges, threads, length=length, rule=rule, narrowing=factor, portals=portals
         )
 
     return Ribbons(
@@ -164,7 +186,7 @@ def project_ribbons(
         entry=entry,
         closed=threads.closed,
         normal=quads.normal,
-        centre=quads.centre,
+        centre=centre,
     )
 
 
@@ -297,11 +319,12 @@ def _travel_corners(weave: Weave) -> IntArray:
 
 
 def _rung(
-    placed: FloatArray, u: float, rule: WidthRule, most: float, factor: FloatArray
+    placed: FloatArray, u: FloatArray, rule: WidthRule, most: FloatArray, factor: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the right and left end of the rung at fraction u along each pass's quad."""
-    right = (1 - u) * placed[:, 0] + u * placed[:, 1]
-    left = (1 - u) * placed[:, 3] + u * placed[:, 2]
+    here = u[:, None]
+    right = (1 - here) * placed[:, 0] + here * placed[:, 1]
+    left = (1 - here) * placed[:, 3] + here * placed[:, 2]
     share = factor * rule.shares(np.linalg.norm(left - right, axis=1), most=most)
     side = 0.5 - share[:, None] / 2
     return right + side * (left - right), left + side * (right - left)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.measures import ribbon_widths
@@ -18,7 +18,14 @@ from fabweave.weave.pattern import Weave
 _CLOSE = 0.02
 
 
-def widest_width(mesh: PolyMesh, halfedges: Halfedges, weave: Weave, *, length: float) -> float:
+def widest_width(
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    weave: Weave,
+    *,
+    length: float,
+    portals: FloatArray | None = None,
+) -> float:
     """Return the greatest width, in millimetres, that ribbons have room for everywhere.
 
     No ribbon may be wider than the crossing panel of its partner is long, relative to the room
@@ -30,9 +37,17 @@ def widest_width(mesh: PolyMesh, halfedges: Halfedges, weave: Weave, *, length: 
         A mesh and the weave on it.
     length : float
         Relative length of crossing panels.
+    portals : (H,) float array, optional
+        As in :func:`~fabweave.ribbon.project.project_ribbons`.
     """
     widest = project_ribbons(
-        mesh, halfedges, weave, height_mm=0.0, length=length, width=WidthRule(length)
+        mesh,
+        halfedges,
+        weave,
+        height_mm=0.0,
+        length=length,
+        width=WidthRule(length),
+        portals=portals,
     )
     return float(ribbon_widths(widest).min(initial=np.inf))
 

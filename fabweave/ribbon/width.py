@@ -68,14 +68,14 @@ class WidthRule:
             most_mm=self.most_mm * factor,
         )
 
-    def shares(self, room_mm: FloatArray, *, most: float) -> FloatArray:
+    def shares(self, room_mm: FloatArray, *, most: float | FloatArray) -> FloatArray:
         """Return the share of its room that a ribbon takes at each cross-line.
 
         Parameters
         ----------
         room_mm : float array
             Length of the cross-line from one portal's end to the other.
-        most : float
+        most : float or float array
             No share is larger, so that connectors keep clear of the strand that is crossed.
         """
         wanted = np.clip(self.relative * room_mm, self.least_mm, self.most_mm)

@@ -11,13 +11,16 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.subdivide.loop import mid_edge_twist
 from fabweave.weave.fabric.fabrics import weave_fabric
 from fabweave.weave.fabric.repeat import parse_fabric
+from fabweave.weave.kagome import kagome_of
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.weaving import Twill, weave_twill
 
-#: Patterns that every mesh can be woven in; any other is a fabric such as 3/1 or satin:5/2.
-NAMED_PATTERNS = ("plain", "twill", "triaxial")
+#: Patterns that are no fabrics such as 3/1 or satin:5/2. Only kagome wants a mesh of its own.
+NAMED_PATTERNS = ("plain", "kagome", "twill", "triaxial")
+#: What weavers call some of them.
+_ALSO_CALLED = {"tabby": "plain", "serge": "twill", "denim": "3/1"}
 
 
 @frozen_value
@@ -55,9 +58,10 @@ def parse_pattern(text: str) -> str:
 
     Examples
     --------
-    >>> parse_pattern("twill"), parse_pattern("3/1/1")
-    ('twill', '3/1')
+    >>> parse_pattern("twill"), parse_pattern("3/1/1"), parse_pattern("tabby")
+    ('twill', '3/1', 'plain')
     """
+    text = _ALSO_CALLED.get(text, text)
     if text in NAMED_PATTERNS:
         return text
     if text[:1].isalpha() and not text.startswith("sat"):
@@ -85,7 +89,7 @@ def weave_pattern(
     Parameters
     ----------
     pattern : str
-        ``plain``, ``twill``, ``triaxial`` or a fabric, as `parse_pattern` returns it.
+        ``plain``, ``kagome``, ``twill``, ``triaxial`` or a fabric, as `parse_pattern` returns it.
     halfedges, threads
         The mesh and its threads; for triaxial twill, of a mesh that `mid_edge` made.
     bunches : (T,) int array
@@ -104,10 +108,17 @@ def weave_pattern(
     Raises
     ------
     CannotMakeError
-        If a fabric does not close up on the mesh; the message says what obstructs it.
+        If a fabric does not close up on the mesh, or the mesh is none for kagome; the message says
+        what obstructs it.
     """
-    if pattern == "plain":
-        return WeaveResult(plain_weave(threads))
+    if pattern in ("plain", "kagome"):
+        basket = kagome_of(halfedges)
+        if pattern == "kagome" and basket is None:
+            raise CannotMakeError(
+                "kagome is woven on triangles, or where three edges meet at every vertex, and this "
+                "mesh is neither; --remesh triangles:400 makes one that is"
+            )
+        return WeaveResult(plain_weave(threads), () if basket is None else (basket.text,))
     if pattern == "twill":
         twill = weave_twill(
             halfedges, threads, bunches, labels, effort=effort, seed=seed, progress=progress

@@ -46,7 +46,7 @@ def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
     for thread in weave.threads:  # over and under by turns
         assert (thread.over != np.roll(thread.over, 1)).all()
     assert ribbons.to_trimesh().area > 0.0
-    assert ribbons.widths_mm.max() == pytest.approx(10.0, abs=1e-6)
+    assert ribbons.widths_mm.max() == pytest.approx(10.0, rel=2e-3)
     polygons = pieces.polygons
     assert all(isinstance(polygon, shapely.Polygon) and polygon.is_valid for polygon in polygons)
     assert sum(len(polygon.interiors) for polygon in polygons) == sum(

@@ -103,13 +103,15 @@ SPOILT = {
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
     "pattern": ("nonsense", "satin:5", 3, None),
     "boundary": ("open", None, 0),
+    "course": ("wavy", None, 0),
     "material": ("marble", "warp=card,warp=card", "warp=", "card:!", 3, None),
     "materials": ("felt.toml", [3], {"felt": 3}, None),
     "thickness_mm": (*NO_NUMBERS, 0, (), ("warp", 1.0), (("warp", 0.0),), (("warp", "1mm"),),
                      (("warp", 1.0), ("warp", 2.0)), (("woof", 1.0),), (("", 1.0),)),
     "width": ("12mm", 0.65, None, math.nan),
+    "open": (*NO_NUMBERS, 0, 1, 1.5),
     "smooth": (-1, 51, 0.5, "3", None),
-    "crossing": (*NO_NUMBERS, 0, 1, 1.5, None),
+    "crossing": (*NO_NUMBERS, 0, 1, 1.5),
     "clearance_mm": (*NO_NUMBERS, None),
     "max_length_mm": (*NO_NUMBERS, 0, "auto"),
     "prefer": ("speed", "", 3, None),
@@ -169,7 +171,7 @@ def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
         Settings("shape:cube", pattern="nonsense", size_mm=-5, colours="grey")
     first, second, third = str(caught.value).splitlines()
     assert first == ("size_mm: -5 is not a length from 0.01 to 1000000 mm, such as 12 or '0.5in'")
-    assert second.startswith("pattern: there is no pattern 'nonsense'; choose plain, twill")
+    assert second.startswith("pattern: there is no pattern 'nonsense'; choose plain, kagome, twill")
     assert third == "colours: 'grey' is not one of safe, hue-circle, hue-range"
 
 
@@ -177,6 +179,7 @@ def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
     ("values", "words"),
     [
         ({"size_mm": 400.0, "scale": 2.0}, "a size and a scale were both given"),
+        ({"width": WidthRule(0.5), "open": 0.3}, "an opening and a width were both given"),
         ({"joint": "dovetail", "lap_mm": 9.0}, "lap_mm: a joint of kind dovetail has no lap"),
     ],
 )
@@ -234,11 +237,14 @@ TYPED = {
     "remesh": st.sampled_from(["quads", "quads:300"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
     "fair": st.integers(0, 1000).map(str),
-    "pattern": st.sampled_from(["plain", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]),
+    "pattern": st.sampled_from(
+        ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]
+    ),
     "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
     "materials": st.just("FOLDER/materials.toml"),
     "thickness": _by_bunch(_units(0.01, 3.9)),
     "width": WIDTHS,
+    "open": st.floats(0.01, 0.99).map(str),
     "smooth": st.integers(0, 50).map(str),
     "crossing": st.floats(0.01, 0.99).map(str),
     "clearance": _units(0.01, 3.9) | st.just("0"),
@@ -307,7 +313,8 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
         settings = settings_from_options("shape:cube", **typed)
     except InputError as error:
         # Each is good in itself; some do not go together.
-        assert {"size", "scale"} <= names or {"joint", "lap"} <= names
+        pairs = ({"size", "scale"}, {"joint", "lap"}, {"width", "open"})
+        assert any(pair <= names for pair in pairs)
         assert "both given" in str(error) or "has no lap" in str(error)  # noqa: PT017
         return
     path = tmp_path_factory.getbasetemp() / "job.toml"
@@ -325,7 +332,7 @@ def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
-        refine="loop:1", fair=3, pattern="twill", boundary="turn",
+        refine="loop:1", fair=3, pattern="twill", boundary="turn", course="straight",
         material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
         max_length="15cm", prefer="waste", hole="none", joint="glue", lap=12, slots=True,
@@ -340,12 +347,14 @@ def changed(folder) -> Settings:
 
 
 def test_every_option_is_in_job_toml_in_the_order_of_the_table(changed) -> None:
-    table = settings_table(changed) | {"scale": 2.0}
+    # Of two options that say the same in two ways, settings have one.
+    table = settings_table(changed) | {"scale": 2.0, "open": 0.3}
     assert set(table) == set(NAMES)
-    assert list(settings_table(changed)) == [name for name in NAMES if name != "scale"]
+    both = ("scale", "open")
+    assert list(settings_table(changed)) == [name for name in NAMES if name not in both]
     plain = Settings("shape:torus")
     for option in OPTIONS:
-        if option.name not in ("mesh", "scale"):
+        if option.name not in ("mesh", *both):
             assert getattr(changed, option.field) != getattr(plain, option.field), option.name
 
 

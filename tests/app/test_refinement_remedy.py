@@ -27,7 +27,11 @@ def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
     ("mesh", "options", "rule"),
     [
         ("shape:torus?m=8&n=4", {"size_mm": 300.0}, "twist"),
-        ("shape:tetrahedron", {"size_mm": 400.0, "width": WidthRule(0.65)}, "clearance"),
+        (
+            "shape:tetrahedron",
+            {"size_mm": 400.0, "width": WidthRule(0.65), "course": "projection"},
+            "clearance",
+        ),
     ],
 )
 def test_what_refinement_mends_holds_when_it_is_done(mesh, options, rule) -> None:

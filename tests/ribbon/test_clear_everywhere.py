@@ -55,14 +55,14 @@ def test_clear_at_400_mm(name: str) -> None:
 def test_clear_at_the_size_proposed(name: str) -> None:
     mesh = str(shared_mesh(name))
     assert not len(self_intersections(read_mesh(mesh).mesh))
-    before = laid(mesh, 400.0)
+    before = laid(mesh, 400.0, course="projection")
     (one,) = clearance(before)
     assert one.count == before.n_near > 0
     assert "cannot be narrower" in one.cause
     assert "itself" not in one.cause
     # The size of the finding, and the size at which all rules hold together.
     for size in sorted({one.size_mm, before.check.smallest_mm}):
-        after = laid(mesh, float(size))
+        after = laid(mesh, float(size), course="projection")
         assert (after.n_near, after.n_through) == (0, 0)
     assert {found.rule for found in after.check.findings} <= {"twist"}
 

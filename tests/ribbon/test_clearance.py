@@ -129,7 +129,7 @@ def test_spoilt_ribbons_intersect_where_libigl_says_so(shape: str, by: tuple) ->
 
 def test_the_number_of_rungs_does_not_matter() -> None:
     for steps in (0, 1, 6):
-        woven_object = woven("tetrahedron", smooth=steps)
+        woven_object = woven("tetrahedron", smooth=steps, course="projection")
         near = near_pairs(woven_object.ribbons, woven_object.weave.threads.crossing, 0.0)
         panels = near.pairs[(near.pairs < len(woven_object.ribbons.entry)).all(axis=1)]
         assert len(panels) == 12
@@ -148,7 +148,7 @@ def test_looking_only_at_given_pairs_measures_them_the_same() -> None:
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
 def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: int) -> None:
     settings, supplies = complete_settings(
-        Settings(mesh=str(shared_mesh(name)), size_mm=400.0, smooth=smooth)
+        Settings(mesh=str(shared_mesh(name)), size_mm=400.0, smooth=smooth, course="projection")
     )
     woven_object = weave_object(settings, supplies)
     ribbons = woven_object.ribbons

@@ -191,13 +191,14 @@ def test_a_pinched_ribbon_is_found_at_its_place() -> None:
 
 def test_clearance_is_mended_by_the_width_proposed() -> None:
     width = WidthRule(0.65)
-    before = rules(checked("tetrahedron", size_mm=400.0, width=width))["clearance"]
+    options = {"size_mm": 400.0, "course": "projection"}
+    before = rules(checked("tetrahedron", width=width, **options))["clearance"]
     assert before.size_mm is None
     factor = before.width_factor
     assert factor is not None
     for share, holds in ((factor, True), (factor + 0.05, False)):
         narrower = width.times(share)
-        found = rules(checked("tetrahedron", size_mm=400.0, width=narrower))
+        found = rules(checked("tetrahedron", width=narrower, **options))
         assert ("clearance" not in found) == holds
 
 

@@ -21,7 +21,7 @@ from fabweave.stock.ribbon_limits import ribbon_limits
 #: Closed and open threads, turns, long and short rings, several components.
 MODELS = (
     ("torus?m=6&n=4", {}),
-    ("tetrahedron", {"smooth": 0}),
+    ("tetrahedron", {"smooth": 0, "course": "projection"}),
     ("hypar?m=3&n=4", {"boundary": "end"}),
     ("hypar?m=3&n=4", {"boundary": "turn"}),
     ("cube", {"smooth": 5}),

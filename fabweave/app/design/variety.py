@@ -11,6 +11,8 @@ from fabweave.app.settings import Settings
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import triangulate
 
+#: So many triangles for each quad give ribbons of the same width.
+_KAGOME_SHARE = 0.4
 #: Ribbons of a mesh of quads are about so wide, as a share of the sides of its faces.
 WIDTH_SHARE = 0.46
 #: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
@@ -148,7 +150,8 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     yield from (replace(asked, remesh=f"quads:{number}") for number in quads)
     if as_it_comes:
         yield asked
-    # As many crossings as quads have: a triangle has one and a half, a quad two.
-    yield from (
-        replace(asked, remesh=f"triangles:{two_digits(4 * number / 3)}") for number in quads
-    )
+    # Ribbons that run straight over triangles are as wide as on more quads; else there are as many
+    # crossings: a triangle has one and a half, a quad two.
+    share = 4 / 3 if asked.course == "projection" else _KAGOME_SHARE
+    triangles = dict.fromkeys(two_digits(max(FEWEST, share * number)) for number in quads)
+    yield from (replace(asked, remesh=f"triangles:{number}") for number in triangles)

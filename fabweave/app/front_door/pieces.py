@@ -107,7 +107,7 @@ class Pieces:
         >>> import fabweave as fw
         >>> pieces = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
         >>> pieces.nest(sheet="400x300mm", effort="quick")
-        Layout(octahedron: 8 pieces on 2 sheets, 37 % used)
+        Layout(octahedron: 8 pieces on 1 sheet, 40 % used)
         """
         stations = with_layout(self.stations, options)
         return Layout(stations, Pieces(stations, self.ribbons))

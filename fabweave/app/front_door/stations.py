@@ -59,6 +59,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.remesh,
         settings.refine,
         settings.fair,
+        settings.course,
         settings.pattern == "triaxial",
         settings.seed if settings.remesh else None,
     )
@@ -77,6 +78,7 @@ def ribbon_view(settings: Settings) -> tuple[Any, ...]:
         settings.material,
         settings.thickness_mm,
         settings.width,
+        settings.open,
         settings.smooth,
         settings.crossing,
         settings.clearance_mm,

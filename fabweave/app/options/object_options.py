@@ -111,7 +111,8 @@ OBJECT_OPTIONS = (
             "a text such as 'twill' or '3/1'",
             "fabweave.weave.weave_pattern.parse_pattern",
         ),
-        "How strands go over and under: plain (on every mesh); twill (2/2, exact where one exists, "
+        "How strands go over and under: plain (on every mesh); kagome (plain weave on triangles, "
+        "the open basket); twill (2/2, exact where one exists, "
         "else as near as can be found); triaxial (exact on every mesh, which is first subdivided); "
         "or, where warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, shift) or a "
         "satin such as satin:5/2 (repeat, shift).",
@@ -124,6 +125,16 @@ OBJECT_OPTIONS = (
         "What threads do at the boundary of an open mesh: end there, or turn back as in a plaited "
         "mat, which then has no loose ends.",
         default="end",
+    ),
+    Option(
+        "course",
+        WEAVE,
+        choice(("auto", "straight", "projection")),
+        "How strands run over faces: straight from the middle of one edge to that of the next; "
+        "projection, the paper's way, which covers the surface nearly whole, but bends strands at "
+        "every crossing of faces that are not quads; or auto: straight on these faces, projection "
+        "on quads.",
+        default="auto",
     ),
     Option(
         "material",
@@ -168,6 +179,14 @@ OBJECT_OPTIONS = (
         default="auto",
     ),
     Option(
+        "open",
+        RIBBONS,
+        number(below=1.0),
+        "Instead of a width: how open the weave stays, as a share of the way across an opening "
+        "between ribbons. 0.3 leaves 0.3 of it, 0.05 nearly closes it: on triangles the small "
+        "openings of a kagome basket, while the six-sided ones stay.",
+    ),
+    Option(
         "smooth",
         RIBBONS,
         whole(0, 50),
@@ -181,7 +200,7 @@ OBJECT_OPTIONS = (
         number(below=1.0),
         "Length of the flat panel at each crossing relative to the room it has; at least the "
         "width.",
-        default=0.7,
+        otherwise="0.7, or the width if that is more",
     ),
     Option(
         "clearance",

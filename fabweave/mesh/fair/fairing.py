@@ -92,7 +92,13 @@ class Faired:
         return text + (f"; {self.n_fixed} corners stay" if self.n_fixed else "")
 
 
-def fair_mesh(mesh: PolyMesh, iterations: int, *, progress: Progress = no_progress) -> Faired:
+def fair_mesh(
+    mesh: PolyMesh,
+    iterations: int,
+    *,
+    portals: FloatArray | None = None,
+    progress: Progress = no_progress,
+) -> Faired:
     """Move the vertices of a mesh along its surface so that threads run straighter and more evenly.
 
     The surface is that of the triangles between each face's edges and its centre, on which
@@ -107,6 +113,9 @@ def fair_mesh(mesh: PolyMesh, iterations: int, *, progress: Progress = no_progre
         An oriented manifold mesh.
     iterations : int
         How many steps, 0 or more.
+    portals : (H,) float array, optional
+        Where threads cross each portal, from the vertex to the centre, as from
+        :func:`~fabweave.mesh.portals.portals_of`; in the middle by default.
     progress : callable
 
     Returns
@@ -130,7 +139,7 @@ def fair_mesh(mesh: PolyMesh, iterations: int, *, progress: Progress = no_progre
     if iterations < 0:
         raise InputError(f"the mesh cannot be faired {iterations} times; write 0 or more")
     halfedges = build_halfedges(mesh)
-    fairness = Fairness(mesh, halfedges)
+    fairness = Fairness(mesh, halfedges, portals)
     try:
         surface = Surface(*face_fans(mesh, halfedges))
     except ValueError as error:

@@ -36,8 +36,10 @@ class Fairness:
     It does not depend on the mesh's scale.
     """
 
-    def __init__(self, mesh: PolyMesh, halfedges: Halfedges) -> None:
-        """Set up the sparse maps from positions to portals."""
+    def __init__(
+        self, mesh: PolyMesh, halfedges: Halfedges, portals: FloatArray | None = None
+    ) -> None:
+        """Set up the sparse maps from positions to portals, crossed in the middle by default."""
         half, count, n_vertices = halfedges, halfedges.n_halfedges, mesh.n_vertices
         sizes = mesh.face_sizes[half.face]
         crossed = half.twin >= 0
@@ -53,7 +55,12 @@ class Fairness:
         )
         self.drift, self.drift_back = drift, drift.T.tocsr()
         self.drift_squares = np.asarray(drift.multiply(drift).sum(axis=0)).reshape(-1)
-        self._ideal = ideal_cosines(half, n_vertices, sizes)
+        if portals is None:
+            self._ideal = ideal_cosines(half, n_vertices, sizes)
+            portals = np.full(count, 0.5)
+        else:
+            # In a regular tiling, medial lines meet portals at right angles.
+            self._ideal = np.zeros(count)
 
         self._to_centres = sparse.csr_array(
             (1.0 / sizes, (half.face, half.tail)), shape=(mesh.n_faces, n_vertices)
@@ -68,12 +75,16 @@ class Fairness:
                     ends,
                     np.where(
                         crossed[:, None],
-                        np.array([1, -1, 1, -1]) / 2,
+                        _way(portals, portals[half.twin]),
                         np.array([1, -1, 0, 0]) * np.sqrt(0.5),
                     ),
                     width,
                 ),
-                sparse_rows(ends[half.next], np.array([1, -1, -1, 1]) / 2, width),
+                sparse_rows(
+                    ends[half.next],
+                    _way(portals[half.prev[half.twin[half.next]]], portals)[:, [0, 1, 3, 2]],
+                    width,
+                ),
                 sparse_rows(ends[:, [0, 2]], np.array([1.0, -1.0]), width),
             ],
             format="csr",
@@ -226,6 +237,14 @@ class Slope:
         arriving = a * self._a_arriving + (self._short * short)[:, None] * self._log_arriving
         across = a * self._a_across + b * self._b_across + log * self._log_across
         return self._fairness.adjoint(np.concatenate([arriving, b * self._b_leaving, across]))
+
+
+def _way(end: FloatArray, start: FloatArray) -> FloatArray:
+    """Return coefficients of the way from one place on a portal to one on the next, (H, 4).
+
+    They belong to the vertices at the end and at the start, and to the centres likewise.
+    """
+    return np.stack([1.0 - end, start - 1.0, end, -start], axis=1)
 
 
 def _angle(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -39,8 +39,7 @@ def even_edges(model: Model, mesh: PolyMesh, n_triangles: int) -> PolyMesh:
 
     Examples
     --------
-    >>> from fabweave.mesh.remesh.evenness import edge_lengths
-    from fabweave.mesh.remesh.model import model_of
+    >>> from fabweave.mesh.remesh.model import model_of
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
     >>> few = parse_shape("shape:octahedron")
     >>> even_edges(model_of(few, 6), few, 32).n_faces

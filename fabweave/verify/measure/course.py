@@ -36,22 +36,52 @@ class EdgeQuads:
 
     normal: Floats
     middle: Floats
-    edge: Floats
-    over: Floats
+    #: The ways of the strand that comes from near the side's start, and of the one from its end.
+    forward: Floats
+    backward: Floats
     size: Floats
 
 
+def portal_points(mesh: LoadedMesh, sides: Ints) -> Floats:
+    """Return where strands pass between the end of sides and the centres of their faces.
+
+    That is half way; or, as the course of the mesh says, where the line between the middles of the
+    two sides at that vertex does, but in the middle three fifths.
+    """
+    vertex = mesh.vertices[mesh.corner[mesh.next[sides]]]
+    centre = mesh.centres[mesh.face[sides]]
+    before = mesh.vertices[mesh.corner[sides]] - vertex
+    after = mesh.vertices[mesh.corner[mesh.next[mesh.next[sides]]]] - vertex
+    # The centre in terms of both half sides, and where the sum of such terms is 1.
+    halves = np.stack([before, after], axis=2) / 2.0
+    terms = np.linalg.pinv(halves) @ (centre - vertex)[:, :, None]
+    total = terms.sum(axis=(1, 2))
+    flat = np.linalg.norm(np.cross(before, after), axis=1) ** 2 <= 1e-9 * (
+        (before**2).sum(axis=1) * (after**2).sum(axis=1)
+    )
+    share = np.where(flat | (total <= 0.0), 0.5, 1.0 / np.where(total > 0.0, total, 1.0))
+    share = np.clip(share, 0.2, 0.8)
+    if mesh.course == "projection":
+        share[:] = 0.5
+    elif mesh.course != "straight":
+        share[np.bincount(mesh.face)[mesh.face[sides]] == 4] = 0.5
+    return np.asarray(vertex + share[:, None] * (centre - vertex))
+
+
 def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
-    """Return normals, middles, edge vectors and crosswise vectors for sides of inner edges."""
+    """Return normals, middles and the ways of both strands for sides of inner edges."""
     tail, head = mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]
     here, there = mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]
     area = np.cross(head - tail, here - there)
     size = np.linalg.norm(area, axis=1)
+    beyond = mesh.twin[sides]
+    enters, leaves = portal_points(mesh, mesh.prev[sides]), portal_points(mesh, mesh.prev[beyond])
+    comes, goes = portal_points(mesh, sides), portal_points(mesh, beyond)
     return EdgeQuads(
         normal=area / np.maximum(size, 1e-300)[:, None],
-        middle=(tail + head + here + there) / 4.0,
-        edge=head - tail,
-        over=there - here,
+        middle=(enters + leaves + comes + goes) / 4.0,
+        forward=leaves - enters,
+        backward=goes - comes,
         size=np.linalg.norm(head - tail, axis=1) + np.linalg.norm(here - there, axis=1),
     )
 
@@ -62,8 +92,9 @@ def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> 
     From near the side's start a strand crosses towards its end, and otherwise backwards.
     """
     quads = edge_quads(mesh, np.array([step.side for step in passes], dtype=np.int64))
-    sign = np.where([step.forward for step in passes], 1.0, -1.0)[:, None]
-    own, other = quads.over + sign * quads.edge, quads.over - sign * quads.edge
+    forward = np.array([step.forward for step in passes], dtype=np.bool_)[:, None]
+    own = np.where(forward, quads.forward, quads.backward)
+    other = np.where(forward, quads.backward, quads.forward)
     agrees = np.einsum("ij,ij->i", panels.along, own) / np.linalg.norm(own, axis=1)
     strays = np.einsum("ij,ij->i", panels.along, other) / np.linalg.norm(other, axis=1)
     return (agrees > 0.0) & (agrees > np.abs(strays))

@@ -26,6 +26,8 @@ class LoadedMesh:
     prev: Ints
     twin: Ints
     centres: Floats
+    #: How strands run over the faces, as the settings say.
+    course: object = "auto"
 
     @property
     def inner(self) -> Ints:

@@ -7,7 +7,7 @@ import math
 import os
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -261,7 +261,12 @@ def load_job(directory: Path, tally: Tally) -> Job:
     model, markers = read("model.glb", read_model) or (None, {})
     return Job(
         map=plan,
-        mesh=read("woven_mesh.obj", read_obj),
+        mesh=read(
+            "woven_mesh.obj",
+            lambda path: replace(
+                read_obj(path), course=_options(settings).get("course", LoadedMesh.course)
+            ),
+        ),
         model=model,
         markers=markers,
         dxf=dxf,
