@@ -12,8 +12,9 @@ from fabweave.verify.read.offcuts import STOCK, Offcuts
 from fabweave.verify.statement import Place, Tally
 
 _SAME_MM = 1e-3
-#: The largest rectangle in an offcut has no side that could stand so much further out.
-_GROWN_MM = 0.1
+#: The largest rectangle in an offcut has no side that could stand so much further out; what runs
+#: nearly along a side may leave it less.
+_GROWN_MM = 0.5
 #: Nothing is worth keeping in which no square of this side fits.
 _LEAST_MM = 50.0
 _SAME_WORTH = 1e-5
