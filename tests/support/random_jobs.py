@@ -115,6 +115,8 @@ def random_job(seed):
         "seed": seed,
         # Many of them bend or twist too much to be built, and are refused unless forced.
         "force": maybe(0.95, value=True),
+        "course": maybe(0.2, one_of("straight", "projection")),
+        "fair": maybe(0.1, 20),
     }
     return vertices, faces, {name: value for name, value in options.items() if value is not None}
 
