@@ -20,6 +20,7 @@ from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.heights import crossing_heights
 from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
+from fabweave.ribbon.openness import open_share
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.remedy import Depth, is_too_stiff
@@ -303,8 +304,8 @@ def _narrowed_notes(woven: WovenObject) -> list[str]:
 
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
     """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
-    notes = _narrowed_notes(woven)
     mesh, halfedges = woven.mesh, woven.halfedges
+    notes = _narrowed_notes(woven)
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(woven.bunches)
     room = widest_width(
@@ -331,4 +332,6 @@ def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> l
             f"width: ribbons of constant width fit, and keep clear of one another, up to "
             f"{int(widest * 100) / 100:g} mm"
         )
+    share = open_share(woven.ribbons, woven.weave, mesh)
+    notes.append(f"openings: {share:.0%} of the surface stays open")
     return notes

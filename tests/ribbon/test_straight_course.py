@@ -19,6 +19,7 @@ from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.model.yarns import spin_yarns
+from fabweave.ribbon.openness import open_share
 from fabweave.ribbon.project import project_ribbons
 from fabweave.verify.measure.areas import least_rectangle, polygon_area
 from fabweave.weave.pattern import plain_weave
@@ -124,6 +125,21 @@ def test_on_regular_triangles_strips_are_straight_and_as_wide_as_the_theory_says
         width = np.linalg.norm(left - right, axis=1)
         # A ribbon of the whole room would just close the openings of three sides.
         assert np.allclose(width, WIDTH * side / (2 * np.sqrt(3)), atol=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.3, 0.65])
+def test_what_stays_open_of_a_flat_kagome_is_what_the_theory_says(width):
+    # A third even if the small openings close. A patch has no ribbons at its rim: its middle tells.
+    side, n = 40.0, 60
+    mesh = patch(n, side)
+    weave, ribbons = laid(mesh, width=width)
+    ribbon = width * side / (2 * np.sqrt(3))
+    covered = (1.5 * side * ribbon - 1.5 * ribbon**2 / np.sin(np.pi / 3)) / (
+        np.sqrt(3) / 4 * side**2
+    )
+    found = open_share(ribbons, weave, mesh)
+    assert found == pytest.approx(1.0 - covered, abs=1.5 / n)
+    assert 1.0 - found < covered
 
 
 CLOSED = {
