@@ -67,6 +67,7 @@ class Settings:
     refine: str | None = default("refine")
     fair: int = default("fair")
     pattern: str = default("pattern")
+    twists: str | None = default("twists")
     boundary: str = default("boundary")
     course: str = default("course")
     material: str = default("material")
@@ -165,6 +166,8 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     if settings.size_mm is not None and settings.scale is not None:
         yield "a size and a scale were both given; give one of them"
+    if settings.twists is not None and settings.pattern != option_of_field("pattern").default_value:
+        yield "a pattern and twists were both given; give one of them"
     usual = option_of_field("width").default_value
     if settings.open is not None and settings.width not in (usual, replace(usual, auto=False)):
         yield "an opening and a width were both given; give one of them"
@@ -216,7 +219,7 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
     Parameters
     ----------
     path : Path
-        Its job.toml. A mesh or a layout that it names may lie beside it.
+        Its job.toml. A mesh, twists or a layout that it names may lie beside it.
     **options
         As :func:`settings_from_options` takes them, the mesh too.
 
@@ -235,11 +238,17 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
     if isinstance(kept.get("layout"), str):
         kept["layout"] = str(path.parent / kept["layout"])
     settings = _settings(options, kept, where=f"{path}, ")
-    beside = path.parent / settings.mesh
-    elsewhere = settings.mesh.startswith("shape:") or os.path.exists(settings.mesh)
-    return (
-        settings if elsewhere or not os.path.exists(beside) else replace(settings, mesh=str(beside))
-    )
+    if not settings.mesh.startswith("shape:"):
+        settings = replace(settings, mesh=_found(settings.mesh, path.parent))
+    if settings.twists is not None:
+        settings = replace(settings, twists=_found(settings.twists, path.parent))
+    return settings
+
+
+def _found(name: str, folder: Path) -> str:
+    """Return where a file is: where it is said to be, or else in a folder, if it is there."""
+    beside = folder / name
+    return str(beside) if not os.path.exists(name) and os.path.exists(beside) else name
 
 
 def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:

@@ -1,9 +1,12 @@
 """Weave the mesh of a job: threads, bunches, and who is on top where they cross."""
 
+from pathlib import Path
+
 from fabweave.app.mesh_source import LoadedMesh
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.input_files import read_input
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
@@ -12,6 +15,7 @@ from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads
+from fabweave.weave.twists import read_twists, twisted_weave
 from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
 
 
@@ -93,6 +97,12 @@ def weave_mesh(
     bunches = part_bunches(threads)
     if supplies is not None:
         supplies.require(bunches)
+    if settings.twists is not None:
+        content = read_input(Path(settings.twists), "list of twists")
+        twist = read_twists(content, source.halfedges, threads)
+        weave = twisted_weave(source.halfedges, threads, twist)
+        notes = (f"twists: as {Path(settings.twists).name} has them",)
+        return WovenMesh(source, WeaveResult(weave, notes), labels, bunches)
     result = weave_pattern(
         settings.pattern,
         source.halfedges,

@@ -41,6 +41,12 @@ _DESIGNS = 3
     "genus.",
 )
 @click.option(
+    "--edges",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the twist of every edge, a line such as 0,1,-1 each, which --twists reads again.",
+)
+@click.option(
     "--thorough",
     is_flag=True,
     help="Plan the pieces and look for every remedy however large the mesh is. Without it, what "
@@ -51,6 +57,7 @@ def inspect(
     png: Path | None,
     pd: Path | None,
     gauss: Path | None,
+    edges: Path | None,
     thorough: bool,
     as_json: bool,
     mesh: str | None,
@@ -74,6 +81,7 @@ def inspect(
 
         from fabweave.app.inspection.facts import inspect_mesh
         from fabweave.app.inspection.files import (
+            inspection_edges,
             inspection_gauss,
             inspection_link,
             inspection_picture,
@@ -83,12 +91,14 @@ def inspect(
         from fabweave.picture.object_picture import png_bytes
 
     settings = job_settings(mesh, options)
-    for path, suffix in ((png, ".png"), (pd, ""), (gauss, "")):
+    for path, suffix in ((png, ".png"), (pd, ""), (gauss, ""), (edges, "")):
         if path is not None:
             check_file(path, suffix, source=settings.mesh)
-    named = [path.resolve() for path in (png, pd, gauss) if path is not None]
+    named = [path.resolve() for path in (png, pd, gauss, edges) if path is not None]
     if len(set(named)) < len(named):
-        raise InputError("two of --png, --pd and --gauss name the same file; name one for each")
+        raise InputError(
+            "two of --png, --pd, --gauss and --edges name the same file; name one for each"
+        )
     with progress_bar(as_json) as progress:
         found = inspect_mesh(
             settings,
@@ -102,6 +112,8 @@ def inspect(
             files[pd] = inspection_link(found).encode()
         if gauss is not None:
             files[gauss] = inspection_gauss(found).encode()
+        if edges is not None:
+            files[edges] = inspection_edges(found).encode()
         if png is not None:
             progress("picture", 0, 1)
             files[png] = png_bytes(inspection_picture(found, settings.colours))

@@ -102,6 +102,7 @@ SPOILT = {
     "refine": ("spline:2", "loop:x", 2),
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
     "pattern": ("nonsense", "satin:5", 3, None),
+    "twists": ("", 3),
     "boundary": ("open", None, 0),
     "course": ("wavy", None, 0),
     "material": ("marble", "warp=card,warp=card", "warp=", "card:!", 3, None),
@@ -240,6 +241,7 @@ TYPED = {
     "pattern": st.sampled_from(
         ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]
     ),
+    "twists": st.just("own.csv"),
     "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
     "materials": st.just("FOLDER/materials.toml"),
     "thickness": _by_bunch(_units(0.01, 3.9)),
@@ -313,7 +315,12 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
         settings = settings_from_options("shape:cube", **typed)
     except InputError as error:
         # Each is good in itself; some do not go together.
-        pairs = ({"size", "scale"}, {"joint", "lap"}, {"width", "open"})
+        pairs = (
+            {"size", "scale"},
+            {"joint", "lap"},
+            {"width", "open"},
+            {"pattern", "twists"},
+        )
         assert any(pair <= names for pair in pairs)
         assert "both given" in str(error) or "has no lap" in str(error)  # noqa: PT017
         return
@@ -348,9 +355,9 @@ def changed(folder) -> Settings:
 
 def test_every_option_is_in_job_toml_in_the_order_of_the_table(changed) -> None:
     # Of two options that say the same in two ways, settings have one.
-    table = settings_table(changed) | {"scale": 2.0, "open": 0.3}
+    table = settings_table(changed) | {"scale": 2.0, "open": 0.3, "twists": "own.csv"}
     assert set(table) == set(NAMES)
-    both = ("scale", "open")
+    both = ("scale", "open", "twists")
     assert list(settings_table(changed)) == [name for name in NAMES if name not in both]
     plain = Settings("shape:torus")
     for option in OPTIONS:

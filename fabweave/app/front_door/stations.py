@@ -68,7 +68,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
 def weave_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a weave depends on."""
     search = (settings.effort, settings.seed) if settings.pattern == "twill" else ()
-    return (*mesh_view(settings), settings.pattern, settings.boundary, *search)
+    return (*mesh_view(settings), settings.pattern, settings.twists, settings.boundary, *search)
 
 
 def ribbon_view(settings: Settings) -> tuple[Any, ...]:

@@ -17,6 +17,7 @@ from fabweave.report.verdict import VERDICTS
 from fabweave.weave.knot.gauss import gauss_text
 from fabweave.weave.knot.link import pd_text, planar_diagram
 from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
+from fabweave.weave.twists import twists_text
 
 #: What designs from coarse to fine are called.
 DENSITIES = ("coarse", "medium", "fine")
@@ -95,6 +96,11 @@ def inspection_link(inspection: Inspection) -> str:
 def inspection_gauss(inspection: Inspection) -> str:
     """Return the signed Gauss code of the weave, a line a thread, for a mesh of any genus."""
     return gauss_text(_twisted(inspection))
+
+
+def inspection_edges(inspection: Inspection) -> str:
+    """Return the twist of each edge as a list that ``--twists`` reads."""
+    return twists_text(inspection.woven.halfedges, inspection.woven.weave)
 
 
 def _twisted(inspection: Inspection) -> TwistedThreads:

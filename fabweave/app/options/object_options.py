@@ -119,6 +119,14 @@ OBJECT_OPTIONS = (
         default="plain",
     ),
     Option(
+        "twists",
+        WEAVE,
+        place("FILE", "the path of a list of twists"),
+        "A weave of your own instead of a pattern: a list of edges and their half-twists, in lines "
+        "such as 0,1,-1 (vertices of woven_mesh.obj; 1 is counter-clockwise). inspect --edges "
+        "writes one to begin with.",
+    ),
+    Option(
         "boundary",
         WEAVE,
         choice(("end", "turn")),

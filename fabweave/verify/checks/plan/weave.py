@@ -11,7 +11,7 @@ from fabweave.verify.measure.walks import LoadedMesh, Pass, edge_keys
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Tally
 
-_TWILLS = ("twill", "triaxial")
+_TWILLS = ("twill", "triaxial", "twists")
 
 
 def check_walks(job: Job, tally: Tally) -> None:
