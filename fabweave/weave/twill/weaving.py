@@ -7,7 +7,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.anneal import couple
-from fabweave.weave.twill.bound import Bound, irregular_seeds, prove_bound
+from fabweave.weave.twill.bound import WIDER_WORK, Bound, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.obstruction import Obstruction, explain
@@ -64,7 +64,7 @@ def weave_twill(
     labels : sequence of str
         Names of the threads, for the words.
     effort : {"quick", "normal", "best"}
-        How long to search.
+        How long to search, and how much work goes into the bound.
     seed : int
         Same seed, same weave.
     progress : callable
@@ -98,7 +98,12 @@ def weave_twill(
     obstruction = explain(halfedges, threads, conditions, decision, labels)
     vote = best_vote(conditions, threads, bunches)
     couplings = couple(conditions)
-    bound = prove_bound(couplings, irregular_seeds(halfedges, threads), progress=progress)
+    bound = prove_bound(
+        couplings,
+        irregular_seeds(halfedges, threads),
+        wider_work=WIDER_WORK[effort],
+        progress=progress,
+    )
     twist = optimise_twill(
         couplings, vote.twist, effort=effort, seed=seed, least=bound.least, progress=progress
     )
