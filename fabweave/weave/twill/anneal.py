@@ -288,3 +288,54 @@ def scores(couplings: Couplings, copies: Copies) -> IntArray:
         octets = broken.astype("<u8").view(np.uint8).reshape(-1, 8)
         result += weight @ np.unpackbits(octets, axis=1, bitorder="little")
     return result
+
+
+def resample(
+    couplings: Couplings,
+    copies: Copies,
+    before: float,
+    after: float,
+    rng: np.random.Generator,
+) -> Copies:
+    """Let copies that break little displace those that break much, as cooling would have it.
+
+    Each copy is taken as often as its chance grows when the temperature falls, exp(-broken /
+    after) to exp(-broken / before), rounded up or down at random.
+
+    Parameters
+    ----------
+    couplings : Couplings
+        The conditions.
+    copies : (X + 2,) uint64 array
+        The twists.
+    before, after : float
+        The temperatures, in units of one condition.
+    rng : numpy.random.Generator
+        Draws one number.
+
+    Returns
+    -------
+    (X + 2,) uint64 array
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fabweave.mesh.shapes import grids
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.twill.conditions import twill_conditions
+    >>> from fabweave.weave.threads import trace_threads
+    >>> halfedges = build_halfedges(grids.torus(4, 4, 2.0, 1.0))
+    >>> couplings = couple(twill_conditions(halfedges, trace_threads(halfedges)))
+    >>> rng = np.random.default_rng(0)
+    >>> copies = random_copies(couplings, rng)
+    >>> least = int(scores(couplings, copies).min())
+    >>> frozen = scores(couplings, resample(couplings, copies, 1.0, 0.01, rng))
+    >>> bool(np.all(frozen == least))
+    True
+    """
+    broken = scores(couplings, copies)
+    share = np.exp((broken.min() - broken) * (1 / after - 1 / before))
+    reached = np.cumsum(share / share.sum())
+    drawn = (np.arange(N_COPIES) + rng.random()) / N_COPIES
+    taken = np.minimum(np.searchsorted(reached, drawn), N_COPIES - 1)
+    return pack(unpack(copies)[taken])
