@@ -55,8 +55,8 @@ def parse_pattern(text: str) -> str:
 
     Examples
     --------
-    >>> parse_pattern("twill"), parse_pattern("3/1/1")
-    ('twill', '3/1')
+    >>> parse_pattern("twill"), parse_pattern("3/1/1"), parse_pattern("2/2/3")
+    ('twill', '3/1/1', '2/2/-1')
     """
     if text in NAMED_PATTERNS:
         return text

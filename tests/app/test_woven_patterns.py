@@ -127,6 +127,22 @@ def test_denim_is_a_fabric(denim) -> None:
     require_fabric(denim, "3/1", 3, 4)
 
 
+@pytest.mark.parametrize(("named", "mirrored"), [("3/1/-1", "3/1/1"), ("3/1/1", "3/1/-1")])
+def test_the_hand_of_a_named_shift_is_proved(named, mirrored, finished, tmp_path) -> None:
+    folder = finished(*words("shape:torus?m=4&n=4", named))
+    require_fabric(folder, named, 3, 4)
+    renamed = tmp_path / "out"
+    shutil.copytree(folder, renamed)
+    plan = plan_of(renamed)
+    plan["weave"]["pattern"] = mirrored
+    (renamed / "crossing_map.json").write_text(json.dumps(plan))
+    failed = verify_job(renamed)
+    assert "pattern" in failed.failed
+    side = "left" if mirrored == "3/1/1" else "right"
+    said = [finding for check in failed.checks for finding in check.findings]
+    assert any(f"its diagonal rises to the {side}" in str(finding) for finding in said)
+
+
 def change_one_label(weave, _plan) -> None:
     weave["labels"][5] = (weave["labels"][5] + 1) % 4
 

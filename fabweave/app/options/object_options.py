@@ -113,7 +113,8 @@ OBJECT_OPTIONS = (
         ),
         "How strands go over and under: plain (on every mesh); twill (2/2, exact where one exists, "
         "else as near as can be found); triaxial (exact on every mesh, which is first subdivided); "
-        "or, where warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, shift) or a "
+        "or, where warp and weft exist, a twill such as 3/1 (the warp goes over 3 weft threads and "
+        "under 1; with a shift, 2/2/1 has its diagonal to the right, 2/2/-1 to the left) or a "
         "satin such as satin:5/2 (repeat, shift).",
         default="plain",
     ),
