@@ -64,6 +64,8 @@ class Settings:
     refine: str | None = default("refine")
     fair: int = default("fair")
     pattern: str = default("pattern")
+    twill_method: str = default("twill_method")
+    twill_weights: str = default("twill_weights")
     boundary: str = default("boundary")
     material: str = default("material")
     materials: tuple[Material, ...] = default("materials")

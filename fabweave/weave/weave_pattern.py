@@ -15,6 +15,7 @@ from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.weaving import Twill, weave_twill
+from fabweave.weave.twill.weights import EQUAL, parse_weights
 
 #: Patterns that every mesh can be woven in; any other is a fabric such as 3/1 or satin:5/2.
 NAMED_PATTERNS = ("plain", "twill", "triaxial")
@@ -76,6 +77,8 @@ def weave_pattern(
     labels: Sequence[str],
     *,
     n_old_vertices: int = 0,
+    twill_method: str = "search",
+    twill_weights: str = str(EQUAL),
     effort: str = "normal",
     seed: int = 0,
     progress: Progress = no_progress,
@@ -94,6 +97,8 @@ def weave_pattern(
         Names of the threads.
     n_old_vertices : int
         For triaxial twill: how many vertices the mesh had before `mid_edge`.
+    twill_method, twill_weights : str
+        How to choose a twill where none is exact, and what weighs how much then.
     effort, seed, progress
         For the search that a twill may need.
 
@@ -110,7 +115,15 @@ def weave_pattern(
         return WeaveResult(plain_weave(threads))
     if pattern == "twill":
         twill = weave_twill(
-            halfedges, threads, bunches, labels, effort=effort, seed=seed, progress=progress
+            halfedges,
+            threads,
+            bunches,
+            labels,
+            method=twill_method,
+            weights=parse_weights(twill_weights),
+            effort=effort,
+            seed=seed,
+            progress=progress,
         )
         return WeaveResult(twill.weave, tuple(twill_notes(twill)), twill)
     if pattern == "triaxial":

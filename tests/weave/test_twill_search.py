@@ -31,11 +31,14 @@ from fabweave.weave.twill.anneal import (
     unpack,
 )
 from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
-from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
 from fabweave.weave.twill.crossover import cross, score
 from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.elimination import PARTS, Work
 from fabweave.weave.twill.optimise import optimise_twill
-from fabweave.weave.twill.voting import RULES, best_vote
+from fabweave.weave.twill.voting import RULES, best_vote, literal_vote
+from fabweave.weave.twill.weaving import weave_twill
+from fabweave.weave.twill.weights import EQUAL, TwillWeights, parse_weights
 
 
 def vote_of(mesh: PolyMesh):
@@ -73,6 +76,81 @@ def test_voting_finds_the_twill_of_a_plain_torus(m: int, n: int) -> None:
     # On a grid the votes never contradict one another before the twill closes up.
     vote = vote_of(grids.torus(m, n, 2.0, 1.0))
     assert vote.broken.total <= conditions_of(grids.torus(m, n, 2.0, 1.0)).count // 10
+
+
+def literal_vote_of(mesh: PolyMesh, weights: TwillWeights = EQUAL):
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    conditions = twill_conditions(halfedges, threads)
+    return literal_vote(conditions, halfedges, threads, part_bunches(threads), weights)
+
+
+@given(meshes())
+def test_literal_votes_begin_with_the_edges_of_a_vertex(mesh: PolyMesh) -> None:
+    vote = literal_vote_of(mesh)
+    conditions = conditions_of(mesh)
+    assert vote.rule.literal
+    assert vote.twist.shape == (conditions.n_crossings,)
+    assert vote.broken == count_broken(conditions, vote.twist)
+
+
+def test_literal_votes_begin_alike_around_one_vertex() -> None:
+    mesh = refined(solids.cube(), "catmull-clark:2")
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    twist = literal_vote_of(mesh).twist
+    of_edge = np.zeros(halfedges.n_edges, dtype=bool)
+    of_edge[halfedges.edge[threads.crossing_halfedge]] = twist
+    alike = [
+        of_edge[halfedges.edge[halfedges.tail == vertex]].all() for vertex in range(mesh.n_vertices)
+    ]
+    assert any(alike)
+
+
+@pytest.mark.parametrize(
+    ("text", "face", "vertex"), [("2/2", 2, 2), ("1.5/3", 1.5, 3), ("0.5/1", 0.5, 1)]
+)
+def test_weights_are_what_is_counted(text: str, face: float, vertex: float) -> None:
+    conditions = conditions_of(refined(solids.icosahedron(), "catmull-clark:1"))
+    weights = parse_weights(text)
+    couplings = couple(conditions, weights)
+    twists = np.random.default_rng(0).random((N_COPIES, conditions.n_crossings)) < 0.5
+    broken = [count_broken(conditions, twist) for twist in twists]
+    scale = weights.whole[0]
+    wanted = [scale * (one.edge + face * one.face + vertex * one.vertex) for one in broken]
+    assert scores(couplings, pack(twists)).tolist() == wanted
+    total = len(conditions.edge) + face * len(conditions.face) + vertex * len(conditions.vertex)
+    assert couplings.unit == pytest.approx(scale * total / conditions.count)
+
+
+@pytest.mark.parametrize("text", ["2/2", "0.5/0.5"])
+def test_a_weave_is_best_by_its_own_weights(text: str) -> None:
+    weights = parse_weights(text)
+    of_edge, of_face, of_vertex = weights.whole
+
+    def weigh(weave: Broken) -> int:
+        return of_edge * weave.edge + of_face * weave.face + of_vertex * weave.vertex
+
+    halfedges = build_halfedges(solids.icosahedron())
+    threads = trace_threads(halfedges)
+    weave = [
+        weave_twill(
+            halfedges, threads, part_bunches(threads), "ABCDEF", weights=one, effort="quick"
+        ).weave.broken
+        for one in (EQUAL, weights)
+    ]
+    assert weave[0].total <= weave[1].total
+    assert weigh(weave[1]) <= weigh(weave[0])
+
+
+def test_the_method_of_the_paper_is_left_as_it_comes() -> None:
+    mesh = refined(solids.cube(), "catmull-clark:2")
+    halfedges = build_halfedges(mesh)
+    threads = trace_threads(halfedges)
+    names = [str(number) for number in range(threads.n_threads)]
+    voted = weave_twill(halfedges, threads, part_bunches(threads), names, method="voting")
+    assert voted.voted == voted.weave.broken == literal_vote_of(mesh).broken
+    assert np.array_equal(voted.weave.twist, literal_vote_of(mesh).twist)
 
 
 @given(meshes(), st.integers(0, 2**32 - 1))
@@ -274,14 +352,14 @@ def test_no_condition_counts_for_more_than_itself(mesh: PolyMesh) -> None:
         return
     near = bounds._nearness(couplings, seeds)
     for dealt in (bounds._deal(couplings, near, len(seeds)), bounds._split(couplings, seeds)):
-        for regions in (dealt, bounds._merged(couplings, dealt, bounds._Work(np.inf))):
+        for regions in (dealt, bounds._merged(couplings, dealt, Work(np.inf))):
             pairs = np.zeros(len(couplings.pairs), dtype=np.int64)
             windows = np.zeros(len(couplings.windows), dtype=np.int64)
             for region in regions:
                 np.add.at(pairs, region.pairs, region.pair_parts)
                 np.add.at(windows, region.windows, region.window_parts)
-            assert pairs.max(initial=0) <= bounds._PARTS
-            assert windows.max(initial=0) <= bounds._PARTS
+            assert pairs.max(initial=0) <= PARTS
+            assert windows.max(initial=0) <= PARTS
     assert len(dealt) == len(seeds)
 
 

@@ -22,6 +22,11 @@ def _tidy_materials(told: str) -> str:
     return tidy
 
 
+def _tidy_weights(told: str) -> str:
+    tidy: str = load("fabweave.weave.twill.weights.tidy_weights")(told)
+    return tidy
+
+
 #: In the order in which job.toml has them.
 OBJECT_OPTIONS = (
     Option(
@@ -117,6 +122,28 @@ OBJECT_OPTIONS = (
         "under 1; with a shift, 2/2/1 has its diagonal to the right, 2/2/-1 to the left) or a "
         "satin such as satin:5/2 (repeat, shift).",
         default="plain",
+    ),
+    Option(
+        "twill_method",
+        WEAVE,
+        choice(("search", "voting")),
+        "How --pattern twill decides where no exact twill exists: search breaks the fewest "
+        "conditions; voting is the method of the paper, word for word, for those who compare.",
+        default="search",
+    ),
+    Option(
+        "twill_weights",
+        WEAVE,
+        text(
+            "FACE/VERTEX",
+            "two numbers from 0.1 to 10, such as '2/2'",
+            "fabweave.weave.twill.weights.parse_weights",
+            form=_tidy_weights,
+        ),
+        "What a broken face or vertex condition counts where --pattern twill cannot be exact; a "
+        "broken edge condition counts 1. More, such as 2/2, keeps diagonals rather than the rhythm "
+        "of over two, under two.",
+        default="1/1",
     ),
     Option(
         "boundary",

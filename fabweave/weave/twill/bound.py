@@ -1,12 +1,10 @@
 """Prove how few conditions of a twill any weave of a mesh must break."""
 
-import heapq
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
@@ -15,17 +13,21 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.anneal import Couplings
+from fabweave.weave.twill.elimination import (
+    PARTS,
+    REGION_WIDTH,
+    Region,
+    Work,
+    crossings_of,
+    elimination_order,
+    least_parts,
+    shared_tables,
+)
 
-#: How many conditions are broken, for all twists of a few crossings: one axis for each.
-_Table = npt.NDArray[np.int32]
-
-#: Tables of at most this many axes are used: 2**18 numbers in a region, 2**24 for a whole mesh.
-_REGION_WIDTH = 18
+#: Tables for a whole mesh have at most this many axes: 2**24 numbers.
 _WHOLE_WIDTH = 24
 #: Regions that were too large for that are solved once more, with larger and larger tables.
 _WIDER = (20, 22, 24)
-#: A condition as near to several regions is split into so many parts; 12 is divided by 2, 3, 4, 6.
-_PARTS = 12
 #: So far from a seed conditions are split, on meshes of at most so many crossings times seeds.
 _FARTHEST = 14
 _MOST_SPLIT = 5e7
@@ -35,12 +37,8 @@ WIDER_WORK = {"quick": 0.0, "normal": 2e9, "best": 2e10}
 _MOST_WHOLE = 200
 _MOST_MERGED = 160
 
-#: Work is counted in numbers of tables that are computed; to look up a condition or a table takes
-#: as long as so many, where it is computed and where regions are only tried for merging.
-_LOOK_UP, _TRIAL = 10_000, 2500
-
-_PAIR = np.eye(2, dtype=np.int32)
-_WINDOW = np.einsum("ab,cd->abcd", 1 - _PAIR, 1 - _PAIR)
+#: Work to look up a table where regions are only tried for merging.
+_TRIAL = 2500
 
 
 @dataclass(frozen=True)
@@ -60,58 +58,6 @@ class Bound:
     least: int
     optimum: bool
     cut_short: bool = False
-
-
-@dataclass
-class _Work:
-    """How much may still be computed."""
-
-    left: float
-
-    def spend(self, amount: float) -> None:
-        """Take off what something cost."""
-        self.left -= amount
-
-    @property
-    def done(self) -> bool:
-        """Whether nothing is left."""
-        return self.left <= 0
-
-
-@frozen_value
-class _Region:
-    """Conditions that count for one part of the mesh, as rows, and how many parts of each do."""
-
-    pairs: IntArray
-    windows: IntArray
-    pair_parts: IntArray
-    window_parts: IntArray
-
-    def some(self, pairs: BoolArray, windows: BoolArray) -> "_Region":
-        """Return a region of some of the conditions."""
-        return _Region(
-            self.pairs[pairs],
-            self.windows[windows],
-            self.pair_parts[pairs],
-            self.window_parts[windows],
-        )
-
-    def and_also(self, other: "_Region") -> "_Region":
-        """Return a region of the parts of both."""
-        pairs, pair_parts = _together(self.pairs, self.pair_parts, other.pairs, other.pair_parts)
-        windows, window_parts = _together(
-            self.windows, self.window_parts, other.windows, other.window_parts
-        )
-        return _Region(pairs, windows, pair_parts, window_parts)
-
-
-def _together(
-    rows: IntArray, parts: IntArray, more: IntArray, more_parts: IntArray
-) -> tuple[IntArray, IntArray]:
-    """Add parts of conditions up: each row once, with all its parts."""
-    every, place = np.unique(np.concatenate((rows, more)), return_inverse=True)
-    added = np.bincount(place, np.concatenate((parts, more_parts)), minlength=len(every))
-    return every, added.astype(np.int64)
 
 
 def prove_bound(
@@ -171,16 +117,16 @@ def prove_bound(
     >>> prove_bound(couple(twill_conditions(halfedges, trace_threads(halfedges))), [])
     Bound(least=16, optimum=True, cut_short=False)
     """
-    everything = _Region(
+    everything = Region(
         np.arange(len(couplings.pairs)),
         np.arange(len(couplings.windows)),
-        np.full(len(couplings.pairs), _PARTS),
-        np.full(len(couplings.windows), _PARTS),
+        np.full(len(couplings.pairs), PARTS),
+        np.full(len(couplings.windows), PARTS),
     )
     if couplings.n_crossings <= _MOST_WHOLE:
-        optimum = _least(couplings, everything, _WHOLE_WIDTH)
+        optimum = least_parts(couplings, everything, _WHOLE_WIDTH)
         if optimum is not None:
-            return Bound(optimum // _PARTS, optimum=True)
+            return Bound(optimum // PARTS, optimum=True)
     if not seeds:
         return Bound(0, optimum=False)
     most = math.inf if most_work is None else most_work
@@ -191,18 +137,18 @@ def prove_bound(
         deals.append(_split(couplings, seeds))
     parts, cut_short = 0, False
     for deal in deals:
-        merging, solving = _Work(most), _Work(most)
+        merging, solving = Work(most), Work(most)
         regions = _merged(couplings, deal, merging)
         proved = 0
         for number, region in enumerate(regions):
             progress("twill bound", number, len(regions))
             if solving.done:
                 break
-            wider = _Work(wider_work / len(regions))
+            wider = Work(wider_work / len(regions))
             proved += _least_within(couplings, region, far, solving, wider)
         parts = max(parts, proved)
         cut_short |= merging.done or solving.done
-    least = -(-parts // _PARTS)
+    least = -(-parts // PARTS)
     remainder = _parity(couplings)
     if remainder is not None:
         least += (least - remainder) % 2
@@ -270,7 +216,7 @@ def _nearness(couplings: Couplings, seeds: Sequence[IntArray]) -> _Nearness:
     return _Nearness(reached, distance, source[:count].astype(np.int64) - count)
 
 
-def _deal(couplings: Couplings, nearness: _Nearness, n_seeds: int) -> list[_Region]:
+def _deal(couplings: Couplings, nearness: _Nearness, n_seeds: int) -> list[Region]:
     """Deal each condition to the seed that is nearest to any of its crossings."""
     dealt = []
     for rows in (couplings.pairs, couplings.windows):
@@ -284,12 +230,12 @@ def _deal(couplings: Couplings, nearness: _Nearness, n_seeds: int) -> list[_Regi
         bounds = np.searchsorted(owner[order], np.arange(n_seeds + 1))
         dealt.append([order[bounds[k] : bounds[k + 1]] for k in range(n_seeds)])
     return [
-        _Region(pairs, windows, np.full(len(pairs), _PARTS), np.full(len(windows), _PARTS))
+        Region(pairs, windows, np.full(len(pairs), PARTS), np.full(len(windows), PARTS))
         for pairs, windows in zip(*dealt, strict=True)
     ]
 
 
-def _split(couplings: Couplings, seeds: Sequence[IntArray]) -> list[_Region]:
+def _split(couplings: Couplings, seeds: Sequence[IntArray]) -> list[Region]:
     """Split each condition between the seeds whose distance to all its crossings is least."""
     tables = couplings.pairs, couplings.windows
     least = [np.full(len(rows), _FARTHEST + 1) for rows in tables]
@@ -315,8 +261,8 @@ def _split(couplings: Couplings, seeds: Sequence[IntArray]) -> list[_Region]:
     ]
     for pairs, windows in zip(*owned, strict=True):
         # A remainder is lost, which keeps the sum a bound.
-        parts = _PARTS // between[0][pairs], _PARTS // between[1][windows]
-        regions.append(_Region(pairs, windows, *parts))
+        parts = PARTS // between[0][pairs], PARTS // between[1][windows]
+        regions.append(Region(pairs, windows, *parts))
     return regions
 
 
@@ -341,11 +287,11 @@ def _parity(couplings: Couplings) -> int | None:
     return len(pairs) % 2
 
 
-def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_Region]:
+def _merged(couplings: Couplings, regions: list[Region], work: Work) -> list[Region]:
     """Merge neighbouring regions, each with each that it can be, in their order."""
-    result: list[_Region | None] = list(regions)
+    result: list[Region | None] = list(regions)
     owner: dict[int, set[int]] = {}
-    inside = [set(_crossings(couplings, region).tolist()) for region in regions]
+    inside = [set(crossings_of(couplings, region).tolist()) for region in regions]
     for number, crossings in enumerate(inside):
         for crossing in crossings:
             owner.setdefault(crossing, set()).add(number)
@@ -368,9 +314,9 @@ def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_
         if len(inside[first] | inside[second]) > _MOST_MERGED:
             continue
         both = one.and_also(other)
-        tables, sharing = _scopes(couplings, both)
+        tables, sharing = shared_tables(couplings, both)
         work.spend(_TRIAL * len(tables))
-        if _order(sharing, _REGION_WIDTH) is not None:
+        if elimination_order(sharing, REGION_WIDTH) is not None:
             result[first], result[second] = both, None
             inside[first] |= inside[second]
             members[first] += members[second]
@@ -380,7 +326,7 @@ def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_
 
 
 def _least_within(
-    couplings: Couplings, region: _Region, far: list[IntArray], work: _Work, wider: _Work
+    couplings: Couplings, region: Region, far: list[IntArray], work: Work, wider: Work
 ) -> int:
     """Return what a region must break, without its farthest conditions if they are too many."""
     near_pairs, near_windows = far[0][region.pairs], far[1][region.windows]
@@ -389,113 +335,11 @@ def _least_within(
     # From the seed outwards: of a large region only the middle is ever looked at.
     for limit in range(1, reach + 1):
         part = region.some(near_pairs <= limit, near_windows <= limit)
-        more = _least(couplings, part, _REGION_WIDTH, work)
+        more = least_parts(couplings, part, REGION_WIDTH, work)
         for width in _WIDER:
             if more is None and not wider.done:
-                more = _least(couplings, part, width, wider)
+                more = least_parts(couplings, part, width, wider)
         if more is None or work.done:
             return least if more is None else more
         least = more
-    return least
-
-
-def _crossings(couplings: Couplings, region: _Region) -> IntArray:
-    """Return the crossings that a region's conditions touch."""
-    return np.unique(
-        np.concatenate(
-            (couplings.pairs[region.pairs].ravel(), couplings.windows[region.windows].ravel())
-        )
-    )
-
-
-def _scopes(
-    couplings: Couplings, region: _Region
-) -> tuple[list[tuple[tuple[int, ...], _Table]], list[set[int]]]:
-    """Return a region's costs as tables over its own crossings, and who shares a table."""
-    crossings = _crossings(couplings, region)
-    tables: list[tuple[tuple[int, ...], _Table]] = []
-    pair_weight = couplings.pair_weight[region.pairs] * region.pair_parts
-    window_weight = couplings.window_weight[region.windows] * region.window_parts
-    for rows, weights, table in (
-        (couplings.pairs[region.pairs], pair_weight, _PAIR),
-        (couplings.windows[region.windows], window_weight, _WINDOW),
-    ):
-        local = np.searchsorted(crossings, rows).tolist()
-        for scope, weight in zip(local, weights.tolist(), strict=True):
-            # A condition that meets a crossing twice is left out, which keeps the bound a bound.
-            if len(set(scope)) == len(scope):
-                tables.append((tuple(scope), table * weight))
-    sharing: list[set[int]] = [set() for _ in crossings]
-    for scope, _ in tables:
-        for crossing in scope:
-            sharing[crossing].update(scope)
-    for crossing, others in enumerate(sharing):
-        others.discard(crossing)
-    return tables, sharing
-
-
-def _order(sharing: list[set[int]], width: int, most: float = math.inf) -> list[int] | None:
-    """Order the crossings for elimination, the least connected first.
-
-    None if tables have more axes than the width, or come to more numbers than the most.
-    """
-    around = [set(others) for others in sharing]
-    waiting = [(len(others), crossing) for crossing, others in enumerate(around)]
-    heapq.heapify(waiting)
-    order: list[int] = []
-    gone = [False] * len(around)
-    while waiting:
-        degree, crossing = heapq.heappop(waiting)
-        if gone[crossing] or degree != len(around[crossing]):
-            continue
-        most -= 1 << degree + 1
-        if degree > width or most < 0:
-            return None
-        for other in around[crossing]:
-            around[other] |= around[crossing]
-            around[other] -= {other, crossing}
-            heapq.heappush(waiting, (len(around[other]), other))
-        gone[crossing] = True
-        order.append(crossing)
-    return order
-
-
-def _least(
-    couplings: Couplings, region: _Region, width: int, work: _Work | None = None
-) -> int | None:
-    """Return how many parts of a region's conditions must break; None if that is too much work."""
-    tables, sharing = _scopes(couplings, region)
-    if work is not None:
-        work.spend(_LOOK_UP * len(tables))
-    # Larger tables than usual are begun only if there is work left for all of them.
-    most = work.left if work is not None and width > _REGION_WIDTH else math.inf
-    order = _order(sharing, width, most)
-    if order is None:
-        return None
-    least = 0
-    held: list[dict[int, tuple[tuple[int, ...], _Table]]] = [{} for _ in sharing]
-    for number, (scope, table) in enumerate(tables):
-        for crossing in scope:
-            held[crossing][number] = (scope, table)
-    for step, crossing in enumerate(order, start=len(tables)):
-        gathered = held[crossing]
-        joint = sorted({other for scope, _ in gathered.values() for other in scope} - {crossing})
-        axis = {other: place for place, other in enumerate([crossing, *joint])}
-        total: _Table = np.zeros((2,) * len(axis), dtype=np.int32)
-        if work is not None:
-            work.spend((total.size + _LOOK_UP) * len(gathered))
-        for number, (scope, table) in gathered.items():
-            places = [axis[other] for other in scope]
-            shape = [1] * len(axis)
-            for place in places:
-                shape[place] = 2
-            total += table.transpose(np.argsort(places)).reshape(shape)
-            for other in scope:
-                if other != crossing:
-                    del held[other][number]
-        rest = total.min(axis=0)
-        if not joint:
-            least += int(rest)
-        for other in joint:
-            held[other][step] = (tuple(joint), rest)
     return least
