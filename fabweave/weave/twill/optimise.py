@@ -57,7 +57,7 @@ class Search:
 
 SEARCHES = {
     "quick": Search(200, 6, 60, 3, 1e7, 0, 0, 0, 0.0),
-    "normal": Search(600, 30, 100, 6, 6e7, 4, 3000, 3, 1.3e8),
+    "normal": Search(600, 30, 100, 6, 6e7, 4, 3000, 2, 1.3e8),
     "best": Search(2000, 200, 150, 20, 2e8, 8, 6000, 4, 6e8),
 }
 
