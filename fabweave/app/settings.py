@@ -68,6 +68,8 @@ class Settings:
     fair: int = default("fair")
     pattern: str = default("pattern")
     twists: str | None = default("twists")
+    twill_method: str = default("twill_method")
+    twill_weights: str = default("twill_weights")
     boundary: str = default("boundary")
     course: str = default("course")
     material: str = default("material")

@@ -110,6 +110,8 @@ def weave_mesh(
         bunches,
         labels,
         n_old_vertices=source.n_old_vertices,
+        twill_method=settings.twill_method,
+        twill_weights=settings.twill_weights,
         effort=settings.effort,
         seed=settings.seed,
         progress=progress,

@@ -16,6 +16,7 @@ from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.weaving import Twill, weave_twill
+from fabweave.weave.twill.weights import EQUAL, parse_weights
 
 #: Patterns that are no fabrics such as 3/1 or satin:5/2. Only kagome wants a mesh of its own.
 NAMED_PATTERNS = ("plain", "kagome", "twill", "triaxial")
@@ -58,8 +59,10 @@ def parse_pattern(text: str) -> str:
 
     Examples
     --------
-    >>> parse_pattern("twill"), parse_pattern("3/1/1"), parse_pattern("tabby")
-    ('twill', '3/1', 'plain')
+    >>> parse_pattern("twill"), parse_pattern("3/1/1"), parse_pattern("2/2/3")
+    ('twill', '3/1/1', '2/2/-1')
+    >>> parse_pattern("tabby")
+    'plain'
     """
     text = _ALSO_CALLED.get(text, text)
     if text in NAMED_PATTERNS:
@@ -80,6 +83,8 @@ def weave_pattern(
     labels: Sequence[str],
     *,
     n_old_vertices: int = 0,
+    twill_method: str = "search",
+    twill_weights: str = str(EQUAL),
     effort: str = "normal",
     seed: int = 0,
     progress: Progress = no_progress,
@@ -98,6 +103,8 @@ def weave_pattern(
         Names of the threads.
     n_old_vertices : int
         For triaxial twill: how many vertices the mesh had before `mid_edge`.
+    twill_method, twill_weights : str
+        How to choose a twill where none is exact, and what weighs how much then.
     effort, seed, progress
         For the search that a twill may need.
 
@@ -121,7 +128,15 @@ def weave_pattern(
         return WeaveResult(plain_weave(threads), () if basket is None else (basket.text,))
     if pattern == "twill":
         twill = weave_twill(
-            halfedges, threads, bunches, labels, effort=effort, seed=seed, progress=progress
+            halfedges,
+            threads,
+            bunches,
+            labels,
+            method=twill_method,
+            weights=parse_weights(twill_weights),
+            effort=effort,
+            seed=seed,
+            progress=progress,
         )
         return WeaveResult(twill.weave, tuple(twill_notes(twill)), twill)
     if pattern == "triaxial":

@@ -103,6 +103,8 @@ SPOILT = {
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
     "pattern": ("nonsense", "satin:5", 3, None),
     "twists": ("", 3),
+    "twill_method": ("vote", None, 1),
+    "twill_weights": ("2", "0/1", "1/11", "1/1.25", "a/b", 2, None),
     "boundary": ("open", None, 0),
     "course": ("wavy", None, 0),
     "material": ("marble", "warp=card,warp=card", "warp=", "card:!", 3, None),
@@ -242,6 +244,7 @@ TYPED = {
         ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]
     ),
     "twists": st.just("own.csv"),
+    "twill_weights": st.sampled_from(["1/1", "2/2", "0.1/10", "1.50 / 3"]),
     "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
     "materials": st.just("FOLDER/materials.toml"),
     "thickness": _by_bunch(_units(0.01, 3.9)),
@@ -339,7 +342,8 @@ def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
-        refine="loop:1", fair=3, pattern="twill", boundary="turn", course="straight",
+        refine="loop:1", fair=3, pattern="twill", twill_method="voting",
+        twill_weights="2/2", boundary="turn", course="straight",
         material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
         max_length="15cm", prefer="waste", hole="none", joint="glue", lap=12, slots=True,

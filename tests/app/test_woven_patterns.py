@@ -45,7 +45,7 @@ NONE_BROKEN = {"edge": 0, "face": 0, "vertex": 0}
         pytest.param("shape:regular?face=8&valence=4&genus=3&refine=2", "twill", (), marks=slow),
         pytest.param("shape:tube?m=8&n=6", "twill", ("--boundary", "turn"), marks=slow),
         pytest.param("shape:tetrahedron", "triaxial", ("--refine", "catmull-clark:1"), marks=slow),
-        pytest.param("shape:torus?m=4&n=3", "triaxial", (), marks=slow),
+        pytest.param("shape:torus?m=4&n=3", "triaxial", ("--force",), marks=slow),
         pytest.param("shape:tube?m=4&n=2", "triaxial", ("--boundary", "turn"), marks=slow),
     ],
 )
@@ -125,6 +125,22 @@ def denim(finished) -> Path:
 
 def test_denim_is_a_fabric(denim) -> None:
     require_fabric(denim, "3/1", 3, 4)
+
+
+@pytest.mark.parametrize(("named", "mirrored"), [("3/1/-1", "3/1/1"), ("3/1/1", "3/1/-1")])
+def test_the_hand_of_a_named_shift_is_proved(named, mirrored, finished, tmp_path) -> None:
+    folder = finished(*words("shape:torus?m=4&n=4", named))
+    require_fabric(folder, named, 3, 4)
+    renamed = tmp_path / "out"
+    shutil.copytree(folder, renamed)
+    plan = plan_of(renamed)
+    plan["weave"]["pattern"] = mirrored
+    (renamed / "crossing_map.json").write_text(json.dumps(plan))
+    failed = verify_job(renamed)
+    assert "pattern" in failed.failed
+    side = "left" if mirrored == "3/1/1" else "right"
+    said = [finding for check in failed.checks for finding in check.findings]
+    assert any(f"its diagonal rises to the {side}" in str(finding) for finding in said)
 
 
 def change_one_label(weave, _plan) -> None:

@@ -29,7 +29,7 @@ from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.anneal import couple
-from fabweave.weave.twill.bound import irregular_seeds, prove_bound
+from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.optimise import optimise_twill
@@ -132,8 +132,8 @@ def main() -> None:
         vote, voting = timed(best_vote, conditions, threads, bunches)
         couplings = couple(conditions)
         seeds = irregular_seeds(halfedges, threads)
-        bound, bounding = timed(prove_bound, couplings, seeds)
         for effort in options.effort:
+            bound, bounding = timed(prove_bound, couplings, seeds, wider_work=WIDER_WORK[effort])
             twist, searching = timed(
                 optimise_twill, couplings, vote.twist, effort=effort, least=bound.least
             )

@@ -1,5 +1,8 @@
 """The conditions of a mesh, and the least that any twists break, by trying all."""
 
+import runpy
+from pathlib import Path
+
 import numpy as np
 from hypothesis import strategies as st
 from meshes_shared import shared_mesh
@@ -30,6 +33,14 @@ def real_mesh(name: str) -> PolyMesh:
 
 def refined(mesh: PolyMesh, text: str) -> PolyMesh:
     return refine_mesh(mesh, parse_refinements(text))
+
+
+def slab_with_two_holes() -> PolyMesh:
+    """Return the slab that the benchmark measures."""
+    benchmark = Path(__file__).parents[1] / "benchmarks" / "bench_twill.py"
+    known = runpy.run_path(str(benchmark), run_name="twill")
+    slab: PolyMesh = known["block"](known["TWO_HOLES"])
+    return slab
 
 
 def brute_force(conditions: TwillConditions) -> tuple[int, int]:

@@ -194,6 +194,58 @@ def test_the_hand_is_how_the_line_rises():
         assert not any(other)
 
 
+def leanings(mesh: PolyMesh, threads: Threads, found: FabricWeave) -> set[int]:
+    """Return to which side lines lean, seen from outside of the mesh with the warp upright.
+
+    A line leads from a crossing at which a float of the warp begins
+    over a corner of a gap to the next such crossing; all is taken from points in space.
+    """
+    halfedges = build_halfedges(mesh)
+    ends = np.column_stack((halfedges.tail, halfedges.head))[threads.crossing_halfedge]
+    middle = mesh.vertices[ends].mean(axis=1)
+    corners = mesh.vertices[np.array(mesh.faces())]
+    outward = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    outward = outward[halfedges.face[threads.crossing_halfedge]]
+    beside: dict[tuple[int, bool], tuple[int, int]] = {}
+    raised = np.zeros(threads.n_crossings, dtype=bool)
+    for thread in range(threads.n_threads):
+        passes = slice(threads.offsets[thread], threads.offsets[thread + 1])
+        own, warp = threads.crossing[passes].tolist(), bool(found.warp[thread])
+        if warp:
+            raised[own] = found.weave.over[passes]
+        for before, here, after in zip(np.roll(own, 1), own, np.roll(own, -1), strict=True):
+            beside[here, warp] = int(before), int(after)
+
+    def begins(crossing: int, below: int) -> bool:
+        return bool(raised[crossing] and not raised[below])
+
+    leans = set()
+    for crossing in range(threads.n_crossings):
+        for down, upper in (beside[crossing, True], beside[crossing, True][::-1]):
+            if not begins(crossing, down):
+                continue
+            up = middle[upper] - middle[down]
+            right = np.cross(up, outward[crossing])
+            for there in beside[upper, False]:
+                # Which of its two neighbours along the warp lies below.
+                low = min(beside[there, True], key=lambda k: np.dot(middle[k] - middle[there], up))
+                if begins(there, low):
+                    leans.add(int(np.sign(np.dot(middle[there] - middle[upper], right))))
+    return leans
+
+
+# Tori whose squares are not too oblong to tell up from across in space.
+@pytest.mark.parametrize(("m", "n"), [(24, 12), (36, 12)])
+@pytest.mark.parametrize("fabric", ["3/1", "1/3", "2/2", "2/1", "3/3", "4/2"])
+def test_a_shift_and_its_negative_are_mirror_images(m, n, fabric):
+    mesh = torus(m, n)
+    for shift, side in ((1, 1), (-1, -1)):
+        _, threads, found = woven(mesh, parse_fabric(f"{fabric}/{shift}"))
+        assert found.weave.pattern == f"{fabric}/{shift}"
+        assert found.hand == {1: "Z", -1: "S"}[shift]
+        assert leanings(mesh, threads, found) == {side}
+
+
 @given(st.integers(3, 12), st.integers(3, 12))
 def test_two_over_two_is_the_twill_of_definition_5_1_on_tori(m, n):
     halfedges, threads, found = woven(torus(m, n), Fabric(2, 2))
@@ -424,9 +476,13 @@ def test_an_odd_face_is_named_where_no_vertex_is():
     [
         ("3/1", Fabric(3, 1)),
         ("1/3", Fabric(1, 3)),
-        ("2/2/1", Fabric(2, 2)),
-        (" 2/2/3 ", Fabric(2, 2, 1)),
-        ("2/2/-1", Fabric(2, 2, 1)),
+        ("2/2", Fabric(2, 2)),
+        ("2/2/1", Fabric(2, 2, hand="Z")),
+        (" 2/2/3 ", Fabric(2, 2, 1, hand="S")),
+        ("2/2/-1", Fabric(2, 2, 1, hand="S")),
+        ("4/2/2", Fabric(4, 2, 2, hand="Z")),
+        ("4/2/-2", Fabric(4, 2, 2, hand="S")),
+        ("2/2/2", Fabric(2, 2, 2)),
         ("satin:5/2", Fabric(4, 1, 2)),
         ("satin:5/3", Fabric(4, 1, 2)),
         ("sateen:8/3", Fabric(1, 7, 3)),

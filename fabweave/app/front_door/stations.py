@@ -67,7 +67,11 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
 
 def weave_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a weave depends on."""
-    search = (settings.effort, settings.seed) if settings.pattern == "twill" else ()
+    search = (
+        (settings.effort, settings.seed, settings.twill_method, settings.twill_weights)
+        if settings.pattern == "twill"
+        else ()
+    )
     return (*mesh_view(settings), settings.pattern, settings.twists, settings.boundary, *search)
 
 

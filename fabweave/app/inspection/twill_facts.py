@@ -12,7 +12,7 @@ from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.anneal import couple
-from fabweave.weave.twill.bound import irregular_seeds, prove_bound
+from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.obstruction import explain
@@ -58,6 +58,7 @@ def twill_facts(
                     couple(conditions),
                     seeds,
                     most_work=None if thorough else _QUICK_WORK,
+                    wider_work=WIDER_WORK["normal"] if thorough else 0.0,
                     progress=progress,
                 )
                 if bound.cut_short:

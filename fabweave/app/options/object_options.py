@@ -22,6 +22,11 @@ def _tidy_materials(told: str) -> str:
     return tidy
 
 
+def _tidy_weights(told: str) -> str:
+    tidy: str = load("fabweave.weave.twill.weights.tidy_weights")(told)
+    return tidy
+
+
 #: In the order in which job.toml has them.
 OBJECT_OPTIONS = (
     Option(
@@ -114,7 +119,8 @@ OBJECT_OPTIONS = (
         "How strands go over and under: plain (on every mesh); kagome (plain weave on triangles, "
         "the open basket); twill (2/2, exact where one exists, "
         "else as near as can be found); triaxial (exact on every mesh, which is first subdivided); "
-        "or, where warp and weft exist, a twill such as 3/1 or 2/2/1 (over, under, shift) or a "
+        "or, where warp and weft exist, a twill such as 3/1 (the warp goes over 3 weft threads and "
+        "under 1; with a shift, 2/2/1 has its diagonal to the right, 2/2/-1 to the left) or a "
         "satin such as satin:5/2 (repeat, shift).",
         default="plain",
     ),
@@ -125,6 +131,28 @@ OBJECT_OPTIONS = (
         "A weave of your own instead of a pattern: a list of edges and their half-twists, in lines "
         "such as 0,1,-1 (vertices of woven_mesh.obj; 1 is counter-clockwise). inspect --edges "
         "writes one to begin with.",
+    ),
+    Option(
+        "twill_method",
+        WEAVE,
+        choice(("search", "voting")),
+        "How --pattern twill decides where no exact twill exists: search breaks the fewest "
+        "conditions; voting is the paper's method, for those who compare.",
+        default="search",
+    ),
+    Option(
+        "twill_weights",
+        WEAVE,
+        text(
+            "FACE/VERTEX",
+            "two numbers from 0.1 to 10, such as '2/2'",
+            "fabweave.weave.twill.weights.parse_weights",
+            form=_tidy_weights,
+        ),
+        "What a broken face or vertex condition counts where --pattern twill cannot be exact; a "
+        "broken edge condition counts 1. More, such as 2/2, keeps diagonals rather than the rhythm "
+        "of over two, under two.",
+        default="1/1",
     ),
     Option(
         "boundary",

@@ -2,15 +2,16 @@
 
 import math
 import re
+from itertools import pairwise
 
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.twill import gap_orbits
 from fabweave.verify.measure.walks import LoadedMesh
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally
 
-_TWILL = re.compile(r"(\d+)/(\d+)(?:/(\d+))?", re.ASCII)
+_TWILL = re.compile(r"(\d+)/(\d+)(?:/(-?\d+))?", re.ASCII)
 _SATIN = re.compile(r"(satin|sateen):(\d+)/(\d+)", re.ASCII)
 
 
@@ -19,8 +20,8 @@ def read_fabric(pattern: str) -> tuple[int, int, int] | None:
 
     Examples
     --------
-    >>> read_fabric("3/1"), read_fabric("2/2/3"), read_fabric("satin:5/2"), read_fabric("knit")
-    ((3, 1, 1), (2, 2, 3), (4, 1, 2), None)
+    >>> read_fabric("3/1"), read_fabric("2/2/-1"), read_fabric("satin:5/2"), read_fabric("knit")
+    ((3, 1, 1), (2, 2, -1), (4, 1, 2), None)
     """
     if match := _TWILL.fullmatch(pattern):
         over, under, shift = (int(word) for word in match.groups(default="1"))
@@ -42,7 +43,8 @@ def check_fabric(
     Warp crosses weft and nothing else. Labels modulo the repeat step by one along the weft and by
     the shift along the warp, in one direction all along a thread. Around every gap of four
     crossings, opposite labels have equal sums, so that neighbours run the same way. The warp lies
-    on top where the label is less than the number it passes over.
+    on top where the label is less than the number it passes over. If the name has a shift, its sign
+    says whether the diagonal rises to the right or to the left, and each gap must agree.
 
     References
     ----------
@@ -85,6 +87,13 @@ def check_fabric(
             np.all(steps == step % size) or np.all(steps == -step % size),
             f"its labels do not step by {step} from crossing to crossing",
         )
+    # In a fabric that is its own mirror image, and where any shift will do, there is no hand.
+    handed = plan.pattern.count("/") == 2 and 2 * shift % size != 0
+    edges_inverse = {edge: key for key, edge in edges.items()}
+    links: dict[bool, set[frozenset[int]]] = {True: set(), False: set()}
+    for thread in plan.threads:
+        around_it = thread.crossings + thread.crossings[:1] * thread.closed
+        links[thread.id in warp] |= {frozenset(pair) for pair in pairwise(around_it)}
     by_edge = {edges[key]: value for key, value in label.items() if key in edges}
     for orbits in gap_orbits(mesh):
         for orbit, closed in orbits:
@@ -92,6 +101,26 @@ def check_fabric(
             if not closed or len(around) != 4 or None in around:
                 continue
             a, b, c, d = (value for value in around if value is not None)
-            tally.at(f"gap with the labels {a}, {b}, {c}, {d}").expect(
-                (a + c - b - d) % size == 0, "neighbours run apart around it"
-            )
+            place = tally.at(f"gap with the labels {a}, {b}, {c}, {d}")
+            place.expect((a + c - b - d) % size == 0, "neighbours run apart around it")
+            if handed:
+                first, second = (edges_inverse[keys[side]] for side in orbit[:2])
+                along = frozenset((first, second))
+                if (along in links[True]) != (along in links[False]):
+                    _check_hand(place, (b - a, c - b), along in links[True], shift, size)
+
+
+def _check_hand(
+    place: Place, steps: tuple[int, int], warp_first: bool, shift: int, size: int
+) -> None:
+    """Check which way the diagonal rises, by two steps counter-clockwise round a gap.
+
+    With the warp upright, the weft step leads to the right and the warp step up, or to the left
+    and up; labels that fall to the right and rise upwards by as much repeat right above.
+    """
+    up, across = steps if warp_first else steps[::-1]
+    right = -across if warp_first else across
+    place.expect(
+        (up + shift * right) % size == 0,
+        f"its diagonal rises to the {'left' if shift > 0 else 'right'}",
+    )

@@ -75,9 +75,10 @@ def weave_fabric(
     fabric : Fabric
         The fabric; 1/1 is plain weave, which exists on every mesh.
     hand : {"S", "Z"}, optional
-        The hand of the twill line, the same everywhere; otherwise any will do, in each body one
-        hand throughout if possible. A cloth turned by a quarter has the other hand, as its weft
-        has become its warp: a closed weave often allows both by the choice of the warp.
+        The hand of the twill line, the same everywhere; otherwise the fabric's, or, if it has
+        none, any will do, in each body one hand throughout if possible. A cloth turned by a quarter
+        has the other hand, as its weft has become its warp: a closed weave often allows both by
+        the choice of the warp.
     labels : sequence of str, optional
         Names of the threads, for the words.
 
@@ -116,6 +117,7 @@ this is so for 2 of 2 threads'
             if fabric.handed
             else f"the fabric {fabric} is its own mirror image, so it has no hand"
         )
+    hand = hand or fabric.hand or None
     if fabric.repeat == 2:
         return FabricWeave(fabric, plain_weave(threads))
     names = thread_labels(threads.n_threads) if labels is None else labels

@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fabweave.core.errors import InputError
 
@@ -26,8 +26,11 @@ class Fabric:
         How many it passes under.
     shift : int
         Steps from one weft thread to the next. 1 makes a twill: then the warp goes over ``over``
-        in succession and under ``under``. A shift and its negative are one fabric in two hands,
-        which the mesh allows or not: the smaller of both is kept.
+        in succession and under ``under``. A shift and its negative are one fabric in two hands:
+        the smaller of both is kept.
+    hand : {"", "S", "Z"}
+        Which of the two is wanted; "" if either will do. Seen from outside with the warp upright,
+        the diagonal of Z rises to the right and that of S to the left.
 
     Examples
     --------
@@ -39,6 +42,7 @@ class Fabric:
     over: int
     under: int
     shift: int = 1
+    hand: str = ""
 
     def __post_init__(self) -> None:
         """Refuse what is not a fabric, and write the shift as the smaller of the two ways round."""
@@ -74,6 +78,8 @@ class Fabric:
 
     def __str__(self) -> str:
         """Write the fabric as :func:`parse_fabric` reads it."""
+        if self.hand:
+            return f"{self.over}/{self.under}/{'-' if self.hand == 'S' else ''}{self.shift}"
         if self.shift != 1:
             if self.under == 1:
                 return f"satin:{self.repeat}/{self.shift}"
@@ -88,8 +94,10 @@ def parse_fabric(text: str) -> Fabric:
     Parameters
     ----------
     text : str
-        Over and under along the warp, and the shift from thread to thread (1 if it is left out).
-        A satin shows the warp: over n - 1, under 1. A sateen shows the weft.
+        How many weft threads the warp passes over and under, and the shift from one weft thread
+        to the next. A positive shift leads the diagonal to the right, a negative one to the left;
+        where it is left out, it is 1 to either side. A satin shows the warp: over n - 1, under 1.
+        A sateen shows the weft. Both have either hand.
 
     Returns
     -------
@@ -103,13 +111,17 @@ def parse_fabric(text: str) -> Fabric:
     Examples
     --------
     >>> parse_fabric("3/1"), parse_fabric("2/2/-1")
-    (Fabric(over=3, under=1, shift=1), Fabric(over=2, under=2, shift=1))
+    (Fabric(over=3, under=1, shift=1, hand=''), Fabric(over=2, under=2, shift=1, hand='S'))
     >>> parse_fabric("satin:5/2")
-    Fabric(over=4, under=1, shift=2)
+    Fabric(over=4, under=1, shift=2, hand='')
     """
     twill = re.fullmatch(r"(\d{1,3})/(\d{1,3})(?:/(-?\d{1,3}))?", text.strip(), re.ASCII)
     if twill:
-        return Fabric(int(twill[1]), int(twill[2]), int(twill[3] or 1))
+        fabric = Fabric(int(twill[1]), int(twill[2]), int(twill[3] or 1))
+        if twill[3] is None or not fabric.handed:
+            return fabric
+        right = int(twill[3]) % fabric.repeat == fabric.shift
+        return replace(fabric, hand="Z" if right else "S")
     satin = re.fullmatch(r"(satin|sateen):(\d{1,3})/(-?\d{1,3})", text.strip(), re.ASCII)
     if not satin:
         raise InputError(

@@ -1,11 +1,14 @@
 """Anneal the twists of a weave: 64 copies at once, one in each bit of a word."""
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.weave.twill.conditions import TwillConditions
+from fabweave.weave.twill.weights import EQUAL, TwillWeights
 
 #: One word a crossing; bit k of all words together is copy k of the weave's twists.
 Copies = npt.NDArray[np.uint64]
@@ -48,7 +51,9 @@ class Couplings:
         Different conditions: the two of a pair must differ; of the first two and the last two of
         a window, at least one couple must agree.
     pair_weight, window_weight : (M,) and (N,) int arrays
-        How often each occurs.
+        How often each occurs, times its weight.
+    unit : float
+        What a condition weighs on average; temperatures are in this unit.
     neighbours : (X, X) sparse matrix
         Which crossings share a condition.
     classes : tuple
@@ -61,12 +66,20 @@ class Couplings:
     pair_weight: IntArray
     windows: IntArray
     window_weight: IntArray
+    unit: float
     neighbours: sparse.csr_array
     classes: tuple[tuple[IntArray, tuple[_Slots, ...]], ...]
 
 
-def couple(conditions: TwillConditions) -> Couplings:
+def couple(conditions: TwillConditions, weights: TwillWeights = EQUAL) -> Couplings:
     """Arrange the conditions of a mesh for annealing.
+
+    Parameters
+    ----------
+    conditions : TwillConditions
+        The conditions.
+    weights : TwillWeights, optional
+        What counts how much; all that is counted is in proportion to whole numbers.
 
     Examples
     --------
@@ -80,21 +93,26 @@ def couple(conditions: TwillConditions) -> Couplings:
     (144, 144, 2)
     """
     count = conditions.n_crossings
+    of_edge, of_face, of_vertex = weights.whole
     pairs, pair_weight = np.unique(np.sort(conditions.edge, axis=1), axis=0, return_counts=True)
+    pair_weight = pair_weight.astype(np.int64) * of_edge
     a, b, c, d = conditions.gaps.T
     couples = np.sort(np.stack((np.column_stack((b, c)), np.column_stack((a, d))), axis=1), axis=2)
     code = couples[:, :, 0] * np.int64(count) + couples[:, :, 1]
     couples = np.take_along_axis(couples, np.argsort(code, axis=1)[:, :, None], axis=1)
-    windows, window_weight = np.unique(couples.reshape(-1, 4), axis=0, return_counts=True)
+    windows, which = np.unique(couples.reshape(-1, 4), axis=0, return_inverse=True)
+    each = np.repeat((of_face, of_vertex), (len(conditions.face), len(conditions.vertex)))
+    window_weight = np.bincount(which.ravel(), each, minlength=len(windows)).astype(np.int64)
     neighbours = _neighbours(count, pairs, windows)
     colour = _colour(neighbours)
     seen = _as_seen(count, pairs, pair_weight, windows, window_weight)
     return Couplings(
         n_crossings=count,
         pairs=pairs,
-        pair_weight=pair_weight.astype(np.int64),
+        pair_weight=pair_weight,
         windows=windows,
-        window_weight=window_weight.astype(np.int64),
+        window_weight=window_weight,
+        unit=float(pair_weight.sum() + window_weight.sum()) / max(conditions.count, 1) or 1.0,
         neighbours=neighbours,
         classes=tuple(_slots(count, np.flatnonzero(colour == k), seen) for k in np.unique(colour)),
     )
@@ -219,7 +237,11 @@ def sweep(
     rng : numpy.random.Generator
         Draws the chances.
     """
-    chance = float(np.exp(-1.0 / temperature)) if temperature > 0 else 0.0
+    # Where conditions weigh more, coins are worth more, too: a power of two, to add it as a digit.
+    level = max(math.frexp(couplings.unit)[1] - 1, 0)
+    worth = 2**level / couplings.unit
+    chance = float(np.exp(-worth / temperature)) if temperature > 0 else 0.0
+    throws = round(_HIGHEST_STEP / worth)
     for members, slots in couplings.classes:
         twists = copies[members]
         worse: list[Copies] = []
@@ -232,9 +254,9 @@ def sweep(
                 _add(better, lost, slot.level)
         # A turn may cost as many conditions as a coin of the given chance falls heads in a row.
         heads = np.full(twists.shape, _ALL)
-        for _ in range(_HIGHEST_STEP if chance > 0 else 0):
+        for _ in range(throws if chance > 0 else 0):
             heads = heads & _coins(chance, twists.shape, rng)
-            _add(better, heads, 0)
+            _add(better, heads, level)
         copies[members] = twists ^ _not_less(better, worse, twists.shape)
 
 
@@ -277,7 +299,7 @@ def _coins(chance: float, shape: tuple[int, ...], rng: np.random.Generator) -> C
 
 
 def scores(couplings: Couplings, copies: Copies) -> IntArray:
-    """Return how many conditions each copy breaks, (64,)."""
+    """Return what the conditions that each copy breaks weigh, (64,)."""
     left, right = copies[couplings.pairs].T
     a, b, c, d = copies[couplings.windows].T
     result = np.zeros(N_COPIES, dtype=np.int64)
@@ -288,3 +310,54 @@ def scores(couplings: Couplings, copies: Copies) -> IntArray:
         octets = broken.astype("<u8").view(np.uint8).reshape(-1, 8)
         result += weight @ np.unpackbits(octets, axis=1, bitorder="little")
     return result
+
+
+def resample(
+    couplings: Couplings,
+    copies: Copies,
+    before: float,
+    after: float,
+    rng: np.random.Generator,
+) -> Copies:
+    """Let copies that break little displace those that break much, as cooling would have it.
+
+    Each copy is taken as often as its chance grows when the temperature falls, exp(-broken /
+    after) to exp(-broken / before), rounded up or down at random.
+
+    Parameters
+    ----------
+    couplings : Couplings
+        The conditions.
+    copies : (X + 2,) uint64 array
+        The twists.
+    before, after : float
+        The temperatures, in units of one condition.
+    rng : numpy.random.Generator
+        Draws one number.
+
+    Returns
+    -------
+    (X + 2,) uint64 array
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fabweave.mesh.shapes import grids
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.twill.conditions import twill_conditions
+    >>> from fabweave.weave.threads import trace_threads
+    >>> halfedges = build_halfedges(grids.torus(4, 4, 2.0, 1.0))
+    >>> couplings = couple(twill_conditions(halfedges, trace_threads(halfedges)))
+    >>> rng = np.random.default_rng(0)
+    >>> copies = random_copies(couplings, rng)
+    >>> least = int(scores(couplings, copies).min())
+    >>> frozen = scores(couplings, resample(couplings, copies, 1.0, 0.01, rng))
+    >>> bool(np.all(frozen == least))
+    True
+    """
+    broken = scores(couplings, copies) / couplings.unit
+    share = np.exp((broken.min() - broken) * (1 / after - 1 / before))
+    reached = np.cumsum(share / share.sum())
+    drawn = (np.arange(N_COPIES) + rng.random()) / N_COPIES
+    taken = np.minimum(np.searchsorted(reached, drawn), N_COPIES - 1)
+    return pack(unpack(copies)[taken])

@@ -1,37 +1,44 @@
 """Prove how few conditions of a twill any weave of a mesh must break."""
 
-import heapq
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.anneal import Couplings
+from fabweave.weave.twill.elimination import (
+    PARTS,
+    REGION_WIDTH,
+    Region,
+    Work,
+    crossings_of,
+    elimination_order,
+    least_parts,
+    shared_tables,
+)
 
-#: How many conditions are broken, for all twists of a few crossings: one axis for each.
-_Table = npt.NDArray[np.int16]
-
-#: Tables of at most this many axes are used: 2**18 numbers in a region, 2**24 for a whole mesh.
-_REGION_WIDTH = 18
+#: Tables for a whole mesh have at most this many axes: 2**24 numbers.
 _WHOLE_WIDTH = 24
+#: Regions that were too large for that are solved once more, with larger and larger tables.
+_WIDER = (20, 22, 24)
+#: So far from a seed conditions are split, on meshes of at most so many crossings times seeds.
+_FARTHEST = 14
+_MOST_SPLIT = 5e7
+#: Work for larger tables by effort, in numbers of tables (see prove_bound).
+WIDER_WORK = {"quick": 0.0, "normal": 2e9, "best": 2e10}
 #: Larger meshes are not tried as a whole; regions grow no larger by merging.
 _MOST_WHOLE = 200
 _MOST_MERGED = 160
 
-#: Work is counted in numbers of tables that are computed; to look up a condition or a table takes
-#: as long as so many, where it is computed and where regions are only tried for merging.
-_LOOK_UP, _TRIAL = 10_000, 2500
-
-_PAIR = np.eye(2, dtype=np.int16)
-_WINDOW = np.einsum("ab,cd->abcd", 1 - _PAIR, 1 - _PAIR)
+#: Work to look up a table where regions are only tried for merging.
+_TRIAL = 2500
 
 
 @dataclass(frozen=True)
@@ -53,44 +60,26 @@ class Bound:
     cut_short: bool = False
 
 
-@dataclass
-class _Work:
-    """How much may still be computed."""
-
-    left: float
-
-    def spend(self, amount: float) -> None:
-        """Take off what something cost."""
-        self.left -= amount
-
-    @property
-    def done(self) -> bool:
-        """Whether nothing is left."""
-        return self.left <= 0
-
-
-@frozen_value
-class _Region:
-    """Conditions that count for one part of the mesh, as rows, and how far each is from it."""
-
-    pairs: IntArray
-    windows: IntArray
-
-
 def prove_bound(
     couplings: Couplings,
     seeds: Sequence[IntArray],
     *,
     most_work: int | None = None,
+    wider_work: float = 0.0,
     progress: Progress = no_progress,
 ) -> Bound:
     """Prove a lower bound on the number of broken conditions.
 
     A small mesh is solved as a whole, by eliminating one crossing after the other from tables of
-    costs. Else the conditions are dealt out to regions around the seeds, each condition to one
-    region; what each region must break by itself, found in the same way, adds up to what the mesh
-    must break. Neighbouring regions are merged while the tables stay small, and conditions far
-    from a seed are left out where they do not: both can only make the sum too low.
+    costs. Else the conditions are dealt out to regions around the seeds, each condition to the
+    region of the seed that it is nearest to; what each region must break by itself, found in the
+    same way, adds up to what the mesh must break. Where several seeds are as near, the condition
+    goes to one of them, or is split in equal parts between all: the better sum of the two counts.
+    Neighbouring regions are merged while the tables stay small, and conditions far from a seed are
+    left out where they do not: both can only make the sum too low.
+
+    Whether the number of broken conditions is odd or even often does not depend on the twists: on
+    a closed mesh it is always even. Then the sum is rounded up to what is possible.
 
     Parameters
     ----------
@@ -103,6 +92,9 @@ def prove_bound(
         Stop merging regions after the work of so many numbers in tables, and solving them after
         as much again: regions that were not solved by then count for nothing. The same on every
         machine.
+    wider_work : float
+        Work that may be spent on larger tables, all regions together, where more of a region could
+        then be solved.
     progress : callable
         Told which region is being solved.
 
@@ -125,25 +117,42 @@ def prove_bound(
     >>> prove_bound(couple(twill_conditions(halfedges, trace_threads(halfedges))), [])
     Bound(least=16, optimum=True, cut_short=False)
     """
-    everything = _Region(np.arange(len(couplings.pairs)), np.arange(len(couplings.windows)))
+    everything = Region(
+        np.arange(len(couplings.pairs)),
+        np.arange(len(couplings.windows)),
+        np.full(len(couplings.pairs), PARTS),
+        np.full(len(couplings.windows), PARTS),
+    )
     if couplings.n_crossings <= _MOST_WHOLE:
-        optimum = _least(couplings, everything, _WHOLE_WIDTH)
+        optimum = least_parts(couplings, everything, _WHOLE_WIDTH)
         if optimum is not None:
-            return Bound(optimum, optimum=True)
+            return Bound(optimum // PARTS, optimum=True)
     if not seeds:
         return Bound(0, optimum=False)
     most = math.inf if most_work is None else most_work
-    regions, far = _deal(couplings, seeds)
-    merging, solving = _Work(most), _Work(most)
-    progress("twill bound", 0, len(regions))
-    merged = _merged(couplings, regions, merging)
-    least = 0
-    for number, region in enumerate(merged):
-        progress("twill bound", number, len(merged))
-        if solving.done:
-            break
-        least += _least_within(couplings, region, far, solving)
-    return Bound(least, optimum=False, cut_short=merging.done or solving.done)
+    nearness = _nearness(couplings, seeds)
+    far = [nearness.distance[rows].max(axis=1) for rows in (couplings.pairs, couplings.windows)]
+    deals = [_deal(couplings, nearness, len(seeds))]
+    if most_work is None and len(seeds) * couplings.n_crossings <= _MOST_SPLIT:
+        deals.append(_split(couplings, seeds))
+    parts, cut_short = 0, False
+    for deal in deals:
+        merging, solving = Work(most), Work(most)
+        regions = _merged(couplings, deal, merging)
+        proved = 0
+        for number, region in enumerate(regions):
+            progress("twill bound", number, len(regions))
+            if solving.done:
+                break
+            wider = Work(wider_work / len(regions))
+            proved += _least_within(couplings, region, far, solving, wider)
+        parts = max(parts, proved)
+        cut_short |= merging.done or solving.done
+    least = -(-parts // PARTS)
+    remainder = _parity(couplings)
+    if remainder is not None:
+        least += (least - remainder) % 2
+    return Bound(least, optimum=False, cut_short=cut_short)
 
 
 def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
@@ -171,8 +180,20 @@ def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
     return seeds
 
 
-def _deal(couplings: Couplings, seeds: Sequence[IntArray]) -> tuple[list[_Region], list[IntArray]]:
-    """Deal each condition to the seed nearest to it; return regions, and distances by row."""
+@frozen_value
+class _Nearness:
+    """Which seed is nearest to each crossing, and how far it is.
+
+    Crossings in bodies of the mesh without a seed are not ``reached``, and have distance 0.
+    """
+
+    reached: BoolArray
+    distance: IntArray
+    source: IntArray
+
+
+def _nearness(couplings: Couplings, seeds: Sequence[IntArray]) -> _Nearness:
+    """Walk from all seeds at once, from condition to condition."""
     count = couplings.n_crossings
     start = np.repeat(np.arange(count, count + len(seeds)), [len(seed) for seed in seeds])
     near = couplings.neighbours.tocoo()
@@ -183,34 +204,94 @@ def _deal(couplings: Couplings, seeds: Sequence[IntArray]) -> tuple[list[_Region
         ),
         shape=(count + len(seeds), count + len(seeds)),
     ).tocsr()
-    distance, _, source = csgraph.dijkstra(
+    walked, _, source = csgraph.dijkstra(
         links,
         indices=np.arange(count, count + len(seeds)),
         min_only=True,
         unweighted=True,
         return_predecessors=True,
     )
-    # Bodies of the mesh without a seed are out of reach and deal nothing to anyone.
-    reached = np.isfinite(distance[:count])
-    distance = np.where(reached, distance[:count], 0)
-    dealt, far = [], []
+    reached = np.isfinite(walked[:count])
+    distance = np.where(reached, walked[:count], 0).astype(np.int64)
+    return _Nearness(reached, distance, source[:count].astype(np.int64) - count)
+
+
+def _deal(couplings: Couplings, nearness: _Nearness, n_seeds: int) -> list[Region]:
+    """Deal each condition to the seed that is nearest to any of its crossings."""
+    dealt = []
     for rows in (couplings.pairs, couplings.windows):
-        nearest = np.argmin(distance[rows] * len(links.indptr) + source[rows], axis=1)
-        owner = np.where(
-            reached[rows[:, 0]], source[rows[np.arange(len(rows)), nearest]] - count, -1
+        nearest = np.argmin(
+            nearness.distance[rows] * (len(nearness.distance) + n_seeds) + nearness.source[rows],
+            axis=1,
         )
+        owner = nearness.source[rows[np.arange(len(rows)), nearest]]
+        owner = np.where(nearness.reached[rows[:, 0]], owner, -1)
         order = np.argsort(owner, kind="stable")
-        bounds = np.searchsorted(owner[order], np.arange(len(seeds) + 1))
-        dealt.append([order[bounds[k] : bounds[k + 1]] for k in range(len(seeds))])
-        far.append(distance[rows].max(axis=1).astype(np.int64))
-    return [_Region(p, w) for p, w in zip(*dealt, strict=True)], far
+        bounds = np.searchsorted(owner[order], np.arange(n_seeds + 1))
+        dealt.append([order[bounds[k] : bounds[k + 1]] for k in range(n_seeds)])
+    return [
+        Region(pairs, windows, np.full(len(pairs), PARTS), np.full(len(windows), PARTS))
+        for pairs, windows in zip(*dealt, strict=True)
+    ]
 
 
-def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_Region]:
+def _split(couplings: Couplings, seeds: Sequence[IntArray]) -> list[Region]:
+    """Split each condition between the seeds whose distance to all its crossings is least."""
+    tables = couplings.pairs, couplings.windows
+    least = [np.full(len(rows), _FARTHEST + 1) for rows in tables]
+    found: list[list[tuple[IntArray, IntArray]]] = [[], []]
+    for seed in seeds:
+        steps = csgraph.dijkstra(
+            couplings.neighbours, indices=seed, min_only=True, unweighted=True, limit=_FARTHEST
+        )
+        steps = np.minimum(steps, _FARTHEST + 1).astype(np.int64)
+        for number, rows in enumerate(tables):
+            distance = steps[rows].max(axis=1)
+            near = np.flatnonzero(distance <= np.minimum(least[number], _FARTHEST))
+            least[number][near] = distance[near]
+            found[number].append((near, distance[near]))
+    regions = []
+    owned = [
+        [near[distance == least[number][near]] for near, distance in found[number]]
+        for number in (0, 1)
+    ]
+    between = [
+        np.bincount(np.concatenate(owned[number]), minlength=len(tables[number]))
+        for number in (0, 1)
+    ]
+    for pairs, windows in zip(*owned, strict=True):
+        # A remainder is lost, which keeps the sum a bound.
+        parts = PARTS // between[0][pairs], PARTS // between[1][windows]
+        regions.append(Region(pairs, windows, *parts))
+    return regions
+
+
+def _parity(couplings: Couplings) -> int | None:
+    """Return the number of broken conditions modulo 2; None if it depends on the twists.
+
+    Over GF(2) a pair a, b is broken if 1 + a + b is 1, a window a, b, c, d if (a + b)(c + d) is:
+    their sum is one number if all terms in a, b, c and d cancel.
+    """
+    odd = couplings.pair_weight % 2 == 1
+    pairs, windows = couplings.pairs[odd], couplings.windows[couplings.window_weight % 2 == 1]
+    products = np.sort(
+        np.concatenate([windows[:, [i, j]] for i in (0, 1) for j in (2, 3)]).reshape(-1, 2), axis=1
+    )
+    same = products[:, 0] == products[:, 1]
+    single = np.bincount(
+        np.concatenate((pairs.ravel(), products[same, 0])), minlength=couplings.n_crossings
+    )
+    _, times = np.unique(products[~same], axis=0, return_counts=True)
+    if np.any(single % 2) or np.any(times % 2):
+        return None
+    return len(pairs) % 2
+
+
+def _merged(couplings: Couplings, regions: list[Region], work: Work) -> list[Region]:
     """Merge neighbouring regions, each with each that it can be, in their order."""
-    result: list[_Region | None] = list(regions)
+    result: list[Region | None] = list(regions)
     owner: dict[int, set[int]] = {}
-    inside = [set(_crossings(couplings, region).tolist()) for region in regions]
+    inside = [set(crossings_of(couplings, region).tolist()) for region in regions]
     for number, crossings in enumerate(inside):
         for crossing in crossings:
             owner.setdefault(crossing, set()).add(number)
@@ -232,12 +313,10 @@ def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_
         apart.add(pair)
         if len(inside[first] | inside[second]) > _MOST_MERGED:
             continue
-        both = _Region(
-            np.concatenate((one.pairs, other.pairs)), np.concatenate((one.windows, other.windows))
-        )
-        tables, sharing = _scopes(couplings, both)
+        both = one.and_also(other)
+        tables, sharing = shared_tables(couplings, both)
         work.spend(_TRIAL * len(tables))
-        if _order(sharing, _REGION_WIDTH) is not None:
+        if elimination_order(sharing, REGION_WIDTH) is not None:
             result[first], result[second] = both, None
             inside[first] |= inside[second]
             members[first] += members[second]
@@ -246,110 +325,21 @@ def _merged(couplings: Couplings, regions: list[_Region], work: _Work) -> list[_
     return [region for region in result if region is not None]
 
 
-def _least_within(couplings: Couplings, region: _Region, far: list[IntArray], work: _Work) -> int:
+def _least_within(
+    couplings: Couplings, region: Region, far: list[IntArray], work: Work, wider: Work
+) -> int:
     """Return what a region must break, without its farthest conditions if they are too many."""
     near_pairs, near_windows = far[0][region.pairs], far[1][region.windows]
     reach = max(int(near_pairs.max(initial=0)), int(near_windows.max(initial=0)))
     least = 0
     # From the seed outwards: of a large region only the middle is ever looked at.
     for limit in range(1, reach + 1):
-        part = _Region(region.pairs[near_pairs <= limit], region.windows[near_windows <= limit])
-        more = _least(couplings, part, _REGION_WIDTH, work)
+        part = region.some(near_pairs <= limit, near_windows <= limit)
+        more = least_parts(couplings, part, REGION_WIDTH, work)
+        for width in _WIDER:
+            if more is None and not wider.done:
+                more = least_parts(couplings, part, width, wider)
         if more is None or work.done:
             return least if more is None else more
         least = more
-    return least
-
-
-def _crossings(couplings: Couplings, region: _Region) -> IntArray:
-    """Return the crossings that a region's conditions touch."""
-    return np.unique(
-        np.concatenate(
-            (couplings.pairs[region.pairs].ravel(), couplings.windows[region.windows].ravel())
-        )
-    )
-
-
-def _scopes(
-    couplings: Couplings, region: _Region
-) -> tuple[list[tuple[tuple[int, ...], _Table]], list[set[int]]]:
-    """Return a region's costs as tables over its own crossings, and who shares a table."""
-    crossings = _crossings(couplings, region)
-    tables: list[tuple[tuple[int, ...], _Table]] = []
-    for rows, weights, table in (
-        (couplings.pairs[region.pairs], couplings.pair_weight[region.pairs], _PAIR),
-        (couplings.windows[region.windows], couplings.window_weight[region.windows], _WINDOW),
-    ):
-        local = np.searchsorted(crossings, rows).tolist()
-        for scope, weight in zip(local, weights.tolist(), strict=True):
-            # A condition that meets a crossing twice is left out, which keeps the bound a bound.
-            if len(set(scope)) == len(scope):
-                tables.append((tuple(scope), table * weight))
-    sharing: list[set[int]] = [set() for _ in crossings]
-    for scope, _ in tables:
-        for crossing in scope:
-            sharing[crossing].update(scope)
-    for crossing, others in enumerate(sharing):
-        others.discard(crossing)
-    return tables, sharing
-
-
-def _order(sharing: list[set[int]], width: int) -> list[int] | None:
-    """Order the crossings for elimination, the least connected first; None if tables get large."""
-    around = [set(others) for others in sharing]
-    waiting = [(len(others), crossing) for crossing, others in enumerate(around)]
-    heapq.heapify(waiting)
-    order: list[int] = []
-    gone = [False] * len(around)
-    while waiting:
-        degree, crossing = heapq.heappop(waiting)
-        if gone[crossing] or degree != len(around[crossing]):
-            continue
-        if degree > width:
-            return None
-        for other in around[crossing]:
-            around[other] |= around[crossing]
-            around[other] -= {other, crossing}
-            heapq.heappush(waiting, (len(around[other]), other))
-        gone[crossing] = True
-        order.append(crossing)
-    return order
-
-
-def _least(
-    couplings: Couplings, region: _Region, width: int, work: _Work | None = None
-) -> int | None:
-    """Return the least number of a region's conditions that must break; None if too wide."""
-    tables, sharing = _scopes(couplings, region)
-    if work is not None:
-        work.spend(_LOOK_UP * len(tables))
-    order = _order(sharing, width)
-    if order is None:
-        return None
-    least = 0
-    held: list[dict[int, tuple[tuple[int, ...], _Table]]] = [{} for _ in sharing]
-    for number, (scope, table) in enumerate(tables):
-        for crossing in scope:
-            held[crossing][number] = (scope, table)
-    for step, crossing in enumerate(order, start=len(tables)):
-        gathered = held[crossing]
-        joint = sorted({other for scope, _ in gathered.values() for other in scope} - {crossing})
-        axis = {other: place for place, other in enumerate([crossing, *joint])}
-        total: _Table = np.zeros((2,) * len(axis), dtype=np.int16)
-        if work is not None:
-            work.spend((total.size + _LOOK_UP) * len(gathered))
-        for number, (scope, table) in gathered.items():
-            places = [axis[other] for other in scope]
-            shape = [1] * len(axis)
-            for place in places:
-                shape[place] = 2
-            total += table.transpose(np.argsort(places)).reshape(shape)
-            for other in scope:
-                if other != crossing:
-                    del held[other][number]
-        rest = total.min(axis=0)
-        if not joint:
-            least += int(rest)
-        for other in joint:
-            held[other][step] = (tuple(joint), rest)
     return least

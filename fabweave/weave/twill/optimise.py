@@ -11,6 +11,7 @@ from fabweave.weave.twill.anneal import (
     Couplings,
     pack,
     random_copies,
+    resample,
     scores,
     sweep,
     unpack,
@@ -34,6 +35,13 @@ class Search:
         Rounds without gain after which the search ends.
     most_turns : float
         Limit on crossings times sweeps, so that large meshes end in time.
+    chains, chain_sweeps : int
+        Long coolings after that, and the sweeps of each.
+    chain_patience : int
+        Long coolings without gain after which the search ends.
+    most_chain_turns : float
+        Limit on crossings times sweeps of all long coolings: a mesh that is too large for one
+        gets none.
     """
 
     sweeps: int
@@ -41,16 +49,29 @@ class Search:
     round_sweeps: int
     patience: int
     most_turns: float
+    chains: int
+    chain_sweeps: int
+    chain_patience: int
+    most_chain_turns: float
 
 
 SEARCHES = {
-    "quick": Search(200, 6, 60, 3, 1e7),
-    "normal": Search(600, 30, 100, 6, 6e7),
-    "best": Search(2000, 200, 150, 20, 2e8),
+    "quick": Search(200, 6, 60, 3, 1e7, 0, 0, 0, 0.0),
+    "normal": Search(600, 30, 100, 6, 6e7, 4, 3000, 2, 1.3e8),
+    "best": Search(2000, 200, 150, 20, 2e8, 8, 6000, 4, 6e8),
 }
 
 #: Twists are disordered above the first temperature, and hardly change below the last.
 _HOT, _WARM, _COLD = 2.6, 2.1, 0.7
+#: A long cooling begins just below the temperature at which order melts away, so that seams of the
+#: twill wander as far as they can, and spends most of its sweeps above the second temperature.
+#: Below the third, where seams no longer find other ends, good copies displace bad ones.
+_SEAMS_WANDER, _SEAMS_REST, _SEAMS_KEPT = 2.5, 1.8, 2.2
+_SHARE_WANDERING = 0.7
+#: Sweeps from one displacement to the next.
+_DISPLACED_EVERY = 10
+#: A small mesh needs no more sweeps of a long cooling than so many times its crossings.
+_CHAIN_PER_CROSSING = 2
 #: So many of the best are kept and crossed with one another.
 _ELITE = 4
 
@@ -71,6 +92,11 @@ def optimise_twill(
     differ in patches that share no condition, the better of both is taken patch by patch: no patch
     loses what another gains. For a large mesh, which has no time to order itself from random
     twists, all begins with the start.
+
+    What is left are seams, along which the diagonal changes direction or phase, and they end at
+    irregular vertices: to lead them from other vertices to others is a long way uphill. So at last
+    the best, and the start again, are cooled slowly from just below the temperature at which all
+    order melts, and copies with long seams give way to copies with short ones.
 
     Parameters
     ----------
@@ -95,7 +121,8 @@ def optimise_twill(
     References
     ----------
     The crossing of patches is the partition crossover of Tinós, Whitley and Chicano, "Partition
-    crossover for pseudo-Boolean optimization" (FOGA 2015).
+    crossover for pseudo-Boolean optimization" (FOGA 2015). Long coolings are population annealing:
+    Hukushima and Iba, "Population annealing and its application to a spin glass" (2003).
 
     Examples
     --------
@@ -117,14 +144,24 @@ def optimise_twill(
     # A large mesh has no time to order itself from nothing: its whole time goes to the start.
     sweeps = search.sweeps if allowed >= 2 * search.sweeps else 0
     rounds = min(search.rounds, max(1, (allowed - sweeps) // search.round_sweeps))
-    total = sweeps + rounds * search.round_sweeps
+    chain_sweeps = min(search.chain_sweeps, _CHAIN_PER_CROSSING * couplings.n_crossings)
+    chain_turns = max(chain_sweeps * couplings.n_crossings, 1)
+    chains = min(search.chains, int(search.most_chain_turns / chain_turns))
+    total = sweeps + rounds * search.round_sweeps + chains * chain_sweeps
     done = 0
 
-    def cool(copies: Copies, temperatures: FloatArray) -> list[BoolArray]:
+    def cool(
+        copies: Copies, temperatures: FloatArray, *, displace_below: float = 0.0
+    ) -> list[BoolArray]:
         """Cool copies down and return their twists, the best first."""
         nonlocal done
-        for temperature in temperatures.tolist():
+        since = 0.0
+        for number, temperature in enumerate(temperatures.tolist(), start=1):
             sweep(couplings, copies, temperature, rng)
+            if temperature <= displace_below and number % _DISPLACED_EVERY == 0:
+                if since:
+                    copies = resample(couplings, copies, since, temperature, rng)
+                since = temperature
             done += 1
             if done % 10 == 0:
                 progress("twill", done, total)
@@ -150,4 +187,27 @@ def optimise_twill(
         cooled = cool(copies, np.linspace(_WARM, _COLD, search.round_sweeps))
         elite = best_crossed(elite, [*cooled, *elite])
         waited = 0 if score(couplings, elite[0]) < before else waited + 1
+    waited = 0
+    for number in range(chains):
+        before = score(couplings, elite[0])
+        if before <= least or waited >= search.chain_patience:
+            break
+        # Every other cooling sets out from the start: what has been found may lie in a blind alley.
+        begin = np.array([start] if number % 2 else elite)
+        copies = pack(begin[np.arange(N_COPIES) % len(begin)])
+        cooled = cool(copies, _slowly(chain_sweeps), displace_below=_SEAMS_KEPT)
+        half = _ELITE // 2
+        elite = best_crossed([*elite[:half], *cooled[:half]], [*cooled, *elite])
+        waited = 0 if score(couplings, elite[0]) < before else waited + 1
     return elite[0]
+
+
+def _slowly(sweeps: int) -> FloatArray:
+    """Return the temperatures of a long cooling."""
+    wandering = int(_SHARE_WANDERING * sweeps)
+    return np.concatenate(
+        (
+            np.linspace(_SEAMS_WANDER, _SEAMS_REST, wandering),
+            np.linspace(_SEAMS_REST, _COLD, sweeps - wandering),
+        )
+    )

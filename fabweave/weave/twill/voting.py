@@ -2,14 +2,16 @@
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken
+from fabweave.weave.twill.weights import EQUAL, TwillWeights
 
 
 @dataclass(frozen=True)
@@ -23,21 +25,27 @@ class VotingRule:
     groups : bool
         Whether crossings are decided bunch pair by bunch pair, the longest bunches first, and the
         votes along a thread weigh as much as its bunch is long (section 6.3).
-    gap : float
-        Weight of a face or vertex vote (section 6.4); that of an edge vote is 1.
+    face, vertex : float
+        Weights of face and vertex votes (section 6.4); that of an edge vote is 1.
+    literal : bool
+        Whether the vote is held as the paper does: it begins with all edges of a vertex, which twist
+        alike, and the power of bunches is in face and vertex votes, too. Else it begins with one
+        edge and their power is in edge votes alone, which mostly breaks less.
     """
 
     name: str
     groups: bool = False
-    gap: float = 1.0
+    face: float = 1.0
+    vertex: float = 1.0
+    literal: bool = False
 
 
 #: The paper's rules: sections 6.2, 6.3 and 6.4.
 RULES = (
     VotingRule("extension"),
     VotingRule("groups", groups=True),
-    VotingRule("weighted", gap=2.0),
-    VotingRule("weighted groups", groups=True, gap=2.0),
+    VotingRule("weighted", face=2.0, vertex=2.0),
+    VotingRule("weighted groups", groups=True, face=2.0, vertex=2.0),
 )
 
 
@@ -85,10 +93,74 @@ def best_vote(conditions: TwillConditions, threads: Threads, bunches: IntArray) 
     >>> best_vote(twill_conditions(halfedges, threads), threads, part_bunches(threads)).broken
     Broken(edge=0, face=0, vertex=0)
     """
+    return _best(conditions, threads, bunches, RULES, None)
+
+
+def literal_vote(
+    conditions: TwillConditions,
+    halfedges: Halfedges,
+    threads: Threads,
+    bunches: IntArray,
+    weights: TwillWeights = EQUAL,
+) -> Vote:
+    """Vote as the paper does, and return the outcome that breaks least.
+
+    The edges around the first vertex get one sense of twist. Then the frontier advances, the least
+    contested edge first; with groups, the power of a bunch, its length, is in all votes.
+
+    Parameters
+    ----------
+    conditions, threads, bunches
+        As for `best_vote`.
+    halfedges : Halfedges
+        Connectivity of the mesh.
+    weights : TwillWeights, optional
+        Weights of the votes of section 6.4; if all are equal, the votes of faces and vertices
+        weigh twice as much there.
+
+    Returns
+    -------
+    Vote
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects", Computers & Graphics 35
+    (2011), section 6.
+    """
+    rules = [
+        replace(rule, literal=True)
+        if weights.equal or rule.face == 1.0
+        else replace(rule, literal=True, face=float(weights.face), vertex=float(weights.vertex))
+        for rule in RULES
+    ]
+    return _best(conditions, threads, bunches, rules, _around_vertices(halfedges, threads))
+
+
+def _around_vertices(halfedges: Halfedges, threads: Threads) -> list[list[int]]:
+    """Return for each crossing the crossings around the first vertex of its edge."""
+    crossing = np.full(halfedges.n_edges, -1, dtype=np.int64)
+    crossing[halfedges.edge[threads.crossing_halfedge]] = np.arange(threads.n_crossings)
+    around: list[list[int]] = [[] for _ in range(int(halfedges.tail.max(initial=-1)) + 1)]
+    for tail, one in zip(halfedges.tail.tolist(), crossing[halfedges.edge].tolist(), strict=True):
+        if one >= 0:
+            around[tail].append(one)
+    ends = np.minimum(halfedges.tail, halfedges.head)[threads.crossing_halfedge]
+    return [around[end] for end in ends.tolist()]
+
+
+def _best(
+    conditions: TwillConditions,
+    threads: Threads,
+    bunches: IntArray,
+    rules: Sequence[VotingRule],
+    around: list[list[int]] | None,
+) -> Vote:
+    """Vote by each rule in turn, and return the outcome that breaks least."""
     ballot = _Ballot(conditions)
     votes = []
-    for rule in RULES:
-        twist = _extend(ballot, _ranks(threads, bunches, rule), _weights(conditions, bunches, rule))
+    for rule in rules:
+        powers = _powers(conditions, threads, bunches, rule)
+        twist = _extend(ballot, _ranks(threads, bunches, rule), powers, around)
         votes.append(Vote(rule, twist, count_broken(conditions, twist)))
         if votes[-1].broken.total == 0:
             break
@@ -113,11 +185,12 @@ class _Ballot:
             np.concatenate((first, last)),
             np.column_stack((np.concatenate((last, first)), np.concatenate((row, row)))),
         )
-        gaps = conditions.gaps
-        windows = np.concatenate((gaps, gaps[:, ::-1]))
-        #: The crossing voted on at the end of a condition, and the three others in order.
+        gaps = np.column_stack((conditions.gaps, np.arange(len(conditions.gaps))))
+        windows = np.concatenate((gaps, gaps[:, [3, 2, 1, 0, 4]]))
+        #: The crossing voted on at the end of a condition, the three others in order, and which
+        #: condition it is.
         self.windows = _grouped(
-            self.count, windows[:, 1:].T.ravel(), np.concatenate((windows, windows, windows))
+            self.count, windows[:, 1:4].T.ravel(), np.concatenate((windows, windows, windows))
         )
 
 
@@ -146,28 +219,45 @@ def _ranks(threads: Threads, bunches: IntArray, rule: VotingRule) -> list[int]:
     return rank[group].tolist()
 
 
-def _weights(
-    conditions: TwillConditions, bunches: IntArray, rule: VotingRule
-) -> tuple[list[float], float]:
-    """Return the weight of each edge vote, and of every face or vertex vote."""
-    weight: FloatArray = np.ones(len(conditions.edge))
-    if rule.groups and len(weight):
+@frozen_value
+class _Powers:
+    """The weight of each edge vote, of each face or vertex vote, and of the crossing that votes."""
+
+    edge: FloatArray
+    gap: FloatArray
+    voter: FloatArray
+
+
+def _powers(
+    conditions: TwillConditions, threads: Threads, bunches: IntArray, rule: VotingRule
+) -> _Powers:
+    """Return what each vote weighs by a rule."""
+    edge: FloatArray = np.ones(len(conditions.edge))
+    voter: FloatArray = np.ones(threads.n_crossings)
+    gap = np.repeat((rule.face, rule.vertex), (len(conditions.face), len(conditions.vertex)))
+    if rule.groups and len(edge):
         length = np.bincount(bunches[conditions.thread], minlength=int(bunches.max()) + 1)
         bunch_length = length[bunches[conditions.thread]]
-        weight = weight * bunch_length / bunch_length.mean()
-    return weight.tolist(), rule.gap
+        edge = edge * bunch_length / bunch_length.mean()
+        if rule.literal:
+            # A crossing has the power of both bunches that cross there.
+            of_pass = length[bunches[threads.thread_of_pass]]
+            power = np.bincount(threads.crossing, of_pass, minlength=threads.n_crossings)
+            voter = power / power.mean()
+    return _Powers(edge, gap, voter)
 
 
 def _extend(
-    ballot: _Ballot, rank: Sequence[int], weights: tuple[Sequence[float], float]
+    ballot: _Ballot, rank: Sequence[int], powers: _Powers, around: list[list[int]] | None
 ) -> BoolArray:
     """Decide one crossing after the other, breadth first, the least contested first.
 
     The frontier holds the crossings that have votes. The next to be decided is of the first group
     on the frontier and has the least weight of votes against its majority, then the greatest
-    majority, and has waited longest.
+    majority, and has waited longest. ``around`` names the crossings that begin together.
     """
-    edge_weight, gap_weight = weights
+    edge_weight, gap_weight = powers.edge.tolist(), powers.gap.tolist()
+    voter = powers.voter.tolist()
     twist = [-1] * ballot.count
     votes = ([0.0] * ballot.count, [0.0] * ballot.count)
     standing: list[tuple[float, float] | None] = [None] * ballot.count
@@ -175,21 +265,22 @@ def _extend(
     for seed in np.argsort(rank, kind="stable").tolist():
         if twist[seed] >= 0:
             continue
-        # Nothing speaks for either sense at the first crossing of a body.
-        standing[seed] = (0.0, 0.0)
-        frontier = [(0, 0.0, 0.0, 0, seed)]
+        # Nothing speaks for either sense at the first crossings of a body.
+        first = [one for one in ([seed] if around is None else around[seed]) if twist[one] < 0]
+        frontier = [(-1, 0.0, 0.0, number, one) for number, one in enumerate(first)]
         while frontier:
-            _, least, most, _, crossing = heapq.heappop(frontier)
-            if twist[crossing] >= 0 or standing[crossing] != (least, most):
+            group, least, most, _, crossing = heapq.heappop(frontier)
+            if twist[crossing] >= 0 or (group >= 0 and standing[crossing] != (least, most)):
                 continue
-            twist[crossing] = sense = int(votes[1][crossing] >= votes[0][crossing])
+            favoured = group < 0 or votes[1][crossing] >= votes[0][crossing]
+            twist[crossing] = sense = int(favoured)
             heard = {}
             for other, row in ballot.opposites[crossing]:
                 votes[1 - sense][other] += edge_weight[row]
                 heard[other] = True
-            for other, near, middle, far in ballot.windows[crossing]:
+            for other, near, middle, far, row in ballot.windows[crossing]:
                 if twist[near] + twist[middle] == 1 and twist[far] >= 0:
-                    votes[twist[far]][other] += gap_weight
+                    votes[twist[far]][other] += gap_weight[row] * voter[far]
                     heard[other] = True
             for other in heard:
                 if twist[other] < 0:

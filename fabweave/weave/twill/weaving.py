@@ -7,12 +7,13 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.anneal import couple
-from fabweave.weave.twill.bound import Bound, irregular_seeds, prove_bound
+from fabweave.weave.twill.bound import WIDER_WORK, Bound, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.obstruction import Obstruction, explain
 from fabweave.weave.twill.optimise import optimise_twill
-from fabweave.weave.twill.voting import best_vote
+from fabweave.weave.twill.voting import best_vote, literal_vote
+from fabweave.weave.twill.weights import EQUAL, TwillWeights
 
 
 @frozen_value
@@ -46,6 +47,8 @@ def weave_twill(
     bunches: IntArray,
     labels: Sequence[str],
     *,
+    method: str = "search",
+    weights: TwillWeights = EQUAL,
     effort: str = "normal",
     seed: int = 0,
     progress: Progress = no_progress,
@@ -63,8 +66,14 @@ def weave_twill(
         The bunch of each thread.
     labels : sequence of str
         Names of the threads, for the words.
+    method : {"search", "voting"}
+        Whether to search, or to leave it at the paper's voting, for those who
+        compare. An exact twill is woven by either.
+    weights : TwillWeights
+        What counts how much in the search, and in votes that are weighted. The bound counts
+        conditions, all alike.
     effort : {"quick", "normal", "best"}
-        How long to search.
+        How long to search, and how much work goes into the bound.
     seed : int
         Same seed, same weave.
     progress : callable
@@ -98,10 +107,23 @@ def weave_twill(
     obstruction = explain(halfedges, threads, conditions, decision, labels)
     vote = best_vote(conditions, threads, bunches)
     couplings = couple(conditions)
-    bound = prove_bound(couplings, irregular_seeds(halfedges, threads), progress=progress)
-    twist = optimise_twill(
-        couplings, vote.twist, effort=effort, seed=seed, least=bound.least, progress=progress
+    bound = prove_bound(
+        couplings,
+        irregular_seeds(halfedges, threads),
+        wider_work=WIDER_WORK[effort],
+        progress=progress,
     )
+    if method == "voting":
+        vote = literal_vote(conditions, halfedges, threads, bunches, weights)
+        twist = vote.twist
+    else:
+        twist = optimise_twill(
+            couplings, vote.twist, effort=effort, seed=seed, least=bound.least, progress=progress
+        )
+        if not weights.equal:
+            # Where some weigh more, order is harder to come to: it begins where all weigh alike.
+            weighed = couple(conditions, weights)
+            twist = optimise_twill(weighed, twist, effort=effort, seed=seed, progress=progress)
     broken = count_broken(conditions, twist)
     # What is not twillable breaks one condition at least, and what reaches the bound is the best.
     least = max(bound.least, 1)
