@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from fabweave.app.colours import woven_colours
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject, keep_clear, weave_object
@@ -22,7 +23,6 @@ from fabweave.model.yarns import spin_yarns
 from fabweave.picture.body_picture import bodies_picture
 from fabweave.picture.camera import View
 from fabweave.picture.object_picture import png_bytes, weave_picture
-from fabweave.picture.thread_colours import thread_colours
 
 #: Suffixes of the files that can be written; those for printing hold solids.
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
@@ -103,7 +103,7 @@ def write_model(
     woven = weave_object(completed, supplies, progress)
     if yarn is None:
         woven = keep_clear(woven, completed, supplies)
-    colours = thread_colours(woven.bunches, settings.colours)
+    colours = woven_colours(woven, settings, supplies)
     facts: dict[str, Any] = {
         "file": str(path),
         "kind": "ribbons" if yarn is None else "yarns",
