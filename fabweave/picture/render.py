@@ -57,6 +57,7 @@ def render_scene(
     view: View | None = None,
     normals: FloatArray | None = None,
     edges: BoolArray | None = None,
+    edge_colours: Colours | None = None,
     line_px: float = 1.2,
     reach_px: float | None = None,
     marks: Marks | None = None,
@@ -86,6 +87,8 @@ def render_scene(
         Unit normals at the corners; None makes every triangle flat.
     edges : (T, 3) bool array or None
         Whether side k of a triangle, from its corner k to the next, is drawn as a line.
+    edge_colours : (T, 3, 3) uint8 array or None
+        The colours of those lines; None darkens the surface.
     line_px : float
         Width of the lines.
     reach_px : float or None
@@ -142,12 +145,19 @@ def render_scene(
         light = _light(small, lattice, points, triangles, normals, triangle, places)
         reach = _REACH * min(size_px) if reach_px is None else reach_px
         light *= narrow_places(nearness, reach * lattice.scale)[covered]
+    body = _linear(shown)[triangle]
     if edges is not None:
-        light *= _lines(points[triangles], edges, triangle, places, line_px * lattice.scale)
+        inks = _inks(points[triangles], edges, triangle, places, line_px * lattice.scale)
+        if edge_colours is None:
+            light *= 1.0 - (1.0 - _LINE_SHADE) * inks.max(axis=1)
+        else:
+            for side in range(3):
+                ink = inks[:, side, None].astype(np.float32)
+                body += ink * (_linear(edge_colours[:, side])[triangle] - body)
     # The last channel is the share of the ground that is seen.
     picture = np.zeros((lattice.height, lattice.width, 4), dtype=np.float32)
     picture[:, :, 3] = 1.0
-    picture[covered, :3] = _linear(shown)[triangle] * light[:, None].astype(np.float32)
+    picture[covered, :3] = body * light[:, None].astype(np.float32)
     picture[covered, 3] = 0.0
     if marks is not None:
         _mark(picture, nearness, lattice.of_pixels(small.pixels(marks.points)), marks, lattice)
@@ -197,19 +207,19 @@ def _light(
     return np.clip(total, 0.0, 1.25)
 
 
-def _lines(
+def _inks(
     corners: FloatArray,
     edges: BoolArray,
     triangle: IntArray,
     places: FloatArray,
     width: float,
 ) -> FloatArray:
-    """Return the light that lines leave at every covered sample.
+    """Return how much of the line on each side of its triangle covers every sample, (N, 3).
 
     The distance to a side of one's own triangle is affine, so a line needs no test against the
     surface: it is part of it.
     """
-    left = np.ones(len(triangle))
+    inks = np.zeros((len(triangle), 3))
     for side in range(3):
         start, end, apex = (corners[:, (side + step) % 3, :2] for step in range(3))
         run = end - start
@@ -222,9 +232,8 @@ def _lines(
         away = planes_through(corners, values).at(
             triangle[drawn], places[drawn, 0], places[drawn, 1]
         )
-        ink = np.clip(width / 2.0 - away + 0.5, 0.0, 1.0)
-        left[drawn] = np.minimum(left[drawn], 1.0 - (1.0 - _LINE_SHADE) * ink)
-    return left
+        inks[drawn, side] = np.clip(width / 2.0 - away + 0.5, 0.0, 1.0)
+    return inks
 
 
 def _mark(

@@ -31,7 +31,8 @@ _DESIGN_PX = 660
 def inspection_picture(inspection: Inspection, settings: Settings | None = None) -> Image.Image:
     """Return the mesh with its irregular vertices marked, beside the woven object.
 
-    Its colours are those of the settings, or the usual ones. Below are the designs that were tried, from coarse to fine, each with what it comes to.
+    Colours are those of the settings, or the usual ones. Below are the designs that were tried,
+    from coarse to fine, each with what it comes to.
     """
     asked = _asked_picture(inspection, settings)
     if not inspection.designs:

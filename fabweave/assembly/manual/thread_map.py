@@ -60,9 +60,9 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
         book.left,
         book.y,
         "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
-        "are its pieces, with a line at each joint (#) between them; below it are the numbers of its "
-        "crossings, with o where the thread goes over, and u where it goes under, the strand drawn "
-        "across it. A ring ends with the joint at which it begins.",
+        "are its pieces, with a line at each joint (#) between them; below it are the numbers of "
+        "its crossings, with o where the thread goes over, and u where it goes under, the strand "
+        "drawn across it. A ring ends with the joint at which it begins.",
         book.right - book.left,
         size=SMALL,
     )
