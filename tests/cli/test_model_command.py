@@ -65,7 +65,7 @@ def test_the_weave_is_shown_on_its_mesh(what, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["kind"] == what
     with Image.open(path) as picture:
         assert picture.width >= 1000
-        red, green, blue = np.moveaxis(np.asarray(picture).astype(int), -1, 0)
+        red, _, blue = np.moveaxis(np.asarray(picture).astype(int), -1, 0)
     # Blue edges or diagonals; and red edges, but no seam, as a torus has an exact twill.
     assert np.count_nonzero(blue > red + 80) > 300
     assert (np.count_nonzero(red > blue + 80) > 300) == (what != "seams")
