@@ -32,6 +32,8 @@ from fabweave.stock.supplies import Supplies
 #: Suffixes of the files that can be written; those for printing hold solids.
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
 _PRINTED = (".stl", ".3mf")
+#: A picture that was asked for may take a little longer than others, and be smoother.
+_SAMPLES = 3
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,7 @@ def _picture(
     tiles = []
     for view in views or (None,):
         tiles.append(
-            weave_picture(woven.ribbons, colours, view=view)
+            weave_picture(woven.ribbons, colours, view=view, samples=_SAMPLES)
             if bodies is None
             else bodies_picture(bodies, view=view)
         )

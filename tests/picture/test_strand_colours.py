@@ -87,6 +87,16 @@ def test_the_strands_of_every_crossing_differ(name, strategy):
     assert least_difference(weave, spoiled) < 1e-9
 
 
+@pytest.mark.parametrize("name", ["hypar?m=2&n=3", "hypar?m=7&n=5", "hypar?m=9&n=4"])
+@pytest.mark.parametrize("seed", [None, 1, 2])
+def test_a_mesh_of_one_thread_shows_its_weave(name, seed):
+    weave = woven(name, turn=True, seed=seed)
+    assert weave.threads.n_threads == 1
+    strands = strand_colours(weave, np.zeros(1, dtype=int))
+    assert naive_least(weave, strands) >= LEAST_DIFFERENCE
+    assert flows(weave, strands)
+
+
 @given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1), st.booleans())
 def test_they_differ_whoever_is_on_top(name, seed, turn):
     try:
