@@ -12,8 +12,8 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.picture.camera import choose_view
 from fabweave.picture.object_picture import weave_picture
+from fabweave.picture.strand_colours import strand_colours
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.picture.thread_colours import thread_colours
 
 OBJECTS = (
     ("shape:sphere", None, "plain"),
@@ -29,7 +29,7 @@ for number, (shape, refine, pattern) in enumerate(OBJECTS):
     )
     woven = weave_object(settings, material)
     vertices, triangles, _ = ribbon_triangles(woven.ribbons)
-    colours = thread_colours(woven.bunches, settings.colours)
+    colours = strand_colours(woven.weave, woven.bunches, settings.colours)
     view = choose_view(vertices, triangles)
     tile = weave_picture(woven.ribbons, colours, size_px=TILE, view=view, samples=3)
     picture.paste(tile, (number * TILE[0], 0))

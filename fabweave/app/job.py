@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fabweave.app.colours import piece_colours, woven_colours
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.assembly.order.planning import Order
@@ -18,7 +19,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
-from fabweave.picture.thread_colours import thread_colours
 from fabweave.report.costs.costs import Costs
 from fabweave.report.verdict import Verdict, judge
 from fabweave.ribbon.rules.finding import Finding
@@ -65,8 +65,13 @@ class PlannedJob:
 
     @property
     def colours(self) -> Colours:
-        """The colour of each thread."""
-        return thread_colours(self.woven.bunches, self.settings.colours)
+        """The colours of all passes, as they come and as they leave, (P, 2, 3)."""
+        return woven_colours(self.woven, self.settings, self.supplies, self.piece_set.pieces)
+
+    @property
+    def piece_colours(self) -> Colours:
+        """The one colour in which each piece is shown flat."""
+        return piece_colours(self.weave, self.piece_set.pieces, self.colours)
 
     @property
     def verdict(self) -> Verdict:

@@ -11,7 +11,10 @@ from fabweave.assembly.viewer.space import space_record
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
+from fabweave.flat.unfold.stretch import piece_stretches
+from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.camera import choose_view
+from fabweave.picture.strand_colours import crossing_colours
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.report.costs.texts import cost_rows
 from fabweave.report.verdict import verdict_words
@@ -62,7 +65,7 @@ def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
         size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
         material=job.supplies.description,
         bill=bill,
-        colours=job.colours,
+        colours=crossing_colours(job.weave, job.colours),
         portrait=job.portrait(),
         costs=cost_rows(job.costs),
     )
@@ -73,12 +76,13 @@ def job_viewer(job: Job, crossing_map: CrossingMap) -> str:
     ribbons = job.woven.ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     view = choose_view(vertices, triangles)
+    rungs = piece_stretches(ribbons, job.weave, job.piece_set.pieces).rung
     thickness = tuple(job.supplies.thickness_mm(job.woven.bunches).tolist())
     layer = thickness if job.supplies.several else thickness[0]
     return viewer_page(
         crossing_map,
         space_record(ribbons, job.weave, job.piece_set.pieces, layer_mm=layer),
         title=job.woven.title,
-        colours=job.colours,
+        colours=rung_colours(ribbons, job.colours)[rungs],
         view_deg=(view.azimuth_deg, view.elevation_deg),
     )

@@ -3,13 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from PIL import Image
 
+from fabweave.app.colours import woven_colours
+from fabweave.app.mesh_source import load_mesh
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
+from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import WovenObject, keep_clear, weave_object
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
@@ -21,12 +24,16 @@ from fabweave.model.woven_glb import woven_glb
 from fabweave.model.yarns import spin_yarns
 from fabweave.picture.body_picture import bodies_picture
 from fabweave.picture.camera import View
+from fabweave.picture.contact_sheet import side_by_side
 from fabweave.picture.object_picture import png_bytes, weave_picture
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
+from fabweave.stock.supplies import Supplies
 
 #: Suffixes of the files that can be written; those for printing hold solids.
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
 _PRINTED = (".stl", ".3mf")
+#: A picture that was asked for may take a little longer than others, and be smoother.
+_SAMPLES = 3
 
 
 @dataclass(frozen=True)
@@ -68,6 +75,7 @@ def write_model(
     *,
     yarn: YarnOptions | None = None,
     views: Sequence[View] = (),
+    show: Literal["weave"] | ViewOf = "weave",
     progress: Progress = no_progress,
 ) -> dict[str, Any]:
     """Weave a mesh and write the woven object in the format that a file's suffix names.
@@ -82,6 +90,8 @@ def write_model(
         Spin yarns instead of laying ribbons. Ribbons for printing are as thick as the material.
     views : sequence of View
         For a picture: from where, side by side; none lets fabweave choose one.
+    show : str
+        What a picture shows: the weave, or what it is on the mesh, see ``weave_on_mesh``.
     progress : callable
         Told what is being done.
 
@@ -99,11 +109,15 @@ def write_model(
         For what cannot be woven, or yarns that have no room.
     """
     suffix = check_suffix(path, settings.mesh)
+    if show != "weave" and (suffix != ".png" or yarn is not None):
+        raise InputError(f"--show {show} is a picture of the mesh: write .png, and without --yarn")
     completed, supplies = complete_settings(settings)
+    if show != "weave":
+        return _shown_on_mesh(completed, supplies, path, show, views, progress)
     woven = weave_object(completed, supplies, progress)
     if yarn is None:
         woven = keep_clear(woven, completed, supplies)
-    colours = thread_colours(woven.bunches, settings.colours)
+    colours = woven_colours(woven, settings, supplies)
     facts: dict[str, Any] = {
         "file": str(path),
         "kind": "ribbons" if yarn is None else "yarns",
@@ -131,6 +145,30 @@ def write_model(
         data = model_bytes(suffix, bodies)
     write_files({path: data})
     return facts
+
+
+def _shown_on_mesh(
+    settings: Settings,
+    supplies: Supplies,
+    path: Path,
+    show: ViewOf,
+    views: Sequence[View],
+    progress: Progress,
+) -> dict[str, Any]:
+    """Write a picture of the weave on its mesh; ribbons are not laid for it."""
+    woven = weave_mesh(load_mesh(settings, progress), settings, supplies, progress)
+    tiles = [
+        weave_on_mesh(show, woven.mesh, woven.halfedges, woven.weave, view=view)
+        for view in views or (None,)
+    ]
+    write_files({path: png_bytes(side_by_side(*tiles))})
+    return {
+        "file": str(path),
+        "kind": show,
+        "threads": woven.weave.threads.n_threads,
+        "crossings": woven.weave.threads.n_crossings,
+        "notes": [*woven.source.notes, *woven.result.notes],
+    }
 
 
 def _clashes(bodies: tuple[Body, ...]) -> list[str]:
@@ -178,7 +216,7 @@ def _picture(
     tiles = []
     for view in views or (None,):
         tiles.append(
-            weave_picture(woven.ribbons, colours, view=view)
+            weave_picture(woven.ribbons, colours, view=view, samples=_SAMPLES)
             if bodies is None
             else bodies_picture(bodies, view=view)
         )

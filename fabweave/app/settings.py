@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.cut.preflight.targets import Target
     from fabweave.cut.presets import Preset
     from fabweave.mesh.resize import Up
-    from fabweave.picture.thread_colours import Strategy
+    from fabweave.picture.strand_colours import Strategy
     from fabweave.ribbon.width import WidthRule
     from fabweave.stock.material import Material
     from fabweave.stock.per_bunch import ByBunch

@@ -116,7 +116,7 @@ def inspect(
             files[edges] = inspection_edges(found).encode()
         if png is not None:
             progress("picture", 0, 1)
-            files[png] = png_bytes(inspection_picture(found, settings.colours))
+            files[png] = png_bytes(inspection_picture(found, settings))
         write_files(files)
     if as_json:
         click.echo(json.dumps(found.facts, indent=1))

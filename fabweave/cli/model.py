@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -47,6 +47,14 @@ if TYPE_CHECKING:
     help="For a picture: from where, in degrees around the upward axis and above the horizon, "
     "e.g. -60,30; repeat it for several side by side. [default: fabweave chooses]",
 )
+@click.option(
+    "--show",
+    type=click.Choice(("weave", "twists", "faults", "seams")),
+    default="weave",
+    show_default=True,
+    help="What a picture shows: the weave; or on the mesh, edges by the sense of their twist, the "
+    "conditions of a 2/2 twill that are broken, or the seams where its diagonal changes direction.",
+)
 @json_option
 @quiet_option
 def model(
@@ -55,6 +63,7 @@ def model(
     yarn_radius: float | None,
     sides: int,
     views: "tuple[View, ...]",
+    show: Literal["weave", "twists", "faults", "seams"],
     as_json: bool,
     quiet: bool,
     mesh: str | None,
@@ -71,6 +80,7 @@ def model(
       fabweave model "shape:torus?m=24&n=12" --size 120mm --yarn -o torus.3mf
       fabweave model shape:tetrahedron --size 60mm --yarn-radius 3mm --sides 24 -o rings.stl
       fabweave model "shape:slit?genus=2" --size 300mm --view -60,30 --view 95,52 -o slit.png
+      fabweave model spot.obj --size 400mm --pattern twill --show faults -o faults.png
     """
     with held_back():
         from fabweave.app.model_job import YarnOptions, check_suffix, write_model
@@ -79,7 +89,7 @@ def model(
     spun = YarnOptions(yarn_radius, sides) if yarn or yarn_radius is not None else None
     settings = job_settings(mesh, options)
     with progress_bar(quiet or as_json) as progress:
-        facts = write_model(settings, output, yarn=spun, views=views, progress=progress)
+        facts = write_model(settings, output, yarn=spun, views=views, show=show, progress=progress)
     if as_json:
         click.echo(json.dumps(facts, indent=1))
     elif not quiet:

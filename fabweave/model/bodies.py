@@ -8,6 +8,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, frozen
 from fabweave.core.colour_space import Colours
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.model.rung_colours import rung_colours
 from fabweave.model.yarns import Yarns
 from fabweave.ribbon.project import Ribbons, following_rung
 
@@ -23,8 +24,8 @@ class Body:
     ----------
     label : str
         The thread's name.
-    colour : (int, int, int)
-        Its colour in sRGB, bytes.
+    colours : (V, 3) uint8 array
+        The colour of each vertex in sRGB.
     vertices : (V, 3) float array
         Positions in millimetres.
     quads : (Q, 4) int array
@@ -35,17 +36,42 @@ class Body:
     """
 
     label: str
-    colour: tuple[int, int, int]
+    colours: Colours
     vertices: FloatArray
     quads: IntArray
     triangles: IntArray
     normals: FloatArray | None = None
 
     @property
+    def colour(self) -> tuple[int, int, int] | None:
+        """Its colour, if it has only one."""
+        return only_colour(self.colours)
+
+    @property
+    def triangle_colours(self) -> Colours:
+        """The colour of each of ``all_triangles``, that of its first corner, (F', 3)."""
+        return np.asarray(self.colours[self.all_triangles[:, 0]])
+
+    @property
     def all_triangles(self) -> IntArray:
         """All faces as triangles: quads are cut from their first corner to the third, (F', 3)."""
         halves = self.quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
         return np.concatenate((halves, self.triangles))
+
+
+def only_colour(colours: Colours) -> tuple[int, int, int] | None:
+    """Return the colour that all of some have, None if they differ."""
+    if np.any(colours != colours[:1]):
+        return None
+    red, green, blue = colours[0].tolist()
+    return red, green, blue
+
+
+def common_colour(colours: Colours) -> tuple[int, int, int]:
+    """Return the colour that most of some have."""
+    values, counts = np.unique(colours, axis=0, return_counts=True)
+    red, green, blue = values[np.argmax(counts)].tolist()
+    return red, green, blue
 
 
 def ribbon_bodies(
@@ -66,8 +92,8 @@ def ribbon_bodies(
     ribbons : Ribbons
     labels : sequence of str
         Names of the threads.
-    colours : (T, 3) uint8 array
-        Their colours.
+    colours : (P, 2, 3) or (T, 3) uint8 array
+        The colours of all passes, or of the threads; see ``rung_colours``.
     thickness_mm : float or (T,) float array
         Of all threads, or of each; 0 makes sheets.
 
@@ -84,6 +110,7 @@ def ribbon_bodies(
         every = np.broadcast_to(thickness_mm, len(labels))
         half = np.repeat(every, np.diff(ribbons.offsets))[:, None, None] / 2
         shift = half * _corner_shifts(ribbons, following, panel)
+    painted = np.repeat(rung_colours(ribbons, colours), 2, axis=0)
     bodies = []
     for thread, label in enumerate(labels):
         start, end = ribbons.offsets[thread : thread + 2].tolist()
@@ -102,7 +129,7 @@ def ribbon_bodies(
             )
         ]  # fmt: skip
         triangles = np.concatenate(folds)
-        vertices = rails.reshape(-1, 3)
+        vertices, paint = rails.reshape(-1, 3), painted[2 * start : 2 * end]
         if shift is not None:
             out = shift[start:end].reshape(-1, 3)
             under = len(vertices)
@@ -115,7 +142,8 @@ def ribbon_bodies(
             quads = np.concatenate((quads, quads[:, ::-1] + under, *walls))
             triangles = np.concatenate((triangles, triangles[:, ::-1] + under))
             vertices = np.concatenate((vertices + out, vertices - out))
-        bodies.append(Body(label, _colour(colours, thread), vertices, quads, triangles))
+            paint = np.concatenate((paint, paint))
+        bodies.append(Body(label, paint, vertices, quads, triangles))
     return tuple(bodies)
 
 
@@ -158,8 +186,8 @@ def yarn_bodies(yarns: Yarns, labels: Sequence[str], colours: Colours) -> tuple[
     yarns : Yarns
     labels : sequence of str
         Names of the threads.
-    colours : (T, 3) uint8 array
-        Their colours.
+    colours : (P, 2, 3) or (T, 3) uint8 array
+        The colours of all passes, or of the threads; see ``rung_colours``.
 
     Returns
     -------
@@ -167,6 +195,7 @@ def yarn_bodies(yarns: Yarns, labels: Sequence[str], colours: Colours) -> tuple[
         One for each thread with a crossing.
     """
     sides = yarns.sides
+    painted = rung_colours(yarns, colours)
     bodies = []
     for thread, label in enumerate(labels):
         start, end = yarns.offsets[thread : thread + 2].tolist()
@@ -184,19 +213,19 @@ def yarn_bodies(yarns: Yarns, labels: Sequence[str], colours: Colours) -> tuple[
         rim = yarns.rim[start:end]
         vertices, normals = rim.reshape(-1, 3), unit(rim - yarns.spine[start:end, None])
         normals = normals.reshape(-1, 3)
+        paint = np.repeat(painted[start:end], sides, axis=0)
         triangles = np.zeros((0, 3), dtype=np.int64)
         if not closed:
             middle, last = len(vertices), sides * (count - 1)
             ends = yarns.spine[[start, end - 1]]
             way = unit(ends - yarns.spine[[start + 1, end - 2]])
             vertices, normals = np.concatenate((vertices, ends)), np.concatenate((normals, way))
+            paint = np.concatenate((paint, painted[[start, end - 1]]))
             triangles = np.concatenate((
                 np.column_stack((np.full(sides, middle), beside, corner)),
                 np.column_stack((np.full(sides, middle + 1), last + corner, last + beside)),
             ))  # fmt: skip
-        bodies.append(
-            Body(label, _colour(colours, thread), vertices, quads, triangles, frozen(normals))
-        )
+        bodies.append(Body(label, paint, vertices, quads, triangles, frozen(normals)))
     return tuple(bodies)
 
 
@@ -214,8 +243,3 @@ def clashing_facets(bodies: Sequence[Body]) -> IntArray:
     vertices = np.concatenate([body.vertices for body in bodies])
     pairs = self_intersections(PolyMesh.from_faces(vertices, np.concatenate(cut)))
     return np.asarray(owner[pairs], dtype=np.int64).reshape(-1, 2)
-
-
-def _colour(colours: Colours, thread: int) -> tuple[int, int, int]:
-    red, green, blue = colours[thread].tolist()
-    return red, green, blue

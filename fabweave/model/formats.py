@@ -13,8 +13,8 @@ import trimesh
 
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.model.bodies import Body
-from fabweave.model.gltf import METRES, glb_bytes, linear, painted
+from fabweave.model.bodies import Body, common_colour
+from fabweave.model.gltf import METRES, glb_bytes, paint_of
 
 #: Rhino 7 and later read it.
 _RHINO_VERSION = 7
@@ -79,7 +79,7 @@ def _glb(bodies: Sequence[Body]) -> bytes:
             vertex_normals=body.normals,
             process=False,
         )
-        mesh.visual = painted(linear(np.array(body.colour, dtype=np.uint8)))
+        mesh.visual = paint_of(body.colours)
         scene.add_geometry(mesh, node_name=body.label, geom_name=body.label)
     return glb_bytes(scene, include_normals=bodies[0].normals is not None)
 
@@ -89,8 +89,8 @@ def _obj(bodies: Sequence[Body]) -> bytes:
     base = 1
     for body in bodies:
         lines.append(f"o {body.label}\ng {body.label}")
-        red, green, blue = (f"{part / 255:.4g}" for part in body.colour)
-        lines.append(_rows("v %.6f %.6f %.6f " + f"{red} {green} {blue}", body.vertices))
+        rows = np.concatenate((body.vertices, body.colours / 255), axis=1)
+        lines.append(_rows("v %.6f %.6f %.6f %.4g %.4g %.4g", rows))
         lines.append(_rows("f %d %d %d %d", body.quads + base))
         lines.append(_rows("f %d %d %d", body.triangles + base))
         base += len(body.vertices)
@@ -108,7 +108,7 @@ def _ply(bodies: Sequence[Body]) -> bytes:
     vertices, faces, base = np.zeros(count, dtype=vertex), [], 0
     for body in bodies:
         own = slice(base, base + len(body.vertices))
-        vertices["place"][own], vertices["colour"][own] = body.vertices, body.colour
+        vertices["place"][own], vertices["colour"][own] = body.vertices, body.colours
         # Several readers take lists of one length only, so there are no quads here.
         rows = np.zeros(len(body.all_triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
         rows["count"], rows["corners"] = 3, body.all_triangles + base
@@ -137,23 +137,29 @@ def _stl(bodies: Sequence[Body]) -> bytes:
 
 def _3mf(bodies: Sequence[Body]) -> bytes:
     objects, items = [], []
-    bases = "".join(
-        f'<base name={quoteattr(body.label)} displaycolor="#{bytes(body.colour).hex().upper()}"/>'
-        for body in bodies
-    )
+    bases: list[str] = []
     for number, body in enumerate(bodies):
+        shown, index = np.unique(body.triangle_colours, axis=0, return_inverse=True)
+        first = len(bases)
+        bases += [
+            f'<base name={quoteattr(body.label)} displaycolor="#{bytes(colour).hex().upper()}"/>'
+            for colour in shown
+        ]
         vertices = _rows('<vertex x="%.6f" y="%.6f" z="%.6f"/>', body.vertices)
         triangles = _rows('<triangle v1="%d" v2="%d" v3="%d"/>', body.all_triangles)
+        if len(shown) > 1:
+            corners = np.column_stack((body.all_triangles, first + index.reshape(-1)))
+            triangles = _rows('<triangle v1="%d" v2="%d" v3="%d" pid="1" p1="%d"/>', corners)
         objects.append(
             f'<object id="{number + 2}" type="model" name={quoteattr(body.label)} pid="1" '
-            f'pindex="{number}"><mesh>\n<vertices>\n{vertices}\n</vertices>\n<triangles>\n'
+            f'pindex="{first}"><mesh>\n<vertices>\n{vertices}\n</vertices>\n<triangles>\n'
             f"{triangles}\n</triangles>\n</mesh></object>\n"
         )
         items.append(f'<item objectid="{number + 2}"/>')
     head = '<?xml version="1.0" encoding="UTF-8"?>\n'
     model = (
         f'{head}<model unit="millimeter" xml:lang="en-US" xmlns="{_3MF}/core/2015/02">\n'
-        f'<resources>\n<basematerials id="1">{bases}</basematerials>\n{"".join(objects)}'
+        f'<resources>\n<basematerials id="1">{"".join(bases)}</basematerials>\n{"".join(objects)}'
         f"</resources>\n<build>{''.join(items)}</build>\n</model>\n"
     )
     types = (
@@ -191,7 +197,10 @@ def _3dm(bodies: Sequence[Body]) -> bytes:
         mesh.Normals.ComputeNormals()
         attributes = rhino.ObjectAttributes()
         attributes.Name = body.label
-        attributes.ObjectColor = (*body.colour, 255)
+        attributes.ObjectColor = (*common_colour(body.colours), 255)
+        if body.colour is None:
+            for red, green, blue in body.colours.tolist():
+                mesh.VertexColors.Add(red, green, blue)
         attributes.ColorSource = rhino.ObjectColorSource.ColorFromObject
         document.Objects.AddMesh(mesh, attributes)
     with tempfile.TemporaryDirectory() as folder:  # the library writes files only

@@ -16,6 +16,21 @@ def linear(colour: Colours) -> list[float]:
     return np.round(light_of(colour), 4).tolist()
 
 
+def paint_of(colours: Colours) -> trimesh.visual.TextureVisuals:
+    """Return the paint of a body whose vertices have these colours in sRGB, (V, 3).
+
+    A body of one colour has a material of that colour; else the material is white, and vertices
+    have colours, in linear light as glTF wants it.
+    """
+    if not np.any(colours != colours[:1]):
+        return painted(linear(colours[0]))
+    visual = painted([1.0, 1.0, 1.0])
+    light = np.round(255.0 * light_of(colours)).astype(np.uint8)
+    whole = np.full((len(light), 1), 255, dtype=np.uint8)
+    visual.vertex_attributes["color"] = np.concatenate((light, whole), axis=1)
+    return visual
+
+
 def painted(light: list[float]) -> trimesh.visual.TextureVisuals:
     """Return a dull, opaque material that is seen from both sides."""
     return trimesh.visual.TextureVisuals(

@@ -7,7 +7,8 @@ import trimesh
 
 from fabweave.core.arrays import IntArray
 from fabweave.core.colour_space import Colours
-from fabweave.model.gltf import METRES, glb_bytes, linear, painted
+from fabweave.model.gltf import METRES, glb_bytes, paint_of, painted
+from fabweave.model.rung_colours import rung_colours
 from fabweave.ribbon.facets import facet_vertices
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.finding import Finding
@@ -32,10 +33,12 @@ def woven_glb(
     """Return the woven object as binary glTF: one node for each thread, named by its label.
 
     Each mesh's ``extras`` say whether the thread is closed and, for every crossing along it, at
-    which rung its panel begins (``entry``) and ends (``exit``). Each thread has its colour,
-    (T, 3) bytes of sRGB. A ball in a colour of its own stands at the place of every finding; its
-    node is named ``finding-1-bend`` and so on, and its ``extras`` hold the ``finding``'s number.
+    which rung its panel begins (``entry``) and ends (``exit``). Colours are those of
+    passes or of threads, as ``rung_colours`` takes them. A ball in a colour of its own stands at
+    the place of every finding; its node is named ``finding-1-bend`` and so on, and its ``extras``
+    hold the ``finding``'s number.
     """
+    shown = rung_colours(ribbons, colours)
     scene = trimesh.Scene()
     for thread, label in enumerate(labels):
         start, end = ribbons.offsets[thread : thread + 2]
@@ -54,7 +57,7 @@ def woven_glb(
                 "exit": (entry + 1).tolist(),
             },
         )
-        mesh.visual = painted(linear(colours[thread]))
+        mesh.visual = paint_of(np.repeat(shown[start:end], 2, axis=0))
         scene.add_geometry(mesh, node_name=label, geom_name=label)
     for number, ball in enumerate(_markers(ribbons, findings), start=1):
         name = f"finding-{number}-{findings[number - 1].rule}"

@@ -20,6 +20,7 @@ from fabweave.model.tubes import sweep
 from fabweave.model.yarn_contact import bends_too_tightly, touching_points
 from fabweave.model.yarn_course import Course, draw_spines, lay_course, tapered
 from fabweave.ribbon.measures import size_for
+from fabweave.ribbon.project import number_rungs
 from fabweave.weave.pattern import Weave
 
 #: Sides of a tube: fewer than three are none, and more than these are never seen.
@@ -55,6 +56,10 @@ class Yarns:
         Its radius.
     rim : (N, S, 3) float array
         Its S corners, counter-clockwise around the walking direction.
+    pass_offsets : (T + 1,) int array
+        Thread ``t`` makes the passes ``pass_offsets[t]:pass_offsets[t + 1]``.
+    entry : (P,) int array
+        The cross-section at which each pass is at its crossing.
     most : float
         How many times as thick the yarns could be without touching, at least 1.
     """
@@ -64,6 +69,8 @@ class Yarns:
     spine: FloatArray
     radius_mm: FloatArray
     rim: FloatArray
+    pass_offsets: IntArray
+    entry: IntArray
     most: float
 
     @property
@@ -160,6 +167,8 @@ def spin_yarns(
         spine=spines.point,
         radius_mm=spines.radius_mm,
         rim=sweep(spines, sides),
+        pass_offsets=weave.threads.offsets,
+        entry=np.searchsorted(spines.guide, number_rungs(weave.threads, 1, 1)[1]),
         most=times,
     )
 

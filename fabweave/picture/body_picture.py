@@ -13,7 +13,7 @@ from fabweave.picture.shading import smooth_normals
 
 
 def bodies_picture(bodies: Sequence[Body], view: View | None = None) -> Image.Image:
-    """Make a picture of bodies, each in its colour, on a floor.
+    """Make a picture of bodies, in their colours, on a floor.
 
     Parameters
     ----------
@@ -40,11 +40,7 @@ def bodies_picture(bodies: Sequence[Body], view: View | None = None) -> Image.Im
     triangles = np.concatenate(
         [part + first for part, first in zip(cut, base[:-1].tolist(), strict=True)]
     )
-    colours = np.repeat(
-        np.array([body.colour for body in bodies], dtype=np.uint8),
-        [len(part) for part in cut],
-        axis=0,
-    )
+    colours = np.concatenate([body.triangle_colours for body in bodies])
     normals = [
         smooth_normals(body.vertices, part) if body.normals is None else body.normals[part]
         for body, part in zip(bodies, cut, strict=True)

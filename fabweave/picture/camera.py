@@ -82,17 +82,6 @@ class Frame:
         turned = points @ self.axes.T * self.pixels_per_mm
         return turned * (1.0, -1.0, 1.0) + (self.left_px, self.top_px, 0.0)
 
-    def enlarged(self, factor: int) -> "Frame":
-        """Return the same picture with more pixels."""
-        return Frame(
-            self.width_px * factor,
-            self.height_px * factor,
-            self.axes,
-            self.pixels_per_mm * factor,
-            self.left_px * factor,
-            self.top_px * factor,
-        )
-
 
 def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Frame:
     """Return the frame in which an object fills a picture, with a little margin around.

@@ -13,6 +13,7 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, Shape
+from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet
 from fabweave.picture.render import Marks, object_frame, render_scene
@@ -110,14 +111,14 @@ def weave_picture(
     floor: bool = True,
     samples: int = 2,
 ) -> Image.Image:
-    """Make a picture of a woven object, each thread in its colour.
+    """Make a picture of a woven object, its strands in their colours.
 
     Parameters
     ----------
     ribbons : Ribbons
         The ribbons in space.
-    colours : (T, 3) uint8 array
-        The colour of each thread; see ``thread_colours``.
+    colours : (P, 2, 3) or (T, 3) uint8 array
+        The colours of all passes, see ``strand_colours``, or of the threads.
     size_px : (int, int)
         Width and height.
     view : View or None
@@ -135,16 +136,11 @@ def weave_picture(
     Raises
     ------
     InputError
-        If there is no ribbon, the colours are not as many as the threads, or the picture would
-        be empty or too large.
+        If there is no ribbon, the colours are not as many as passes or threads, or the picture
+        would be empty or too large.
     """
-    n_threads = len(ribbons.offsets) - 1
-    if np.shape(colours) != (n_threads, 3):
-        raise InputError(
-            f"there are {n_threads} threads, and the colours have the shape {np.shape(colours)}; "
-            "give one row of red, green and blue for each thread"
-        )
-    vertices, triangles, thread = ribbon_triangles(ribbons)
+    painted = rung_colours(ribbons, colours)
+    vertices, triangles, _ = ribbon_triangles(ribbons)
     if len(triangles) == 0:
         raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
     if view is None:
@@ -157,7 +153,7 @@ def weave_picture(
     return render_scene(
         vertices,
         triangles,
-        np.asarray(colours, dtype=np.uint8)[thread],
+        np.repeat(painted[triangles[::2, 0] // 2], 2, axis=0),
         size_px=size_px,
         view=view,
         normals=smooth_normals(vertices, triangles),

@@ -36,8 +36,8 @@ def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> 
     ----------
     ribbons : Ribbons
         The ribbons in space.
-    colours : (T, 3) uint8 array
-        The colour of each thread.
+    colours : (P, 2, 3) or (T, 3) uint8 array
+        The colours of all passes, or of the threads.
     samples : int
         Samples of a pixel along each side.
 
@@ -49,7 +49,7 @@ def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> 
     Raises
     ------
     InputError
-        If there is no ribbon, or the colours are not as many as the threads.
+        If there is no ribbon, or the colours are not as many as passes or threads.
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
     front = choose_view(vertices, triangles)

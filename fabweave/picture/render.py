@@ -9,6 +9,7 @@ from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.core.errors import InputError
 from fabweave.picture.camera import Frame, View, choose_view, frame_object
 from fabweave.picture.floor import floor_light, floor_points, has_floor
+from fabweave.picture.lattice import Lattice
 from fabweave.picture.shading import (
     corner_light,
     covered_places,
@@ -56,6 +57,7 @@ def render_scene(
     view: View | None = None,
     normals: FloatArray | None = None,
     edges: BoolArray | None = None,
+    edge_colours: Colours | None = None,
     line_px: float = 1.2,
     reach_px: float | None = None,
     marks: Marks | None = None,
@@ -66,7 +68,8 @@ def render_scene(
     """Render triangles that are seen from both sides.
 
     Nearness is resolved for every sample of every pixel, light and shadow are computed there,
-    and the samples are averaged as light. Lines lie on the surface and are hidden with it.
+    and the samples are averaged as light. They lie on a lattice that is turned against the pixels,
+    see ``Lattice``, so that edges are smooth. Lines lie on the surface and are hidden with it.
 
     Parameters
     ----------
@@ -84,6 +87,8 @@ def render_scene(
         Unit normals at the corners; None makes every triangle flat.
     edges : (T, 3) bool array or None
         Whether side k of a triangle, from its corner k to the next, is drawn as a line.
+    edge_colours : (T, 3, 3) uint8 array or None
+        The colours of those lines; None darkens the surface.
     line_px : float
         Width of the lines.
     reach_px : float or None
@@ -95,7 +100,7 @@ def render_scene(
     lit : bool
         False leaves out light and shadow: every triangle has exactly its colour.
     samples : int
-        Samples of a pixel along each side.
+        A pixel has this number's square and one more of them; with 1 it has one.
 
     Returns
     -------
@@ -119,37 +124,47 @@ def render_scene(
         raise InputError("there is no triangle to render; the mesh has no face with an area")
     if samples < 1:
         raise InputError(f"a pixel has {samples} samples; it needs at least one")
-    if size_px[0] * size_px[1] * samples**2 > _MOST_SAMPLES:
+    lattice = Lattice(*size_px, samples)
+    if size_px[0] * size_px[1] * lattice.count > _MOST_SAMPLES:
         raise InputError(
-            f"a picture of {size_px[0]} x {size_px[1]} pixels of {samples} x {samples} samples "
+            f"a picture of {size_px[0]} x {size_px[1]} pixels of {lattice.count} samples "
             f"cannot be made; take at most {_MOST_SAMPLES // 1_000_000} million samples in all"
         )
     view = choose_view(vertices, triangles) if view is None else view
     floor = floor and has_floor(view)
     small = object_frame(vertices, triangles, view, size_px, floor=floor)
-    frame = small.enlarged(samples)
-    points = frame.pixels(vertices)
+    points = lattice.of_pixels(small.pixels(vertices))
     seen, nearness = nearest_triangles(
-        points, triangles, width=frame.width_px, height=frame.height_px
+        points, triangles, width=lattice.width, height=lattice.height
     )
     covered, triangle, places = covered_places(seen, nearness)
     shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (len(triangles), 3))
     light = np.ones(len(triangle))
     if lit:
         normals = facet_normals(vertices, triangles) if normals is None else normals
-        light = _light(frame, points, triangles, normals, triangle, places)
+        light = _light(small, lattice, points, triangles, normals, triangle, places)
         reach = _REACH * min(size_px) if reach_px is None else reach_px
-        light *= narrow_places(nearness, reach * samples)[covered]
+        light *= narrow_places(nearness, reach * lattice.scale)[covered]
+    body = _linear(shown)[triangle]
     if edges is not None:
-        light *= _lines(points[triangles], edges, triangle, places, line_px * samples)
-    picture = np.ones((frame.height_px, frame.width_px, 3), dtype=np.float32)
-    if floor:
-        light_below = floor_light(vertices, triangles, view, small)
-        picture *= light_below.repeat(samples, axis=0).repeat(samples, axis=1)[:, :, None]
-    picture[covered] = _linear(shown)[triangle] * light[:, None].astype(np.float32)
+        inks = _inks(points[triangles], edges, triangle, places, line_px * lattice.scale)
+        if edge_colours is None:
+            light *= 1.0 - (1.0 - _LINE_SHADE) * inks.max(axis=1)
+        else:
+            for side in range(3):
+                ink = inks[:, side, None].astype(np.float32)
+                body += ink * (_linear(edge_colours[:, side])[triangle] - body)
+    # The last channel is the share of the ground that is seen.
+    picture = np.zeros((lattice.height, lattice.width, 4), dtype=np.float32)
+    picture[:, :, 3] = 1.0
+    picture[covered, :3] = body * light[:, None].astype(np.float32)
+    picture[covered, 3] = 0.0
     if marks is not None:
-        _mark(picture, nearness, frame, marks, samples)
-    return _encoded(picture, samples)
+        _mark(picture, nearness, lattice.of_pixels(small.pixels(marks.points)), marks, lattice)
+    mean = lattice.averaged(picture)
+    below = floor_light(vertices, triangles, view, small) if floor else np.float32(1.0)
+    ground = mean[:, :, 3] * below
+    return _encoded(mean[:, :, :3] + ground[:, :, None])
 
 
 def object_frame(
@@ -169,6 +184,7 @@ def object_frame(
 
 def _light(
     frame: Frame,
+    lattice: Lattice,
     points: FloatArray,
     triangles: IntArray,
     normals: FloatArray,
@@ -178,26 +194,32 @@ def _light(
     """Return the light at every covered sample."""
     light = corner_light(points[triangles], normals @ frame.axes.T, frame.axes[:, 2])
     x, y = places[:, 0], places[:, 1]
+    # The shadow falls as seen upright, in pixels as small as samples.
     shadow = key_shadow(
-        points, triangles, triangle, places, width=frame.width_px, height=frame.height_px
+        lattice.upright(points),
+        triangles,
+        triangle,
+        lattice.upright(places),
+        width=round(frame.width_px * lattice.scale),
+        height=round(frame.height_px * lattice.scale),
     )
     total = light.even.at(triangle, x, y) + light.key.at(triangle, x, y) * shadow
     return np.clip(total, 0.0, 1.25)
 
 
-def _lines(
+def _inks(
     corners: FloatArray,
     edges: BoolArray,
     triangle: IntArray,
     places: FloatArray,
     width: float,
 ) -> FloatArray:
-    """Return the light that lines leave at every covered sample.
+    """Return how much of the line on each side of its triangle covers every sample, (N, 3).
 
     The distance to a side of one's own triangle is affine, so a line needs no test against the
     surface: it is part of it.
     """
-    left = np.ones(len(triangle))
+    inks = np.zeros((len(triangle), 3))
     for side in range(3):
         start, end, apex = (corners[:, (side + step) % 3, :2] for step in range(3))
         run = end - start
@@ -210,28 +232,26 @@ def _lines(
         away = planes_through(corners, values).at(
             triangle[drawn], places[drawn, 0], places[drawn, 1]
         )
-        ink = np.clip(width / 2.0 - away + 0.5, 0.0, 1.0)
-        left[drawn] = np.minimum(left[drawn], 1.0 - (1.0 - _LINE_SHADE) * ink)
-    return left
+        inks[drawn, side] = np.clip(width / 2.0 - away + 0.5, 0.0, 1.0)
+    return inks
 
 
 def _mark(
     picture: npt.NDArray[np.float32],
     nearness: FloatArray,
-    frame: Frame,
+    places: FloatArray,
     marks: Marks,
-    samples: int,
+    lattice: Lattice,
 ) -> None:
     """Paint the marks that are not hidden, those farther away first."""
-    places = frame.pixels(marks.points)
-    radius = marks.radius_px * samples
+    radius, near_by = marks.radius_px * lattice.scale, round(lattice.scale)
     for index in np.argsort(places[:, 2], kind="stable"):
         x, y, near = places[index]
         left, top = max(int(x - radius), 0), max(int(y - radius), 0)
         right, bottom = int(x + radius) + 2, int(y + radius) + 2
         around = nearness[
-            max(int(y) - samples, 0) : int(y) + samples + 1,
-            max(int(x) - samples, 0) : int(x) + samples + 1,
+            max(int(y) - near_by, 0) : int(y) + near_by + 1,
+            max(int(x) - near_by, 0) : int(x) + near_by + 1,
         ]
         # Beside a point of a slanting surface something nearer may be seen, but not all around.
         if around.size and float(around.min()) > near + radius:
@@ -240,7 +260,7 @@ def _mark(
         rows, columns = np.ogrid[top : top + area.shape[0], left : left + area.shape[1]]
         away = np.hypot(columns + 0.5 - x, rows + 0.5 - y)
         area[away <= radius] = 0.0
-        area[away <= radius - 1.2 * samples] = _linear(marks.colours[index])
+        area[away <= radius - 1.2 * lattice.scale, :3] = _linear(marks.colours[index])
 
 
 def _linear(colours: Colours) -> npt.NDArray[np.float32]:
@@ -248,10 +268,8 @@ def _linear(colours: Colours) -> npt.NDArray[np.float32]:
     return light_of(np.arange(256)).astype(np.float32)[colours]
 
 
-def _encoded(light: npt.NDArray[np.float32], samples: int) -> Image.Image:
-    """Average the samples of each pixel, and return the picture in sRGB."""
-    high, wide, _ = light.shape
-    mean = light.reshape(high // samples, samples, wide // samples, samples, 3).mean(axis=(1, 3))
+def _encoded(light: npt.NDArray[np.float32]) -> Image.Image:
+    """Return a picture of linear light in sRGB."""
     table = bytes_of(np.arange(_LIGHT_STEPS + 1) / _LIGHT_STEPS)
-    step = np.clip(np.round(mean * _LIGHT_STEPS), 0, _LIGHT_STEPS).astype(np.int64)
+    step = np.clip(np.round(light * _LIGHT_STEPS), 0, _LIGHT_STEPS).astype(np.int64)
     return Image.fromarray(table[step])

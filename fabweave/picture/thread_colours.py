@@ -8,9 +8,9 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import Colours, bytes_of, light_of, light_of_hue, oklab_of
 from fabweave.core.errors import InputError
 
-#: Ways to choose colours.
-Strategy: TypeAlias = Literal["safe", "hue-circle", "hue-range"]
-STRATEGIES: tuple[Strategy, ...] = get_args(Strategy)
+#: Ways to choose the colours of threads.
+Palette: TypeAlias = Literal["safe", "hue-circle", "hue-range"]
+PALETTES: tuple[Palette, ...] = get_args(Palette)
 
 #: Safe colours, (24, 3) bytes of sRGB. Vermilion, blue and sky blue are of Okabe and Ito's palette;
 #: of a grid of colours, each later one is the farthest from all before, to whoever of four tells
@@ -46,7 +46,7 @@ _DARK, _BRIGHT, _RANGE_CHROMA = 0.38, 0.86, 0.13
 _GOLDEN = (5**0.5 - 1) / 2
 
 
-def thread_colours(bunches: IntArray, strategy: Strategy = "safe") -> Colours:
+def thread_colours(bunches: IntArray, strategy: Palette = "safe") -> Colours:
     """Choose a colour for each thread.
 
     ``hue-circle`` spreads the bunches evenly round the circle of hues; members of a bunch have
@@ -83,9 +83,9 @@ def thread_colours(bunches: IntArray, strategy: Strategy = "safe") -> Colours:
     >>> thread_colours(np.array([0, 1])).tolist()
     [[213, 94, 0], [0, 114, 178]]
     """
-    if strategy not in STRATEGIES:
+    if strategy not in PALETTES:
         raise InputError(
-            f"there are no colours called {str(strategy)[:40]!r}; choose {', '.join(STRATEGIES)}"
+            f"there are no colours called {str(strategy)[:40]!r}; choose {', '.join(PALETTES)}"
         )
     bunches = np.asarray(bunches, dtype=np.int64)
     count = int(bunches.max(initial=-1)) + 1

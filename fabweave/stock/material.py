@@ -2,11 +2,14 @@
 
 import itertools
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
 from typing import Any
+
+from PIL import ImageColor
 
 from fabweave.core.entries import (
     Key,
@@ -70,7 +73,16 @@ KEYS: tuple[Key, ...] = (
         ),
     ),
     line_key("notes", 500),
+    Key(
+        "colour",
+        'a colour of red, green and blue such as "#c8a878"',
+        lambda value: (
+            value if isinstance(value, str) and re.fullmatch("#[0-9A-Fa-f]{6}", value) else None
+        ),
+    ),
 )
+#: Of a material whose colour is not known: that of plain board.
+_BOARD = "#c8a878"
 
 
 @dataclass(frozen=True)
@@ -109,6 +121,8 @@ class Material:
         The values that are engineering defaults and have no published source.
     notes : str
         What a person should know before cutting it.
+    colour : str or None
+        How it looks in pictures, as ``#rrggbb``, where known.
     """
 
     name: str
@@ -134,6 +148,21 @@ class Material:
     price_source: str = ""
     assumed: tuple[str, ...] = ()
     notes: str = ""
+    colour: str | None = None
+
+    @property
+    def rgb(self) -> tuple[int, int, int]:
+        """Its colour in pictures: that which its sort is called by, as ``card:red``, or its own.
+
+        Examples
+        --------
+        >>> replace(material_named("card"), name="card:red").rgb
+        (255, 0, 0)
+        """
+        sort = self.name.partition(":")[2]
+        told = ImageColor.colormap.get(sort.lower().replace(" ", ""), self.colour or _BOARD)
+        red, green, blue = ImageColor.getrgb(str(told))[:3]
+        return red, green, blue
 
     @property
     def caption(self) -> str:

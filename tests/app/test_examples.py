@@ -51,6 +51,18 @@ def test_exact_twill(capsys):
     assert best == "  of 264 conditions 16 are broken, and every weave breaks 16 or more"
 
 
+@pytest.mark.slow
+def test_make_figures(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["make_figures.py", str(tmp_path), "4", "14"])
+    runpy.run_path(str(EXAMPLES / "make_figures.py"))
+    assert capsys.readouterr().out == "figure_04.png\nfigure_14.png\n"
+    for name, tiles in (("figure_04.png", 3), ("figure_14.png", 6)):
+        with Image.open(tmp_path / name) as picture:
+            columns = 3 if tiles == 3 else 2
+            assert picture.width >= columns * 560
+            assert picture.height >= tiles // columns * 460
+
+
 def test_link_of_a_weave(capsys):
     runpy.run_path(str(EXAMPLES / "link_of_a_weave.py"))
     rings, *gauss, one, two, three, diagram = capsys.readouterr().out.splitlines()

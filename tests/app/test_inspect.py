@@ -406,8 +406,8 @@ def test_designs_from_coarse_to_fine_are_told_and_shown(tmp_path) -> None:
     asked = [int(design["name"].split(":")[1]) for design in told]
     assert asked == sorted(asked)
     assert len(asked) == 3
-    alone = inspection_picture(replace(found, designs=()), "safe")
-    shown = inspection_picture(found, "safe")
+    alone = inspection_picture(replace(found, designs=()))
+    shown = inspection_picture(found)
     assert shown.width >= alone.width
     # The pictures of the designs are below, beside one another, and none is blank.
     below = np.asarray(shown)[alone.height :]
@@ -422,5 +422,5 @@ def test_a_design_that_cannot_be_laid_is_shown_without_a_picture() -> None:
         candidate=Candidate(key="k", name="n", command="c", verdict=refused("why"), figures=None),
         picture=None,
     )
-    picture = inspection_picture(replace(found, designs=(none,)), "safe")
-    assert picture.height > inspection_picture(found, "safe").height
+    picture = inspection_picture(replace(found, designs=(none,)))
+    assert picture.height > inspection_picture(found).height

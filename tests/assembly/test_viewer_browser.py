@@ -198,9 +198,10 @@ def pixels_of(tab, path):
 
 def test_colours_are_those_of_the_threads_and_earlier_steps_are_faded(tab, torus, tmp_path):
     colour = {}
+    number_of = {piece.id: torus.read.colours[at][0] for at, piece in enumerate(torus.plan.pieces)}
     for piece in torus.plan.pieces:
         colour[piece.id] = np.array(
-            [int(torus.read.colours[piece.thread][k : k + 2], 16) for k in (1, 3, 5)], float
+            [int(number_of[piece.id][k : k + 2], 16) for k in (1, 3, 5)], float
         )
     whole = pixels_of(tab, tmp_path / "whole.png")
     paper = whole[-60, -60]

@@ -30,6 +30,10 @@ def space_of(job):
     return space_record(job.woven.ribbons, job.weave, job.piece_set.pieces, layer_mm=0.4)
 
 
+def black(job):
+    return np.zeros((sum(space_of(job).counts), 3), np.uint8)
+
+
 def test_without_three_the_page_is_made_all_the_same(torus, monkeypatch):
     monkeypatch.setattr(module, "scene_to_html", lambda _: "<script>another viewer</script>")
     _, crossing_map, job = torus
@@ -37,7 +41,7 @@ def test_without_three_the_page_is_made_all_the_same(torus, monkeypatch):
         crossing_map,
         space_of(job),
         title="t",
-        colours=np.zeros((8, 3), np.uint8),
+        colours=black(job),
         view_deg=(0, 0),
     )
     assert '<script id="three"></script>' in page
@@ -61,7 +65,7 @@ def test_the_page_holds_the_map_to_a_thousandth(torus):
 def test_titles_cannot_break_out(torus):
     _, crossing_map, job = torus
     space = space_of(job)
-    colours = np.zeros((8, 3), np.uint8)
+    colours = black(job)
     evil = "</script><script>alert(1)</script>{{DATA}}\u2028&amp;"
     page = viewer_page(crossing_map, space, title=evil, colours=colours, view_deg=(0, 0))
     assert page.count("<script") == torus[0].count("<script")
@@ -76,7 +80,13 @@ def test_same_job_same_page_other_job_other_memory(torus):
     assert again == page
     other = make_page("shape:torus?m=8&n=4", 310.0)[0]
     assert page_data(other)["job"] != page_data(page)["job"]
-    assert len(crossing_map.threads) == len(page_data(page)["colours"]) == len(job.colours)
+    told, space = page_data(page)["colours"], page_data(page)["space"]
+    assert [sum(count for _, count in runs) for runs in told] == space["counts"]
+    # Warp and weft are told apart by their bunches: every piece has one colour.
+    assert [[word for word, _ in runs] for runs in told] == [
+        ["#" + bytes(colour).hex()] for colour in job.piece_colours
+    ]
+    assert len(crossing_map.pieces) == len(told)
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,19 @@ def test_views_stand_side_by_side(tmp_path):
         assert left.tobytes() == one.tobytes() != right.tobytes()
 
 
+@pytest.mark.parametrize("what", ["twists", "faults", "seams"])
+def test_the_weave_is_shown_on_its_mesh(what, tmp_path, capsys):
+    path = tmp_path / "a.png"
+    assert model(path, "--show", what, "--pattern", "twill", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["kind"] == what
+    with Image.open(path) as picture:
+        assert picture.width >= 1000
+        red, _, blue = np.moveaxis(np.asarray(picture).astype(int), -1, 0)
+    # Blue edges or diagonals; and red edges, but no seam, as a torus has an exact twill.
+    assert np.count_nonzero(blue > red + 80) > 300
+    assert (np.count_nonzero(red > blue + 80) > 300) == (what != "seams")
+
+
 def test_json_tells_the_radii(tmp_path, capsys):
     assert run("model", TORUS, "--size", "120mm", "--yarn-radius", "1mm", "--json",
                "-o", tmp_path / "y.stl") == 0  # fmt: skip
@@ -88,6 +101,10 @@ def test_thick_ribbons_that_touch_are_told(tmp_path, capsys):
         ("object.png", ("--view", "up"), 2, "-60,30"),
         ("object.png", ("--view", "0,100"), 2, "-90 to 90"),
         ("object.glb", ("--pattern", "tartan"), 2, "plain"),
+        ("object.glb", ("--show", "twists"), 2, "write .png"),
+        ("object.png", ("--show", "faults", "--yarn"), 2, "without --yarn"),
+        ("object.png", ("--show", "nothing"), 2, "seams"),
+        ("object.png", ("--colours", "piece"), 2, "--colours direction"),
     ],
 )
 def test_mistakes_get_one_message_and_leave_nothing(name, options, code, words, tmp_path, capsys):

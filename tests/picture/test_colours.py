@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fabweave.core.colour_space import bytes_of, light_of, light_of_hue, oklab_of
 from fabweave.core.errors import InputError
-from fabweave.picture.thread_colours import SAFE_PALETTE, STRATEGIES, thread_colours
+from fabweave.picture.thread_colours import PALETTES, SAFE_PALETTE, thread_colours
 
 _VIEWS = (None, *COLOUR_BLINDNESS)
 
@@ -162,7 +162,7 @@ def test_more_bunches_than_the_palette_has_colours_begin_it_again():
     assert len(np.unique(colours, axis=0)) == len(SAFE_PALETTE) == 24
 
 
-@given(st.integers(1, 14), st.integers(1, 12), st.sampled_from(STRATEGIES), st.randoms())
+@given(st.integers(1, 14), st.integers(1, 12), st.sampled_from(PALETTES), st.randoms())
 def test_members_of_a_bunch_differ_and_order_does_not_matter_to_bunches(
     count, members, strategy, random
 ):
@@ -209,7 +209,7 @@ def test_warp_and_weft_are_vermilion_and_blue():
     assert thread_colours(np.array([1, 0])).tolist() == [[0, 114, 178], [213, 94, 0]]
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", PALETTES)
 def test_no_thread_has_no_colour(strategy):
     assert thread_colours(np.zeros(0, dtype=np.int64), strategy).shape == (0, 3)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +14,7 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.model.woven_glb import ribbon_faces
 from fabweave.picture.camera import View, choose_view, frame_object
 from fabweave.picture.floor import floor_light, floor_points
+from fabweave.picture.lattice import Lattice
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import Marks, object_frame, render_scene
 from fabweave.picture.shading import facet_normals, key_shadow, narrow_places, smooth_normals
@@ -125,7 +127,57 @@ def test_objects_fill_their_frame(view, seed):
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     assert np.allclose(low + high, (300, 150))
     assert np.isclose(np.max((high - low) / (270, 135)), 1.0)
-    assert np.allclose(frame.enlarged(3).pixels(points), 3 * frame.pixels(points))
+
+
+@given(st.integers(1, 5), st.integers(2, 9), st.integers(2, 9), st.integers(0, 2**32 - 1))
+def test_a_pixel_has_its_own_samples_no_two_in_a_row_or_column(samples, wide, high, seed):
+    lattice = Lattice(wide, high, samples)
+    rows, columns = np.mgrid[0 : lattice.height, 0 : lattice.width] + 0.5
+    places = lattice.pixels(np.column_stack((columns.ravel(), rows.ravel(), np.zeros(rows.size))))[
+        :, :2
+    ]
+    inside = np.all((places > 0) & (places < (wide, high)), axis=1)
+    pixel = np.floor(places[inside]).astype(int)
+    owner = pixel[:, 1] * wide + pixel[:, 0]
+    assert np.array_equal(np.bincount(owner, minlength=wide * high), [lattice.count] * wide * high)
+    # Inside a pixel, places to the right and down are the same even steps.
+    steps = (np.arange(lattice.count) + 0.5) / lattice.count
+    for number in range(wide * high):
+        own = np.sort(places[inside][owner == number] % 1.0, axis=0)
+        assert np.allclose(own, steps[:, None])
+    values = np.random.default_rng(seed).random((lattice.height, lattice.width, 1))
+    means = np.bincount(owner, weights=values.ravel()[inside]) / lattice.count
+    shown = lattice.averaged(values.astype(np.float32))
+    assert np.allclose(shown.ravel(), means, atol=1e-5)
+    assert np.allclose(lattice.pixels(lattice.of_pixels(values[:3, 0] * (1, 2, 3))),
+                       values[:3, 0] * (1, 2, 3))  # fmt: skip
+
+
+@pytest.mark.parametrize("samples", [2, 3, 4])
+@pytest.mark.parametrize("slope", [0.0, 0.03, 0.11, 1.0, 9.0, 40.0])
+def test_edges_are_as_smooth_as_samples_allow(samples, slope):
+    """The light of a pixel at an edge is the share of it that is covered, to a sample or so."""
+    turn = np.arctan(slope)
+    corners = np.array([[-9, 0], [9, 0], [9, 9], [-9, 9]]) @ [
+        [np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]
+    ]  # fmt: skip
+    points = np.column_stack((corners[:, 0], np.zeros(4), corners[:, 1]))
+    size = (60, 60)
+    picture = render_scene(points, np.array([[0, 1, 2], [0, 2, 3]]), (0, 0, 0), size_px=size,
+                           view=FRONT, lit=False, samples=samples)  # fmt: skip
+    found = 1.0 - light_of(np.asarray(picture))[:, :, 0]
+    frame = object_frame(points, np.array([[0, 1, 2], [0, 2, 3]]), FRONT, size)
+    shape = shapely.Polygon(frame.pixels(points)[:, :2])
+    x, y = np.meshgrid(np.arange(60), np.arange(60))
+    exact = shapely.area(shapely.intersection(shapely.box(x, y, x + 1, y + 1), shape))
+    away = np.abs(found - exact)
+    assert away.max() <= 1.6 / np.sqrt(samples**2 + 1)
+    edge = (exact > 0.02) & (exact < 0.98)
+    assert away[edge].mean() <= 0.6 / samples**1.4 if edge.any() else True
+    if 0.0 < slope < 0.2 or slope > 5.0:
+        # Along a nearly level edge every share that samples can give is met.
+        assert len(np.unique(found.round(3))) == samples**2 + 2
+        assert away.max() <= 1.5 / samples**2
 
 
 @pytest.mark.parametrize(

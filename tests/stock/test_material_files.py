@@ -108,6 +108,7 @@ SPOILT = [
     ({"sheet_mm": [600.0]}, "must be a list of two numbers from 1 to 20000, such as"),
     ({"sheet_mm": [600.0, 0.0]}, "must be a list of two numbers"),
     ({"metal": "no"}, "metal is 'no', but must be true or false"),
+    ({"colour": "red"}, "colour is 'red', but must be a colour of red, green and blue"),
     ({"min_bend_radius_t": None}, "its bend radius is missing; write min_bend_radius_t"),
     ({"bend_table_mm": [[2.0, 9.0], [1.0, 5.0]]}, "in order of thickness"),
     ({"bend_table_mm": []}, "in order of thickness"),

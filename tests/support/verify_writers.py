@@ -19,6 +19,7 @@ from verify_manual import TITLE, manual_pages
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
 from fabweave.assembly.viewer.page import viewer_page
+from fabweave.assembly.viewer.space import SpaceRecord
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.measure.development import total_turn_deg
@@ -199,10 +200,28 @@ def svg_text(shapes, sheet):
     return "\n".join(out) + "\n"
 
 
+#: Colours of threads that differ well from one another.
+WORDS = ("#0072b2", "#d55e00", "#f0e442", "#009e73", "#000000", "#cc79a7", "#56b4e9", "#ffffff",
+         "#801010", "#7f7f7f", "#30ff30", "#4000ff")  # fmt: skip
+
+
+def colour_word(strips, label):
+    """Return a colour for a thread of a specimen, which none of the others has."""
+    return WORDS[sorted(strips).index(label) % len(WORDS)]
+
+
+def paint(word):
+    """Return a material of a colour."""
+    share = [int(word[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    light = [((part + 0.055) / 1.055) ** 2.4 if part > 0.04045 else part / 12.92 for part in share]
+    return {"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [*light, 1.0]}}
+
+
 def glb_bytes(strips, *, edit=None):
     binary = b""
     document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}], "nodes": [],
-                "meshes": [], "accessors": [], "bufferViews": [], "buffers": []}  # fmt: skip
+                "meshes": [], "accessors": [], "bufferViews": [], "buffers": [],
+                "materials": [paint(colour_word(strips, label)) for label in strips]}  # fmt: skip
 
     def store(array, kind, shape):
         nonlocal binary
@@ -216,12 +235,12 @@ def glb_bytes(strips, *, edit=None):
         )  # fmt: skip
         return len(document["accessors"]) - 1
 
-    for label, strip in strips.items():
+    for number, (label, strip) in enumerate(strips.items()):
         positions = (np.asarray(strip["rungs"]).reshape(-1, 3) * 0.001).astype("<f4")
         triangles = np.array(strip["triangles"], dtype="<u4").reshape(-1)
         document["meshes"].append(
             {"primitives": [{"attributes": {"POSITION": store(positions, 5126, "VEC3")},
-                             "indices": store(triangles, 5125, "SCALAR")}],
+                             "indices": store(triangles, 5125, "SCALAR"), "material": number}],
              "extras": {key: strip[key] for key in ("closed", "entry", "exit")}}
         )  # fmt: skip
         document["nodes"].append({"name": label, "mesh": len(document["meshes"]) - 1})
@@ -576,13 +595,13 @@ def piece_rungs(plan, strips, piece):
 
 
 def viewer_data(specimen, plan, *, edit=None):
-    counts, panels, points, right = [], [], [], []
+    counts, colours, panels, points, right = [], [], [], [], []
     for piece in plan["pieces"]:
         walk, own = piece_rungs(plan, specimen.strips, piece)
-        strip = specimen.strips.get(
-            next((t["label"] for t in plan["threads"] if t["id"] == piece["thread"]), None)
-        )
+        label = next((t["label"] for t in plan["threads"] if t["id"] == piece["thread"]), None)
+        strip = specimen.strips.get(label)
         counts.append(len(walk))
+        colours.append([[colour_word(specimen.strips, label), len(walk)]] if strip else [])
         panels.append(own)
         for rung in walk:
             points.append(np.asarray(strip["rungs"][rung], dtype=float))
@@ -596,7 +615,7 @@ def viewer_data(specimen, plan, *, edit=None):
     data = {
         "schema": "fabweave.viewer/1",
         "plan": rounded(plan, 3),
-        "colours": ["#0072b2"] * len(plan["threads"]),
+        "colours": colours,
         "space": {
             "origin_mm": low.tolist(),
             "step_mm": step,
@@ -628,7 +647,16 @@ def write_viewer(specimen, folder, *, edit=None, policy=POLICY, body=""):
 def shipped_page():
     """Return the page as it is shipped, around other data."""
     crossing_map = SimpleNamespace(to_json=dict)
-    return viewer_page(crossing_map, {}, title="", colours=np.zeros((0, 3), np.uint8),
+    space = SpaceRecord(
+        layer_mm=0.0,
+        origin_mm=(0.0, 0.0, 0.0),
+        step_mm=1.0,
+        counts=(),
+        panels=(),
+        rungs="",
+        from_right="",
+    )
+    return viewer_page(crossing_map, space, title="", colours=np.zeros((0, 3), np.uint8),
                        view_deg=(0.0, 0.0))  # fmt: skip
 
 
@@ -663,8 +691,13 @@ def write_job(specimen, folder):
     folder.mkdir(parents=True, exist_ok=True)
     settings = f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\n'
     settings += f"density_kg_m3 = {DENSITY}\n"
-    if specimen.boundary is not None:
-        settings += f'[job]\nboundary = "{specimen.boundary}"\n'
+    asked = {} if specimen.boundary is None else {"boundary": specimen.boundary}
+    ends = [(crossing["over"], crossing["under"]) for crossing in specimen.plan["crossings"]]
+    if any(over["thread"] == under["thread"] for over, under in ends):
+        # The threads of a specimen have one colour each.
+        asked["colours"] = "hue-circle"
+    if asked:
+        settings += "[job]\n" + "".join(f'{key} = "{value}"\n' for key, value in asked.items())
     (folder / "job.toml").write_text(settings)
     write_mesh(specimen, folder)
     write_plan(specimen, folder)

@@ -48,8 +48,11 @@ SPOILED = {
     "step lost": put("plan", "steps", value=lambda steps: steps[:-1]),
     "more than the map": put("plan", "extra", value=1),
     "crossings lost": lambda data: data["plan"].pop("crossings"),
-    "colour lost": put("colours", value=lambda colours: colours[1:]),
-    "colour is none": put("colours", 0, value="red; x"),
+    "colours of a piece lost": put("colours", value=lambda colours: colours[1:]),
+    "colour is none": put("colours", 0, 0, 0, value="red; x"),
+    "another colour": put("colours", 0, 0, 0, value="#0072b8"),
+    "colours exchanged": put("colours", value=lambda colours: colours[::-1]),
+    "colour too short": put("colours", 0, 0, 1, value=lambda count: count - 1),
     "moved in space": put("space", "origin_mm", 0, value=lambda x: x + 0.05),
     "coarse": put("space", "step_mm", value=lambda step: step * 1.01),
     "pieces exchanged": put("space", "counts", value=lambda n: [n[0] + 1, n[1] - 1, *n[2:]]),
@@ -74,6 +77,8 @@ UNREADABLE = {
     "no base64": put("space", "rungs", value="??"),
     "counts that do not add up": put("space", "counts", 0, value=lambda n: n + 1),
     "plan is a list": put("plan", value=[]),
+    "a colour of no rungs": put("colours", 0, 0, 1, value=0),
+    "a colour is a number": put("colours", 0, 0, 0, value=7),
 }
 
 

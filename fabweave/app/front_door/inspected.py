@@ -34,7 +34,7 @@ class Inspection:
 
     def picture(self) -> "Image.Image":
         """Return a picture of the mesh with its irregular vertices, beside the woven object."""
-        return inspection_picture(self.inspected, "safe")
+        return inspection_picture(self.inspected)
 
     def __repr__(self) -> str:
         mesh, twill = self.facts["mesh"], self.facts["twill"]

@@ -137,8 +137,7 @@ class Layout:
             for number, place in enumerate(self.nested.placements)
             if place.sheet == sheet - 1
         ]
-        pieces = self.planned.piece_set.pieces
-        colours = self.planned.colours[[pieces[number].thread for number in lying]]
+        colours = self.planned.piece_colours[lying]
         polygons = [self.polygons[number] for number in lying]
         return sheet_svg((size.width_mm, size.height_mm), polygons, colours)
 

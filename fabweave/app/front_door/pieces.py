@@ -128,7 +128,7 @@ class Pieces:
         )
 
     def _repr_html_(self) -> str:
-        colours = self.planned.colours[[piece.thread for piece in self]]
+        colours = self.planned.piece_colours
         return face(self.planned.woven.title, self._figures(), outlines_svg(self.polygons, colours))
 
 

@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fabweave.app.colours import woven_colours
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.pieces import Pieces
 from fabweave.app.front_door.stations import Stations, clear_ribbons, completed, with_pieces
 from fabweave.app.woven_object import WovenObject
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours
+from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.picture.thread_colours import thread_colours
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 
 if TYPE_CHECKING:
@@ -65,9 +66,9 @@ class Ribbons:
 
     @property
     def colours(self) -> Colours:
-        """The colour of each thread, red, green and blue, (T, 3)."""
-        settings, _ = completed(self.stations)
-        return thread_colours(self.woven.bunches, settings.colours)
+        """Red, green and blue at every cross-line, (R, 3)."""
+        colours = woven_colours(self.woven, *completed(self.stations))
+        return rung_colours(self.woven.ribbons, colours)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each thread, as ``pandas.DataFrame`` takes them.
@@ -97,7 +98,7 @@ class Ribbons:
         ]
 
     def to_trimesh(self) -> "trimesh.Trimesh":
-        """Return the ribbons as ``trimesh.Trimesh`` with the colours of the threads.
+        """Return the ribbons as ``trimesh.Trimesh`` with the colours of the strands.
 
         Examples
         --------
@@ -108,8 +109,9 @@ class Ribbons:
         """
         import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
 
-        vertices, triangles, thread = ribbon_triangles(self.woven.ribbons)
-        return trimesh.Trimesh(vertices, triangles, face_colors=self.colours[thread], process=False)
+        vertices, triangles, _ = ribbon_triangles(self.woven.ribbons)
+        shown = np.repeat(self.colours[triangles[::2, 0] // 2], 2, axis=0)
+        return trimesh.Trimesh(vertices, triangles, face_colors=shown, process=False)
 
     def pieces(self, **options: Any) -> Pieces:
         """Split the threads into flat pieces that lap and are joined.
@@ -142,10 +144,12 @@ class Ribbons:
         return Pieces(stations, Ribbons(stations, self.weave))
 
     def picture(self) -> "Image.Image":
-        """Return a picture of the woven object, each thread in its colour."""
+        """Return a picture of the woven object, its strands in their colours."""
         from fabweave.picture.object_picture import weave_picture  # noqa: PLC0415
 
-        return weave_picture(self.woven.ribbons, self.colours)
+        return weave_picture(
+            self.woven.ribbons, woven_colours(self.woven, *completed(self.stations))
+        )
 
     def _figures(self) -> dict[str, str]:
         _, supplies = completed(self.stations)

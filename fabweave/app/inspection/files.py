@@ -6,13 +6,16 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image
 
+from fabweave.app.colours import woven_colours
 from fabweave.app.design.candidate import PICTURE_PX, Tried
 from fabweave.app.design.page import brief
 from fabweave.app.inspection.facts import Inspection
+from fabweave.app.request import complete_settings
+from fabweave.app.settings import Settings
 from fabweave.core.messages import agree
 from fabweave.picture.contact_sheet import contact_sheet, stacked
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
-from fabweave.picture.thread_colours import Strategy, thread_colours
+from fabweave.picture.strand_colours import strand_colours
 from fabweave.report.verdict import VERDICTS
 from fabweave.weave.knot.gauss import gauss_text
 from fabweave.weave.knot.link import pd_text, planar_diagram
@@ -26,12 +29,13 @@ DENSITIES = ("coarse", "medium", "fine")
 _DESIGN_PX = 660
 
 
-def inspection_picture(inspection: Inspection, colours: Strategy) -> Image.Image:
+def inspection_picture(inspection: Inspection, settings: Settings | None = None) -> Image.Image:
     """Return the mesh with its irregular vertices marked, beside the woven object.
 
-    Below are the designs that were tried, from coarse to fine, each with what it comes to.
+    Colours are those of the settings, or the usual ones. Below are the designs that were tried,
+    from coarse to fine, each with what it comes to.
     """
-    asked = _asked_picture(inspection, colours)
+    asked = _asked_picture(inspection, settings)
     if not inspection.designs:
         return asked
     return stacked(asked, _designs_picture(inspection.designs))
@@ -59,14 +63,18 @@ def _as_wide(picture: bytes, wide: int) -> Image.Image:
         return image.convert("RGB").resize((wide, round(wide * image.height / image.width)))
 
 
-def _asked_picture(inspection: Inspection, colours: Strategy) -> Image.Image:
+def _asked_picture(inspection: Inspection, settings: Settings | None) -> Image.Image:
     """Return the mesh and its weave as they were asked for."""
     woven = inspection.woven
     mesh, threads = woven.mesh, woven.weave.threads
     marks, broken = irregular_marks(mesh), woven.weave.broken.total
+    if settings is None:
+        colours = strand_colours(woven.weave, woven.bunches)
+    else:
+        colours = woven_colours(woven, *complete_settings(settings))
     tiles = [
         mesh_picture(mesh, marks=marks),
-        weave_picture(woven.ribbons, thread_colours(woven.bunches, colours)),
+        weave_picture(woven.ribbons, colours),
     ]
     captions = [
         f"{woven.title}\n{agree(mesh.n_faces, '{n} [face|faces]')}, "

@@ -153,9 +153,12 @@ CUTTING_OPTIONS = (
     Option(
         "colours",
         WEAVE,
-        choice("fabweave.picture.thread_colours.STRATEGIES"),
-        "Colours of the threads in model.glb and in inspect's picture: safe for the colour-blind, "
-        "the whole circle of hues, or a small range of them.",
+        choice("fabweave.picture.strand_colours.STRATEGIES"),
+        "Colours in model.glb, pictures, viewer and manual. safe: one a bunch, told apart by the "
+        "colour-blind; where a thread crosses itself, it changes at joints. So do the next: by "
+        "direction (warp and weft, or three), by piece, near hues for each bunch, or the "
+        "material's own. The two strands of a crossing always differ. hue-circle and hue-range: "
+        "one for each thread, from the whole circle or a part of it.",
         default="safe",
     ),
     Option(

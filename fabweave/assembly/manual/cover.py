@@ -40,8 +40,9 @@ class Facts:
         In words, with its thickness.
     bill : BillOfMaterials
         What is bought besides sheets.
-    colours : (T, 3) uint8 array
-        The colour of each thread in the pictures.
+    colours : (X, 2, 2, 3) uint8 array
+        The colours of each crossing's strands in the pictures, of the one below and of the one
+        above: as it comes, and as it leaves.
     portrait : bytes
         The picture of the object, a PNG file.
     costs : tuple of (str, str)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import groupby
 
 from fabweave.assembly.manual.book import SMALL, Book, text_width
 from fabweave.core.colour_space import Colours
@@ -53,22 +54,22 @@ def thread_stops(thread: ThreadRecord, pieces: Mapping[str, PieceRecord]) -> lis
 
 
 def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
-    """Draw each thread as a band of its colour, with its pieces, joints and crossings in order."""
+    """Draw each thread as a band in its colours, with its pieces, joints and crossings in order."""
     book.page(MAP)
     book.y = book.block(
         book.left,
         book.y,
-        "Each thread is drawn as a band in the colour that it has on the cover. Above the band are "
-        "its pieces, with a line at each joint (#) between them; below it are the numbers of its "
-        "crossings, with o where the thread goes over, and u where it goes under, the strand drawn "
-        "across it. A ring ends with the joint at which it begins.",
+        "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
+        "are its pieces, with a line at each joint (#) between them; below it are the numbers of "
+        "its crossings, with o where the thread goes over, and u where it goes under, the strand "
+        "drawn across it. A ring ends with the joint at which it begins.",
         book.right - book.left,
         size=SMALL,
     )
     pieces = {piece.id: piece for piece in crossing_map.pieces}
     wide = book.right - book.left
     per_row = int(wide / _PITCH) - 1
-    for thread, colour in zip(crossing_map.threads, colours.tolist(), strict=True):
+    for thread in crossing_map.threads:
         stops = thread_stops(thread, pieces)
         book.room(_HEAD + _ABOVE + _BELOW, MAP)
         book.y -= _HEAD
@@ -84,7 +85,7 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
             end = _row_end(stops, start, per_row)
             book.room(_ABOVE + _BELOW, MAP)
             book.y -= _ABOVE
-            _write_row(book, stops[start:end], pitch, colour)
+            _write_row(book, stops[start:end], pitch, colours)
             book.y -= _BELOW
             start = end
 
@@ -98,15 +99,19 @@ def _row_end(stops: list[_Stop], start: int, most: int) -> int:
     return next(joints, end)
 
 
-def _write_row(book: Book, stops: list[_Stop], pitch: float, colour: list[int]) -> None:
+def _write_row(book: Book, stops: list[_Stop], pitch: float, colours: Colours) -> None:
     """Draw a part of a thread; the middle of its band is where the book stands."""
     y = book.y
     places = [book.left + (number + 1) * pitch for number in range(len(stops))]
     for x, stop in zip(places, stops, strict=True):
         if stop.over:
             _strand(book, x, y)
-    wide = len(stops) * pitch
-    book.area(book.left + pitch / 2, y - _HALF, wide, 2 * _HALF, colour)
+    halves = [tuple(part) for stop in stops for part in colours[stop.crossing, int(stop.over)]]
+    left = book.left + pitch / 2
+    for colour, run in groupby(halves):
+        wide = len(list(run)) * pitch / 2
+        book.area(left, y - _HALF, wide, 2 * _HALF, colour)
+        left += wide
     for x, stop in zip(places, stops, strict=True):
         if not stop.over:
             _strand(book, x, y)

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from importlib import resources
+from itertools import accumulate, groupby, pairwise
 from typing import Any
 
 import trimesh
@@ -49,8 +50,8 @@ def viewer_page(
         The pieces in space.
     title : str
         Name of the job.
-    colours : (T, 3) uint8 array
-        The colour of each thread.
+    colours : (R, 3) uint8 array
+        The colour of each rung of all pieces, one after another.
     view_deg : (float, float)
         Azimuth and elevation of the first view.
 
@@ -65,7 +66,7 @@ def viewer_page(
         "title": title,
         # What is remembered between visits is kept under this name.
         "job": hashlib.sha256(_compact(shown).encode()).hexdigest()[:16],
-        "colours": ["#" + bytes(colour).hex() for colour in colours],
+        "colours": _colour_runs(colours, space),
         "view_deg": list(view_deg),
         "plan": shown,
         "space": to_json(space),
@@ -79,6 +80,16 @@ def viewer_page(
     }
     # One pass, so that nothing that is put in is looked at again.
     return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
+
+
+def _colour_runs(colours: Colours, space: SpaceRecord) -> list[list[list[str | int]]]:
+    """Return for each piece its colours along it, each with the number of rungs that have it."""
+    words = ["#" + bytes(colour).hex() for colour in colours]
+    bounds = list(accumulate(space.counts, initial=0))
+    return [
+        [[word, len(list(run))] for word, run in groupby(words[start:end])]
+        for start, end in pairwise(bounds)
+    ]
 
 
 def three_script() -> str:

@@ -36,7 +36,7 @@ def require_plain(document: dict[str, Any]) -> None:
         _require_only(mesh, _MESH, f"mesh {mesh.get('name')!r}")
         for primitive in mesh["primitives"]:
             _require_only(primitive, _PRIMITIVE, f"mesh {mesh.get('name')!r}")
-            _require_only(primitive["attributes"], {"POSITION", "NORMAL"}, "a primitive")
+            _require_only(primitive["attributes"], {"POSITION", "NORMAL", "COLOR_0"}, "a primitive")
     for material in document.get("materials", []):
         _require_only(material, _MATERIAL, "a material")
         paint = material["pbrMetallicRoughness"]

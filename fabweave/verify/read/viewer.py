@@ -10,11 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
 from fabweave.verify.read.content import read_text
 
 SCHEMA = "fabweave.viewer/1"
+
+#: No piece has more rungs.
+_LONGEST = 10_000_000
 
 #: The page in parts: what is always the same, and what is not. Nothing in it ends a script early.
 _PARTS = re.compile(
@@ -33,8 +37,8 @@ class Viewer:
     ----------
     plan : dict
         The crossing map as the page has it.
-    colours : list
-        What it has as the threads' colours.
+    colours : list of (R,) str arrays
+        The colour of each rung of each piece.
     frame : str
         The SHA-256 of the page but for its title, its data and three.js.
     three : str
@@ -52,7 +56,7 @@ class Viewer:
     """
 
     plan: dict[str, Any]
-    colours: list[Any]
+    colours: list[npt.NDArray[np.str_]]
     frame: str
     three: str
     counts: Ints
@@ -101,7 +105,7 @@ def _viewer(parts: re.Match[str], document: dict[str, Any]) -> Viewer:
         raise ReadError("it has no plan or no colours")
     return Viewer(
         plan=document["plan"],
-        colours=document["colours"],
+        colours=[_colours(runs) for runs in document["colours"]],
         frame=_sha256("\n".join(parts.group("a", "b", "c", "d", "e"))),
         three=_sha256(parts["three"]),
         counts=counts,
@@ -110,6 +114,16 @@ def _viewer(parts: re.Match[str], document: dict[str, Any]) -> Viewer:
         from_right=flags.astype(np.int64),
         step_mm=step,
     )
+
+
+def _colours(runs: list[tuple[str, int]]) -> npt.NDArray[np.str_]:
+    """Return a colour for each rung of a piece: they are told in runs, each with its length."""
+    counts = [count for _, count in runs]
+    if not all(type(count) is int and 0 < count <= _LONGEST for count in counts):
+        raise ReadError("a colour has no number of rungs")
+    if not all(isinstance(colour, str) for colour, _ in runs):
+        raise ReadError("a colour is no text")
+    return np.repeat(np.array([colour for colour, _ in runs], dtype=np.str_), counts)
 
 
 def _sha256(text: str) -> str:

@@ -274,12 +274,18 @@
   window.addEventListener("beforeprint", () => showSheet(codes(), true));
   by("slider").max = last;
   by("facts").textContent = `${plan.pieces.length} pieces, ${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
-  const bunches = new Map();
-  plan.threads.forEach((thread, index) => {
-    const name = plan.bunchName(thread);
-    if (name && !bunches.has(name)) bunches.set(name, plan.data.colours[index]);
+  // Bunches are named by their colours where no colour is that of two.
+  const bunches = new Map(), bunchOf = new Map();
+  let told = true;
+  plan.pieces.forEach((piece, index) => {
+    const name = plan.bunchName(plan.thread(piece));
+    if (name && !bunches.has(name)) bunches.set(name, plan.colour[index]);
+    for (const [colour] of plan.data.colours[index]) {
+      told = told && (bunchOf.get(colour) ?? name) === name;
+      bunchOf.set(colour, name);
+    }
   });
-  by("legend").innerHTML = bunches.size > 6 ? "" : [...bunches].map(([name, colour]) =>
+  by("legend").innerHTML = !told || bunches.size > 6 ? "" : [...bunches].map(([name, colour]) =>
     `<li><span class="swatch" style="background:${colour}"></span>${name}</li>`).join("");
   if (space) {
     const dark = matchMedia("(prefers-color-scheme: dark)"), paper = () => space.paper(getComputedStyle(by("space")).getPropertyValue("--paper").trim());

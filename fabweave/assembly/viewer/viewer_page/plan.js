@@ -10,7 +10,8 @@ function readPlan(text) {
   const sheetAt = new Map(sheets.map((sheet, index) => [sheet.sheet, index]));
   const stepOf = new Int32Array(pieces.length).fill(-1);
   steps.forEach((step, index) => step.pieces.forEach((id) => (stepOf[pieceAt.get(id)] = index)));
-  const colour = pieces.map((piece) => data.colours[threadOf.get(piece.thread)]);
+  // Flat, a piece has the colour that most of it has.
+  const colour = data.colours.map((runs) => runs.reduce((most, run) => (run[1] > most[1] ? run : most))[0]);
 
   /** Name the bunch of a thread: with two, warp and weft. */
   const bunches = new Set(threads.map((thread) => thread.bunch));

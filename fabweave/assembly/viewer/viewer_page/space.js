@@ -3,14 +3,16 @@ const HIDDEN = 0, PLAIN = 1, FADED = 2, FRESH = 3, CHOSEN = 4;
 
 const STRIP_VERTEX = `
 attribute float piece, across, along, dip;
+attribute vec3 tint;
 uniform sampler2D states;
 uniform vec2 size;
 varying vec4 vState;
-varying vec3 vNormal;
+varying vec3 vNormal, vTint;
 varying float vAcross, vAlong, vDip, vPiece;
 void main() {
   vState = texture2D(states, (vec2(mod(piece, size.x), floor(piece / size.x)) + 0.5) / size);
   vNormal = normalMatrix * normal;
+  vTint = tint;
   vAcross = across; vAlong = along; vDip = dip; vPiece = piece;
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
   if (vState.a < 0.1) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -22,14 +24,14 @@ const STRIP_FRAGMENT = `
 uniform vec3 paper;
 uniform float pitch;
 varying vec4 vState;
-varying vec3 vNormal;
+varying vec3 vNormal, vTint;
 varying float vAcross, vAlong, vDip;
 void main() {
   float code = floor(vState.a * 5.1 + 0.5);
   float side = gl_FrontFacing ? 1.0 : -1.0;
   float lit = max(dot(normalize(vNormal) * side, normalize(vec3(-0.35, 0.5, 0.8))), 0.0);
   float below = max(0.0, -side * vDip);
-  vec3 colour = vState.rgb * (0.58 + 0.45 * lit) * (1.0 - (code > 2.5 ? 0.2 : 0.5) * below * below);
+  vec3 colour = vTint * (0.58 + 0.45 * lit) * (1.0 - (code > 2.5 ? 0.2 : 0.5) * below * below);
   if (side < 0.0) colour = mix(colour, vec3(dot(colour, vec3(0.3, 0.6, 0.1))), 0.35) * 0.8;
   float middle = abs(vAcross - 0.5) * 2.0;
   if (code == 2.0) colour = mix(paper, colour, 0.32);
@@ -51,6 +53,12 @@ void main() {
   gl_FragColor = vec4(mod(n, 256.0), mod(floor(n / 256.0), 256.0), floor(n / 65536.0), 255.0) / 255.0;
 }`;
 
+/** Red, green and blue of a colour such as #0072b2. */
+function rgbOf(colour) {
+  const rgb = parseInt(colour.slice(1), 16);
+  return [rgb >> 16, (rgb >> 8) & 255, rgb & 255];
+}
+
 /** Build every piece's strip: corners, normals, and what the shaders want to know. */
 function readStrips(space, plan) {
   const bytes = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
@@ -61,6 +69,7 @@ function readStrips(space, plan) {
   const made = {
     position: corners, normal: new Float32Array(rungs * 6), piece: new Float32Array(rungs * 2),
     across: new Float32Array(rungs * 2), along: new Float32Array(rungs * 2), dip: new Float32Array(rungs * 2),
+    tint: new Float32Array(rungs * 6),
   };
   const quads = [], spots = [];
   const right = new THREE.Vector3(), left = new THREE.Vector3(), way = new THREE.Vector3();
@@ -68,6 +77,9 @@ function readStrips(space, plan) {
     right.fromArray(corners, 6 * rung);
     return left.fromArray(corners, 6 * rung + 3).add(right).multiplyScalar(0.5).clone();
   };
+  // Colours change where a strand lies below another.
+  const tints = plan.data.colours.flat().flatMap(([colour, count]) => Array(2 * count).fill(rgbOf(colour)));
+  made.tint.set(tints.flat().map((part) => part / 255));
   let first = 0;
   space.counts.forEach((count, number) => {
     const piece = plan.pieces[number], panels = space.panels[number], last = first + count - 1;
@@ -153,7 +165,7 @@ function makeSpace(canvas, over, plan, tell) {
   const { made, index, range, spots } = readStrips(plan.data.space, plan);
   const geometry = new THREE.BufferGeometry();
   for (const [name, values] of Object.entries(made))
-    geometry.setAttribute(name, new THREE.BufferAttribute(values, values.length / (made.piece.length) === 3 ? 3 : 1));
+    geometry.setAttribute(name, new THREE.BufferAttribute(values, values.length / made.piece.length));
   geometry.setIndex(index);
   geometry.computeBoundingSphere();
   const wide = 256, high = Math.ceil(plan.pieces.length / wide);
@@ -325,8 +337,7 @@ function makeSpace(canvas, over, plan, tell) {
     /** Show pieces: one code for each; labels in order of weight; a station ringed. */
     show(codes, labels, station) {
       codes.forEach((code, piece) => {
-        const rgb = parseInt(plan.colour[piece].slice(1), 16);
-        table.set([rgb >> 16, (rgb >> 8) & 255, rgb & 255, 50 * code], 4 * piece);
+        table.set([0, 0, 0, 50 * code], 4 * piece);
       });
       states.needsUpdate = true;
       wanted = labels;

@@ -25,8 +25,8 @@ _PAPER_MM = 0.1
 #: Distances are rounded to a tenth.
 _SAME_MM = 0.0501
 MAP = (
-    "Each thread is drawn as a band in the colour that it has on the cover. Above the band are its "
-    "pieces, with a line at each joint (#) between them; below it are the numbers of its "
+    "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
+    "are its pieces, with a line at each joint (#) between them; below it are the numbers of its "
     "crossings, with o where the thread goes over, and u where it goes under, the strand drawn "
     "across it. A ring ends with the joint at which it begins."
 )

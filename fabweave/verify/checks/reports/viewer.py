@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.measure.colours import light_of_words
 from fabweave.verify.measure.geometry import panel_bounds
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.glb import Strip
@@ -14,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "e6e3575c561e9f2132faf4e7700b12f41e4af5bfe42a306ad7c3eb42eb7bd3a8"
+FRAME = "3bf96f0e7c567d13496b624eb0b24e41333f0cced22b07c7a5970ce2f384d768"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
@@ -23,6 +24,8 @@ THREE = (
 )
 #: The page rounds the map's numbers to a thousandth.
 ROUNDED = 5.1e-4
+#: Bytes of light in the model are rounded by as much, and a little.
+SAME_LIGHT = 0.0025
 #: Coordinates in space may be this coarse, for looking.
 COARSE_MM = 0.1
 
@@ -41,16 +44,10 @@ def check_viewer(job: Job, tally: Tally) -> None:
     for key in sorted({*viewer.plan, *(job.document or {})}):
         where = _difference(viewer.plan.get(key), (job.document or {}).get(key), key)
         place.expect(where is None, f"it differs from crossing_map.json in {where}")
-    colours = [str(colour) for colour in viewer.colours]
-    place.expect(
-        len(colours) == len(plan.threads)
-        and all(re.fullmatch("#[0-9a-f]{6}", colour) for colour in colours),
-        f"it has {len(colours)} colours for {len(plan.threads)} threads, or one is none",
-    )
     if place.equal(
-        "the numbers of pieces in space, with rungs and with panels,",
-        (len(viewer.counts), len(viewer.panels)),
-        (len(plan.pieces), len(plan.pieces)),
+        "the numbers of pieces in space, with rungs, with panels and with colours,",
+        (len(viewer.counts), len(viewer.panels), len(viewer.colours)),
+        (len(plan.pieces), len(plan.pieces), len(plan.pieces)),
     ):
         _check_space(plan, required(job.model), viewer, place)
 
@@ -121,6 +118,17 @@ def _check_piece(
         np.array_equal(viewer.from_right[rows][:-1] != 0, strip.from_right[rung[:-1]]),
         "a quad has the other diagonal than in the model",
     )
+    told = viewer.colours[number]
+    if place.expect(
+        len(told) == len(rung) and all(re.fullmatch("#[0-9a-f]{6}", word) for word in set(told)),
+        f"it has {len(told)} colours for {len(rung)} rungs, or one is none",
+    ):
+        place.at_most(
+            "viewer_light",
+            float(np.abs(light_of_words(told)[:, None] - strip.light[rung]).max()),
+            SAME_LIGHT,
+            "its colour is {} of light from that in the model",
+        )
     place.at_most(
         "viewer_mm",
         float(np.abs(viewer.rungs[rows] - strip.rungs[rung]).max()),

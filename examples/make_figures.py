@@ -1,0 +1,216 @@
+"""Make pictures like figures 1, 2, 4 and 10 to 17 of "Cyclic twill-woven objects" (2011).
+
+The meshes are fabweave's own shapes of the kinds that the paper shows. Run it with:
+python examples/make_figures.py figures
+or, for some of them: python examples/make_figures.py figures 4 14
+"""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from PIL import Image
+
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.request import complete_settings
+from fabweave.app.settings import Settings
+from fabweave.app.woven_mesh import WovenMesh, weave_mesh
+from fabweave.app.woven_object import keep_clear, lay_object
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.picture.camera import View
+from fabweave.picture.contact_sheet import contact_sheet
+from fabweave.picture.object_picture import mesh_picture, weave_picture
+from fabweave.picture.strand_colours import strand_colours
+from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.pattern import Weave, over_of_passes
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.voting import best_vote
+
+TILE = (560, 460)
+ABOVE = View(-90.0, 90.0)
+
+
+class Woven(NamedTuple):
+    """A shape, woven, and the settings that it was woven with."""
+
+    mesh: WovenMesh
+    settings: Settings
+    supplies: Supplies
+
+
+class Tile(NamedTuple):
+    """A picture and what is written below it."""
+
+    picture: Image.Image
+    caption: str
+
+
+def woven(
+    shape: str,
+    refine: str | None = None,
+    pattern: str = "twill",
+    *,
+    vote: bool = False,
+    given: PolyMesh | None = None,
+) -> Woven:
+    """Weave a shape as asked, or as the paper's voting decides."""
+    settings, supplies = complete_settings(
+        Settings(shape, size_mm=400.0, refine=refine, pattern=pattern, effort="quick")
+    )
+    found = weave_mesh(load_mesh(settings, given_mesh=given), settings, supplies)
+    if vote:
+        threads = found.weave.threads
+        conditions = twill_conditions(found.halfedges, threads)
+        won = best_vote(conditions, threads, part_bunches(threads))
+        weave = Weave(threads, "voting", won.twist, over_of_passes(threads, won.twist), won.broken)
+        found = replace(found, result=replace(found.result, weave=weave))
+    return Woven(found, settings, supplies)
+
+
+def ribbons(one: Woven, view: View | None = None, *, floor: bool = True) -> Image.Image:
+    """Return a picture of the woven object."""
+    rest = one.settings, one.supplies
+    clear = keep_clear(lay_object(one.mesh, *rest), *rest)
+    colours = strand_colours(clear.weave, clear.bunches)
+    return weave_picture(clear.ribbons, colours, size_px=TILE, view=view, floor=floor, samples=3)
+
+
+def on_mesh(what: ViewOf, one: Woven, view: View | None = None) -> Image.Image:
+    """Return a picture of the weave on its mesh."""
+    mesh = one.mesh
+    return weave_on_mesh(
+        what, mesh.mesh, mesh.halfedges, mesh.weave, size_px=TILE, view=view, caption=False
+    )
+
+
+def broken(one: Woven) -> str:
+    """Say how many conditions are broken."""
+    total = one.mesh.weave.broken.total
+    return "exact" if total == 0 else f"{total} conditions broken"
+
+
+def hexagons(rows: int = 5) -> PolyMesh:
+    """Return a patch of the tiling of the plane by regular hexagons."""
+    side = np.sqrt(3.0)
+    centres = [
+        (side * (x + y / 2), 1.5 * y)
+        for y in range(-rows // 2 + 1, rows // 2 + 1)
+        for x in range(-rows, rows + 1)
+        if abs(x + y / 2) <= rows / 2
+    ]
+    turns = np.radians(90 + 60 * np.arange(6))
+    corners = [(x + np.cos(turn), y + np.sin(turn)) for x, y in centres for turn in turns]
+    points, number = np.unique(np.round(corners, 6), axis=0, return_inverse=True)
+    points = 30.0 * np.column_stack((points, np.zeros(len(points))))
+    return PolyMesh.from_faces(points, number.reshape(-1, 6).tolist())
+
+
+def figure_1() -> Iterator[Tile]:
+    """Show twill-woven objects."""
+    yield Tile(ribbons(woven("shape:slit?genus=3")), "genus 3, 2/2 twill")
+    yield Tile(ribbons(woven("shape:knot")), "a knot, 2/2 twill")
+    yield Tile(ribbons(woven("shape:icosahedron", "loop:2", "triaxial")), "a ball, triaxial twill")
+    yield Tile(ribbons(woven("shape:bipyramid")), "a bipyramid with handles, 2/2 twill")
+
+
+def figure_2() -> Iterator[Tile]:
+    """Show plain weave and twill."""
+    for pattern in ("plain", "twill"):
+        one = woven("shape:torus?m=28&n=12", None, pattern)
+        yield Tile(ribbons(one), f"{pattern} on a torus")
+        yield Tile(on_mesh("twists", one), f"{pattern}: its twists")
+
+
+def figure_4() -> Iterator[Tile]:
+    """Show the tiling by regular hexagons, and its triaxial twill."""
+    tiling = hexagons()
+    yield Tile(mesh_picture(tiling, size_px=TILE, view=ABOVE), "the tiling by regular hexagons")
+    one = woven("tiling.obj", given=tiling)
+    yield Tile(on_mesh("twists", one, ABOVE), f"its twists: {broken(one)}")
+    yield Tile(ribbons(one, ABOVE, floor=False), "its triaxial twill")
+
+
+def exact_ones(*shapes: str) -> Iterator[Tile]:
+    """Show shapes with their twists, and woven."""
+    for shape in shapes:
+        one = woven(shape)
+        name = shape.removeprefix("shape:")
+        yield Tile(on_mesh("twists", one), f"{name}\n{broken(one)}")
+        yield Tile(ribbons(one), "its 2/2 twill")
+
+
+def figure_10() -> Iterator[Tile]:
+    """Show meshes with edges in two colours."""
+    return exact_ones("shape:torus?m=16&n=8", "shape:torus?m=15&n=8")
+
+
+def figure_11() -> Iterator[Tile]:
+    """Show genus 2 and more."""
+    return exact_ones("shape:slit?genus=2", "shape:slit?genus=3")
+
+
+def figure_12() -> Iterator[Tile]:
+    """Show bipyramids with handles."""
+    return exact_ones("shape:bipyramid?n=2", "shape:bipyramid?n=3")
+
+
+def figure_13() -> Iterator[Tile]:
+    """Show regular meshes."""
+    return exact_ones(
+        "shape:regular?face=8&valence=4&genus=3", "shape:regular?face=4&valence=8&genus=2"
+    )
+
+
+def by_vote_and_search(*views: ViewOf, shape: str, refine: str) -> Iterator[Tile]:
+    """Show what voting decides beside what the search finds."""
+    both = {name: woven(shape, refine, vote=name == "voting") for name in ("voting", "search")}
+    for what in views:
+        for name, one in both.items():
+            yield Tile(on_mesh(what, one), f"{what}, {name}: {broken(one)}")
+    for name, one in both.items():
+        yield Tile(ribbons(one), f"woven, {name}")
+
+
+def figure_14() -> Iterator[Tile]:
+    """Show what voting and search break on a refined cube, which has no exact twill."""
+    return by_vote_and_search("twists", "faults", shape="shape:cube", refine="catmull-clark:2")
+
+
+def figure_15() -> Iterator[Tile]:
+    """Show the same on a refined icosahedron."""
+    return by_vote_and_search(
+        "twists", "faults", shape="shape:icosahedron", refine="catmull-clark:1"
+    )
+
+
+def figure_16() -> Iterator[Tile]:
+    """Show the seams of both results on the cube."""
+    return by_vote_and_search("seams", shape="shape:cube", refine="catmull-clark:2")
+
+
+def figure_17() -> Iterator[Tile]:
+    """Show triangles and pentagons, exact after edges are halved."""
+    for shape in ("shape:dodecahedron", "shape:icosahedron"):
+        one = woven(shape, None, "triaxial")
+        name = shape.removeprefix("shape:")
+        yield Tile(on_mesh("twists", one), f"{name}, edges halved: {broken(one)}")
+        yield Tile(ribbons(one), "its triaxial twill")
+
+
+FIGURES = {
+    1: figure_1, 2: figure_2, 4: figure_4, 10: figure_10, 11: figure_11, 12: figure_12,
+    13: figure_13, 14: figure_14, 15: figure_15, 16: figure_16, 17: figure_17,
+}  # fmt: skip
+
+folder = Path(sys.argv[1])
+folder.mkdir(parents=True, exist_ok=True)
+for number in [int(text) for text in sys.argv[2:]] or FIGURES:
+    tiles, captions = zip(*FIGURES[number](), strict=True)
+    sheet = contact_sheet(tiles, captions, columns=3 if len(tiles) == 3 else 2)
+    sheet.save(folder / f"figure_{number:02}.png")
+    print(f"figure_{number:02}.png")

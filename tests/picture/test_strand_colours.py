@@ -1,0 +1,240 @@
+"""The two strands of every crossing differ in colour, on every mesh, and threads change seldom."""
+
+import numpy as np
+import pytest
+from colour_vision import COLOUR_BLINDNESS, as_seen_with
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.colour_space import light_of, oklab_of
+from fabweave.core.errors import InputError
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.subdivide.loop import loop
+from fabweave.model.rung_colours import rung_colours
+from fabweave.picture.strand_colours import (
+    LEAST_DIFFERENCE,
+    STRATEGIES,
+    crossing_colours,
+    least_difference,
+    strand_colours,
+)
+from fabweave.ribbon.project import project_ribbons
+from fabweave.stock.material import material_library
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.shades import shade_strands
+from fabweave.weave.threads import trace_threads
+
+#: Each of these has one to four threads, and they cross themselves.
+FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube", "knot")
+SHAPES = ("tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron", *FEW)
+MATERIALS = np.array([material.rgb for material in material_library()], dtype=np.uint8)
+
+
+def woven(name, *, steps=0, turn=False, seed=None):
+    mesh = parse_shape(f"shape:{name}")
+    for _ in range(steps):
+        mesh = loop(mesh)
+    threads = trace_threads(build_halfedges(mesh), turn=turn)
+    if seed is None:
+        return plain_weave(threads)
+    twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
+    return Weave(threads, "random", twist, over_of_passes(threads, twist))
+
+
+def naive_least(weave, strands):
+    """Compare the strands of each crossing one after another."""
+    least = np.inf
+    for crossing in range(weave.threads.n_crossings):
+        one, other = np.flatnonzero(weave.threads.crossing == crossing)
+        for a in strands[one]:
+            for b in strands[other]:
+                away = np.linalg.norm(oklab_of(light_of(a)) - oklab_of(light_of(b)))
+                least = min(least, float(away))
+    return least
+
+
+def flows(weave, strands):
+    """Whether each pass leaves in the colour in which the next one comes."""
+    threads = weave.threads
+    for start, end, ring in zip(
+        threads.offsets[:-1], threads.offsets[1:], threads.closed, strict=True
+    ):
+        own = strands[start:end]
+        if not np.array_equal(own[:-1, 1], own[1:, 0]):
+            return False
+        if ring and len(own) and not np.array_equal(own[-1, 1], own[0, 0]):
+            return False
+    return True
+
+
+@pytest.mark.parametrize("strategy", ["safe", "direction", "bunch", "material"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_strands_of_every_crossing_differ(name, strategy):
+    weave = woven(name)
+    bunches = part_bunches(weave.threads)
+    materials = np.tile(MATERIALS[:1], (weave.threads.n_threads, 1))
+    strands = strand_colours(weave, bunches, strategy, materials=materials)
+    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
+    assert flows(weave, strands)
+    changes = np.any(strands[:, 0] != strands[:, 1], axis=1)
+    assert not np.any(changes & weave.over)
+    # The same measure objects when one strand has the colour of the one that it crosses.
+    spoiled = strands.copy()
+    pair = np.flatnonzero(weave.threads.crossing == 0)
+    spoiled[pair[0], 1] = spoiled[pair[1], 0]
+    assert least_difference(weave, spoiled) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["hypar?m=2&n=3", "hypar?m=7&n=5", "hypar?m=9&n=4"])
+@pytest.mark.parametrize("seed", [None, 1, 2])
+def test_a_mesh_of_one_thread_shows_its_weave(name, seed):
+    weave = woven(name, turn=True, seed=seed)
+    assert weave.threads.n_threads == 1
+    strands = strand_colours(weave, np.zeros(1, dtype=int))
+    assert naive_least(weave, strands) >= LEAST_DIFFERENCE
+    assert flows(weave, strands)
+
+
+@given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1), st.booleans())
+def test_they_differ_whoever_is_on_top(name, seed, turn):
+    try:
+        weave = woven(name, turn=turn, seed=seed)
+    except InputError:
+        return
+    shades = shade_strands(weave)
+    by_crossing = crossing_colours(weave, np.repeat(shades.shade[..., None], 3, axis=2))[..., 0]
+    below, above = by_crossing[:, 0], by_crossing[:, 1]
+    assert np.all(below[:, :, None] != above[:, None, :])
+    assert shades.n_shades <= 24
+    strands = strand_colours(weave, np.zeros(weave.threads.n_threads, dtype=int), "direction")
+    assert np.isclose(least_difference(weave, strands), naive_least(weave, strands))
+
+
+@pytest.mark.parametrize("view", COLOUR_BLINDNESS)
+@pytest.mark.parametrize("name", FEW)
+def test_to_the_colour_blind_they_differ_too(name, view):
+    weave = woven(name)
+    strands = strand_colours(weave, part_bunches(weave.threads), "safe")
+    lab = oklab_of(as_seen_with(light_of(crossing_colours(weave, strands)), view))
+    away = np.linalg.norm(lab[:, 0, :, None] - lab[:, 1, None, :], axis=-1)
+    assert away.min() >= LEAST_DIFFERENCE
+
+
+@pytest.mark.parametrize(("m", "n"), [(9, 7), (12, 8), (5, 5), (8, 3)])
+def test_a_grid_on_a_torus_has_warp_and_weft_as_far_as_they_close_up(m, n):
+    """On a grid without irregular vertices two directions suffice where both sides are even."""
+    weave = woven(f"torus?m={m}&n={n}")
+    shades = shade_strands(weave)
+    if m % 2 == n % 2 == 0:
+        assert shades.n_shades == 2
+        assert np.all(shades.shade[:, 0] == shades.shade[:, 1])
+    assert shades.n_shades <= 4
+
+
+def test_triangles_have_three_directions_away_from_irregular_vertices():
+    weave = woven("icosahedron", steps=2)
+    shades = shade_strands(weave)
+    counts = np.sort(np.bincount(shades.shade[:, 0]))[::-1]
+    assert counts[:3].sum() >= 0.9 * counts.sum()
+    changes = np.count_nonzero(shades.shade[:, 0] != shades.shade[:, 1])
+    assert changes <= 0.2 * len(shades.shade)
+
+
+def test_pieces_have_one_colour_each_and_neighbours_others():
+    weave = woven("torus?m=9&n=7")
+    threads = weave.threads
+    breaks = np.zeros(len(threads.crossing), dtype=bool)
+    below = np.flatnonzero(~weave.over)
+    breaks[below[::4]] = True
+    bunches = part_bunches(threads)
+    strands = strand_colours(weave, bunches, "piece", breaks=breaks)
+    changes = np.any(strands[:, 0] != strands[:, 1], axis=1)
+    assert np.array_equal(changes, breaks)
+    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
+    # Safe colours change there only, too, but not everywhere.
+    safe = strand_colours(weave, bunches, "safe", breaks=breaks)
+    seldom = np.any(safe[:, 0] != safe[:, 1], axis=1)
+    assert not np.any(seldom & ~breaks)
+    with pytest.raises(InputError, match="where no pieces are cut"):
+        strand_colours(weave, bunches, "piece")
+
+
+def test_a_piece_that_crosses_itself_is_parted_where_it_lies_below():
+    weave = woven("torus?m=9&n=7")
+    strands = strand_colours(
+        weave, part_bunches(weave.threads), "safe", breaks=np.zeros(len(weave.over), dtype=bool)
+    )
+    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
+    assert not np.any(np.any(strands[:, 0] != strands[:, 1], axis=1) & weave.over)
+
+
+@pytest.mark.parametrize("colour", MATERIALS.tolist())
+def test_near_colours_of_a_material_can_be_told_apart(colour):
+    weave = woven("icosahedron", steps=1)
+    threads = np.tile(np.array(colour, dtype=np.uint8), (weave.threads.n_threads, 1))
+    strands = strand_colours(weave, part_bunches(weave.threads), "material", materials=threads)
+    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
+    lab = oklab_of(light_of(np.concatenate((strands.reshape(-1, 3), [colour]))))
+    # They stay nearer to the material than to another hue.
+    assert np.linalg.norm(lab[:-1, 1:] - lab[-1, 1:], axis=1).max() < 0.06
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 6, 8])
+def test_bunches_keep_to_their_hues(count):
+    weave = woven("sphere?n=4")
+    bunches = np.arange(weave.threads.n_threads) % count
+    strands = strand_colours(weave, bunches, "bunch")
+    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
+    lab = oklab_of(light_of(strands.reshape(-1, 3)))
+    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
+    wanted = 45 + 360 / count * np.repeat(bunches[weave.threads.thread_of_pass], 2)
+    assert np.abs((hue - wanted + 180) % 360 - 180).max() < 10
+
+
+def test_rungs_change_their_colour_along_panels_only():
+    mesh = parse_shape("shape:torus?m=9&n=7")
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.3)
+    strands = strand_colours(weave, part_bunches(weave.threads), "direction")
+    rungs = rung_colours(ribbons, strands)
+    assert np.array_equal(rungs[ribbons.entry], strands[:, 0])
+    assert np.array_equal(rungs[ribbons.entry + 1], strands[:, 1])
+    by_thread = np.arange(3 * weave.threads.n_threads, dtype=np.uint8).reshape(-1, 3)
+    each = np.repeat(by_thread, np.diff(ribbons.offsets), axis=0)
+    assert np.array_equal(rung_colours(ribbons, by_thread), each)
+
+
+def test_threads_that_do_not_cross_themselves_keep_their_bunches_colours():
+    weave = woven("cube")
+    strands = strand_colours(weave, part_bunches(weave.threads))
+    assert [len(np.unique(strands[weave.threads.thread_of_pass == t].reshape(-1, 3), axis=0))
+            for t in range(4)] == [1, 1, 1, 1]  # fmt: skip
+    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 4
+
+
+@pytest.mark.parametrize("strategy", ["hue-circle", "hue-range"])
+def test_the_papers_colours_are_one_a_thread(strategy):
+    weave = woven("torus?m=9&n=7")
+    strands = strand_colours(weave, np.array([0, 1]), strategy)
+    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 2
+
+
+def test_wrong_strategies_are_refused_and_nothing_has_no_colour():
+    weave = woven("cube")
+    with pytest.raises(InputError, match="choose safe, direction, piece, bunch, material"):
+        strand_colours(weave, np.arange(4), "rainbow")
+    with pytest.raises(InputError, match="no material is known"):
+        strand_colours(weave, np.arange(4), "material")
+    bare = woven("hypar?m=1&n=1")
+    for strategy in set(STRATEGIES) - {"piece"}:
+        strands = strand_colours(
+            bare,
+            np.zeros(bare.threads.n_threads, dtype=int),
+            strategy,
+            materials=np.zeros((bare.threads.n_threads, 3), dtype=np.uint8),
+        )
+        assert strands.shape == (0, 2, 3)
+        assert least_difference(bare, strands) == np.inf

@@ -1,0 +1,158 @@
+"""Pictures of a weave on its mesh show every twist, every fault and every seam, and no other."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.subdivide.catmull_clark import catmull_clark
+from fabweave.picture.camera import View
+from fabweave.picture.twist_picture import broken_places, twill_seams, weave_on_mesh
+from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.threads import trace_threads
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+
+EXACT = ("torus?m=8&n=6", "torus?m=7&n=4", "slit?genus=2", "bipyramid", "tube", "hypar")
+
+
+def traced(name, steps=0):
+    mesh = parse_shape(f"shape:{name}")
+    for _ in range(steps):
+        mesh = catmull_clark(mesh)
+    halfedges = build_halfedges(mesh)
+    return mesh, halfedges, trace_threads(halfedges)
+
+
+def with_twist(threads, twist):
+    return Weave(threads, "given", twist, over_of_passes(threads, twist))
+
+
+def exact(name):
+    mesh, halfedges, threads = traced(name)
+    twist = decide_twill(twill_conditions(halfedges, threads)).twist
+    return mesh, halfedges, with_twist(threads, twist)
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_an_exact_twill_has_a_diagonal_everywhere_and_no_seam(name):
+    mesh, halfedges, weave = exact(name)
+    seams = twill_seams(halfedges, weave)
+    inner = np.ones(mesh.n_faces, dtype=bool)
+    # Faces at the rim have edges without a twist.
+    inner[halfedges.face[halfedges.twin < 0]] = False
+    assert np.all(seams.across[inner] >= 0)
+    assert np.all(seams.across[~inner] < 0)
+    assert len(seams.edges) == 0
+    assert len(broken_places(mesh, halfedges, weave).points) == 0
+    # One crossing the other way round is seen at once.
+    middle = np.flatnonzero(inner[halfedges.face] & (halfedges.twin >= 0))[0]
+    edge = halfedges.edge[weave.threads.crossing_halfedge] == halfedges.edge[middle]
+    spoiled = with_twist(weave.threads, weave.twist ^ edge)
+    assert np.count_nonzero(twill_seams(halfedges, spoiled).across[inner] < 0) >= 1
+    assert len(broken_places(mesh, halfedges, spoiled).points) >= 4
+
+
+def test_plain_weave_has_no_diagonal():
+    _, halfedges, threads = traced("torus?m=8&n=6")
+    assert np.all(twill_seams(halfedges, plain_weave(threads)).across < 0)
+
+
+@given(st.sampled_from(("cube", "octahedron", "torus?m=5&n=4", "hypar")), st.integers(0, 2**32 - 1))
+def test_every_broken_condition_has_its_place(name, seed):
+    mesh, halfedges, threads = traced(name, steps=1 if name in ("cube", "octahedron") else 0)
+    twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
+    weave = with_twist(threads, twist)
+    broken = count_broken(twill_conditions(halfedges, threads), twist)
+    faults = broken_places(mesh, halfedges, weave)
+    _, first, counts = np.unique(faults.colours, axis=0, return_index=True, return_counts=True)
+    assert sorted(counts.tolist()) == sorted(
+        count for count in (broken.edge, broken.face, broken.vertex) if count
+    )
+    assert len(first) <= 3
+    edge, face, vertex = np.split(faults.points, np.cumsum([broken.edge, broken.face]))
+    ends = mesh.vertices[halfedges.tail] + mesh.vertices[halfedges.head]
+    centres = [
+        mesh.vertices[mesh.indices[low:high]].mean(axis=0)
+        for low, high in zip(mesh.offsets[:-1], mesh.offsets[1:], strict=True)
+    ]
+    for found, places in ((edge, ends / 2), (face, centres), (vertex, mesh.vertices)):
+        away = np.linalg.norm(found[:, None] - np.array(places)[None], axis=2)
+        assert np.all(away.min(axis=1, initial=np.inf) < 1e-9)
+
+
+def naive_seams(mesh, halfedges, weave):
+    """Follow the definition, face after face."""
+    twist = dict(
+        zip(
+            halfedges.edge[weave.threads.crossing_halfedge].tolist(),
+            weave.twist.tolist(),
+            strict=True,
+        )
+    )
+    through = {}
+    for face in range(mesh.n_faces):
+        edges = halfedges.edge[halfedges.face == face].tolist()
+        if len(edges) != 4 or any(edge not in twist for edge in edges):
+            continue
+        alike = [twist[edges[k]] == twist[edges[k + 2]] for k in (0, 1)]
+        if sum(alike) == 1:
+            k = alike.index(True)
+            through[face] = {edges[k], edges[k + 2]}
+    seams = set()
+    for here in weave.threads.crossing_halfedge.tolist():
+        edge, pair = (
+            halfedges.edge[here],
+            (halfedges.face[here], halfedges.face[halfedges.twin[here]]),
+        )
+        if all(face in through for face in pair):
+            one, other = (edge in through[face] for face in pair)
+            if one != other:
+                seams.add(int(edge))
+    return set(through), seams
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_seams_are_those_of_a_naive_search(seed):
+    mesh, halfedges, threads = traced("cube", steps=1)
+    twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
+    weave = with_twist(threads, twist)
+    found = twill_seams(halfedges, weave)
+    whole, seams = naive_seams(mesh, halfedges, weave)
+    assert set(np.flatnonzero(found.across >= 0).tolist()) == whole
+    assert set(found.edges.tolist()) == seams
+
+
+def test_a_face_shows_the_twists_of_its_edges():
+    """Seen from above, each edge of a grid is blue or red as it twists, and grey at the rim."""
+    mesh, halfedges, threads = traced("hypar?m=3&n=3&height=0.001")
+    twist = np.arange(threads.n_crossings) % 2 == 0
+    size = (300, 300)
+    picture = weave_on_mesh("twists", mesh, halfedges, with_twist(threads, twist), size_px=size,
+                            view=View(-90.0, 90.0), caption=False)  # fmt: skip
+    pixels = np.asarray(picture).astype(int)
+    low, high = mesh.vertices[:, :2].min(axis=0), mesh.vertices[:, :2].max(axis=0)
+    sense = {int(halfedges.edge[h]): bool(t)
+             for h, t in zip(threads.crossing_halfedge, twist, strict=True)}  # fmt: skip
+    for half in range(halfedges.n_halfedges):
+        ends = mesh.vertices[[halfedges.tail[half], halfedges.head[half]], :2]
+        share = ((ends.mean(axis=0) - low) / (high - low) - 0.5) * 0.9 + 0.5
+        edge = int(halfedges.edge[half])
+        if edge not in sense:
+            continue
+        column, row = int(share[0] * 300), int((1 - share[1]) * 300)
+        red, _, blue = (
+            pixels[row - 1 : row + 2, column - 1 : column + 2].reshape(-1, 3).mean(axis=0)
+        )
+        assert (blue > red + 60) if sense[edge] else (red > blue + 60)
+
+
+@pytest.mark.parametrize("what", ["twists", "faults", "seams"])
+@pytest.mark.parametrize("name", ["icosahedron", "dodecahedron", "hypar", "cube"])
+def test_all_meshes_can_be_shown(name, what):
+    mesh, halfedges, threads = traced(name)
+    picture = weave_on_mesh(what, mesh, halfedges, plain_weave(threads), size_px=(160, 120))
+    assert picture.width >= 160
+    assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 20
