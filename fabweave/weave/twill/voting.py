@@ -29,8 +29,8 @@ class VotingRule:
         Weights of face and vertex votes (section 6.4); that of an edge vote is 1.
     literal : bool
         Whether the vote is held as the paper does: it begins with all edges of a vertex, which
-        twist alike, and the power of bunches is in face and vertex votes, too. Else it begins with one
-        edge and their power is in edge votes alone, which mostly breaks less.
+        twist alike, and the power of bunches is in face and vertex votes, too. Else it begins with
+        one edge and their power is in edge votes alone, which mostly breaks less.
     """
 
     name: str
