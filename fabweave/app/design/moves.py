@@ -175,15 +175,16 @@ def _split(
 def _wider(asked: Settings, best: Settings, off: dict[str, float]) -> Iterator[Settings]:
     """Yield wider or narrower ribbons on the same mesh."""
     kind = option_named("width").kind
-    if asked.width != kind.parse("auto"):
+    if asked.width != kind.parse("auto") or asked.open is not None:
         return
     shares = []
     if "ribbon_mm" in off:
-        shares.append(best.width.relative * math.exp(-off["ribbon_mm"]))
+        shares.append(best.width_rule.relative * math.exp(-off["ribbon_mm"]))
     if "sheets" in off or "budget" in off:
-        shares.append(best.width.relative * _NARROWER)
+        shares.append(best.width_rule.relative * _NARROWER)
     for share in shares:
-        yield replace(best, width=kind.parse(f"auto,{min(max(share, _NARROWEST), _WIDEST):.2f}"))
+        width = kind.parse(f"auto,{min(max(share, _NARROWEST), _WIDEST):.2f}")
+        yield replace(best, width=width, open=None)
 
 
 def _rounder(asked: Settings, best: Settings) -> Iterator[Settings]:

@@ -11,8 +11,10 @@ from fabweave.app.settings import Settings
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import triangulate
 
-#: So many triangles for each quad give ribbons of the same width.
-_KAGOME_SHARE = 0.4
+#: How open a kagome basket is: fuller than other weaves of the usual width, as its large openings
+#: stay anyway. Then so many triangles for each quad give ribbons of the same width.
+_KAGOME_OPEN = 0.2
+_KAGOME_SHARE = 0.6
 #: Ribbons of a mesh of quads are about so wide, as a share of the sides of its faces.
 WIDTH_SHARE = 0.46
 #: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
@@ -123,9 +125,9 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
             for settings in meshes
             if "triangles" in (settings.remesh or "")
         )
-    if asked.width.auto:
+    if asked.width.auto and asked.open is None:
         narrow = option_named("width").kind.parse(_NARROW)
-        yield from (replace(settings, width=narrow) for settings in meshes)
+        yield from (replace(settings, width=narrow, open=None) for settings in meshes)
     yield from (replace(settings, fair=FAIR) for settings in meshes if not asked.fair)
     if asked.max_length_mm is None and asked.prefer == option_named("prefer").default:
         for prefer in ("work", "waste"):
@@ -152,6 +154,9 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
         yield asked
     # Ribbons that run straight over triangles are as wide as on more quads; else there are as many
     # crossings: a triangle has one and a half, a quad two.
-    share = 4 / 3 if asked.course == "projection" else _KAGOME_SHARE
+    straight = asked.course != "projection"
+    share = _KAGOME_SHARE if straight else 4 / 3
+    if straight and asked.open is None and asked.width == option_named("width").default_value:
+        asked = replace(asked, open=_KAGOME_OPEN)
     triangles = dict.fromkeys(two_digits(max(FEWEST, share * number)) for number in quads)
     yield from (replace(asked, remesh=f"triangles:{number}") for number in triangles)

@@ -73,7 +73,7 @@ def _designs(asked: Settings, progress: Progress, given: PolyMesh | None) -> Ite
         meshes = []
     some = [one for one in meshes if one.pattern == asked.pattern and one.width == asked.width]
     yield from (one for one in some[:_MESHES] if one != asked)
-    if asked.width.auto:
+    if asked.width.auto and asked.open is None:
         yield replace(asked, width=option_named("width").kind.parse("0.45"))
     if asked.material != _SOFT and "=" not in asked.material:
         plain = {"material": _SOFT, "thickness_mm": None, "gap_mm": None}
