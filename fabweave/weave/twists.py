@@ -30,10 +30,8 @@ def twists_text(halfedges: Halfedges, weave: Weave) -> str:
     >>> from fabweave.weave.pattern import plain_weave
     >>> from fabweave.weave.threads import trace_threads
     >>> halfedges = build_halfedges(tetrahedron())
-    >>> print(twists_text(halfedges, plain_weave(trace_threads(halfedges)))[:30])
-    v0,v1,half_twists
-    0,1,1
-    1,2,1
+    >>> twists_text(halfedges, plain_weave(trace_threads(halfedges))).split()[:3]
+    ['v0,v1,half_twists', '0,1,1', '1,2,1']
     """
     first = weave.threads.crossing_halfedge
     turns = np.where(weave.twist, 1, -1)
