@@ -60,7 +60,15 @@ def woven(
 ) -> Woven:
     """Weave a shape as asked, or as the paper's voting decides."""
     settings, supplies = complete_settings(
-        Settings(shape, size_mm=400.0, refine=refine, pattern=pattern, effort="quick")
+        Settings(
+            shape,
+            size_mm=400.0,
+            refine=refine,
+            pattern=pattern,
+            # The paper's ribbons cover the surface.
+            course="projection" if pattern == "triaxial" else "auto",
+            effort="quick",
+        )
     )
     found = weave_mesh(load_mesh(settings, given_mesh=given), settings, supplies)
     if vote:

@@ -1,4 +1,4 @@
-"""Make the picture at the front of the README: plain weave, 2/2 twill and triaxial twill.
+"""Make the picture at the front of the README: plain weave, 2/2 twill and a kagome basket.
 
 Run it with: python examples/make_pictures.py examples/woven.png
 """
@@ -16,16 +16,16 @@ from fabweave.picture.strand_colours import strand_colours
 from fabweave.picture.surfaces import ribbon_triangles
 
 OBJECTS = (
-    ("shape:sphere", None, "plain"),
-    ("shape:slit?genus=3", None, "twill"),
-    ("shape:icosahedron", "loop:1", "triaxial"),
+    ("shape:sphere", {}),
+    ("shape:slit?genus=3", {"pattern": "twill"}),
+    ("shape:icosahedron", {"refine": "loop:2", "pattern": "kagome", "open": 0.1}),
 )
 TILE = (480, 420)
 
 picture = Image.new("RGB", (TILE[0] * len(OBJECTS), TILE[1]), "white")
-for number, (shape, refine, pattern) in enumerate(OBJECTS):
+for number, (shape, options) in enumerate(OBJECTS):
     settings, material = complete_settings(
-        Settings(shape, size_mm=400.0, refine=refine, pattern=pattern, effort="quick")
+        Settings(shape, size_mm=400.0, effort="quick", **options)
     )
     woven = weave_object(settings, material)
     vertices, triangles, _ = ribbon_triangles(woven.ribbons)
