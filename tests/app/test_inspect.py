@@ -416,6 +416,7 @@ def test_designs_from_coarse_to_fine_are_told_and_shown(tmp_path) -> None:
     assert shown.height > alone.height + 500
 
 
+@pytest.mark.slow
 def test_a_design_that_cannot_be_laid_is_shown_without_a_picture() -> None:
     found = inspect_mesh(Settings("shape:cube", size_mm=100.0))
     none = Tried(

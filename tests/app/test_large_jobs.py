@@ -41,6 +41,7 @@ def test_what_a_job_is_too_large_for_is_left_out_and_said(tmp_path):
     assert "Turn the object" not in text
 
 
+@pytest.mark.slow
 def test_the_viewer_of_a_job_that_is_not_so_large_is_missed(tmp_path):
     folder = tmp_path / "job"
     run_job(Settings("shape:cube", size_mm=200.0, effort="quick"), folder)
@@ -48,6 +49,7 @@ def test_the_viewer_of_a_job_that_is_not_so_large_is_missed(tmp_path):
     assert "viewer" in verify_job(folder).failed
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_limits")
 def test_a_viewer_that_need_not_be_there_is_looked_at_where_it_is(tmp_path, monkeypatch):
     folder = tmp_path / "job"

@@ -44,6 +44,7 @@ def test_reports_differ(checks) -> None:
         assert any(limit in note for note in notes for limit in limits)
 
 
+@pytest.mark.slow
 def test_stiffer_materials_want_larger_objects(checks) -> None:
     sizes = [checks[name].smallest_mm for name in MADE]
     assert all(one < other for one, other in pairwise(sizes))

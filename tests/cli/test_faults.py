@@ -57,6 +57,7 @@ def test_a_full_disk_is_told_with_the_path_and_nothing_is_left(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("inspect", "--png", "a.png"), ("model", "-o", "a.glb")], ids=lambda c: c[0]
 )

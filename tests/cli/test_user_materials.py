@@ -148,6 +148,7 @@ def test_the_job_is_made_again_byte_for_byte_from_its_job_toml_alone(made, tmp_p
     assert run("verify", made, "-q") == 0
 
 
+@pytest.mark.slow
 def test_what_is_proved_needs_no_file_of_the_users(made, capsys) -> None:
     assert verify_job(made).ok
     assert run("preflight", made, "--json") == 0

@@ -330,6 +330,7 @@ BODIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", BODIES)
 def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what):
     body, words = BODIES[what]
@@ -625,6 +626,7 @@ def test_polygons_are_remeshed_too():
     assert_fits(remeshed, solid, 300, 40)
 
 
+@pytest.mark.slow
 @needs_instant
 def test_instant_meshes_gives_about_the_number_asked_for():
     ball = icosphere(3)

@@ -52,6 +52,7 @@ def test_verify_knows_what_is_not_so(job, tmp_path, key, value) -> None:
     assert set(verify_job(folder).failed) - {"page"} == {"areas"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("where", "key", "value"),
     [
