@@ -202,7 +202,7 @@ def _fill(ribbons, crossings=8):
 def test_pieces_of_a_ball_fill_their_rectangles_as_foretold():
     # Without any optimisation, at the same share of their room: 0.56 and 0.72.
     fill = {course: _fill(laid(ball(2), course)[1]) for course in ("projection", "straight")}
-    assert fill["projection"] < 0.60
+    assert fill["projection"] < 0.61
     assert fill["straight"] > 0.70
 
 
@@ -221,9 +221,9 @@ def test_strands_hardly_turn_on_a_straight_course():
             ways.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
         return np.median(np.concatenate(ways))
 
-    # The turn of the surface itself, some 13 degrees from crossing to crossing, is in both.
+    # What is left is the turn of the surface itself from crossing to crossing.
     assert turning("projection") > 55
-    assert turning("straight") < 17
+    assert turning("straight") < 10
 
 
 def test_yarns_keep_apart_on_a_straight_course():
