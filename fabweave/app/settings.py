@@ -153,6 +153,10 @@ class Settings:
             return self.crossing
         return max(_PANEL_SHARE, self.width_rule.relative)
 
+    def with_width(self, rule: WidthRule) -> Settings:
+        """Return the settings with another width, and panels at crossings as long as they were."""
+        return replace(self, width=rule, open=None, crossing=self.panel_share)
+
     @property
     def line_mm(self) -> float:
         """The width of lines in the SVG."""

@@ -187,12 +187,7 @@ def check_object(
     def lay(size_mm: float, narrower: float, narrowest: bool, part: Part | None) -> Ribbons:
         growth = size_mm / woven.size_mm
         source = _scaled(woven.source, growth)
-        changed = replace(
-            settings,
-            width=settings.width_rule.times(narrower),
-            open=None,
-            crossing=settings.panel_share,
-        )
+        changed = settings.with_width(settings.width_rule.times(narrower))
         factor = None
         if narrowed is not None and growth == 1.0:
             factor = narrowed.factor
@@ -317,7 +312,7 @@ def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> l
     )
 
     def lay(width_mm: float) -> Ribbons:
-        changed = replace(settings, width=WidthRule(least_mm=width_mm, most_mm=width_mm))
+        changed = settings.with_width(WidthRule(least_mm=width_mm, most_mm=width_mm))
         return lay_ribbons(woven.source, woven.weave, changed, thickness, woven.laps)
 
     widest = widest_clear(lay, woven.weave, limits, room)

@@ -196,6 +196,16 @@ def test_fields_that_do_not_go_together_are_refused(values, words) -> None:
         Settings("shape:cube", **values)
 
 
+def test_how_open_a_weave_is_stands_for_its_width() -> None:
+    settings = Settings("shape:cube", open=0.1)
+    assert settings.width_rule == WidthRule(0.9, auto=True)
+    # Panels are never shorter than ribbons are wide, and stay as long with other widths.
+    assert settings.panel_share == 0.9
+    other = settings.with_width(WidthRule(0.5))
+    assert (other.width_rule, other.panel_share, other.open) == (WidthRule(0.5), 0.9, None)
+    assert Settings("shape:cube").panel_share == 0.7
+
+
 def test_numbers_of_other_kinds_are_held_as_plain_ones() -> None:
     settings = Settings(
         "shape:cube", size_mm=400, fair=np.int64(3), scale=None, kerf_mm=np.float32(0.25),

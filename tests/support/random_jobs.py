@@ -118,6 +118,8 @@ def random_job(seed):
         "course": maybe(0.2, one_of("straight", "projection")),
         "fair": maybe(0.1, 20),
     }
+    if options["width"] is None:
+        options["open"] = maybe(0.2, round(float(dice.uniform(0.05, 0.8)), 2))
     return vertices, faces, {name: value for name, value in options.items() if value is not None}
 
 

@@ -107,7 +107,7 @@ class Weave:
         ----------
         options
             As on the command line: ``material="card"``, ``thickness="0.4mm"``, ``width="12mm"``,
-            ``smooth=3``, ``crossing=0.7``, ``clearance="0.1mm"``.
+            ``open=0.2``, ``smooth=3``, ``crossing=0.7``, ``clearance="0.1mm"``.
 
         Returns
         -------
@@ -164,7 +164,8 @@ def weave(mesh: Any, **options: Any) -> Weave:
     mesh : Mesh, path, or anything with vertices and faces
     options
         As on the command line: ``pattern="twill"`` (plain, twill, triaxial, ``"3/1"``,
-        ``"satin:5/2"``), ``boundary="turn"``, ``effort="best"``, ``seed=1``.
+        ``"satin:5/2"``), ``boundary="turn"``, ``course="straight"``, ``twists="edges.csv"``,
+        ``effort="best"``, ``seed=1``.
 
     Raises
     ------
