@@ -91,12 +91,12 @@ def test_plain_weave_has_the_rotations_of_its_mesh(shape, rotations, stabiliser)
 
 
 def test_twill_on_a_torus_has_half_the_rotations():
-    # The twill repeats after four crossings along a strand, so it comes back after every other
-    # step around the ring, and after half-turns.
+    # Turning by one step keeps the twill; turning the ring over swaps its warp and weft.
     mesh = torus(24, 12, 35.0, 15.0)
     halfedges, weave = patterned(mesh, "twill")
     found = find_weave_symmetry(mesh, halfedges, weave)
     assert found.group.n_rotations == 24
+    assert np.array_equal(np.sort(found.group.angle_deg), np.arange(-165.0, 181.0, 15.0))
     assert_carried(mesh, halfedges, found)
     # Orbits have as many members as the group has elements over their stabilisers.
     sizes = np.bincount(found.thread_orbits)[found.thread_orbits]

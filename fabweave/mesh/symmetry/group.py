@@ -113,7 +113,8 @@ class Symmetry:
         angle = np.degrees(np.arctan2(along, (np.trace(turn, axis1=1, axis2=2) - 1) / 2))
         angle = np.where(self.proper, angle, angle + 180.0)
         angle = np.round(angle, 9)
-        return np.asarray(np.where(angle > 180.0, angle - 360.0, angle)) + 0.0
+        angle = np.where(angle > 180.0, angle - 360.0, angle)
+        return np.asarray(np.where(angle <= -180.0, angle + 360.0, angle)) + 0.0
 
     @property
     def _turns(self) -> FloatArray:

@@ -1,6 +1,6 @@
 """Find the group of motions that map a mesh onto itself."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -9,7 +9,9 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
+from fabweave.mesh.symmetry.closure import Elements, key_of, reached_from
 from fabweave.mesh.symmetry.group import Symmetry, images_of
+from fabweave.mesh.symmetry.motions import best_motions, distances_left
 from fabweave.mesh.symmetry.walks import Walks, follow_walks, plan_walks, step_table
 from fabweave.mesh.topology import label_links
 
@@ -20,11 +22,13 @@ EXACT = 1e-6
 _ROUNDING = 1e-12
 #: Half-edges around the first one that are compared before a motion is tried on all.
 _NEARBY = 32
+#: Motions that are fitted together.
+_TOGETHER = 10_000
 #: Half-edges that every element's matrix is fitted to.
-_SAMPLES = 256
+_SAMPLES = 64
 #: Motions that fail on the whole mesh, though they fit at its first half-edge, before the search
 #: ends: they are many only where the mesh is symmetric but for noise just above the tolerance.
-_FAILURES = 100
+_FAILURES = 30
 #: Rounds in which half-edges are told apart by their neighbours.
 _ROUNDS = 4
 
@@ -72,8 +76,8 @@ def find_symmetry(
        doubles the group, so there are few.
 
     Other bodies follow by where the motion takes them. Only so many motions may fail in step 3,
-    so where the tolerance is just below the noise of a mesh, some may be missed. Each step is linear in the half-edges, but
-    for sorting.
+    so where the tolerance is just below the noise of a mesh, some may be missed. Each step is
+    linear in the half-edges, but for sorting.
 
     Parameters
     ----------
@@ -120,28 +124,28 @@ def find_symmetry(
     signs: list[tuple[bool, bool]] = []
     furthest, failures = 0.0, 0
     if not count:
-        known = _Elements(*np.zeros((5, 1), dtype=np.int64))
+        known = Elements(*np.zeros((5, 1), dtype=np.int64))
     else:
         seed, sort = _rarest(scene)
-        known = _reached(generators, signs, (seed, 0, 0), count)
+        known = reached_from(generators, signs, (seed, 0, 0), count)
         done = np.zeros(4 * count, dtype=bool)
         done[known.keys] = True
         search = _Search(scene, seed)
         for image, reverses, mirrors in search.candidates(sort, reflections=reflections):
-            if done[_key(image, reverses, mirrors)]:
+            if done[key_of(image, reverses, mirrors)]:
                 continue
             found, away = search.motion(image, reverses=bool(reverses), mirrors=bool(mirrors))
             if found is None:
                 failures += 1
                 if failures == _FAILURES:
                     break
-                failed = _reached(generators, signs, (image, reverses, mirrors), count)
+                failed = reached_from(generators, signs, (image, reverses, mirrors), count)
                 done[failed.keys] = True
                 continue
             furthest = max(furthest, away)
             generators.append(found)
             signs.append((bool(reverses), bool(mirrors)))
-            known = _reached(generators, signs, (seed, 0, 0), count)
+            known = reached_from(generators, signs, (seed, 0, 0), count)
             done[known.keys] = True
     perms = np.array(generators, dtype=np.int64).reshape(len(generators), count)
     matrix, off = _fitted(scene, perms, known)
@@ -210,87 +214,6 @@ def _rarest(scene: _Scene) -> tuple[int, IntArray]:
     return seed, np.flatnonzero(sort == sort[seed])
 
 
-def _key(image: int, reverses: int, mirrors: int) -> int:
-    return 4 * image + 2 * reverses + mirrors
-
-
-@frozen_value
-class _Elements:
-    """Products of generators: where each takes the first half-edge, and how it is made."""
-
-    image: IntArray
-    reverses: IntArray
-    mirrors: IntArray
-    after: IntArray
-    by: IntArray
-
-    @property
-    def keys(self) -> IntArray:
-        return np.asarray(4 * self.image + 2 * self.reverses + self.mirrors)
-
-
-def _reached(
-    generators: Sequence[IntArray],
-    signs: Sequence[tuple[bool, bool]],
-    start: tuple[int, int, int],
-    count: int,
-) -> _Elements:
-    """Return all that products of generators make of one motion."""
-    seen = np.zeros(4 * count, dtype=bool)
-    seen[_key(*start)] = True
-    image, reverses, mirrors = (np.array([value], dtype=np.int64) for value in start)
-    number = np.zeros(1, dtype=np.int64)
-    rows = [np.stack((image, reverses, mirrors, number - 1, number - 1))]
-    total = 1
-    while len(image):
-        fresh = []
-        for by, (generator, (turns, flips)) in enumerate(zip(generators, signs, strict=True)):
-            there = np.stack((generator[image], reverses ^ turns, mirrors ^ flips))
-            key = 4 * there[0] + 2 * there[1] + there[2]
-            new = ~seen[key]
-            seen[key[new]] = True
-            made = np.full(np.count_nonzero(new), by)
-            fresh.append(np.concatenate((there[:, new], [number[new], made])))
-        step = np.concatenate(fresh, axis=1) if fresh else np.zeros((5, 0), dtype=np.int64)
-        rows.append(step)
-        image, reverses, mirrors = step[:3]
-        number = total + np.arange(step.shape[1])
-        total += step.shape[1]
-    return _Elements(*np.concatenate(rows, axis=1))
-
-
-def best_motions(
-    here: FloatArray, there: FloatArray, mirrors: BoolArray | bool
-) -> tuple[FloatArray, FloatArray]:
-    """Return the rotations, or reflections, about the origin that take places nearest to others.
-
-    Parameters
-    ----------
-    here, there : (..., N, 3) float arrays
-        Places and their images.
-    mirrors : bool, or array of them
-        Whether to return a reflection.
-
-    Returns
-    -------
-    matrix : (..., 3, 3) float array
-    off : (...) float array
-        Root mean square of the distances that are left.
-
-    References
-    ----------
-    Kabsch, "A solution for the best rotation to relate two sets of vectors", Acta Cryst. A32
-    (1976).
-    """
-    here, there = np.broadcast_arrays(here, there)
-    left, _, right = np.linalg.svd(np.swapaxes(there, -1, -2) @ here)
-    sign = np.sign(np.linalg.det(left) * np.linalg.det(right)) * np.where(mirrors, -1.0, 1.0)
-    left = left * np.stack((np.ones_like(sign), np.ones_like(sign), sign), axis=-1)[..., None, :]
-    matrix = left @ right
-    moved = here @ np.swapaxes(matrix, -1, -2)
-    return matrix, np.sqrt(np.mean(np.sum((moved - there) ** 2, axis=-1), axis=-1))
-
-
 class _Search:
     """Candidates for motions, and the trial of one."""
 
@@ -347,9 +270,11 @@ class _Search:
             met, signs = met[fits], signs[:, fits]
         for number, mirrors in enumerate((False, True)):
             which = np.flatnonzero(signs[number])
-            for some in np.array_split(which, 1 + len(which) // 10_000):
-                _, off = best_motions(scene.tail[words], source[met[some]], mirrors)
-                signs[number, some] = off <= scene.reach
+            for some in np.array_split(which, 1 + len(which) // _TOGETHER):
+                here, there = scene.tail[words], source[met[some]]
+                away = distances_left(best_motions(here, there, mirrors), here, there)
+                # The motion that fits all fits these a little worse than their own.
+                signs[number, some] = np.sqrt(np.mean(away**2, axis=1)) <= scene.reach
         return met[:, 0], signs[0], signs[1]
 
     def motion(self, image: int, *, reverses: bool, mirrors: bool) -> tuple[IntArray | None, float]:
@@ -364,9 +289,7 @@ class _Search:
         if found[body].min() < 0:
             return None, np.inf
         if self.others is not None and self.edges is not None:
-            matrix, off = best_motions(scene.tail[body], source[found[body]], mirrors)
-            if off > scene.reach:
-                return None, np.inf
+            matrix = best_motions(scene.tail[body], source[found[body]], mirrors)
             roots = self.others.order[: self.others.levels[1]]
             ends = scene.tail[roots] @ matrix.T, scene.head[roots] @ matrix.T
             _, images = self.edges.query(np.concatenate(ends[::-1] if reverses else ends, axis=1))
@@ -374,8 +297,9 @@ class _Search:
             found = np.maximum(found, rest)
         if not self._keeps_mesh(found, table, mirrors=mirrors):
             return None, np.inf
-        matrix, _ = best_motions(scene.tail, source[found], mirrors)
-        away = _furthest(scene.tail @ matrix.T, source[found])
+        there = source[found]
+        matrix = best_motions(scene.tail, there, mirrors)
+        away = float(distances_left(matrix, scene.tail, there).max())
         return (found, away) if away <= scene.reach else (None, away)
 
     def _keeps_mesh(self, found: IntArray, table: IntArray, *, mirrors: bool) -> bool:
@@ -399,23 +323,21 @@ def _bodies(halfedges: Halfedges) -> IntArray:
     return label[halfedges.face]
 
 
-def _furthest(places: FloatArray, others: FloatArray) -> float:
-    """Return the greatest distance of places from their partners."""
-    return float(np.sqrt(np.sum((places - others) ** 2, axis=1).max()))
-
-
-def _fitted(scene: _Scene, generators: IntArray, known: _Elements) -> tuple[FloatArray, float]:
+def _fitted(scene: _Scene, generators: IntArray, known: Elements) -> tuple[FloatArray, float]:
     """Return the matrix of each element, and how far elements take corners from their images."""
-    count = len(scene.tail)
+    count, order = len(scene.tail), len(known.image)
     sample = np.arange(count)
     if count > _SAMPLES:
         sample = np.sort(np.random.default_rng(0).choice(count, _SAMPLES, replace=False))
-    matrix = np.tile(np.eye(3), (len(known.image), 1, 1))
-    off = 0.0
+    matrix = np.tile(np.eye(3), (order, 1, 1))
+    furthest = 0.0
+    here = scene.tail[sample]
     images = images_of(generators, known.after, known.by, sample)
-    for number in range(1, len(matrix)):
-        source = scene.tails_at_images(bool(known.reverses[number]))[0]
-        there = source[images[number]]
-        matrix[number], _ = best_motions(scene.tail[sample], there, bool(known.mirrors[number]))
-        off = max(off, _furthest(scene.tail[sample] @ matrix[number].T, there))
-    return matrix, off
+    for some in np.array_split(np.arange(1, order), 1 + order // _TOGETHER):
+        if not len(some):
+            continue
+        turned = (known.reverses[some] == 1)[:, None, None]
+        there = np.where(turned, scene.head[images[some]], scene.tail[images[some]])
+        matrix[some] = best_motions(here, there, known.mirrors[some] == 1)
+        furthest = max(furthest, float(distances_left(matrix[some], here, there).max()))
+    return matrix, furthest
