@@ -1,10 +1,8 @@
 """Find the motions that map a woven object onto itself, with over and under."""
 
-from functools import cached_property
-
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetry.group import Symmetry, orbits
@@ -38,28 +36,38 @@ class WeaveSymmetry:
         return self.crossing[self.group.images(self.weave.threads.crossing_halfedge[crossings])]
 
     def pass_images(self, passes: IntArray) -> IntArray:
-        """Return where every motion takes some passes, (G, K).
+        """Return where every motion takes some passes, (G, K)."""
+        there = self.crossing_images(self.weave.threads.crossing[passes])
+        return self._passes(passes, there, self.group.reverses)
+
+    def _passes(self, passes: IntArray, there: IntArray, reverses: BoolArray) -> IntArray:
+        """Return where motions take passes whose crossings they take there, (N, K).
 
         A motion that reverses the surface swaps left and right, and so forward and backward.
         """
-        threads = self.weave.threads
-        there = self.crossing_images(threads.crossing[passes])
-        forward = threads.forward[passes] ^ self.group.reverses[:, None]
+        forward = self.weave.threads.forward[passes] ^ reverses[:, None]
         return self.strand[there, forward.astype(np.int64)]
 
-    @cached_property
-    def thread_images(self) -> IntArray:
-        """Where every motion takes each thread, (G, T); threads without passes stay."""
-        threads = self.weave.threads
-        crosses = np.flatnonzero(threads.lengths)
-        images = np.tile(np.arange(threads.n_threads), (self.group.order, 1))
-        images[:, crosses] = threads.thread_of_pass[self.pass_images(threads.offsets[crosses])]
+    def thread_images(self, threads: IntArray) -> IntArray:
+        """Return where every motion takes some threads, (G, K); those without passes stay."""
+        walks = self.weave.threads
+        images = np.tile(threads, (self.group.order, 1))
+        crosses = walks.lengths[threads] > 0
+        first = walks.offsets[threads[crosses]]
+        images[:, crosses] = walks.thread_of_pass[self.pass_images(first)]
         return images
 
     @property
     def thread_orbits(self) -> IntArray:
         """The orbit of each thread, (T,): one can be carried to all others of its orbit."""
-        return orbits(self.thread_images, self.weave.threads.n_threads)
+        walks, generators = self.weave.threads, self.group.generators
+        images = np.tile(np.arange(walks.n_threads), (len(generators), 1))
+        crosses = np.flatnonzero(walks.lengths)
+        first = walks.offsets[crosses]
+        there = self.crossing[generators[:, walks.crossing_halfedge[walks.crossing[first]]]]
+        reverses = self.group.reverses[1 : 1 + len(generators)]
+        images[:, crosses] = walks.thread_of_pass[self._passes(first, there, reverses)]
+        return orbits(images, walks.n_threads)
 
     @property
     def crossing_orbits(self) -> IntArray:
@@ -70,7 +78,7 @@ class WeaveSymmetry:
 
     def stabiliser(self, thread: int) -> IntArray:
         """Return the motions that map a thread onto itself, the identity among them."""
-        return np.flatnonzero(self.thread_images[:, thread] == thread)
+        return np.flatnonzero(self.thread_images(np.array([thread]))[:, 0] == thread)
 
 
 def find_weave_symmetry(

@@ -15,6 +15,7 @@ from fabweave.mesh.resize import largest_dimension
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, torus, tube
 from fabweave.mesh.subdivide.catmull_clark import catmull_clark
+from fabweave.mesh.symmetry.group import orbits
 from fabweave.mesh.symmetry.search import find_symmetry
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
@@ -57,8 +58,14 @@ def assert_carried(mesh: PolyMesh, halfedges: Halfedges, found: WeaveSymmetry) -
         against = np.abs(moved - there[:, [0, 2, 1]]).max(axis=(1, 2)) < tolerance
         assert np.all(same | against)
         assert np.array_equal(np.sort(image), np.arange(len(places)))
-    # Threads go to threads.
-    for image, thread in zip(images, found.thread_images, strict=True):
+    # Threads go to threads, and the generators alone make the same orbits.
+    all_threads = found.thread_images(np.arange(threads.n_threads))
+    assert np.array_equal(found.thread_orbits, orbits(all_threads, threads.n_threads))
+    first = threads.crossing_halfedge
+    assert np.array_equal(
+        group.images(first)[1 : 1 + len(group.generators)], group.generators[:, first]
+    )
+    for image, thread in zip(images, all_threads, strict=True):
         assert np.array_equal(threads.thread_of_pass[image], thread[threads.thread_of_pass])
 
 

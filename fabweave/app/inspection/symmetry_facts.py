@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.app.woven_object import WovenObject
-from fabweave.mesh.symmetry.group import Symmetry, orbits
+from fabweave.mesh.symmetry.group import Symmetry
 from fabweave.mesh.symmetry.search import EXACT, find_symmetry
 from fabweave.weave.symmetry import find_weave_symmetry
 
@@ -31,10 +31,16 @@ def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
         if near.order > 1:
             tolerance, mesh = _NEARLY, near
     weave = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance)
-    rotations = weave.group.n_rotations
-    # Each orbit of threads has kinds of its own, and each kind at most one place a rotation.
-    turned = orbits(weave.thread_images[weave.group.proper], woven.weave.threads.n_threads)
-    n_orbits = int(turned.max(initial=-1)) + 1
+    turned = weave
+    if weave.group.n_reflections:
+        turned = find_weave_symmetry(
+            woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance, reflections=False
+        )
+    kinds = None
+    if n_pieces is not None:
+        # Each orbit of threads has kinds of its own, and each kind a place for each rotation.
+        n_orbits = int(turned.thread_orbits.max(initial=-1)) + 1
+        kinds = max(n_orbits, -(-n_pieces // turned.group.order))
     return {
         "tolerance_percent": round(100 * tolerance, 6),
         "exact": tolerance == EXACT,
@@ -45,7 +51,7 @@ def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
             "threads": int(weave.thread_orbits.max(initial=-1)) + 1,
             "crossings": int(weave.crossing_orbits.max(initial=-1)) + 1,
         },
-        "kinds_possible": None if n_pieces is None else max(n_orbits, -(-n_pieces // rotations)),
+        "kinds_possible": kinds,
     }
 
 

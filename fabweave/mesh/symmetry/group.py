@@ -15,8 +15,9 @@ _LARGE = 0.577
 class Symmetry:
     """A finite group of motions that map a mesh onto itself, as permutations of its half-edges.
 
-    Element 0 is the identity; every other one is a generator after an earlier element. A motion
-    takes a place ``x`` to ``centre + matrix @ (x - centre)``.
+    Element 0 is the identity, and the generators are the next ones in their order; every other is a
+    generator after an earlier element. A motion takes a place ``x`` to
+    ``centre + matrix @ (x - centre)``.
 
     A motion that *reverses* turns the surface inside out as seen from itself: what is
     counter-clockwise becomes clockwise. On closed surfaces reflections do, and rotations do not;
