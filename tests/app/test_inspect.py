@@ -78,6 +78,14 @@ def test_the_rotations_of_a_torus_are_told(pattern, rotations) -> None:
     ) in text_of(facts)
 
 
+def test_reflections_that_carry_the_weave_are_told() -> None:
+    facts = facts_of("shape:torus?m=8&n=3", pattern="twill")
+    assert facts["symmetry"]["weave"] == {"rotations": 4, "reflections": 4}
+    told = "4 of the mesh's 16 rotations and 4 reflections carry the weave onto itself; about "
+    assert told in text_of(facts)
+    assert "do not keep over and under" not in text_of(facts)
+
+
 def test_what_is_symmetric_but_for_noise_is_told_as_such() -> None:
     mesh = parse_shape("shape:cube")
     noise = np.random.default_rng(0).normal(size=mesh.vertices.shape)

@@ -111,6 +111,19 @@ def test_twill_on_a_torus_has_half_the_rotations():
         assert size * len(found.stabiliser(thread)) == found.group.order
 
 
+def test_twill_on_an_odd_torus_has_reflections():
+    # A reflection of it swaps the two twists everywhere, and so keeps over and under.
+    mesh = torus(8, 3, 35.0, 15.0)
+    halfedges, weave = patterned(mesh, "twill")
+    found = find_weave_symmetry(mesh, halfedges, weave)
+    first = weave.threads.crossing_halfedge
+    ends = np.sort(np.stack((halfedges.tail[first], halfedges.head[first]), axis=1), axis=1)
+    sense = dict(zip(map(tuple, ends.tolist()), weave.twist.tolist(), strict=True))
+    assert len(all_motions(mesh, sense)) == found.group.order
+    assert (found.group.n_rotations, found.group.n_reflections) == (4, 4)
+    assert_carried(mesh, halfedges, found)
+
+
 def test_refined_icosahedron():
     mesh = catmull_clark(catmull_clark(parse_shape("shape:icosahedron")))
     halfedges, weave = plain(mesh)

@@ -73,20 +73,23 @@ def _mesh_rows(mesh: Mapping[str, Any], symmetry: Mapping[str, Any]) -> list[tup
 def _symmetry_rows(mirror: Mapping[str, Any], symmetry: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say whether the surface is its own mirror image, and what maps the weave onto itself."""
     mesh, weave = symmetry["mesh"], symmetry["weave"]
-    told = []
+    carrying, told = [], []
     if weave["rotations"] > 1:
         fewer = weave["rotations"] < mesh["rotations"]
         whose = f" of the mesh's {mesh['rotations']}" if fewer else ""
-        text = f"{weave['rotations']}{whose} rotations carry the weave onto itself"
+        carrying.append(f"{weave['rotations']}{whose} rotations")
+    if weave["reflections"]:
+        carrying.append(agree(weave["reflections"], "{n} reflection[|s]"))
+    if carrying:
+        one = weave["rotations"] == 1 == weave["reflections"]
+        text = f"{' and '.join(carrying)} {'carries' if one else 'carry'} the weave onto itself"
         if not symmetry["exact"]:
             text += f" to within {symmetry['tolerance_percent']:g} % of its size"
         told.append(text)
-        if symmetry["kinds_possible"] is not None:
-            kinds = "about {n} kind[|s] of pieces [is|are] possible"
-            told.append(agree(symmetry["kinds_possible"], kinds))
-    if weave["reflections"]:
-        told.append(agree(weave["reflections"], "so do[es|] {n} reflection[|s]"))
-    elif mesh["reflections"]:
+    if weave["rotations"] > 1 and symmetry["kinds_possible"] is not None:
+        kinds = "about {n} kind[|s] of pieces [is|are] possible"
+        told.append(agree(symmetry["kinds_possible"], kinds))
+    if mesh["reflections"] and not weave["reflections"]:
         text = "{n} reflection[|s] of the mesh [does|do] not keep over and under"
         told.append(agree(mesh["reflections"], text))
     rows = [f"mirror-symmetric from {_way(mirror['normal'])}"] if mirror["symmetric"] else []
