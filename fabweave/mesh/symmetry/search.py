@@ -124,7 +124,7 @@ def find_symmetry(
     signs: list[tuple[bool, bool]] = []
     furthest, failures = 0.0, 0
     if not count:
-        known = Elements(*np.zeros((5, 1), dtype=np.int64))
+        known = Elements(*np.array([[0], [0], [0], [-1], [-1]]))
     else:
         seed, sort = _rarest(scene)
         known = reached_from(generators, signs, (seed, 0, 0), count)
