@@ -57,6 +57,50 @@ def test_a_torus_is_exact_and_has_warp_and_weft() -> None:
     assert "twill: exact (--pattern twill)" in text_of(facts)
 
 
+@pytest.mark.parametrize(("pattern", "rotations"), [("plain", 48), ("twill", 24)])
+def test_the_rotations_of_a_torus_are_told(pattern, rotations) -> None:
+    facts = facts_of("shape:torus?m=24&n=12", pattern=pattern)
+    found = facts["symmetry"]
+    assert found["exact"] is True
+    assert found["mesh"] == {"rotations": 48, "reflections": 48}
+    assert found["weave"] == {"rotations": rotations, "reflections": 0}
+    # Turning by one step keeps the twill; turning the ring over swaps its warp and weft.
+    flips = [{"fold": 2, "count": 24}] if pattern == "plain" else []
+    assert found["axes"] == [{"fold": 24, "count": 1}, *flips]
+    assert found["kinds_possible"] == max(
+        found["orbits"]["threads"], int(np.ceil(facts["pieces"]["count"] / rotations))
+    )
+    whose = "" if pattern == "plain" else " of the mesh's 48"
+    assert (
+        f"{rotations}{whose} rotations carry the weave onto itself; about "
+        f"{found['kinds_possible']} kinds of pieces are possible; 48 reflections of the mesh do "
+        "not keep over and under"
+    ) in text_of(facts)
+
+
+def test_reflections_that_carry_the_weave_are_told() -> None:
+    facts = facts_of("shape:torus?m=8&n=3", pattern="twill")
+    assert facts["symmetry"]["weave"] == {"rotations": 4, "reflections": 4}
+    told = "4 of the mesh's 16 rotations and 4 reflections carry the weave onto itself; about "
+    assert told in text_of(facts)
+    assert "do not keep over and under" not in text_of(facts)
+
+
+def test_what_is_symmetric_but_for_noise_is_told_as_such() -> None:
+    mesh = parse_shape("shape:cube")
+    noise = np.random.default_rng(0).normal(size=mesh.vertices.shape)
+    size = np.ptp(mesh.vertices, axis=0).max()
+    told = {}
+    for share in (2e-5, 1e-2):
+        rough = mesh.with_vertices(mesh.vertices + share * size * noise)
+        facts = inspect_mesh(Settings(mesh="cube.obj", size_mm=300.0), given_mesh=rough).facts
+        told[share] = facts["symmetry"]["exact"], facts["symmetry"]["weave"]["rotations"]
+        nearly = "24 rotations carry the weave onto itself to within 0.01 % of its size"
+        assert (nearly in text_of(facts)) == (share == 2e-5)
+        assert ("onto itself" in text_of(facts)) == (share == 2e-5)
+    assert told == {2e-5: (False, 24), 1e-2: (True, 1)}
+
+
 @pytest.mark.parametrize(("m", "n"), [(5, 3), (6, 3), (7, 7), (9, 4)])
 def test_a_torus_is_twillable_exactly_when_a_side_is_even(m, n) -> None:
     facts = facts_of(f"shape:torus?m={m}&n={n}")

@@ -10,6 +10,7 @@ import numpy as np
 from fabweave.app.design.candidate import Tried
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
+from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, joined_costs, split_object
 from fabweave.app.refinement_remedy import try_refinement
@@ -67,10 +68,10 @@ class Inspection:
     woven : WovenObject
         The mesh, woven as asked.
     facts : dict
-        Everything found, as JSON takes it: ``mesh``, ``threads``, ``bunches``, ``twill``,
-        ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``, ``designs`` (that
-        were tried), ``left_out`` (what only a thorough inspection tells) and ``notes``;
-        ``likeness`` where the mesh was remeshed.
+        Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
+        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
+        ``designs`` (that were tried), ``left_out`` (what only a thorough inspection tells) and
+        ``notes``; ``likeness`` where the mesh was remeshed.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
     """
@@ -148,6 +149,7 @@ def inspect_mesh(
     progress("mesh facts", 0, 1)
     facts = {
         "mesh": _mesh_facts(mesh, halfedges),
+        "symmetry": symmetry_facts(woven, pieces["count"]),
         "threads": _thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
         "bunches": _bunch_facts(threads),
         "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),

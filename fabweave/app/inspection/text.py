@@ -35,7 +35,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     notes = [_topic(note) for note in facts["notes"] if not note.startswith(_SAID_OTHERWISE)]
     return [
         *notes,
-        *_mesh_rows(facts["mesh"]),
+        *_mesh_rows(facts["mesh"], facts["symmetry"]),
         *_thread_rows(facts["threads"], facts["bunches"]),
         *_twill_rows(facts["twill"], facts["mesh"]),
         *_fabric_rows(facts["fabrics"]),
@@ -56,19 +56,45 @@ def _topic(note: str) -> tuple[str, str]:
     return (topic, text) if colon and topic.isalpha() else ("note", note)
 
 
-def _mesh_rows(mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _mesh_rows(mesh: Mapping[str, Any], symmetry: Mapping[str, Any]) -> list[tuple[str, str]]:
     sizes = (f"{number} with {size} sides" for size, number in mesh["face_sizes"].items())
     valences = (f"{number} of valence {valence}" for valence, number in mesh["valences"].items())
     cages = [f"--remesh coarse:{number}" for number in mesh["cages"] if number >= _LEAST_CAGE]
     refined = [("cage", f"the mesh is a refined cage, which {' or '.join(cages)} gives back")]
-    mirrored = [("symmetry", f"mirror-symmetric from {_way(mesh['mirror']['normal'])}")]
     return [
         *(refined if cages else []),
-        *(mirrored if mesh["mirror"]["symmetric"] else []),
+        *_symmetry_rows(mesh["mirror"], symmetry),
         ("faces", ", ".join(sizes)),
         ("vertices", ", ".join(valences) or "none inside the surface"),
         ("edges", f"{_range(mesh['edge_mm'], 1)} mm long"),
     ]
+
+
+def _symmetry_rows(mirror: Mapping[str, Any], symmetry: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say whether the surface is its own mirror image, and what maps the weave onto itself."""
+    mesh, weave = symmetry["mesh"], symmetry["weave"]
+    carrying, told = [], []
+    if weave["rotations"] > 1:
+        fewer = weave["rotations"] < mesh["rotations"]
+        whose = f" of the mesh's {mesh['rotations']}" if fewer else ""
+        carrying.append(f"{weave['rotations']}{whose} rotations")
+    if weave["reflections"]:
+        carrying.append(agree(weave["reflections"], "{n} reflection[|s]"))
+    if carrying:
+        one = weave["rotations"] == 1 == weave["reflections"]
+        text = f"{' and '.join(carrying)} {'carries' if one else 'carry'} the weave onto itself"
+        if not symmetry["exact"]:
+            text += f" to within {symmetry['tolerance_percent']:g} % of its size"
+        told.append(text)
+    if weave["rotations"] > 1 and symmetry["kinds_possible"] is not None:
+        kinds = "about {n} kind[|s] of pieces [is|are] possible"
+        told.append(agree(symmetry["kinds_possible"], kinds))
+    if mesh["reflections"] and not weave["reflections"]:
+        text = "{n} reflection[|s] of the mesh [does|do] not keep over and under"
+        told.append(agree(mesh["reflections"], text))
+    rows = [f"mirror-symmetric from {_way(mirror['normal'])}"] if mirror["symmetric"] else []
+    rows += ["; ".join(told)] if told else []
+    return [("" if number else "symmetry", text) for number, text in enumerate(rows)]
 
 
 def _way(normal: Sequence[float]) -> str:

@@ -1,0 +1,1 @@
+"""Find the rotations and reflections that map a mesh onto itself."""
