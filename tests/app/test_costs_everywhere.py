@@ -30,6 +30,7 @@ def told(tmp_path_factory):
     return folder, " ".join(out.getvalue().split())
 
 
+@pytest.mark.slow
 def test_terminal_outcome_page_and_manual_say_what_waste_json_says(told):
     folder, terminal = told
     estimate = json.loads((folder / "waste.json").read_text("utf-8"))["estimate"]

@@ -57,6 +57,7 @@ def test_a_torus_is_exact_and_has_warp_and_weft() -> None:
     assert "twill: exact (--pattern twill)" in text_of(facts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pattern", "rotations"), [("plain", 48), ("twill", 24)])
 def test_the_rotations_of_a_torus_are_told(pattern, rotations) -> None:
     facts = facts_of("shape:torus?m=24&n=12", pattern=pattern)
@@ -182,6 +183,7 @@ def test_spot_says_why_not_and_by_how_much() -> None:
     assert facts["threads"]["count"] == 16
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh",
     [

@@ -54,6 +54,7 @@ def test_stiffer_materials_want_larger_objects(checks) -> None:
         assert bool(sized) == (check.smallest_mm > 300)
 
 
+@pytest.mark.slow
 def test_thick_layers_bend_ribbons_more(checks) -> None:
     by_thickness = sorted(MADE, key=lambda name: material_named(name).thickness_mm)
     tightest = [checks[name].measured["bend"].value.min() for name in by_thickness]

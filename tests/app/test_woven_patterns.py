@@ -123,10 +123,12 @@ def denim(finished) -> Path:
     return finished(*words("shape:torus?m=4&n=4", "3/1"))
 
 
+@pytest.mark.slow
 def test_denim_is_a_fabric(denim) -> None:
     require_fabric(denim, "3/1", 3, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("named", "mirrored"), [("3/1/-1", "3/1/1"), ("3/1/1", "3/1/-1")])
 def test_the_hand_of_a_named_shift_is_proved(named, mirrored, finished, tmp_path) -> None:
     folder = finished(*words("shape:torus?m=4&n=4", named))
@@ -191,6 +193,7 @@ def run_one_warp_thread_the_other_way(weave, plan) -> None:
         weave["labels"][number[key]] = -weave["labels"][number[key]] % 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spoil",
     [

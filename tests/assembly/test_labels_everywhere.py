@@ -157,6 +157,7 @@ def same_names(folder, name):
     return all(names == true[kind] for kind, names in READERS[name](folder).items())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_all_files_have_the_same_names(folder, name):
     assert same_names(folder, name)

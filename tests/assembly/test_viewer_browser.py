@@ -228,6 +228,7 @@ def test_colours_are_those_of_the_threads_and_earlier_steps_are_faded(tab, torus
     assert np.mean(nearer) > 0.9
 
 
+@pytest.mark.slow
 def test_a_step_that_is_drawn_over_the_last_one_looks_like_the_whole(tab, torus, tmp_path):
     """Where nothing turns, only what changes is drawn; the picture is that of drawing all."""
     tab.page.click("#follow")
@@ -253,6 +254,7 @@ def numbers_of(path):
     return np.array([pair.split() for pair in path.strip("MZ").split("L")], dtype=float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("query", ["own", "lower", "part"])
 def test_searching_a_label_shows_strip_piece_and_place(tab, torus, query):
     for label in random.Random(7).sample(torus.ids, 4):  # noqa: S311 - no secret

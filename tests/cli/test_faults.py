@@ -163,6 +163,7 @@ def read_only(monkeypatch, when):
         monkeypatch.setattr(Path, name, refused(getattr(Path, name)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", [0, 1, 2, 5, 10])
 def test_a_volume_that_becomes_read_only_keeps_the_older_job(when, tmp_path, monkeypatch, capsys):
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 0

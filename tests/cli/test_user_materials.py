@@ -235,6 +235,7 @@ def test_verify_holds_the_files_to_the_entries_of_materials(made, change, words,
     assert all(words in finding for finding in findings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value"),
     [("hole_mm", 8.0), ("hole_t", 9.5), ("edge_mm", 40.0), ("web_mm", 29.0), ("gap_mm", 2.7),

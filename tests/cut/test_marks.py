@@ -268,6 +268,7 @@ def stands_nearest(piece: Piece, marks: Marks) -> list[bool]:
 
 
 # Where threads wind, a way along the thread leads past other stations: these had such labels.
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "points"), [(0, 20), (1, 20), (2, 60), (5, 60)])
 def test_labels_of_irregular_meshes_stand_at_their_stations(seed, points):
     pieces = list(pieces_of(lumpy_ball(seed, points, lumps=0.3), size="500mm"))

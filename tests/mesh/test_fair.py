@@ -416,6 +416,7 @@ def test_real_meshes(name, straighter, evener) -> None:
     assert not evener or faired.after.width_spread > 1.2 * faired.before.width_spread
 
 
+@pytest.mark.slow
 def test_a_faired_job_is_made_and_proved_and_says_so(tmp_path) -> None:
     write_mesh(tmp_path / "ball.obj", shaken(sphere(2, 50.0), 3, 0.08))
     options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick", "--fair", "12")

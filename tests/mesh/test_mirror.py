@@ -47,6 +47,7 @@ def skewed():
     return body.with_vertices(points)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 10_000))
 def test_mirror_of_an_ellipsoid_is_across_an_axis_however_it_is_turned(seed):

@@ -583,6 +583,7 @@ def test_quadriflow_makes_a_sphere_with_eight_irregular_vertices():
     assert np.all((radius > 48.5) & (radius < 50.5))
 
 
+@pytest.mark.slow
 @needs_quadriflow
 def test_same_seed_same_mesh_wherever_it_stands():
     ball = icosphere(2)
@@ -609,6 +610,7 @@ def test_double_torus_with_neither_its_pairs_nor_their_cage():
     assert excess.sum() == 8
 
 
+@pytest.mark.slow
 @needs_quadriflow
 def test_open_hemisphere_keeps_its_rim():
     mesh = read_mesh(shared_mesh("open/hemisphere.obj")).mesh
@@ -618,6 +620,7 @@ def test_open_hemisphere_keeps_its_rim():
     assert not remeshed.irregular.boundary.any()
 
 
+@pytest.mark.slow
 @needs_quadriflow
 def test_polygons_are_remeshed_too():
     solid = solids.dodecahedron()

@@ -43,6 +43,7 @@ def corners(mesh):
 # --- whole ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh",
     [

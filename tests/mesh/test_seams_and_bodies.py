@@ -128,6 +128,7 @@ def test_files_are_welded_by_themselves_or_as_asked(extension, tmp_path) -> None
     assert load_mesh(Settings(str(path), size_mm=100.0, weld=False)).halfedges.n_edges == 4 * 48
 
 
+@pytest.mark.slow
 def test_the_command_line_and_job_toml_hold_both_answers(tmp_path, capsys) -> None:
     path = tmp_path / "ring.obj"
     write_mesh(path, split_all(grids.torus(8, 6, 3.0, 1.0)))

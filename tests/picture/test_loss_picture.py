@@ -63,6 +63,7 @@ def test_the_legend_is_as_wide_as_asked_and_higher_with_text():
     assert coloured(bare).any()
 
 
+@pytest.mark.slow
 def test_the_picture_is_the_same_each_time_and_none_without_remeshing():
     model = spiked()
     loss, like = loss_map(model, BALL), likeness(model, BALL)

@@ -39,6 +39,7 @@ def test_a_picture_that_is_gone_or_broken_is_a_finding(remeshed):
     assert "likeness.png is missing" in str(found["files"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", ["-1.0", "nan", '"far"', "[]"])
 def test_a_likeness_is_a_length(remeshed, value):
     settings = remeshed / "job.toml"
