@@ -178,7 +178,7 @@ def test_settings_and_what_came_of_them(read, way, value, name):
 
 PREDICTIONS = {
     "pieces": more, "joints": more, "longer": -1, "exact": False, "piece_mm2": more,
-    "sheet_mm2": more, "utilisation": more, "hours": more, "cost": more, "max_length_mm": 150.0,
+    "sheet_mm2": more, "utilisation": more, "hours": more, "cost": more, "max_length_mm": 60.0,
     # Few pieces were nested roughly: on no more sheets than there are pieces, whatever they cost.
     "sheets": lambda value: value + 20,
 }  # fmt: skip
