@@ -14,7 +14,7 @@ from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
 from fabweave.weave.thread_labels import thread_labels
-from fabweave.weave.threads import trace_threads
+from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.twists import read_twists, twisted_weave
 from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
 
@@ -98,27 +98,31 @@ def weave_mesh(
     if supplies is not None:
         supplies.require(bunches)
     if settings.twists is not None:
-        content = read_input(Path(settings.twists), "list of twists")
-        twist = read_twists(content, source.halfedges, threads)
-        weave = twisted_weave(source.halfedges, threads, twist)
-        notes = (f"twists: as {Path(settings.twists).name} has them",)
-        return WovenMesh(source, WeaveResult(weave, notes), labels, bunches)
-    result = weave_pattern(
-        settings.pattern,
-        source.halfedges,
-        threads,
-        bunches,
-        labels,
-        n_old_vertices=source.n_old_vertices,
-        twill_method=settings.twill_method,
-        twill_weights=settings.twill_weights,
-        effort=settings.effort,
-        seed=settings.seed,
-        progress=progress,
-    )
+        result = _weave_listed(Path(settings.twists), source.halfedges, threads)
+    else:
+        result = weave_pattern(
+            settings.pattern,
+            source.halfedges,
+            threads,
+            bunches,
+            labels,
+            n_old_vertices=source.n_old_vertices,
+            twill_method=settings.twill_method,
+            twill_weights=settings.twill_weights,
+            effort=settings.effort,
+            seed=settings.seed,
+            progress=progress,
+        )
     if threads.n_crossings == 0:
         raise CannotMakeError(
             "no threads cross on this mesh, because no edge lies between two faces; weaving needs "
             "faces that share edges"
         )
     return WovenMesh(source, result, labels, bunches)
+
+
+def _weave_listed(path: Path, halfedges: Halfedges, threads: Threads) -> WeaveResult:
+    """Weave a mesh as a list of twists says."""
+    twist = read_twists(read_input(path, "list of twists"), halfedges, threads)
+    note = f"twists: as {path.name} has them"
+    return WeaveResult(twisted_weave(halfedges, threads, twist), (note,))

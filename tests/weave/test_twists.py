@@ -60,6 +60,13 @@ def test_what_is_no_list_is_refused_with_its_line(lines, error, words):
         read_twists(lines.encode("latin-1"), halfedges, trace_threads(halfedges))
 
 
+def test_where_nothing_crosses_twists_are_refused_as_patterns_are(tmp_path):
+    path = tmp_path / "none.csv"
+    path.write_text(f"{HEAD}\n")
+    with pytest.raises(CannotMakeError, match="no threads cross"):
+        fw.weave(fw.shape("hypar?m=1&n=1", size="100mm"), twists=str(path))
+
+
 def test_a_twill_written_down_is_made_and_proved_and_a_turned_crossing_is_found(tmp_path):
     mesh = fw.shape("torus?m=6&n=4", size="300mm")
     twill = fw.weave(mesh, pattern="twill")
