@@ -6,12 +6,12 @@ import numpy as np
 
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import WovenMesh
-from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray
 from fabweave.core.colour_space import Colours
 from fabweave.flat.piece import Piece
 from fabweave.picture.strand_colours import strand_colours
 from fabweave.stock.supplies import Supplies
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 
 
 def woven_colours(
@@ -42,7 +42,7 @@ def woven_colours(
 
 def piece_colours(weave: Weave, pieces: Sequence[Piece], strands: Colours) -> Colours:
     """Return the one colour by which each piece is shown flat, that of its middle, (N, 3)."""
-    number = _pass_at(weave)
+    number = strand_passes(weave)
     middles = [
         number[piece.crossings[at], int(piece.over[at])]
         for piece in pieces
@@ -54,16 +54,8 @@ def piece_colours(weave: Weave, pieces: Sequence[Piece], strands: Colours) -> Co
 def _joint_passes(weave: Weave, pieces: Sequence[Piece]) -> BoolArray:
     """Tell at which passes a piece begins that is joined to the one before, (P,)."""
     begins = np.zeros(len(weave.over), dtype=np.bool_)
-    number = _pass_at(weave)
+    number = strand_passes(weave)
     for piece in pieces:
         if piece.start_joint is not None:
             begins[number[piece.crossings[0], int(piece.over[0])]] = True
     return begins
-
-
-def _pass_at(weave: Weave) -> IntArray:
-    """Return the pass below and that above at each crossing, (X, 2)."""
-    threads = weave.threads
-    number = np.zeros((threads.n_crossings, 2), dtype=np.int64)
-    number[threads.crossing, weave.over.astype(np.int64)] = np.arange(len(threads.crossing))
-    return number

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import IntArray, places_in_groups
-from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.polymesh import PolyMesh, face_centres, triangle_normals
 
 
 def triangulate(mesh: PolyMesh) -> PolyMesh:
@@ -58,3 +58,15 @@ def _corners(mesh: PolyMesh, size: int) -> IntArray:
     """Return the corner numbers of all faces of one size, (N, size)."""
     corners: IntArray = mesh.offsets[:-1][mesh.face_sizes == size, None] + np.arange(size)
     return corners
+
+
+def surface_area(mesh: PolyMesh) -> float:
+    """Return the area of a mesh, its faces cut into triangles.
+
+    Examples
+    --------
+    >>> corners = [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]
+    >>> surface_area(PolyMesh.from_faces(corners, [[0, 1, 2, 3]]))
+    2.0
+    """
+    return float(np.linalg.norm(triangle_normals(triangulate(mesh)), axis=1).sum()) / 2.0

@@ -9,7 +9,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.portal_windows import portal_middles
 from fabweave.ribbon.project import following_rung, number_rungs
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 from fabweave.weave.threads import Threads
 
 #: A yarn's radius grows by at most this share of the way that it goes.
@@ -167,8 +167,7 @@ def lay_course(
         earlier -= np.searchsorted(threads.turn_pass, threads.turn_pass)
         turn = guide[threads.turn_pass] + 1 + earlier
         place[turn], half[turn], room[turn] = _turns(mesh, halfedges, threads, centres, portals)
-    twins = np.zeros((threads.n_crossings, 2), dtype=np.int64)
-    twins[crossing, weave.over.astype(np.int64)] = guide
+    twins = guide[strand_passes(weave)]
     return tapered(Course(offsets, threads.closed, place, rise, half, room, twins))
 
 

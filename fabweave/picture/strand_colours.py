@@ -8,7 +8,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.colour_space import Colours, bytes_of, light_of, light_of_hue, oklab_of
 from fabweave.core.errors import InputError
 from fabweave.picture.thread_colours import SAFE_PALETTE, thread_colours
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 from fabweave.weave.shades import shade_strands
 
 #: Ways to choose colours. With all but ``hue-circle`` and ``hue-range`` the strands of a crossing
@@ -117,12 +117,9 @@ def strand_colours(
 
 def _told_by_bunch(weave: Weave, bunches: IntArray) -> bool:
     """Return whether the colours of bunches tell the strands of every crossing apart."""
-    threads = weave.threads
-    owner = bunches[threads.thread_of_pass]
-    place = np.zeros((threads.n_crossings, 2), dtype=np.int64)
-    place[threads.crossing, weave.over.astype(np.int64)] = owner
+    below, above = bunches[weave.threads.thread_of_pass][strand_passes(weave)].T
     few = int(bunches.max(initial=-1)) < len(SAFE_PALETTE)
-    return few and bool(np.all(place[:, 0] != place[:, 1]))
+    return few and bool(np.all(below != above))
 
 
 def _of_threads(weave: Weave, colours: Colours) -> Colours:
@@ -164,10 +161,7 @@ def crossing_colours(weave: Weave, strands: Colours) -> Colours:
     (X, 2, 2, 3) uint8 array
         Of the strand below and of that above, as it comes and as it leaves.
     """
-    threads = weave.threads
-    found = np.zeros((threads.n_crossings, 2, 2, 3), dtype=np.uint8)
-    found[threads.crossing, weave.over.astype(np.int64)] = strands
-    return found
+    return np.asarray(strands[strand_passes(weave)])
 
 
 def least_difference(weave: Weave, strands: Colours) -> float:

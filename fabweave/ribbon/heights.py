@@ -3,23 +3,13 @@
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.weave.pattern import Weave
-
-
-def strand_passes(weave: Weave) -> tuple[IntArray, IntArray]:
-    """Return the pass that goes over and the one that goes under at each crossing, (X,) each."""
-    crossing, over = weave.threads.crossing, weave.over
-    upper, lower = (np.zeros(weave.threads.n_crossings, dtype=np.int64) for _ in range(2))
-    upper[crossing[over]] = np.flatnonzero(over)
-    lower[crossing[~over]] = np.flatnonzero(~over)
-    return upper, lower
+from fabweave.weave.pattern import Weave, strand_passes
 
 
 def crossing_threads(weave: Weave) -> tuple[IntArray, IntArray]:
     """Return the thread that goes over and the one that goes under at each crossing, (X,) each."""
-    of_pass = weave.threads.thread_of_pass
-    upper, lower = strand_passes(weave)
-    return of_pass[upper], of_pass[lower]
+    lower, upper = weave.threads.thread_of_pass[strand_passes(weave)].T
+    return upper, lower
 
 
 def crossing_heights(

@@ -4,10 +4,9 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, unit
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.triangulate import triangulate
-from fabweave.ribbon.heights import strand_passes
+from fabweave.mesh.triangulate import surface_area
 from fabweave.ribbon.project import Ribbons, following_rung
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 
 
 def open_share(ribbons: Ribbons, weave: Weave, mesh: PolyMesh) -> float:
@@ -56,13 +55,11 @@ def open_share(ribbons: Ribbons, weave: Weave, mesh: PolyMesh) -> float:
     along = unit(right[leave] + left[leave] - right[enter] - left[enter])
     across = left[enter] + left[leave] - right[enter] - right[leave]
     width = np.linalg.norm(np.cross(along, across), axis=1) / 2.0
-    upper, lower = strand_passes(weave)
+    lower, upper = strand_passes(weave).T
     sine = np.linalg.norm(np.cross(along[upper], along[lower]), axis=1)
     shared = width[upper] * width[lower] / np.maximum(sine, 1e-9)
-    triangles = triangulate(mesh)
-    corners = triangles.vertices[triangles.indices.reshape(-1, 3)]
-    surface = float(_areas(*corners.transpose(1, 0, 2)).sum())
-    return max(0.0, 1.0 - (float(strips.sum()) - float(shared.sum())) / surface)
+    covered = float(strips.sum()) - float(shared.sum())
+    return max(0.0, 1.0 - covered / surface_area(mesh))
 
 
 def _areas(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ import numpy as np
 from fabweave.core.arrays import frozen_value
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.irregular import interior_valences
 
 _TRIANGLE, _HEXAGON = 3, 6
 _SIDES = {4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
@@ -64,11 +65,7 @@ def kagome_of(halfedges: Halfedges) -> Kagome | None:
     Kagome(small=8, large={4: 6})
     """
     faces = np.bincount(halfedges.face)
-    edges = np.bincount(halfedges.tail)
-    inside = np.ones(len(edges), dtype=bool)
-    rim = halfedges.twin < 0
-    inside[np.concatenate([halfedges.tail[rim], halfedges.head[rim]])] = False
-    vertices = edges[inside]
+    _, vertices = interior_valences(halfedges)
     for small, large in ((faces, vertices), (vertices, faces)):
         if len(small) and (small == _TRIANGLE).all():
             return Kagome(len(small), dict(sorted(Counter(large.tolist()).items())))

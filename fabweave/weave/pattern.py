@@ -4,7 +4,7 @@ from dataclasses import field
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, frozen_value
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import Broken
 
@@ -55,6 +55,14 @@ def over_of_passes(threads: Threads, twist: BoolArray) -> BoolArray:
     (2011), proof of theorem 5.2.
     """
     return threads.forward == twist[threads.crossing]
+
+
+def strand_passes(weave: Weave) -> IntArray:
+    """Return the pass that goes under and the one that goes over at each crossing, (X, 2)."""
+    crossing = weave.threads.crossing
+    passes = np.zeros((weave.threads.n_crossings, 2), dtype=np.int64)
+    passes[crossing, weave.over.astype(np.int64)] = np.arange(len(crossing))
+    return passes
 
 
 def plain_weave(threads: Threads) -> Weave:

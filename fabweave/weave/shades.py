@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 from fabweave.weave.threads import Threads
 
 #: With more shades than this, threads may change theirs at every crossing, where few suffice.
@@ -128,8 +128,7 @@ def _stretches(threads: Threads, broken: BoolArray) -> IntArray:
 def _crossing_pairs(weave: Weave, stretch: IntArray, group: IntArray) -> IntArray:
     """Return the stretches that meet at crossings, one above and one below, (N, 2)."""
     threads = weave.threads
-    place = np.zeros((threads.n_crossings, 2), dtype=np.int64)
-    place[threads.crossing, weave.over.astype(np.int64)] = np.arange(len(threads.crossing))
+    place = strand_passes(weave)
     owner = group[threads.thread_of_pass]
     place = place[owner[place[:, 0]] == owner[place[:, 1]]]
     below, above = stretch[place[:, 0]], stretch[place[:, 1]]

@@ -9,7 +9,7 @@ from fabweave.app.options.table import option_named
 from fabweave.app.remake_command import changed_options
 from fabweave.app.settings import Settings
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.triangulate import triangulate
+from fabweave.mesh.triangulate import surface_area
 
 #: How open a kagome basket is: fuller than other weaves of the usual width, as its large openings
 #: stay anyway. Then so many triangles for each quad give ribbons of the same width.
@@ -65,10 +65,7 @@ def densities(mesh: PolyMesh, count: int) -> list[int]:
     >>> densities(parse_shape("shape:sphere?n=8&radius=150"), 4)
     [66, 150, 330, 730]
     """
-    triangles = triangulate(mesh)
-    corners = triangles.vertices[triangles.indices.reshape(-1, 3)]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = float(np.linalg.norm(normals, axis=1).sum()) / 2.0
+    area = surface_area(mesh)
     ends = [area / (width / WIDTH_SHARE) ** 2 for width in (_COARSE_MM, _FINE_MM)]
     low, high = np.clip(ends, FEWEST, MOST).tolist()
     found = {two_digits(number) for number in np.geomspace(low, high, count).tolist()}
@@ -152,8 +149,8 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     yield from (replace(asked, remesh=f"quads:{number}") for number in quads)
     if as_it_comes:
         yield asked
-    # Ribbons that run straight over triangles are as wide as on more quads; else there are as many
-    # crossings: a triangle has one and a half, a quad two.
+    # Where ribbons run straight over triangles, fewer of these make them as wide as on quads; else
+    # there are as many crossings: a triangle has one and a half, a quad two.
     straight = asked.course != "projection"
     share = _KAGOME_SHARE if straight else 4 / 3
     if straight and asked.open is None and asked.width == option_named("width").default_value:

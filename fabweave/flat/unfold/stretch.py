@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import IntArray, frozen_value, offsets_of
 from fabweave.flat.piece import Piece
 from fabweave.ribbon.project import Ribbons, local_entry
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 
 
 @frozen_value
@@ -62,8 +62,7 @@ def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> 
         Rungs rise along each piece, and count on from the first one around a ring.
     """
     threads = weave.threads
-    passes = np.zeros((threads.n_crossings, 2), dtype=np.int64)
-    passes[threads.crossing, weave.over.astype(np.int64)] = np.arange(len(threads.crossing))
+    passes = strand_passes(weave)
     first = np.array(
         [passes[piece.crossings[0], int(piece.over[0])] for piece in pieces], dtype=np.int64
     )

@@ -9,6 +9,7 @@ from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh, triangle_normals
 from fabweave.mesh.remesh.evenness import edge_lengths
 from fabweave.mesh.remesh.model import Model, line_edges
+from fabweave.mesh.triangulate import surface_area
 
 #: Edges shorter than this share of an even mesh's edges vanish.
 _SHORT = 0.4
@@ -45,8 +46,7 @@ def even_edges(model: Model, mesh: PolyMesh, n_triangles: int) -> PolyMesh:
     >>> even_edges(model_of(few, 6), few, 32).n_faces
     32
     """
-    area = float(np.linalg.norm(triangle_normals(mesh), axis=1).sum()) / 2.0
-    least = _SHORT * np.sqrt(4.0 * area / (np.sqrt(3.0) * n_triangles))
+    least = _SHORT * np.sqrt(4.0 * surface_area(mesh) / (np.sqrt(3.0) * n_triangles))
     return split_long(collapse_short(model, mesh, float(least)), n_triangles)
 
 

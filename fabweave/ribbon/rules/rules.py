@@ -3,13 +3,13 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
-from fabweave.ribbon.heights import crossing_threads, strand_passes
+from fabweave.ribbon.heights import crossing_threads
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.bends import Bends, Spans, measure_bends, measure_spans
 from fabweave.ribbon.rules.clearance import Nearness, near_pairs
 from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.stock.ribbon_limits import Limits, by_thread
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 
 #: What is computed from rounded coordinates holds to this, relative.
 _ROUNDING = 1e-9
@@ -197,7 +197,8 @@ def measure_layers(ribbons: Ribbons, weave: Weave, limits: Limits) -> Measured:
     np.minimum.at(low, crossing[over], heights.min(axis=0)[over])
     np.maximum.at(high, crossing[~over], heights.max(axis=0)[~over])
     apart, wanted = low - high, limits.between(*crossing_threads(weave))
-    return Measured("layers", "mm", apart, wanted, True, *strand_passes(weave), ribbons.centre)
+    lower, upper = strand_passes(weave).T
+    return Measured("layers", "mm", apart, wanted, True, upper, lower, ribbons.centre)
 
 
 def measure_clearance(
