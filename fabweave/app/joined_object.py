@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.app.nest_job import outlines_with_place
+from fabweave.app.object_symmetry import object_repeats
 from fabweave.app.request import hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
@@ -35,6 +36,7 @@ from fabweave.flat.joint.overlap import overlapping_ends
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
 from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, some_runs
 from fabweave.flat.split.split_plan import SplitPlan
@@ -103,11 +105,14 @@ def split_object(
     require_stiffness(woven, settings, supplies)
     progress("pieces", 0, 1)
     ribbons, weave, labels = woven.ribbons, woven.weave, woven.labels
-    plan = plan_pieces(ribbons, weave, labels, settings, rules, supplies, bunches=woven.bunches)
+    repeats = object_repeats(woven, settings, supplies)
+    plan = plan_pieces(
+        ribbons, weave, labels, settings, rules, supplies, bunches=woven.bunches, repeats=repeats
+    )
     barred, most, apart = None, None, None
     lapped = np.zeros(0, dtype=np.int64)
     while True:
-        laid, joints = _with_joints(woven, plan.runs, settings, supplies, most, lapped)
+        laid, joints = _with_joints(woven, plan.runs, settings, supplies, repeats, most, lapped)
         cut = cut_strips(laid.ribbons, weave, plan.runs, joints)
         crossing = find_self_crossing(laid.ribbons, weave, plan.runs, cut.outlines)
         if not crossing:
@@ -141,6 +146,7 @@ def split_object(
                 supplies,
                 barred,
                 bunches=woven.bunches,
+                repeats=repeats,
                 earlier=plan,
             )
         except CannotMakeError as error:
@@ -171,11 +177,20 @@ def remake(
     """
     other = resized(woven, size_mm)
     ribbons = lay_ribbons(other.source, other.weave, settings, supplies.thickness_mm(other.bunches))
+    repeats = object_repeats(other, settings, supplies)
     try:
         plan = plan_pieces(
-            ribbons, other.weave, other.labels, settings, rules, supplies, bunches=other.bunches
+            ribbons,
+            other.weave,
+            other.labels,
+            settings,
+            rules,
+            supplies,
+            bunches=other.bunches,
+            repeats=repeats,
         )
-        return _with_joints(replace(other, ribbons=ribbons), plan.runs, settings, supplies)[0]
+        laid = replace(other, ribbons=ribbons)
+        return _with_joints(laid, plan.runs, settings, supplies, repeats)[0]
     except CannotMakeError:
         return keep_clear(other, settings, supplies)
 
@@ -239,16 +254,23 @@ def _with_joints(
     runs: Runs,
     settings: Settings,
     supplies: Supplies,
+    repeats: Repeats | None = None,
     most: FloatArray | None = None,
     lapped: IntArray | None = None,
 ) -> tuple[WovenObject, JointPlan]:
     """Plan the joints, and lay the ribbons again with room for laps where they are.
+
+    Where pieces are to repeat, there is room for a lap everywhere: else a piece would differ from
+    its like by the joints of the strands that it crosses.
 
     If the width is left to fabweave, they are no wider than by factors ``most`` at each pass. At
     the crossings ``lapped``, pieces lap whatever is asked.
     """
     rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
     thickness = supplies.thickness_mm(woven.bunches)
+    if repeats is not None:
+        woven = keep_clear(woven, settings, supplies, None, most)
+        return woven, plan_joints(woven.ribbons, woven.weave, runs, rule, thickness, lapped)
     laps = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness, lapped).laps
     while True:
         woven = keep_clear(woven, settings, supplies, laps, most)

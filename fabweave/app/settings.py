@@ -82,6 +82,7 @@ class Settings:
     clearance_mm: float = default("clearance_mm")
     max_length_mm: float | None = default("max_length_mm")
     prefer: str = default("prefer")
+    kinds: str = default("kinds")
     hole_mm: float | None = default("hole_mm")
     joint: str = default("joint")
     lap_mm: float | None = default("lap_mm")

@@ -21,7 +21,8 @@ from fabweave.flat.split.length_curve import (
     foretell,
     preferred,
 )
-from fabweave.flat.split.preferences import CUT_MM_S, StockSheet, Workshop
+from fabweave.flat.split.preferences import CUT_MM_S, KIND_PRICES, StockSheet, Workshop
+from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
@@ -52,6 +53,7 @@ def plan_pieces(
     barred: Runs | None = None,
     *,
     bunches: IntArray | None = None,
+    repeats: Repeats | None = None,
     earlier: SplitPlan | None = None,
 ) -> SplitPlan:
     """Split ribbons so that every piece fits the stock, at the least predicted cost.
@@ -73,6 +75,8 @@ def plan_pieces(
         Stretches that no piece may carry all of.
     bunches : (T,) int array, optional
         The bunch of each thread; needed where there are several supplies.
+    repeats : Repeats, optional
+        Which stretches repeat others and are to be cut alike.
     earlier : SplitPlan, optional
         A plan whose length is kept, when pieces have to be cut elsewhere; with its choices, of
         which that of the length is told anew.
@@ -88,6 +92,8 @@ def plan_pieces(
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
     longest = max(_BENT * side, asked or 0.0)
+    if repeats is not None and barred is not None:
+        barred = repeats.spread(barred)
     candidates = list_candidates(ribbons, weave, bed, longest, every, barred=barred)
     room = room_for_joints(ribbons, weave, rules)
     if bunches is None:
@@ -97,7 +103,16 @@ def plan_pieces(
     def cut(length: float, threads: IntArray | None = None) -> Runs:
         limit = np.inf if asked is None else max(asked, length) - 2 * beyond
         return choose_runs(
-            candidates, weave, bed, labels, length - 2 * beyond, limit, room, threads
+            candidates,
+            weave,
+            bed,
+            labels,
+            length - 2 * beyond,
+            limit,
+            room,
+            threads,
+            repeats=repeats,
+            kind_price=KIND_PRICES[settings.kinds] or 0.0,
         )
 
     def told(length: float, runs: Runs) -> Choice:

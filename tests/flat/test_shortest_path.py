@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
+from fabweave.flat.split.shortest_path import cheapest_mirrored, cheapest_ring, cheapest_row
 
 
 @st.composite
@@ -72,3 +72,41 @@ def test_a_long_ring_of_equal_pieces_is_cut_into_the_longest():
     total, cuts = cheapest_ring(cost)
     assert total == 100.0
     assert set(np.diff(cuts)) == {10}
+
+
+def mirrored(some: list[int], turn: int, count: int) -> bool:
+    return sorted((turn - at) % count for at in some) == sorted(some)
+
+
+@given(costs(), st.integers(0, 7))
+def test_no_way_to_cut_a_ring_that_is_its_own_mirror_image_is_cheaper(cost, turn):
+    count = len(cost)
+    turn %= count
+    total, cuts = cheapest_mirrored(cost, turn, ring=True)
+    ways = [
+        total_of(cost, some, some[0] + count)
+        for some in every_cut(range(count))
+        if some and mirrored(some, turn, count)
+    ]
+    assert total == pytest.approx(min(ways, default=np.inf))
+    if np.isfinite(total):
+        assert mirrored(cuts.tolist(), turn, count)
+        assert total_of(cost, cuts.tolist(), int(cuts[0]) + count) == pytest.approx(total)
+
+
+@given(costs())
+def test_no_way_to_cut_a_row_that_is_its_own_mirror_image_is_cheaper(cost):
+    count = len(cost)
+    if count == 1:
+        return
+    total, cuts = cheapest_mirrored(cost, count - 1, ring=False)
+    ways = [
+        total_of(cost, [0, *some], count - 1)
+        for some in every_cut(range(1, count - 1))
+        if mirrored(some, count - 1, count)
+    ]
+    assert total == pytest.approx(min(ways))
+    if np.isfinite(total):
+        assert cuts[0] == 0
+        assert mirrored(cuts[1:].tolist(), count - 1, count)
+        assert total_of(cost, cuts.tolist(), count - 1) == pytest.approx(total)

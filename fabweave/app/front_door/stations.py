@@ -95,6 +95,7 @@ def piece_view(settings: Settings) -> tuple[Any, ...]:
         *ribbon_view(settings),
         settings.max_length_mm,
         settings.prefer,
+        settings.kinds,
         settings.joint,
         settings.lap_mm,
         settings.hole_mm,

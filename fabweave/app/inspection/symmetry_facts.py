@@ -4,14 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.app.object_symmetry import rotations_of, symmetry_tolerance
 from fabweave.app.woven_object import WovenObject
 from fabweave.mesh.symmetry.group import Symmetry
 from fabweave.mesh.symmetry.search import EXACT, find_symmetry
 from fabweave.weave.symmetry import find_weave_symmetry
-
-#: Where a mesh has no exact symmetry, one to within this share of its size is looked for: 0.03 mm
-#: of 300 mm, about as near as pieces of one kind are.
-_NEARLY = 1e-4
 
 
 def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
@@ -24,18 +21,12 @@ def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
     n_pieces : int or None
         How many pieces it is cut from, if that is known.
     """
-    tolerance = EXACT
-    mesh = find_symmetry(woven.mesh, woven.halfedges)
-    if mesh.order == 1:
-        near = find_symmetry(woven.mesh, woven.halfedges, tolerance=_NEARLY)
-        if near.order > 1:
-            tolerance, mesh = _NEARLY, near
+    tolerance = symmetry_tolerance(woven)
+    mesh = find_symmetry(woven.mesh, woven.halfedges, tolerance=tolerance)
     weave = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance)
     turned = weave
     if weave.group.n_reflections:
-        turned = find_weave_symmetry(
-            woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance, reflections=False
-        )
+        turned = rotations_of(woven, tolerance)
     kinds = None
     if n_pieces is not None:
         # Each orbit of threads has kinds of its own, and each kind a place for each rotation.

@@ -16,6 +16,10 @@ from fabweave.stock.labour import HOLDING_S, LABOUR_EUR_H, MIDDLE_PACE, PRACTISE
 #: What ``--prefer`` may say, the default first.
 PREFERENCES = ("balanced", "work", "waste")
 
+#: What ``--kinds`` may say, and what a kind of piece costs more, in joints; none does where each
+#: thread is cut by itself. A kind is one more shape to sort and to tell apart: four joints' work.
+KIND_PRICES = {"auto": 4.0, "fewest": 50.0, "any": None}
+
 #: A piece is taken out of its sheet, found and taken up in so many seconds, and a joint is brought
 #: into line and held: as costs count it, at a middling pace.
 PIECE_S = MIDDLE_PACE * sum(PRACTISED[action][0] for action in ("sort", "find", "take"))

@@ -94,6 +94,67 @@ def cheapest_ring(cost: FloatArray) -> tuple[float, IntArray]:
     return float(laps[best]), np.sort((cuts + begin) % count)
 
 
+def cheapest_mirrored(cost: FloatArray, turn: int, *, ring: bool) -> tuple[float, IntArray]:
+    """Cut a row or a ring of sites so that the cuts are their own mirror image, at least cost.
+
+    Site ``i`` is mirrored to ``turn - i``, in a row to its other end. Some piece lies across each
+    axis of the mirror image, or there is a cut; between them every piece has a twin, which is
+    priced with it.
+
+    Parameters
+    ----------
+    cost : (N, D) float array
+        As of :func:`cheapest_row` or :func:`cheapest_ring`.
+    turn : int
+        Where the first site is mirrored to.
+    ring : bool
+
+    Returns
+    -------
+    total, cuts
+        As of those.
+
+    Examples
+    --------
+    >>> inf = np.inf
+    >>> ring = np.array([[5.0, 2.0], [1.0, 9.0], [3.0, 1.0], [8.0, 4.0]])
+    >>> [(total, cuts.tolist()) for total, cuts in (
+    ...     cheapest_mirrored(ring, turn, ring=True) for turn in (0, 1))]
+    [(3.0, [0, 2]), (17.0, [0, 1, 2, 3])]
+    """
+    count, width = cost.shape
+    width = min(width, count)
+
+    def piece(first: IntArray, ahead: IntArray) -> FloatArray:
+        known = (ahead > 0) & (ahead <= width)
+        priced = cost[first % count, np.clip(ahead, 1, width) - 1]
+        return np.asarray(np.where(known, priced, np.where(ahead == 0, 0.0, np.inf)))
+
+    around = turn + count if ring else 2 * (count - 1)
+    site = np.arange(-(-turn // 2), around // 2 + 1)
+    total = piece(turn - site, 2 * site - turn)
+    before = np.full(len(site), -1)
+    for j in range(1, len(site)):
+        back = np.arange(max(0, j - width), j)
+        ahead = site[j] - site[back]
+        twins = piece(site[back], ahead) + piece(np.full(len(back), turn - site[j]), ahead)
+        ways = total[back] + twins
+        best = int(np.argmin(ways))
+        if ways[best] < total[j]:
+            total[j], before[j] = ways[best], back[best]
+    last = around - 2 * site
+    total = total + (piece(site, last) if ring else np.where(last == 0, 0.0, np.inf))
+    at = int(np.argmin(total))
+    if not np.isfinite(total[at]):
+        return np.inf, np.zeros(0, dtype=np.int64)
+    least, half = float(total[at]), []
+    while at >= 0:
+        half.append(int(site[at]))
+        at = int(before[at])
+    cuts = np.unique(np.concatenate((half, turn - np.array(half))) % count)
+    return least, cuts if ring else cuts[:-1]
+
+
 def _relax(cost: FloatArray, starts: IntArray) -> tuple[FloatArray, IntArray]:
     """Return the least cost to each site from each start, and how far the last piece reaches back.
 

@@ -24,9 +24,10 @@ from fabweave.flat.split.candidate_costs import (
     price_candidates,
 )
 from fabweave.flat.split.candidates import station_of_site
+from fabweave.flat.split.orbit_cuts import Orbit, Solve, list_orbits
 from fabweave.flat.split.refusal import splitting_refusal
+from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs
-from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.sites import Sites
 from fabweave.flat.split.stagger import Joints
 from fabweave.weave.pattern import Weave
@@ -44,6 +45,9 @@ def choose_runs(
     max_length_mm: float,
     room: BoolArray | None,
     threads: IntArray | None = None,
+    *,
+    repeats: Repeats | None = None,
+    kind_price: float = 0.0,
 ) -> Runs:
     """Cut every thread at crossings where it goes under, at the least cost.
 
@@ -71,6 +75,11 @@ def choose_runs(
         Which crossings have room for a joint's fasteners; by default all.
     threads : (K,) int array, optional
         The threads that are cut; by default all.
+    repeats : Repeats, optional
+        Which stretches repeat others: threads that do are cut alike. By default each is cut by
+        itself.
+    kind_price : float
+        What a kind of piece costs more, in joints.
 
     Raises
     ------
@@ -80,10 +89,11 @@ def choose_runs(
     joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
     if threads is None:
         threads = np.flatnonzero(np.diff(candidates.sites.offsets))
-    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads)
+    kinds = repeats, kind_price * joint_price(candidates)
+    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads, *kinds)
     lost = _lost(cuts)
     if len(lost) and length_mm < max_length_mm:
-        cuts |= _cut(candidates, joints, bed, max_length_mm, lost)
+        cuts |= _cut(candidates, joints, bed, max_length_mm, lost, *kinds)
         lost = _lost(cuts)
     if len(lost):
         # What contains a stretch that can be no piece cannot be one, either: where there is any
@@ -92,7 +102,7 @@ def choose_runs(
         wider = list_candidates(
             candidates.ribbons, weave, bed, max_length_mm, lost, most, candidates.barred
         )
-        cuts |= _cut(wider, joints, bed, max_length_mm, lost)
+        cuts |= _cut(wider, joints, bed, max_length_mm, lost, *kinds)
         stuck = _lost(cuts).tolist()
         if stuck:
             raise CannotMakeError(splitting_refusal(wider, bed, stuck, labels, max_length_mm))
@@ -107,7 +117,13 @@ def _lost(cuts: Mapping[int, IntArray | None]) -> IntArray:
 
 
 def _cut(
-    candidates: Candidates, joints: Joints, bed: Bed, longest_mm: float, threads: IntArray
+    candidates: Candidates,
+    joints: Joints,
+    bed: Bed,
+    longest_mm: float,
+    threads: IntArray,
+    repeats: Repeats | None,
+    kind_mm2: float,
 ) -> dict[int, IntArray | None]:
     """Cut some threads; None for those that cannot be cut so short.
 
@@ -119,20 +135,55 @@ def _cut(
     sites, price = candidates.sites, joint_price(candidates)
     cost = price_candidates(candidates, bed, longest_mm)
     fitting = (candidates.windows.room_mm > candidates.slack) & bool(bed.usable)
+    orbits = list(list_orbits(sites, threads, repeats))
     outer = sites.outer
     cuts: dict[int, IntArray | None] = {}
     for _sweep in range(2):
-        for thread in threads.tolist():
-            rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
-            crossing, end = sites.crossing[rows], outer[rows]
-            earlier = cuts.get(thread)
-            if earlier is not None:
-                joints.add(crossing[earlier[~end[earlier]]], -1)
-            joint = np.where(end, 0.0, price + joints.costs(crossing))
-            cuts[thread] = cut = _cut_thread(candidates, thread, cost, joint, fitting, bed)
-            if cut is not None:
-                joints.add(crossing[cut[~end[cut]]])
+        for orbit in orbits:
+            begin = sites.offsets[orbit.threads]
+            rows = begin[:, None] + orbit.there
+            for thread, row in zip(orbit.threads.tolist(), begin, strict=True):
+                earlier = cuts.get(thread)
+                if earlier is not None:
+                    at = row + earlier
+                    joints.add(sites.crossing[at[~outer[at]]], -1)
+            beside = orbit.beside(sites.crossing[rows], joints)
+            joint = np.where(outer[rows[0]], 0.0, price + beside)
+            cut = _cut_orbit(candidates, orbit, cost, joint, fitting, bed, kind_mm2)
+            for number, thread in enumerate(orbit.threads.tolist()):
+                cuts[thread] = None
+                if cut is not None:
+                    ways = rows[number][orbit.ways(cut)]
+                    inner = ~outer[ways]
+                    prices = np.where(inner, joints.costs(sites.crossing[ways]), 0.0).sum(axis=1)
+                    at = np.sort(ways[int(np.argmin(np.round(prices, 3)))])
+                    cuts[thread] = at - begin[number]
+                    joints.add(sites.crossing[at[~outer[at]]])
     return cuts
+
+
+def _cut_orbit(
+    candidates: Candidates,
+    orbit: Orbit,
+    cost: FloatArray,
+    joint: FloatArray,
+    fitting: BoolArray,
+    bed: Bed,
+    kind_mm2: float,
+) -> IntArray | None:
+    """Cut the first thread of an orbit, so that few kinds come of it if a kind has a price."""
+    best, chosen = np.inf, None
+    for times, solve in orbit.plans():
+        total, cut = _cut_thread(
+            candidates, int(orbit.threads[0]), cost, joint, fitting, bed, solve, times
+        )
+        if cut is None:
+            continue
+        # Pieces of one kind cost the same, so a kind more or less is all that they differ by.
+        total = len(orbit.threads) * times * total + kind_mm2 * orbit.kinds(cut)
+        if total < best:
+            best, chosen = total, cut
+    return chosen
 
 
 def _cut_thread(
@@ -142,8 +193,13 @@ def _cut_thread(
     joint: FloatArray,
     fitting: BoolArray,
     bed: Bed,
-) -> IntArray | None:
-    """Cut one thread; pieces that turn out not to fit are struck off in ``cost``."""
+    solve: Solve,
+    times: int,
+) -> tuple[float, IntArray | None]:
+    """Cut one thread; pieces that turn out not to fit are struck off in ``cost``.
+
+    A ring is cut to so many equal repeats, ``times``.
+    """
     sites = candidates.sites
     rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
     ring = bool(sites.closed[thread])
@@ -151,25 +207,26 @@ def _cut_thread(
     if count == 1 and not ring:
         station = np.array([candidates.course.offsets[thread]])
         outline = strip_outlines(candidates.course.stretches(station, station))[0]
-        return np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
+        return 0.0, np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
     target = np.arange(count)[:, None] + np.arange(1, width + 1)
     target = target % count if ring else np.minimum(target, count - 1)
-    solve = cheapest_ring if ring else cheapest_row
+    block = count // times
     while True:
-        total, cut = solve(cost[rows] + joint[target])
+        total, cut = solve((cost[rows] + joint[target])[:block])
         if not np.isfinite(total):
-            return None
+            return np.inf, None
+        cut = (np.arange(times)[:, None] * block + cut).ravel()
         after = np.append(cut[1:], cut[0] + count if ring else count - 1)
         row, ahead = sites.offsets[thread] + cut, after - cut - 1
         doubtful = ~fitting[row, ahead]
         row, ahead = row[doubtful], ahead[doubtful]
         if not len(row):
-            return cut
+            return total, cut
         fits = _fits(candidates, row, ahead, bed)
         fitting[row[fits], ahead[fits]] = True
         cost[row[~fits], ahead[~fits]] = np.inf
         if fits.all():
-            return cut
+            return total, cut
 
 
 def _fits(candidates: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:

@@ -44,10 +44,24 @@ class Joints:
         narrow = np.zeros(threads.n_crossings, dtype=bool) if usable is None else ~usable
         self._narrow = np.where(narrow, AVOIDED_MM2, 0.0)
 
+    @property
+    def n_crossings(self) -> int:
+        """Number of crossings."""
+        return len(self._at)
+
+    def around(self, crossings: IntArray) -> IntArray:
+        """Return the crossings within two steps of some, (N, 20)."""
+        return np.asarray(self._around[crossings])
+
     def add(self, crossings: IntArray, times: int = 1) -> None:
         """Add joints; or take them away with ``times=-1``."""
         np.add.at(self._at, crossings, times)
         np.add.at(self._near, self._around[crossings], times)
+
+    @property
+    def near_mm2(self) -> float:
+        """What a joint costs more for each other one beside it."""
+        return self._near_mm2
 
     def costs(self, crossings: IntArray) -> FloatArray:
         """Return what it costs, apart from the joint itself, to put a joint at each crossing."""

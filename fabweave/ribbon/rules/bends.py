@@ -9,6 +9,8 @@ from fabweave.ribbon.project import Ribbons, following_rung
 _FACING = 0.2
 #: A span is judged as one arch only if it goes on from panel to panel without turning back.
 _ONWARD = 0.5
+#: Turns within this of half a turn, in radians, have no sign.
+_HALF_TURN = 1e-4
 
 
 @frozen_value
@@ -102,6 +104,8 @@ def measure_bends(ribbons: Ribbons) -> Bends:
     spread = (_norm(reach) + _norm(step - _dot(step, across)[:, None] * across)) / 2
     about = signed_angle(normal[prior], normal, across)
     turn = signed_angle(rung, rung[after], _unit(step))
+    # Rounding decides on the sign of a half turn: none is counted as turning clockwise.
+    turn = np.where(turn < _HALF_TURN - np.pi, np.pi, turn)
     twist = np.where(has_quad, _ratio(turn, length), np.nan)
 
     first, second = _facet_normals(ribbons, after)

@@ -15,6 +15,8 @@ _TOWARDS = 0.2
 _ONWARD = 0.5
 #: So many times the coordinates' rounding over the shortest length is what an angle is unsure by.
 _DOUBT = 6.0
+#: Turns within this of half a turn have no sign.
+_HALF_TURN = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +163,9 @@ def _span_of_rungs(strip: Strip) -> Ints:
 def _twists(rungs: Floats, after: Ints, here: Ints, step: Floats) -> Floats:
     """Return by how much the rungs of each step turn about its middle line."""
     arms = rungs[:, 1] - rungs[:, 0]
-    return _about(arms[here], arms[after], _unit(step))
+    angle = _about(arms[here], arms[after], _unit(step))
+    # Rounding decides on the sign of a half turn: none is counted as turning clockwise.
+    return np.where(angle < _HALF_TURN - np.pi, np.pi, angle)
 
 
 def _facet_planes(start: Floats, end: Floats, from_right: Flags) -> tuple[Floats, Floats]:

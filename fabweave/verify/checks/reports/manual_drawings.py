@@ -4,13 +4,12 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import takewhile
-from math import sqrt
 
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.areas import polygon_area, span_and_width
+from fabweave.verify.measure.areas import span_and_width
 from fabweave.verify.measure.words import counted
 from fabweave.verify.read.manual import ManualPage
 from fabweave.verify.running_text import RunningText
@@ -45,8 +44,9 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
     figures = [figure for page in pages for figure in page.figures]
     if not place.equal("the number of drawn pieces", len(figures), len(plan.pieces)):
         return
+    # Arcs are drawn by chords: that changes the area of a narrow piece, but hardly its length.
     scales = [
-        sqrt(polygon_area(figure) / max(polygon_area(piece.outline), 1e-9))
+        float(span_and_width(figure)[0] / max(span_and_width(piece.outline)[0], 1e-9))
         for figure, piece in zip(figures, plan.pieces, strict=True)
     ]
     scale = float(np.median(scales))

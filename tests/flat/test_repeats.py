@@ -1,0 +1,150 @@
+"""Threads that rotations carry onto one another are cut alike, into as few kinds as can be."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from weaving_meshes import meshes
+
+from fabweave.app.joined_object import joined_pieces, split_object
+from fabweave.app.object_symmetry import object_repeats
+from fabweave.app.request import complete_settings, hole_rules
+from fabweave.app.settings import settings_from_options
+from fabweave.app.woven_object import weave_object
+from fabweave.flat.congruence import piece_kinds
+from fabweave.flat.split.repeats import Repeats, find_repeats
+from fabweave.flat.split.runs import Runs
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.shapes.grids import hypar, tube
+from fabweave.weave.pattern import plain_weave
+from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
+from fabweave.weave.threads import trace_threads
+
+
+def found(mesh: PolyMesh) -> tuple[WeaveSymmetry, Repeats]:
+    halfedges = build_halfedges(mesh)
+    symmetry = find_weave_symmetry(mesh, halfedges, plain_weave(trace_threads(halfedges)))
+    return symmetry, find_repeats(symmetry)
+
+
+def images_of(symmetry: WeaveSymmetry, thread: int, first: int, last: int) -> set[tuple[int, ...]]:
+    """Return the images of a run as sets of passes: where rotations take each of its passes."""
+    walks = symmetry.weave.threads
+    count = int(walks.lengths[thread])
+    passes = walks.offsets[thread] + np.arange(first, last + 1) % count
+    usable = symmetry.group.proper & ~symmetry.group.reverses
+    return {tuple(sorted(row)) for row in symmetry.pass_images(passes)[usable].tolist()}
+
+
+def runs_of(*rows: tuple[int, int, int]) -> Runs:
+    return Runs(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        parse_shape("shape:octahedron"),
+        parse_shape("shape:torus?m=6&n=4"),
+        parse_shape("shape:dodecahedron"),
+        tube(5, 3, 1.0, 2.0),
+        hypar(4, 4, 1.0, 0.5),
+    ],
+    ids=["octahedron", "torus", "dodecahedron", "tube", "hypar"],
+)
+@given(data=st.data())
+def test_two_runs_are_of_one_class_where_a_rotation_takes_one_to_the_other(mesh, data):
+    symmetry, repeats = found(mesh)
+    walks = symmetry.weave.threads
+    rows = []
+    for _ in range(2):
+        thread = data.draw(st.sampled_from(np.flatnonzero(walks.lengths).tolist()))
+        count = int(walks.lengths[thread])
+        first = data.draw(st.integers(0, count - 1))
+        most = count - 2 if walks.closed[thread] else count - 1 - first
+        rows.append((thread, first, first + data.draw(st.integers(0, max(min(most, 5), 0)))))
+    one, other = repeats.classes(runs_of(*rows)).tolist()
+    there = images_of(symmetry, *rows[0])
+    target = next(iter(images_of(symmetry, *rows[1]) & there), None)
+    assert (one == other) == (target is not None)
+
+
+@given(meshes(), st.integers(0, 3), st.integers(0, 4))
+def test_images_of_a_run_are_all_there(mesh, begin, steps):
+    symmetry, repeats = found(mesh)
+    walks = symmetry.weave.threads
+    long = np.flatnonzero(walks.lengths > steps + 1)
+    if not len(long):
+        return
+    thread = int(long[0])
+    if not walks.closed[thread]:
+        begin = min(begin, int(walks.lengths[thread]) - 1 - steps)
+    spread = repeats.spread(runs_of((thread, begin, begin + steps)))
+    passes = {
+        tuple(
+            sorted(
+                (walks.offsets[t] + np.arange(a, b + 1) % walks.lengths[t]).tolist()
+            )
+        )
+        for t, a, b in zip(spread.thread.tolist(), spread.first.tolist(), spread.last.tolist(),
+                           strict=True)
+    }  # fmt: skip
+    assert passes == images_of(symmetry, thread, begin, begin + steps)
+
+
+def test_rotations_that_change_the_supply_do_not_count():
+    symmetry, repeats = found(parse_shape("shape:octahedron"))
+    assert repeats.repeat
+    supply = np.array([0, 0, 0, 1])
+    apart = find_repeats(symmetry, supply)
+    assert apart.leader.tolist() == [0, 0, 0, 3]
+    with_all = find_repeats(symmetry, np.zeros(4, dtype=np.int64))
+    assert with_all.leader.tolist() == repeats.leader.tolist()
+
+
+def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
+    """Return how many pieces and kinds a job has, and how many classes of runs."""
+    asked = settings_from_options(mesh, size="400mm", sheet="600x400mm", **options)
+    settings, supplies = complete_settings(asked)
+    woven = weave_object(settings, supplies)
+    rules = hole_rules(settings, supplies)
+    joined = split_object(woven, settings, supplies, rules)
+    pieces = joined_pieces(joined, settings, rules).pieces
+    repeats = object_repeats(woven, settings, supplies)
+    classes = len(pieces)
+    if repeats is not None:
+        classes = len(np.unique(repeats.classes(joined.plan.runs), axis=0))
+    return len(pieces), int(piece_kinds(pieces).max()), classes
+
+
+@pytest.mark.parametrize(
+    ("mesh", "options", "most"),
+    [
+        ("shape:torus?m=24&n=12", {}, 4),
+        pytest.param(
+            "shape:torus?m=24&n=12", {"pattern": "twill"}, 8, marks=pytest.mark.slow
+        ),
+        pytest.param("shape:sphere", {}, 8, marks=pytest.mark.slow),
+        pytest.param(
+            "shape:octahedron", {"refine": "catmull-clark:2"}, 4, marks=pytest.mark.slow
+        ),
+        pytest.param(
+            "shape:icosahedron", {"refine": "catmull-clark:2", "kinds": "fewest"}, 4,
+            marks=pytest.mark.slow,
+        ),
+    ],
+)  # fmt: skip
+def test_symmetric_objects_are_cut_from_a_handful_of_shapes(mesh, options, most):
+    pieces, kinds, classes = pieces_of(mesh, **options)
+    assert kinds == classes <= most
+    many = pieces_of(mesh, **{**options, "kinds": "any"})
+    assert many[1] > 2 * kinds
+    assert pieces <= 1.05 * many[0] or options.get("kinds") == "fewest"
+
+
+def test_each_thread_is_cut_by_itself_if_any_kinds_will_do():
+    asked = settings_from_options("shape:octahedron", size="200mm", kinds="any")
+    settings, supplies = complete_settings(asked)
+    woven = weave_object(settings, supplies)
+    assert object_repeats(woven, settings, supplies) is None
