@@ -26,6 +26,7 @@ from fabweave.mesh.seams import weld_seams
 from fabweave.mesh.shapes.catalogue import PREFIX, is_shape, parse_shape
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
+from fabweave.mesh.symmetry.symmetrise import symmetrise
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -81,8 +82,8 @@ def load_mesh(
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented
-    and brought to size; then remeshed, refined, faired, and brought to size again where
-    that changed it; at last subdivided for triaxial twill.
+    and brought to size; then remeshed, refined, made symmetric, faired, and brought to size again
+    where that changed it; at last subdivided for triaxial twill.
 
     Parameters
     ----------
@@ -196,7 +197,7 @@ def _require_size(size_mm: float) -> None:
 def _changed(
     mesh: PolyMesh, settings: Settings, progress: Progress
 ) -> tuple[PolyMesh, int, Likeness | None, LossMap | None, list[str]]:
-    """Remesh, refine, fair and subdivide as the settings ask; describe what was done."""
+    """Remesh, refine, symmetrise, fair and subdivide as the settings ask; tell what was done."""
     notes: list[str] = []
     done = []
     model: PolyMesh | None = None
@@ -213,6 +214,11 @@ def _changed(
     if refinements:
         mesh = refine_mesh(mesh, refinements, progress=progress)
         done.append(f"refined by {format_refinements(refinements)}")
+    if settings.symmetrise:
+        symmetric = symmetrise(mesh)
+        mesh = symmetric.mesh
+        notes.append(symmetric.note)
+        done.append("made symmetric")
     if done and settings.size_mm is not None:
         mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
     if settings.fair:

@@ -65,6 +65,7 @@ class Settings:
     scale: float | None = default("scale")
     remesh: str | None = default("remesh")
     refine: str | None = default("refine")
+    symmetrise: bool = default("symmetrise")
     fair: int = default("fair")
     pattern: str = default("pattern")
     twists: str | None = default("twists")

@@ -100,6 +100,7 @@ SPOILT = {
     "scale": (*NO_NUMBERS, 0),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
     "refine": ("spline:2", "loop:x", 2),
+    "symmetrise": ("yes", 1, None),
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
     "pattern": ("nonsense", "satin:5", 3, None),
     "twists": ("", 3),
@@ -356,7 +357,7 @@ def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
-        refine="loop:1", fair=3, pattern="twill", twill_method="voting",
+        refine="loop:1", symmetrise=True, fair=3, pattern="twill", twill_method="voting",
         twill_weights="2/2", boundary="turn", course="straight",
         material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,

@@ -58,6 +58,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.scale,
         settings.remesh,
         settings.refine,
+        settings.symmetrise,
         settings.fair,
         settings.course,
         settings.pattern == "triaxial",

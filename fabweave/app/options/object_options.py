@@ -100,6 +100,14 @@ OBJECT_OPTIONS = (
         "quads.",
     ),
     Option(
+        "symmetrise",
+        MESH,
+        flag(),
+        "Make a mesh exactly symmetric that is so but for noise of up to 2 % of its size, so that "
+        "it can be cut from few kinds of pieces; how far vertices move is told.",
+        default=False,
+    ),
+    Option(
         "fair",
         MESH,
         whole(0, 1000),

@@ -39,7 +39,7 @@ def check_source(job: Job, tally: Tally) -> None:
     """Check the size of the woven mesh, and its faces where those that it comes from are known.
 
     A size is the greatest extent of what is woven, whatever was done to the mesh. Remeshing and
-    refining make other faces; fairing moves their corners.
+    refining make other faces; fairing and symmetry move their corners.
     """
     mesh, options = required(job.mesh), job.options
     place = tally.at("woven_mesh.obj").against("job.toml")
@@ -96,7 +96,7 @@ def _check_faces(
     place = place.against(source.name)
     if not place.equal("the number of its faces", len(there), len(due)):
         return
-    moved = bool(options.get("fair"))
+    moved = bool(options.get("fair") or options.get("symmetrise"))
     off = [
         at
         for at, (face, other) in enumerate(zip(there, due, strict=True))
