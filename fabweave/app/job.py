@@ -1,6 +1,7 @@
 """Hold a job: first as far as its pieces are known, then with all that is written."""
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -8,10 +9,11 @@ from fabweave.app.colours import piece_colours, woven_colours
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.assembly.order.planning import Order
-from fabweave.core.arrays import frozen_value
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
+from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.pieces import PieceSet
 from fabweave.flat.split.split_plan import SplitPlan
@@ -72,6 +74,13 @@ class PlannedJob:
     def piece_colours(self) -> Colours:
         """The one colour in which each piece is shown flat."""
         return piece_colours(self.weave, self.piece_set.pieces, self.colours)
+
+    @cached_property
+    def kinds(self) -> IntArray:
+        """Which kind each piece is of, from 1: congruent pieces of one material are of one kind."""
+        pieces = self.piece_set.pieces
+        supply = self.supplies.of(self.woven.bunches)[[piece.thread for piece in pieces]]
+        return piece_kinds(pieces, supply.tolist())
 
     @property
     def verdict(self) -> Verdict:

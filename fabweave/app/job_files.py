@@ -193,7 +193,7 @@ def _write_tables(
         _write(directory / "assembly.html", job_viewer(job, crossing_map))
     _write(
         directory / "pieces.csv",
-        piece_table(job.piece_set.pieces, job.layout, woven.labels, job.allotment),
+        piece_table(job.piece_set.pieces, job.kinds, job.layout, woven.labels, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))

@@ -30,6 +30,7 @@ def job_map(job: Job) -> CrossingMap:
         woven.labels,
         woven.ribbons,
         job.piece_set,
+        job.kinds,
         job.marks,
         job.layout,
         job.drawings,

@@ -13,7 +13,6 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label
 from fabweave.cut.notes.qr_code import code_of
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.crossing_map import (
     AssemblyRecord,
     CodeRecord,
@@ -58,6 +57,7 @@ def build_crossing_map(
     labels: Sequence[str],
     ribbons: Ribbons,
     piece_set: PieceSet,
+    kinds: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
     drawings: Sequence[SheetDrawing],
@@ -81,6 +81,8 @@ def build_crossing_map(
         The name of each thread.
     ribbons : Ribbons
     piece_set : PieceSet
+    kinds : (N,) int array
+        Which kind each piece is of.
     marks : sequence of Marks
         Those of each piece.
     layout : Layout
@@ -120,7 +122,7 @@ def build_crossing_map(
         sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=mirrored),
         threads=_threads(weave, bunches, labels, piece_set),
         crossings=_crossings(halfedges, weave, ribbons, piece_set, owners),
-        pieces=_pieces(piece_set, marks, layout, owners, allotment.of_pieces(piece_set.pieces)),
+        pieces=_pieces(piece_set, kinds, marks, layout, owners),
         joints=_joints(piece_set),
         assembly=AssemblyRecord(
             effort=round(order.total, 2),
@@ -239,21 +241,20 @@ def _crossings(
 
 def _pieces(
     piece_set: PieceSet,
+    kinds: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
     owners: Owners,
-    supplies: Sequence[int],
 ) -> tuple[PieceRecord, ...]:
     """Return the pieces with their outline, stations, labels and placement."""
     pieces, records = piece_set.pieces, []
-    kinds = piece_kinds(pieces, supplies).tolist()
     for index, (piece, placement) in enumerate(zip(pieces, layout.placements, strict=True)):
         if placement.piece != index:
             raise ValueError("placements must be in the order of the pieces")
         records.append(
             PieceRecord(
                 id=piece.id,
-                kind=kinds[index],
+                kind=int(kinds[index]),
                 thread=piece.thread,
                 sheet=placement.sheet + 1,
                 placement=PlacementRecord(

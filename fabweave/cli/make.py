@@ -110,6 +110,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),
+        "kinds": int(job.kinds.max(initial=0)),
         "joints": len(job.piece_set.joints),
         "sheets": [drawing.name for drawing in job.drawings],
         "costs": to_json(job.costs),
@@ -132,7 +133,8 @@ def _tell(made: "FinishedJob", output: Path) -> None:
     for note in job.notes:
         console.print(f"  {note}", markup=False, style="dim")
     console.print(
-        f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')}, "
+        f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')} of "
+        f"{agree(int(job.kinds.max(initial=0)), '{n} kind[|s]')}, "
         f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
         f"{agree(len(job.drawings), '{n} sheet[|s]')}; "
         f"proved by {len(proof.checks)} checks of the written files",

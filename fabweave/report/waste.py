@@ -9,10 +9,10 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from fabweave.core.arc_path import stretch
+from fabweave.core.arrays import IntArray
 from fabweave.core.records import inline, record
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.bill_of_materials import BillOfMaterials
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.piece import Piece
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
@@ -35,7 +35,11 @@ _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 
 
 def piece_table(
-    pieces: Sequence[Piece], layout: Layout, labels: Sequence[str], allotment: Allotment
+    pieces: Sequence[Piece],
+    kinds: IntArray,
+    layout: Layout,
+    labels: Sequence[str],
+    allotment: Allotment,
 ) -> str:
     """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
 
@@ -48,7 +52,6 @@ def piece_table(
         ("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
          "material", "thickness_mm")
     )  # fmt: skip
-    kinds = piece_kinds(pieces, allotment.of_pieces(pieces)).tolist()
     for piece, placement, kind in zip(pieces, layout.placements, kinds, strict=True):
         length, width = np.ptp(piece.outline, axis=0)
         area = piece.net_area_mm2

@@ -12,7 +12,6 @@ from fabweave.app.front_door.notebook import face, outlines_svg
 from fabweave.app.front_door.stations import Stations, there, with_layout
 from fabweave.app.job import PlannedJob
 from fabweave.core.arrays import IntArray, frozen_value
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.outline import inscribed_polygon
 from fabweave.flat.piece import Piece
 
@@ -56,9 +55,7 @@ class Pieces:
     @cached_property
     def kinds(self) -> IntArray:
         """Which kind each piece is of, from 1: congruent pieces of a material are one kind."""
-        supplies, bunches = self.planned.supplies, self.planned.woven.bunches
-        own = supplies.of(bunches)[[piece.thread for piece in self]]
-        return piece_kinds(list(self), own.tolist())
+        return self.planned.kinds
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece, as ``pandas.DataFrame`` takes them.

@@ -12,7 +12,13 @@ from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
 from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
-from fabweave.app.joined_object import JoinedObject, check_joined, joined_costs, split_object
+from fabweave.app.joined_object import (
+    JoinedObject,
+    check_joined,
+    joined_pieces,
+    pieces_costs,
+    split_object,
+)
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
@@ -27,6 +33,8 @@ from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, n
 from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
+from fabweave.flat.congruence import piece_kinds
+from fabweave.flat.piece import Piece
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -123,7 +131,9 @@ def inspect_mesh(
     costs = None
     if joined is not None and depth == Depth.SEARCHED:
         progress("costs", 0, 1)
-        planned = joined_costs(joined, settings, supplies)
+        piece_set = joined_pieces(joined, settings, hole_rules(settings, supplies))
+        pieces["kinds"] = _kinds(piece_set.pieces, woven, supplies)
+        planned = pieces_costs(piece_set, woven, settings, supplies)
         costs = {"told": dict(cost_rows(planned)), **to_json(planned)}
     elif joined is not None:
         left_out.append("times and costs")
@@ -319,6 +329,12 @@ def _planned(
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
     return woven, pieces, None, joined
+
+
+def _kinds(pieces: Sequence[Piece], woven: WovenObject, supplies: Supplies) -> int:
+    """Return of how many kinds pieces are."""
+    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
+    return int(piece_kinds(pieces, supply.tolist()).max(initial=0))
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:

@@ -176,7 +176,8 @@ def _pieces(pieces: Mapping[str, Any]) -> str:
         return f"not planned, as {pieces['left_out']} (--thorough plans them)"
     if pieces["count"] is None:
         return f"cannot be cut: {pieces['because']}"
-    return f"{pieces['reason']}; for sheets of {' or '.join(pieces['sheets'])}"
+    told = f"{pieces['reason']}; for sheets of {' or '.join(pieces['sheets'])}"
+    return told + (agree(pieces["kinds"], "; of {n} kind[|s]") if "kinds" in pieces else "")
 
 
 def _cost_rows(costs: Mapping[str, Any] | None) -> list[tuple[str, str]]:
