@@ -1,18 +1,25 @@
 """Draw the pieces and sheets of the manual: parts list, sheet pages, and how to read a piece."""
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fabweave.assembly.manual.book import LEADING, PLATE, SMALL, TEXT, Book, text_width
+from fabweave.assembly.manual.book import (
+    LEADING,
+    PLATE,
+    SMALL,
+    TEXT,
+    Book,
+    text_width,
+    wrapped,
+)
 from fabweave.assembly.manual.piece_titles import place_across, upright
 from fabweave.assembly.manual.stock import draw_stock, write_stock
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.labels.titles import Title, place_titles
-from fabweave.flat.crossing_map import CrossingMap
+from fabweave.flat.crossing_map import CrossingMap, PieceRecord
 
 PARTS, SHEETS = "Parts list", "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
@@ -20,8 +27,9 @@ _MOST_TILES, _READABLE = 4, PLATE
 #: The largest titles, in points, and how many rows of ids are a short list.
 _LARGEST, _SHORT_LIST = 14.0, 8
 _TITLE_MM = 14.0
-#: Cells of the parts list: so many in a row, and the space below a piece for its texts.
-_COLUMNS, _TEXTS = 3, 40.0
+#: Cells of the parts list: so many in a row, the space below a piece for two lines of text, and
+#: that beside it.
+_COLUMNS, _TEXTS, _BESIDE = 3, 40.0, 14.0
 _FLAT_MM = 0.1
 
 
@@ -69,51 +77,79 @@ def drawn_pieces(*drawings: SheetDrawing) -> dict[str, DrawnPiece]:
 
 
 def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
-    """Write the parts list: every piece to one scale, with its length, stations and place."""
+    """Write the parts list: each kind of piece to one scale, with its length, stations and places.
+
+    Pieces of which there is only one are called by their id, and their place is told; of others
+    the ids stand by sheet.
+    """
     drawn = drawn_pieces(*drawings)
-    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
-    alike = Counter(piece.kind for piece in crossing_map.pieces)
-    level = {key: levelled(piece.outline) for key, piece in drawn.items()}
+    kinds: dict[int, list[PieceRecord]] = {}
+    for piece in crossing_map.pieces:
+        kinds.setdefault(piece.kind, []).append(piece)
+    parts = list(kinds.values())
+    level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
     cell = (book.right - book.left) / _COLUMNS
-    scale = (cell - 14.0) / max(float(np.ptp(points[:, 0])) for points in level.values())
+    scale = (cell - _BESIDE) / max(float(np.ptp(points[:, 0])) for points in level)
     book.page(PARTS)
     book.y = book.block(
         book.left,
         book.y,
-        agree(len(level), "{n} [piece|pieces], engraved face up, drawn at a scale of")
-        + f" 1 : {72.0 / 25.4 / scale:.1f}. Each place is that of the middle of the piece on its "
-        "sheet, in mm from the left edge and from the lower edge. Pieces of the same kind are cut "
-        "alike; the number after x says how many there are.",
+        agree(len(drawn), "{n} [piece|pieces]")
+        + agree(len(parts), " of {n} [kind|kinds], engraved face up, drawn at a scale of")
+        + f" 1 : {72.0 / 25.4 / scale:.1f}. Pieces of one kind are cut alike: they are drawn once, "
+        "and their ids stand by sheet. Where there is only one, its place is that of its middle on "
+        "the sheet, in mm from the left edge and from the lower edge.",
         book.right - book.left,
         size=SMALL,
     )
     book.y -= 8.0
-    pieces = crossing_map.pieces
-    for first in range(0, len(pieces), _COLUMNS):
-        row = pieces[first : first + _COLUMNS]
-        high = max(float(np.ptp(level[piece.id][:, 1])) for piece in row) * scale
-        book.room(high + _TEXTS, PARTS)
-        for column, piece in enumerate(row):
-            key = piece.id
-            points = level[key]
+    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
+    for first in range(0, len(parts), _COLUMNS):
+        row = range(first, min(first + _COLUMNS, len(parts)))
+        places = [
+            [
+                line
+                for text in _places(parts[at], names, drawn)
+                for line in wrapped(text, SMALL, cell - _BESIDE)
+            ]
+            for at in row
+        ]
+        high = max(float(np.ptp(level[at][:, 1])) for at in row) * scale
+        deep = _TEXTS + LEADING * SMALL * (max(map(len, places)) - 1)
+        book.room(high + deep, PARTS)
+        for column, (at, lines) in enumerate(zip(row, places, strict=True)):
+            points, piece, count = level[at], parts[at][0], len(parts[at])
             x = book.left + column * cell
             shift = np.array([x, book.y - high]) - points.min(axis=0) * scale
             book.line(points * scale + shift, width=0.6, closed=True, fill=0.9)
             y = book.y - high - 13.0
+            key = piece.id if count == 1 else f"Kind {piece.kind}"
             book.text(x, y, key, size=12.0, bold=True)
             book.text(
                 x + text_width(key, 12.0, bold=True) + 6.0,
                 y,
-                f"{np.ptp(points[:, 0]):.0f} mm, "
+                ("" if count == 1 else f"x {count}: ")
+                + f"{np.ptp(points[:, 0]):.0f} mm, "
                 + agree(len(piece.stations), "{n} [station|stations]"),
                 size=SMALL,
             )
-            across, up = drawn[key].middle.tolist()
-            place = f"{names[piece.sheet]} at {across:.0f}, {up:.0f}"
-            if alike[piece.kind] > 1:
-                place += f", kind {piece.kind} (x {alike[piece.kind]})"
-            book.text(x, y - LEADING * SMALL, place, size=SMALL)
-        book.y -= high + _TEXTS
+            for line in lines:
+                y -= LEADING * SMALL
+                book.text(x, y, line, size=SMALL)
+        book.y -= high + deep
+
+
+def _places(
+    pieces: Sequence[PieceRecord], names: Mapping[int, str], drawn: Mapping[str, DrawnPiece]
+) -> list[str]:
+    """Say where pieces of one kind are: their ids sheet by sheet, or the place of the only one."""
+    if len(pieces) == 1:
+        across, up = drawn[pieces[0].id].middle.tolist()
+        return [f"{names[pieces[0].sheet]} at {across:.0f}, {up:.0f}"]
+    by_sheet: dict[int, list[str]] = {}
+    for piece in pieces:
+        by_sheet.setdefault(piece.sheet, []).append(piece.id)
+    return [f"{names[sheet]}: {' '.join(by_sheet[sheet])}" for sheet in sorted(by_sheet)]
 
 
 def levelled(outline: FloatArray) -> FloatArray:

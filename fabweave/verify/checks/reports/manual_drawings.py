@@ -31,7 +31,7 @@ _AROUND_MM = 2.0
 
 
 def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) -> None:
-    """Require that the parts list has each piece, drawn to scale, with its size and place.
+    """Require that the parts list has each kind of piece, drawn to scale, with its size and places.
 
     Parameters
     ----------
@@ -42,35 +42,52 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
     """
     text = RunningText([said for page in pages for said in page.texts], place)
     figures = [figure for page in pages for figure in page.figures]
-    if not place.equal("the number of drawn pieces", len(figures), len(plan.pieces)):
+    kinds: dict[int, list[Piece]] = {}
+    for piece in plan.pieces:
+        kinds.setdefault(piece.kind, []).append(piece)
+    parts = list(kinds.values())
+    if not place.equal("the number of drawn pieces", len(figures), len(parts)):
         return
     # Arcs are drawn by chords: that changes the area of a narrow piece, but hardly its length.
     scales = [
-        float(span_and_width(figure)[0] / max(span_and_width(piece.outline)[0], 1e-9))
-        for figure, piece in zip(figures, plan.pieces, strict=True)
+        float(span_and_width(figure)[0] / max(span_and_width(alike[0].outline)[0], 1e-9))
+        for figure, alike in zip(figures, parts, strict=True)
     ]
     scale = float(np.median(scales))
     text.block(
         *(
-            f"{counted(len(plan.pieces), 'piece')}, engraved face up, drawn at a scale of "
-            f"{words}. Each place is that of the middle of the piece on its sheet, in mm from the "
-            "left edge and from the lower edge. Pieces of the same kind are cut alike; the number "
-            "after x says how many there are."
+            f"{counted(len(plan.pieces), 'piece')} of {counted(len(parts), 'kind')}, engraved face "
+            f"up, drawn at a scale of {words}. Pieces of one kind are cut alike: they are drawn "
+            "once, and their ids stand by sheet. Where there is only one, its place is that of its "
+            "middle on the sheet, in mm from the left edge and from the lower edge."
             for words in _scale_words(scale)
         )
     )
-    alike = Counter(piece.kind for piece in plan.pieces)
-    for piece, figure in zip(plan.pieces, figures, strict=True):
-        here = place.at(f"piece {piece.id}")
+    for alike, figure in zip(parts, figures, strict=True):
+        piece, several = alike[0], len(alike) > 1
+        name = f"Kind {piece.kind}" if several else piece.id
+        here = place.at(f"piece {name}")
         _check_shape(piece, figure / scale, here)
-        text.block(piece.id)
+        text.block(name)
         length = float(np.ptp(figure[:, 0])) / scale
         stations = counted(len(piece.stations), "station")
-        said = text.match(rf"(\d+) mm, {stations}", f"{length:.0f} mm, {stations}")
+        times = f"x {len(alike)}: " if several else ""
+        said = text.match(rf"{times}(\d+) mm, {stations}", f"{times}{length:.0f} mm, {stations}")
         if said is not None:
             here.number("its length", float(said[1]), length, within=_SAME_MM + _SCALE * length)
-        _check_spot(plan, piece, alike[piece.kind], text, here)
+        if several:
+            _check_spots(plan, alike, text)
+        else:
+            _check_spot(plan, piece, text, here)
     text.end()
+
+
+def _check_spots(plan: CrossingMap, alike: Sequence[Piece], text: RunningText) -> None:
+    """Require the ids of pieces of one kind, sheet by sheet."""
+    for sheet in sorted({piece.sheet for piece in alike}):
+        name = plan.sheet[sheet].name if sheet in plan.sheet else "?"
+        ids = " ".join(piece.id for piece in alike if piece.sheet == sheet)
+        text.block(f"{name}: {ids}")
 
 
 def _scale_words(scale: float) -> list[str]:
@@ -88,17 +105,14 @@ def _check_shape(piece: Piece, drawn: Floats, place: Place) -> None:
         )  # fmt: skip
 
 
-def _check_spot(
-    plan: CrossingMap, piece: Piece, alike: int, text: RunningText, place: Place
-) -> None:
-    """Check where a piece is said to be, and how many are of its kind."""
+def _check_spot(plan: CrossingMap, piece: Piece, text: RunningText, place: Place) -> None:
+    """Check where a piece is said to be."""
     name = plan.sheet[piece.sheet].name if piece.sheet in plan.sheet else "?"
-    kind = f", kind {piece.kind} (x {alike})" if alike > 1 else ""
     outline = piece.placed(piece.outline)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
     said = text.match(
-        rf"{re.escape(name)} at (-?\d+), (-?\d+){re.escape(kind)}",
-        f"{name} at {middle[0]:.0f}, {middle[1]:.0f}{kind}",
+        rf"{re.escape(name)} at (-?\d+), (-?\d+)",
+        f"{name} at {middle[0]:.0f}, {middle[1]:.0f}",
     )
     if said is not None:
         for stated, true in zip(said.groups(), middle.tolist(), strict=True):
