@@ -119,6 +119,8 @@ class Job(PlannedJob):
         Crossings without a hole.
     marks : tuple of Marks
         What is engraved on each piece.
+    engrave_seen_mm : float or None
+        How much of that is seen when it is woven; None if it was not to be hidden.
     order : Order
         The order of assembly.
     portrait : callable
@@ -145,6 +147,7 @@ class Job(PlannedJob):
     offcuts: tuple[Offcut, ...]
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
+    engrave_seen_mm: float | None
     order: Order
     portrait: Callable[[], bytes]
     likeness: Callable[[], bytes | None]

@@ -161,6 +161,7 @@ def _write_tables(
         splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
         costs=job.costs,
         ribbons=woven.ribbons,
+        engrave_seen_mm=job.engrave_seen_mm,
     )
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
@@ -227,8 +228,10 @@ def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Pr
     check = Preflight(
         supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
     )
-    if job.settings.strict and check.flaws:
-        lines = "\n".join(f"  {line}" for line in flaw_lines(check.flaws))
+    broken = flaw_lines(check.flaws) if check.flaws else []
+    broken += [reason.told for reason in job.verdict.reasons if reason.rule == "ids"]
+    if job.settings.strict and broken:
+        lines = "\n".join(f"  {line}" for line in broken)
         raise CannotMakeError(f"with --strict, no job is written that breaks rules:\n{lines}")
     return check
 

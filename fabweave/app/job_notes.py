@@ -24,6 +24,7 @@ def job_notes(
     order: Order,
     drawings: Sequence[SheetDrawing],
     kerfed: Sequence[SheetDrawing],
+    seen_mm: float | None = None,
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
@@ -33,7 +34,9 @@ def job_notes(
     return (
         *woven.source.notes,
         *woven.result.notes,
-        *all_notes(woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules),
+        *all_notes(
+            woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules, seen_mm=seen_mm
+        ),
         f"pieces: {reason}",
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check),

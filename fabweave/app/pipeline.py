@@ -33,6 +33,7 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.core.parallel.workers import Start, at_once, side_workers
 from fabweave.cut.kerfed_sheets import kerfed_sheets
+from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces
 from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets
@@ -305,6 +306,8 @@ def draw_job(
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
     kerfed = kerfed_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     woven = planned.woven
+    hidden = settings.labels == "hidden" and not planned.mirrored
+    seen = seen_mm(pieces.pieces, marks) if hidden else None
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -312,6 +315,7 @@ def draw_job(
         offcuts=offcuts,
         holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
         marks=marks,
+        engrave_seen_mm=seen,
         order=order,
         portrait=side.portrait,
         likeness=side.likeness,
@@ -327,7 +331,7 @@ def draw_job(
             bill_of_materials(pieces),
             calibration=settings.calibrate,
         ),
-        notes=job_notes(planned, layout, marks, order, drawings, kerfed),
+        notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
         given_mesh=given_mesh,
     )
 

@@ -323,6 +323,7 @@ def _label(label: Label) -> LabelRecord:
         y_mm=y,
         rotation_deg=round(label.rotation_deg, _DECIMALS),
         box_mm=(round(length, _DECIMALS), round(height, _DECIMALS)),
+        hidden=label.hidden or None,
     )
 
 

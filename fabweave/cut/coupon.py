@@ -10,7 +10,15 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Entity, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.labels.lettering import characters, place_text, text_box
-from fabweave.cut.labels.texts import ID_HEIGHTS_MM, TEXT_HEIGHTS_MM
+from fabweave.cut.labels.texts import (
+    ARROW,
+    HIDDEN_HEIGHTS_MM,
+    ID_HEIGHTS_MM,
+    LOW_ID_HEIGHTS_MM,
+    OVER_SIGN,
+    TEXT_HEIGHTS_MM,
+    UNDER_SIGN,
+)
 from fabweave.cut.notes.notes import sheet_notes
 from fabweave.stock.material import Material, hole_edge_mm, min_bend_radius_mm, min_hole_mm
 
@@ -159,7 +167,7 @@ LAP      Join LAP-A and LAP-B, hole on hole, with your fastener: the lap is {cou
          ribbons --width.
 TEXT     Letters {", ".join(f"{height:g}" for height in _heights())} mm high. If you cannot read the
          smallest, use a larger --size, which leaves room for larger letters, or --labels numbers,
-         which engraves only the ids.
+         which engraves only the ids. A disc (over) and a ring (under) are to be told apart.
 BEND     Bend the strip between its ticks around something {2 * coupon.bend_mm:.1f} mm in diameter,
          along and across the grain. It must not crack. The rule for this material is a radius
          of {min_bend_radius_mm(material):.1f} mm. If it cracks, use a thinner sheet or a larger
@@ -169,7 +177,7 @@ BEND     Bend the strip between its ticks around something {2 * coupon.bend_mm:.
 
 def _heights() -> tuple[float, ...]:
     """Return all heights of letters."""
-    return (*ID_HEIGHTS_MM, *TEXT_HEIGHTS_MM)
+    return (*ID_HEIGHTS_MM, *LOW_ID_HEIGHTS_MM)
 
 
 def _ladder(coupon: Coupon) -> _Part:
@@ -234,7 +242,9 @@ def _letters() -> _Part:
     """Return a strip with all that labels use, at every height."""
     rows, y, wide = [], _AIR_MM, 0.0
     for height in reversed(_heights()):
-        text = f"A69\u2192 #10>B8 \u256aC2 \u256bD5 {height:g}"
+        text = f"A69{ARROW} #10>B8 {OVER_SIGN}C2 {UNDER_SIGN}D5 {height:g}"
+        if height < min(HIDDEN_HEIGHTS_MM):
+            text = f"A69{ARROW} {height:g}"  # nothing but ids is so low
         box = text_box(text, height)
         y += (box.top - box.bottom) / 2
         rows.append((text, height, y))

@@ -11,7 +11,7 @@ from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import OVER_SIGN, UNDER_SIGN
 from fabweave.cut.notes.notes import sheet_notes
 from fabweave.cut.notes.stock_notes import stock_notes
-from fabweave.cut.travel import short_route, spread_heat
+from fabweave.cut.travel import chained_strokes, short_route, spread_heat
 from fabweave.flat.piece import Piece
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
@@ -62,9 +62,10 @@ def draw_sheets(
     -------
     tuple of SheetDrawing
         One for each sheet, pieces in an order of little travel (``short_route``), each walked
-        from end to end: its labels on the way there, its ticks on the way back, its holes on the
-        way there again, and the outline from that end. Nothing that is not a piece is on a layer
-        that is cut.
+        from end to end: its labels on the way there, the strokes of each from the nearest end to
+        the next (``chained_strokes``), its ticks on the way back, its holes on the way there
+        again, and the outline from that end. Nothing that is not a piece is on a layer that is
+        cut.
     """
     placed: list[list[Placement]] = [[] for _ in layout.sheets]
     for placement in sorted(layout.placements, key=lambda placement: placement.piece):
@@ -138,6 +139,8 @@ def _legend(marks: Sequence[Marks], *, mirrored: bool) -> list[str]:
         legend.append("THE UPPER FACE IS THE INSIDE")
     if "sign" in kinds:
         legend.append(f"{OVER_SIGN} THIS PIECE PASSES OVER, {UNDER_SIGN} UNDER")
+    if any(label.hidden for piece_marks in marks for label in piece_marks.labels):
+        legend.append("LETTERS ARE COVERED WHEN IT IS WOVEN")
     return legend
 
 
@@ -182,7 +185,7 @@ def draw_piece(
     The piece is walked along its x axis, or back if ``way`` is -1.
     """
     labels = _along([label.centre[None] for label in marks.labels], way)
-    letters = [stroke for at in labels for stroke in marks.labels[at].strokes]
+    letters = chained_strokes([marks.labels[at].strokes for at in labels])
     ticks = [marks.ticks[at] for at in _along(marks.ticks, -way)]
     holes, slots = piece.holes, [slot.path for slot in piece.slots]
     begin = -int(np.argmax(way * piece.path.points[:, 0]))

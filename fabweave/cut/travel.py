@@ -1,5 +1,7 @@
 """Order pieces on a sheet so that the tool travels little between them."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
@@ -67,6 +69,36 @@ def spread_heat(order: IntArray, backwards: BoolArray) -> tuple[IntArray, BoolAr
     """
     way = np.concatenate((np.arange(0, len(order), 2), np.arange(1, len(order), 2)[::-1]))
     return order[way], backwards[way] ^ (way % 2 == 1)
+
+
+def chained_strokes(groups: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
+    """Return the strokes of all groups, one group after another, with little way between them.
+
+    Within a group the next stroke is always the one with the nearest end, and is drawn from there;
+    the first of all is drawn as it is.
+
+    Parameters
+    ----------
+    groups : sequence of sequences of (N, 2) float arrays
+        Strokes, such as those of each label of a piece, millimetres.
+
+    Examples
+    --------
+    >>> strokes = [np.array([[x, 0.0], [x + 1.0, 0.0]]) for x in (0.0, 5.0, 2.0)]
+    >>> [stroke[0, 0].item() for stroke in chained_strokes([strokes])]
+    [0.0, 2.0, 5.0]
+    """
+    chain: list[FloatArray] = []
+    for strokes in groups:
+        ends = np.array([(stroke[0], stroke[-1]) for stroke in strokes]).reshape(-1, 2, 2)
+        for _ in strokes:
+            here = chain[-1][-1] if chain else strokes[0][0]
+            distance = np.hypot(ends[:, :, 0] - here[0], ends[:, :, 1] - here[1])
+            # Rounding makes ties fall the same way on every machine.
+            number, side = divmod(int(np.argmin(np.round(distance, 6))), 2)
+            chain.append(strokes[number][::-1] if side else strokes[number])
+            ends[number] = np.inf
+    return chain
 
 
 def _nearest_next(ends: FloatArray) -> tuple[IntArray, BoolArray]:

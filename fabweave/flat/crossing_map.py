@@ -14,7 +14,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
-from fabweave.core.records import from_json, key, read_json, record, to_json
+from fabweave.core.records import from_json, key, optional, read_json, record, to_json
 from fabweave.flat.file_records import CutRecord, LayoutRecord, WeaveRecord
 
 #: x and y, or x, y and the bulge of the side that leaves the corner.
@@ -144,7 +144,7 @@ class LabelRecord:
     """A lettered text: the height of a capital, the middle of its box, and its reading direction.
 
     ``box_mm`` is its length along that direction and its height; ``station`` is None for what is
-    said of the whole piece.
+    said of the whole piece. What is ``hidden`` is covered by strands in the woven object.
     """
 
     kind: str
@@ -155,6 +155,7 @@ class LabelRecord:
     y_mm: float = key("y")
     rotation_deg: float
     box_mm: tuple[float, float]
+    hidden: bool | None = optional()
 
 
 @record

@@ -56,6 +56,8 @@ class Piece:
         A slot at a station with a ``hole_mm`` is there in place of the round hole.
     guides : tuple of (2, 2) float arrays
         Short lines to lay a joined piece by; they are engraved.
+    covers : tuple of (K, 2) float arrays
+        The parts of its outer face, polygons, that strands above cover in the woven object.
     """
 
     id: str
@@ -73,6 +75,7 @@ class Piece:
     more_holes: FloatArray = field(default_factory=_no_holes)
     slots: tuple[Slot, ...] = ()
     guides: tuple[FloatArray, ...] = ()
+    covers: tuple[FloatArray, ...] = ()
 
     @property
     def holes(self) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.flat.covers import covered_parts
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
 from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
 from fabweave.flat.joint.holes import HoleRule
@@ -83,6 +84,7 @@ def build_pieces(
     ]
     marked = np.array([kind.marked for kind in kinds], dtype=np.bool_)
     guides = guide_lines(cut, plan, marked)
+    covers = covered_parts(ribbons, weave, cut.stations)
     numbers = _number_in_thread(runs)
     pieces = tuple(
         _piece(
@@ -94,6 +96,7 @@ def build_pieces(
             weave,
             drilled,
             guides[index],
+            covers,
         )
         for index in range(len(numbers))
     )
@@ -109,6 +112,7 @@ def _piece(
     weave: Weave,
     drilled: Drilled,
     guides: Sequence[FloatArray],
+    covers: Sequence[FloatArray | None],
 ) -> Piece:
     """Lay one piece to rest and gather what belongs to it."""
     stations, path, outline = cut.stations, cut.paths[index], cut.outlines[index]
@@ -130,6 +134,7 @@ def _piece(
         more_holes=_more_holes(drilled, rows, frame),
         slots=_slots(index, cut, drilled, rows, frame),
         guides=tuple(frame.apply(guide) for guide in guides),
+        covers=tuple(frame.apply(part) for part in covers[rows] if part is not None),
     )
 
 

@@ -6,7 +6,7 @@ is not known.
 
 from collections.abc import Sequence
 
-from fabweave.core.records import inline, key, record
+from fabweave.core.records import inline, key, optional, record
 
 
 @record
@@ -62,7 +62,11 @@ class MaterialAccount:
 
 @record
 class Totals:
-    """What all sheets come to."""
+    """What all sheets come to.
+
+    ``engrave_seen_mm`` is how much of the engraving no strand covers when the object is woven,
+    where it was to be hidden.
+    """
 
     sums: SheetSums = inline()
     cut_length_mm: float
@@ -70,6 +74,7 @@ class Totals:
     engrave_length_mm: float
     holes: int
     mass_g: float
+    engrave_seen_mm: float | None = optional()
 
 
 def sum_sheets(sheets: Sequence[SheetAccount]) -> SheetSums:

@@ -36,8 +36,13 @@ def all_notes(
     piece_set: PieceSet,
     marks: Sequence[Marks],
     rules: Sequence[HoleRule],
+    *,
+    seen_mm: float | None = None,
 ) -> list[str]:
-    """Return every note, the weave first, then ribbons, holes and letters."""
+    """Return every note, the weave first, then ribbons, holes and letters.
+
+    ``seen_mm`` is how much of the engraving is seen on the woven object, if it was to be hidden.
+    """
     size = float(np.ptp(mesh.vertices, axis=0).max())
     notes = _weave_notes(weave)
     width = ribbon_widths(ribbons)
@@ -46,7 +51,22 @@ def all_notes(
     notes += joint_notes(piece_set, size)
     notes += bom_notes(bill_of_materials(piece_set))
     notes += _label_notes(marks)
+    if seen_mm is not None:
+        notes.append(_seen_note(marks, seen_mm))
     return notes
+
+
+def _seen_note(marks: Sequence[Marks], seen_mm: float) -> str:
+    """Say how much of the engraving is seen on the woven object, and why."""
+    shown = sum(bool(piece_marks.seen) for piece_marks in marks)
+    if not shown:
+        return "engraving: none of it is seen when it is woven"
+    return (
+        f"engraving: {seen_mm:.1f} mm of it are seen when it is woven: "
+        + agree(shown, "{n} [id has|ids have] no room under a strand. ")
+        + "A larger --size or wider ribbons (--width) would make room; --label-side inside "
+        "engraves the other face"
+    )
 
 
 def _weave_notes(weave: Weave) -> list[str]:

@@ -163,7 +163,8 @@ def judge(
                 rule="ids",
                 level="with care",
                 text=agree(unnamed, "{n} [piece has|pieces have] no room for an id"),
-                advice="write the id on as you peel the piece, from the picture of its sheet",
+                advice="write the id on as you peel the piece, from the picture of its sheet; a "
+                "larger --size, wider ribbons (--width) or --hole none make room for it",
             )
         )
     reasons.sort(key=lambda reason: reason.level != "not makeable")

@@ -117,6 +117,7 @@ def waste_report(
     splitting: SplittingRecord,
     costs: Costs,
     ribbons: Ribbons,
+    engrave_seen_mm: float | None = None,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -131,6 +132,8 @@ def waste_report(
         What the report says besides.
     ribbons : Ribbons
         Whole threads, as wide as they are cut.
+    engrave_seen_mm : float, optional
+        How much of the engraving is seen when the object is woven, if it was to be hidden.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -147,6 +150,7 @@ def waste_report(
         ),
         holes=sum(len(entities_on(drawing, Layer.CUT_INNER)) for drawing in drawings),
         mass_g=sum(account.mass_g for account in materials),
+        engrave_seen_mm=engrave_seen_mm,
     )
     only = materials[0] if len(materials) == 1 else None
     return WasteReport(

@@ -110,6 +110,8 @@ class Label:
     rotation_deg: float
     #: Along the text, and across it.
     box_mm: tuple[float, float]
+    #: Whether strands cover it when the object is woven, where that is stated.
+    hidden: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

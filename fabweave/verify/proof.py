@@ -31,6 +31,7 @@ from fabweave.verify.checks.reports.verdict import check_verdict
 from fabweave.verify.checks.reports.viewer import check_viewer
 from fabweave.verify.checks.sheets.cut_order import check_order
 from fabweave.verify.checks.sheets.drawings import check_dxf, check_svg
+from fabweave.verify.checks.sheets.exposure import check_exposure
 from fabweave.verify.checks.sheets.kerfed_sheets import check_ready
 from fabweave.verify.checks.sheets.labels import check_labels
 from fabweave.verify.checks.sheets.lines import check_lines
@@ -94,6 +95,7 @@ _TASKS = (
     _Task("code", ("map",), check_code),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
+    _Task("seen", ("map", "model", "waste"), check_exposure),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("stock", ("map",), check_stock),

@@ -37,6 +37,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "code": "the QR code of each sheet says what settings do, and nothing stands on it",
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
         "labels": "labels are legible, off edges and holes, in their places, and say what is true",
+        "seen": "of the engraving no more is seen on the woven object than is said",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "stock": "sheets, angles and prices are those of the stock in the settings",

@@ -6,7 +6,6 @@ import json
 import re
 import shutil
 
-import numpy as np
 import pypdf
 import pytest
 from viewer_scene import page_data
@@ -15,7 +14,7 @@ from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.verify.checks.sheets.labels import _check_strokes
-from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters
+from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters, _unlike
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
@@ -40,16 +39,10 @@ class Reader(Glyphs):
     def read(self, _text, height, top, strokes, _where):
         said = ""
         for runs in _letters(strokes, _GAP * height):
-            points = np.concatenate(runs)
-            points = (points - (points[:, 0].min(), top - height)) / height
-            sizes = tuple(len(run) for run in runs)
+            corner = min(run[:, 0].min() for run in runs), top - height
+            drawn = [(run - corner) / height for run in runs]
             said += next(
-                (
-                    sign
-                    for sign, (known, looks) in self.taught.items()
-                    if known == sizes and np.abs(points - looks).max() <= _SAME
-                ),
-                "?",
+                (sign for sign, looks in self.taught.items() if _unlike(looks, drawn) <= _SAME), "?"
             )
         self.words.append(said)
 

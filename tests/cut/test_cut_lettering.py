@@ -66,7 +66,7 @@ def test_no_segment_is_shorter_than_an_eighth_and_no_line_is_doubled(sign):
     lines = strokes(sign, 12.0)
     segments = segments_of(lines)
     lengths = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
-    assert lengths.min() >= 12.0 / 8.0
+    assert lengths.min() >= 12.0 / (12.0 if sign == "●" else 8.0)
     # Where strokes lie on one another, the union is shorter than their sum.
     assert picture(lines).length == pytest.approx(lengths.sum(), abs=1e-9)
 
@@ -190,3 +190,21 @@ def test_a_height_that_is_no_length_is_refused(height):
     for function in (strokes, text_box):
         with pytest.raises(InputError, match="letter height"):
             function("A", height)
+
+
+@pytest.mark.parametrize("turn_deg", range(0, 360, 15))
+def test_disc_and_ring_are_told_apart_at_2_mm_however_they_are_turned(turn_deg):
+    disc, ring = (
+        np.concatenate(place_text(sign, 2.0, (0.0, 0.0), turn_deg)) - middle
+        for sign in "●○"
+        for middle in [np.mean(place_text(sign, 2.0, (0.0, 0.0), turn_deg)[0][-14:], axis=0)]
+    )
+    assert len(place_text("●", 2.0, (0.0, 0.0), 0.0)) == len(place_text("○", 2.0, (0.0, 0.0), 0.0))
+    # With a burn of 0.2 mm the disc is full, and the ring has a hole of more than a millimetre.
+    burnt = [
+        shapely.buffer(picture(place_text(sign, 2.0, (0.0, 0.0), turn_deg)), 0.1) for sign in "●○"
+    ]
+    filled, hollow = (shapely.area(ink) / shapely.area(shapely.convex_hull(ink)) for ink in burnt)
+    assert filled > 0.95
+    assert hollow < 0.45
+    assert len(disc) > len(ring)

@@ -9,9 +9,19 @@ import shapely
 from irregular_meshes import lumpy_ball, pieces_of
 
 from fabweave.core.arc_path import straight_path
+from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces
-from fabweave.cut.labels.placement import CLEAR_MM, WORD_SPACE_MM
-from fabweave.cut.labels.texts import ARROW, ID_HEIGHTS_MM, OVER_SIGN, TEXT_HEIGHTS_MM, UNDER_SIGN
+from fabweave.cut.labels.placement import CLEAR_MM, COVER_MM, WORD_SPACE_MM
+from fabweave.cut.labels.texts import (
+    ARROW,
+    HIDDEN_HEIGHTS_MM,
+    ID_HEIGHTS_MM,
+    LOW_ID_HEIGHTS_MM,
+    OVER_SIGN,
+    TEXT_HEIGHTS_MM,
+    UNDER_SIGN,
+    told_stations,
+)
 from fabweave.flat.piece import Piece
 
 
@@ -150,9 +160,10 @@ def test_a_crowded_piece_shortens_labels_then_drops_the_least_important():
 
 @pytest.mark.parametrize("piece", PIECES)
 def test_nothing_is_too_low_to_read(piece):
-    least = min(TEXT_HEIGHTS_MM)
-    assert least == 2.0
-    assert all(label.height_mm >= least for label in marked(piece).labels)
+    least = {"id": min(LOW_ID_HEIGHTS_MM)}
+    assert least["id"] == 1.2
+    for label in marked(piece).labels:
+        assert label.height_mm >= least.get(label.kinds[0], min(TEXT_HEIGHTS_MM))
 
 
 @pytest.mark.parametrize("piece", PIECES)
@@ -239,18 +250,6 @@ def test_letters_read_along_the_thread():
     assert np.concatenate(label.strokes)[:, 1].max() > piece.points[0, 1]
 
 
-@pytest.mark.parametrize("piece", PIECES)
-def test_ticks_tell_over_from_under_and_lie_inside(piece):
-    marks = marked(piece)
-    polygon = shapely.Polygon(piece.outline).buffer(-CLEAR_MM + 0.02)
-    assert all(polygon.covers(shapely.LineString(tick)) for tick in marks.ticks)
-    nearest = [
-        int(np.argmin(np.hypot(*(piece.points - tick.mean(axis=0)).T))) for tick in marks.ticks
-    ]
-    counts = np.bincount(nearest, minlength=len(piece.crossings))
-    assert np.array_equal(counts, np.where(piece.over, 2, 4))
-
-
 def test_nothing_fits_a_hair():
     marks = marked(strip(width=1.2, pitch=8.0))
     assert marks.labels == ()
@@ -278,3 +277,70 @@ def test_labels_of_irregular_meshes_stand_at_their_stations(seed, points):
             for own in stands_nearest(piece, mark)]  # fmt: skip
     assert len(near) > len(pieces)
     assert all(near)
+
+
+# --- hidden -------------------------------------------------------------------------------------
+
+
+def covered(piece: Piece, size: float) -> Piece:
+    """The piece with squares over the stations where it goes under, as along as they are wide."""
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * size / 2
+    return replace(piece, covers=tuple(point + square for point in piece.points[~piece.over]))
+
+
+@pytest.mark.parametrize("piece", [strip(), strip(hole=2.5), strip(stations=9, pitch=14.0)])
+def test_hidden_letters_stand_inside_what_covers_them(piece):
+    piece = covered(piece, 12.0)
+    marks = marked(piece, labels="hidden")
+    covers = shapely.union_all([shapely.Polygon(cover) for cover in piece.covers])
+    assert marks.labels
+    assert not marks.seen
+    for line in label_lines(marks):
+        assert shapely.contains(shapely.buffer(covers, -COVER_MM, join_style="mitre"), line)
+    assert seen_mm([piece], [marks]) == 0.0
+    assert {label.height_mm for label in marks.labels if label.kinds[0] != "id"} <= set(
+        HIDDEN_HEIGHTS_MM
+    )
+    assert all(OVER_SIGN not in label.text for label in marks.labels)
+
+
+def test_an_id_without_a_cover_is_small_and_in_sight_and_told():
+    piece = covered(strip(), 2.0)
+    marks = marked(piece, labels="hidden")
+    (label,) = marks.labels
+    assert (label.text, label.kinds, label.hidden) == ("A6", ("id",), False)
+    assert label.height_mm == 2.0
+    assert "id" not in {missing.kind for missing in marks.dropped}
+    ink = shapely.MultiLineString(list(label.strokes))
+    covers = shapely.union_all([shapely.Polygon(cover) for cover in piece.covers])
+    assert seen_mm([piece], [marks]) == pytest.approx(ink.difference(covers).length)
+
+
+@pytest.mark.parametrize("labels", ["hidden", "full", "numbers"])
+def test_an_id_is_engraved_as_low_as_it_must_be(labels):
+    narrow = covered(strip(width=2.4, pitch=16.0), 12.0)
+    names = [label for label in marked(narrow, labels=labels).labels if label.kinds[0] == "id"]
+    assert [label.height_mm for label in names] == [1.2]
+
+
+def test_partners_are_named_at_the_ends_and_at_every_third_crossing():
+    piece = strip(stations=11)
+    assert told_stations(piece, "full") == list(range(11))
+    assert told_stations(piece, "brief") == [0, 3, 6, 9, 10]
+    # Those at which it goes under are 0, 2, 4, 6, 8, 10.
+    assert told_stations(piece, "hidden") == [0, 6, 10]
+    told = {label.station for label in marked(piece, labels="brief").labels} - {None}
+    assert told == {0, 3, 6, 9, 10}
+
+
+def test_guides_that_are_not_covered_are_left_out_if_marks_are_to_be_hidden():
+    cross, far = (np.array([[x - 1.0, 6.0], [x + 1.0, 6.0]]) for x in (10.0, 20.0))
+    piece = covered(replace(strip(), guides=(cross, far)), 12.0)
+    assert [len(marked(piece, labels=labels).ticks) for labels in ("brief", "hidden")] == [2, 1]
+
+
+def test_on_the_inside_nothing_needs_a_cover():
+    inside = marked(strip(), labels="hidden", side="inside")
+    brief = marked(strip(), labels="brief", side="inside")
+    assert [one.text for one in inside.labels] == [one.text for one in brief.labels]
+    assert not any(label.hidden for label in inside.labels)

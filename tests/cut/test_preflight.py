@@ -198,6 +198,16 @@ def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> N
 
 
 @pytest.mark.slow
+def test_strict_refuses_pieces_without_an_id_and_says_what_makes_room(tmp_path, capsys) -> None:
+    narrow = "shape:octahedron --size 100mm --width 1.5mm --hole none --joint glue --effort quick"
+    out = tmp_path / "job"
+    assert run("make", *narrow.split(), "--force", "--strict", "-q", "-o", out) == 1
+    said = capsys.readouterr().err
+    assert "8 pieces have no room for an id" in said
+    assert "wider ribbons (--width)" in said
+    assert not out.exists()
+
+
 def test_strict_refuses_what_breaks_a_rule_and_keeps_nothing(job, tmp_path, capsys) -> None:
     out = tmp_path / "out"
     assert run("make", "--config", job / "job.toml", "--strict", "-q", "-o", out) == 1

@@ -81,13 +81,9 @@ def legend(plan):
         mate = next((other for other in pair if other != name), name)
         texts += [f"#{key}>{mate}: joint {key} joins this end to piece {mate}.", "2 Joint"]
     over = "over" if first["over"] else "under"
-    texts += ["Each crossing is marked with the piece that is met there. The sign before its id is "
-              "a small picture of the crossing, in which this piece runs along the text: unbroken "
-              "where it passes over, broken where it passes under. At its first station, "
-              f"{name} passes {over} {first['partner']}.", "3 Crossing"]  # fmt: skip
-    if len(kinds) > 1:
-        texts += ["On both edges beside a crossing: one tick means over, two ticks mean under.",
-                  "4 Ticks"]  # fmt: skip
+    texts += ["Beside a crossing stands the piece that is met there: with a disc before its id "
+              "where this piece passes over, with a ring where it passes under. At its first "
+              f"station, {name} passes {over} {first['partner']}.", "3 Crossing"]  # fmt: skip
     return [
         *texts,
         "A fastener goes through all layers of the crossing: line up their holes.",
@@ -110,7 +106,7 @@ def thread_map(plan):
                     continue
                 if station["joint"] is not None:
                     texts.append(f"#{station['joint']}")
-                texts.append(f"{station['crossing']} {'o' if station['over'] else 'u'}")
+                texts.append(f"{station['crossing']} {'•' if station['over'] else 'o'}")
     return texts
 
 

@@ -609,7 +609,7 @@ def engrave(piece):
 # --- labels: letters 1 mm wide and half a millimetre apart --------------------------------------
 
 TEXT = 2.0
-SIGNS = "ABCDEFGHJKLMNPRSTUVWXYZ0123456789#>[]→╪╫"
+SIGNS = "ABCDEFGHJKLMNPRSTUVWXYZ0123456789#>[]→●○"
 
 
 def lettered(label):
@@ -654,14 +654,12 @@ def label_piece(piece, laps):
         dropped.append({"kind": kind, "text": text, "station": station})
 
     for at, station in enumerate(piece["stations"]):
-        sign = "╪" if station["over"] else "╫"
+        sign = "●" if station["over"] else "○"
         if at % 3 == 2:
             drop("partner", station["partner"], at)
-        else:
-            sign_too = at % 3 == 0
-            put("partner", (sign if sign_too else "") + station["partner"], at, 0, at)
-        if at % 3:
             drop("sign", sign, at)
+        else:
+            put("partner", sign + station["partner"], at, 0, at)
     start, end = piece["joints"]
     if start is not None:
         put("joint", f"#{start}>{laps[start]['pieces'][0]}", 0, 1, 0)
@@ -673,7 +671,7 @@ def label_piece(piece, laps):
         drop("id", piece["id"], None)
         drop("arrow", "→", None)
     elif piece["id"].endswith("2"):
-        put("id", f"[{piece['id']}]", free, 1)
+        put("id", piece["id"], free, 1)
         drop("arrow", "→", None)
     else:
         put("id", f"{piece['id']}→", free, 1)

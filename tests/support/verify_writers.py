@@ -49,7 +49,8 @@ REASONS = {
     "bodies": ("there are {bodies} bodies that no thread joins",
                "each is an object of its own; --bodies largest keeps one"),
     "ids": ("{unnamed} piece{s} no room for an id",
-            "write the id on as you peel the piece, from the picture of its sheet"),
+            "write the id on as you peel the piece, from the picture of its sheet; a larger "
+            "--size, wider ribbons (--width) or --hole none make room for it"),
 }  # fmt: skip
 #: Where the finding about ribbons is.
 PLACE = (12.0, -7.5, 30.25)

@@ -50,14 +50,14 @@ def name_another_piece(specimen):
 
 
 def name_another_partner(specimen):
-    _, one = labels(specimen, "partner", begins="╪")[0]
-    one["text"] = "╪" + ("C1" if one["text"] != "╪C1" else "B1")
+    _, one = labels(specimen, "partner", begins="●")[0]
+    one["text"] = "●" + ("C1" if one["text"] != "●C1" else "B1")
     return "none of what it should tell"
 
 
 def turn_a_sign(specimen):
-    _, one = labels(specimen, "partner", begins="╪")[0]
-    one["text"] = "╫" + one["text"][1:]
+    _, one = labels(specimen, "partner", begins="●")[0]
+    one["text"] = "○" + one["text"][1:]
     return "none of what it should tell"
 
 
@@ -99,7 +99,7 @@ def leave_out_a_label(specimen):
 
 
 def exchange_stations(specimen):
-    piece, one = labels(specimen, "partner", begins="╪")[0]
+    piece, one = labels(specimen, "partner", begins="●")[0]
     other = next(p for p in piece["labels"] if p["kind"] == "partner" and p is not one)
     for key in ("x", "y", "rotation_deg"):
         one[key], other[key] = other[key], one[key]
@@ -108,15 +108,15 @@ def exchange_stations(specimen):
 
 def letter_too_low(specimen):
     _, one = labels(specimen, "id")[0]
-    one["height_mm"], one["box_mm"][1] = 1.8, one["box_mm"][1] * 0.9
-    return "1.8000 mm high"
+    one["height_mm"], one["box_mm"][1] = 1.0, one["box_mm"][1] * 0.5
+    return "1.0000 mm high"
 
 
-def take_off_brackets(specimen):
-    piece, one = labels(specimen, "id", begins="[")[0]
-    one["text"] = piece["id"]
-    one["box_mm"][0] = 1.5 * len(piece["id"]) - 0.5
-    return "no brackets, and is not the largest"
+def take_off_a_sign(specimen):
+    piece, one = labels(specimen, "partner", begins="●")[0]
+    one["text"], one["box_mm"][0] = one["text"][1:], one["box_mm"][0] - 1.5
+    piece["dropped"].append({"kind": "sign", "text": "●", "station": one["station"]})
+    return "none of what it should tell"
 
 
 def move_onto_hole(specimen):
@@ -147,7 +147,7 @@ def move_onto_label(specimen):
 TOLD = [
     name_another_piece, name_another_partner, turn_a_sign, number_another_joint, name_another_mate,
     drop_in_silence, drop_what_is_lettered, letter_twice, leave_out_a_label, exchange_stations,
-    letter_too_low, take_off_brackets, move_onto_hole, move_to_edge, move_onto_label,
+    letter_too_low, take_off_a_sign, move_onto_hole, move_to_edge, move_onto_label,
 ]  # fmt: skip
 
 
@@ -182,8 +182,8 @@ def engrave_another_id(specimen):
 
 
 def engrave_another_sign(specimen):
-    piece, one = labels(specimen, "partner", begins="╫")[0]
-    replace_strokes(specimen, one, piece, lettered(dict(one, text="╪" + one["text"][1:])))
+    piece, one = labels(specimen, "partner", begins="○")[0]
+    replace_strokes(specimen, one, piece, lettered(dict(one, text="●" + one["text"][1:])))
     return "looks unlike another"
 
 
@@ -330,7 +330,7 @@ def test_less_is_engraved_where_less_is_wanted(specimen, tmp_path, wanted):
     for piece in full.plan["pieces"]:
         kept = [one for one in piece["labels"] if one["kind"] == "id" and wanted == "numbers"]
         for one in kept:
-            one["text"] = f"[{piece['id']}]"
+            one["text"] = piece["id"]
             one["box_mm"][0] = 1.5 * len(one["text"]) - 0.5
         piece["labels"] = kept
         piece["dropped"] = []
@@ -343,7 +343,7 @@ def test_the_specimen_has_every_kind_of_label():
     kinds = {one["kind"] for piece in plan["pieces"] for one in piece["labels"]}
     assert kinds == {"id", "joint", "partner"}
     texts = "".join(one["text"] for piece in plan["pieces"] for one in piece["labels"])
-    assert set("→╪╫#>[]") <= set(texts)
+    assert set("→●○#>") <= set(texts)
 
 
 def test_labels_on_a_side_that_pieces_do_not_have(specimen, tmp_path):

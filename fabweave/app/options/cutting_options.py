@@ -260,9 +260,11 @@ CUTTING_OPTIONS = (
         "labels",
         CUTTER,
         choice("fabweave.cut.labels.texts.LABELS"),
-        "What is engraved: full (id, arrow, joints, who crosses over or under), numbers (the "
-        "pieces' ids alone), or none.",
-        default="full",
+        "What is engraved: hidden (id, arrow, joints, who crosses at the ends and at every third "
+        "crossing; only where a strand covers it when the object is woven), brief (the same, "
+        "wherever there is room), full (all crossings), numbers (the pieces' ids "
+        "alone), or none.",
+        default="hidden",
         making=True,
     ),
     Option(

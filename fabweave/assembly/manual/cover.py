@@ -135,6 +135,12 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
     )
     drawn_piece = drawn[piece.id]
     turn = levelling(drawn_piece.outline)
+    for label in piece.labels[:1]:
+        angle = np.deg2rad(label.rotation_deg)
+        way = np.array([[0.0, 0.0], [np.cos(angle), np.sin(angle)]])
+        start, tip = crossing_map.on_sheet(piece, way + (label.x_mm, label.y_mm))
+        if ((tip - start) @ turn)[0] < 0.0:
+            turn = -turn  # its letters would stand on their heads
     points = drawn_piece.outline @ turn
     wide = book.right - book.left
     low, high = points.min(axis=0), points.max(axis=0)
@@ -201,7 +207,10 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
     signs = []
     face = "inside" if inside else "outside"
     if labels:
-        signs.append(("Engraved face", f"This is the {face} of the object."))
+        covered = any(label.hidden for label in piece.labels)
+        words = f"This is the {face} of the object."
+        words += " Other strands cover the letters when it is woven." if covered else ""
+        signs.append(("Engraved face", words))
     else:
         signs.append(
             (
@@ -227,25 +236,17 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
         signs.append(
             (
                 "3 Crossing",
-                "Each crossing is marked with the piece that is met there. The sign before its id "
-                "is a small picture of the crossing, in which this piece runs along the text: "
-                "unbroken where it passes over, broken where it passes under. At its first "
+                "Beside a crossing stands the piece that is met there: with a disc before its id "
+                f"where this piece passes over, with a ring where it passes under. At its first "
                 f"station, {piece.id} passes {word} {station.partner}.",
-            )
-        )
-    if len(labels) > 1:
-        signs.append(
-            (
-                "4 Ticks",
-                "On both edges beside a crossing: one tick means over, two ticks mean under.",
             )
         )
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         signs.append(
             (
-                "Cross",
-                "A cross in place of a hole marks a glued lap: lay cross on cross, so that the end "
-                "of the other piece lies at the long ticks.",
+                "4 Cross",
+                "A cross in place of a hole marks a glued lap: lay cross on cross. Where there are "
+                "ticks, the end of the other piece lies at them.",
             )
         )
     if any(station.hole_mm for station in piece.stations):

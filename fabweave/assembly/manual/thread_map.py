@@ -10,6 +10,8 @@ from fabweave.core.messages import agree
 from fabweave.flat.crossing_map import CrossingMap, PieceRecord, ThreadRecord
 
 MAP = "Threads and their pieces"
+#: A disc and a ring, of those that the fonts of a PDF have.
+_OVER, _UNDER = "•", "o"
 #: Least and greatest distance of crossings along a band, in points, and the band's half width.
 _PITCH, _WIDEST, _HALF = 10.5, 16.0, 4.5
 #: Above the middle of a band stand its pieces, then its joints; below it its crossings.
@@ -61,8 +63,9 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
         book.y,
         "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
         "are its pieces, with a line at each joint (#) between them; below it are the numbers of "
-        "its crossings, with o where the thread goes over, and u where it goes under, the strand "
-        "drawn across it. A ring ends with the joint at which it begins.",
+        f"its crossings, with a disc {_OVER} where the thread goes over and a ring {_UNDER} where "
+        "it goes under, the strand drawn across it. A closed thread ends with the joint at which "
+        "it begins.",
         book.right - book.left,
         size=SMALL,
     )
@@ -118,7 +121,7 @@ def _write_row(book: Book, stops: list[_Stop], pitch: float, colours: Colours) -
         if stop.joint is not None:
             book.line([(x, y - _HALF - 1.0), (x, y + _JOINTS_UP - 2.0)], width=1.3)
             book.text(x, y + _JOINTS_UP, f"#{stop.joint}", size=SMALL, align=0.5)
-        said = f"{stop.crossing} {'o' if stop.over else 'u'}"
+        said = f"{stop.crossing} {_OVER if stop.over else _UNDER}"
         book.text(x, y - _CROSSINGS_DOWN, said, size=SMALL, align=1.0, angle_deg=90.0, middle=True)
     first = 0
     for at in range(1, len(stops) + 1):

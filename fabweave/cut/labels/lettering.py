@@ -1,11 +1,12 @@
 """Letter texts with a single-stroke font, as a laser engraves them.
 
 The font is fabweave's own. It stands on an integer grid with capitals of twelve units, so that
-no stroke segment is shorter than an eighth of the height, and no line is drawn twice. What may be
+no stroke segment is shorter than an eighth of the height (of the disc, a twelfth), and no line is
+drawn twice. What may be
 confused on a loose piece is told apart: zero is slashed and O is not; one carries a flag and I has
-bars; 6 and 9 are underlined, so they read upside-down; M stands on uprights and W leans. The
-signs ╪ and ╫ are pictures of a crossing: the strand along the text lies over the other one, which
-is interrupted, or under it.
+bars; 6 and 9 are underlined, so they read upside-down; M stands on uprights and W leans. A disc ●
+says that a piece passes over, a ring ○ that it passes under: one stroke each, and the same however
+the piece is turned.
 """
 
 import math
@@ -82,8 +83,6 @@ Z 8  0,12 8,12 0,0 8,0
 ↓ 6  3,12 3,0 | 0,4 3,0 6,4
 → 10 0,6 10,6 | 6,9 10,6 6,3
 ← 10 10,6 0,6 | 4,9 0,6 4,3
-╪ 12 0,7 12,7 | 0,5 12,5 | 6,12 6,10 | 6,2 6,0
-╫ 12 5,12 5,0 | 7,12 7,0 | 0,6 3,6 | 9,6 12,6
 _ 8  0,-3 8,-3
 ! 2  1,12 1,4 | 1,2 1,0
 ? 8  0,9 1,11 3,12 5,12 7,11 8,9 7,7 4,6 4,4 | 4,2 4,0
@@ -95,6 +94,13 @@ _ 8  0,-3 8,-3
 ° 4  2,12 0,10 2,8 4,10 2,12
 """
 
+# Of the signs for over and under, in grid units: the diameter of the ring and the number of its
+# sides; the diameter of the disc, how far its turns are apart, and the length of its chords. After
+# either sign there is more room than between letters, as its partner's id is no part of it.
+_RING, _RING_SIDES = 11.4, 22
+_DISC, _PITCH, _CHORD = 7.2, 1.2, 1.0
+_SIGN_SPACE = 2.0
+
 # Other signs that mean one of ours.
 _ALIASES = MappingProxyType({"−": "-", "–": "-", "⌀": "Ø"})
 
@@ -102,10 +108,10 @@ _ALIASES = MappingProxyType({"−": "-", "–": "-", "⌀": "Ø"})
 class _Glyph(NamedTuple):
     """A glyph: its width, its grid points in one array, and how many belong to each stroke."""
 
-    width: int
+    width: float
     points: FloatArray
     counts: IntArray
-    bottom: int
+    bottom: float
 
 
 class TextBox(NamedTuple):
@@ -124,11 +130,40 @@ def _glyph(width: int, drawn: str) -> _Glyph:
     return _Glyph(width, frozen(points), frozen(counts), bottom)
 
 
+def _ring(diameter: float) -> _Glyph:
+    """Return a ring that stands in the middle of the capitals' height."""
+    turn = np.linspace(0.0, 2.0 * np.pi, _RING_SIDES + 1)
+    return _round(np.column_stack((np.cos(turn), np.sin(turn))) * (diameter / 2.0), diameter)
+
+
+def _disc(diameter: float) -> _Glyph:
+    """Return a disc: a spiral from the middle that ends in a circle."""
+    radius, growth = diameter / 2.0, _PITCH / (2.0 * np.pi)
+    turns, angle = [], _CHORD / growth / 2.0
+    while growth * angle < radius:
+        turns.append(angle)
+        angle += _CHORD / (growth * angle)
+    spiral = np.array(turns)
+    sides = int(2.0 * np.pi * radius / _CHORD)
+    # The circle begins where the spiral comes to it, one chord on.
+    circle = radius / growth + np.arange(sides + 1) * (2.0 * np.pi / sides)
+    turn = np.concatenate((spiral[: -1 if radius / growth - turns[-1] < 0.3 else None], circle))
+    reach = np.minimum(growth * turn, radius)[:, None]
+    return _round(np.column_stack((np.cos(turn), np.sin(turn))) * reach, diameter)
+
+
+def _round(points: FloatArray, diameter: float) -> _Glyph:
+    """Return the glyph of one stroke around a middle, brought to the letters' grid."""
+    placed = points + np.array([diameter / 2.0, CAP_UNITS / 2.0])
+    return _Glyph(diameter + _SIGN_SPACE, frozen(placed), frozen(np.array([len(placed)])), 0)
+
+
 def _font() -> Mapping[str, _Glyph]:
     glyphs = {" ": _glyph(6, "")}
     for line in _DATA.strip().splitlines():
         character, width, drawn = line.split(maxsplit=2)
         glyphs[character] = _glyph(int(width), drawn)
+    glyphs["●"], glyphs["○"] = _disc(_DISC), _ring(_RING)
     return MappingProxyType(glyphs)
 
 

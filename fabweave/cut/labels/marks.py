@@ -1,22 +1,16 @@
-"""Mark pieces: ticks at the crossings, crosses at joints, and labels where there is room."""
+"""Mark pieces: guides at glued joints, and labels where there is room."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.cut.labels.lettering import place_text
-from fabweave.cut.labels.placement import CLEAR_MM, Spot, find_spots
+from fabweave.cut.labels.placement import CLEAR_MM, Spot, covered_rooms, find_spots
 from fabweave.cut.labels.texts import Label, Missing, Wish, wishes
 from fabweave.flat.piece import Piece
 from fabweave.flat.strand_owners import find_owners
-
-#: Two strokes of the tick of a strand that goes under stand this far apart.
-_DOUBLE_TICK_MM = 0.8
-_SHORTEST_TICK_MM = 0.3
-#: A tick is this share of the ribbon's width long, within these bounds where there is room.
-_TICK_SHARE, _TICK_MM = 0.15, (0.6, 2.0)
 
 
 @frozen_value
@@ -27,16 +21,21 @@ class Marks:
     ticks: tuple[FloatArray, ...]
     dropped: tuple[Missing, ...]
 
+    @property
+    def seen(self) -> tuple[Label, ...]:
+        """The labels that are not hidden."""
+        return tuple(label for label in self.labels if not label.hidden)
+
 
 def mark_pieces(
     pieces: Sequence[Piece], n_crossings: int, labels: str = "full", side: str = "outside"
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
-    At each crossing a short tick stands inside each edge: single where the piece lies over,
-    double where it goes under. Glued joints have their guides. Labels read along the thread; one
-    that finds no clear place is made smaller, then shortened, and dropped at last, the least
-    important first (see ``labels``).
+    Labels read along the thread; one that finds no clear place is made smaller, then shortened,
+    and dropped at last, the least important first. Glued joints have their guides. Where labels
+    are to be hidden, all stands where strands cover it, but for ids that find no room there, and
+    guides are left out that are not covered.
 
     Parameters
     ----------
@@ -44,10 +43,11 @@ def mark_pieces(
     n_crossings : int
         Of the whole job.
     labels : str
-        ``"full"``: all of this. ``"numbers"``: ids of pieces, and guides. ``"none"``: nothing.
+        One of :data:`fabweave.cut.labels.texts.LABELS`.
     side : str
         The face that is engraved and read, ``"outside"`` or ``"inside"``: on the inside letters
-        are mirrored in the piece's coordinates, in which the outside is seen.
+        are mirrored in the piece's coordinates, in which the outside is seen. Nothing that is
+        engraved there need be covered to be hidden.
 
     Returns
     -------
@@ -56,6 +56,8 @@ def mark_pieces(
     """
     if not pieces or labels == "none":
         return (Marks((), (), ()),) * len(pieces)
+    if labels == "hidden" and side == "inside":
+        labels = "brief"
     owners = find_owners(pieces, n_crossings)
     begins = {piece.start_joint: piece.id for piece in pieces}
     ends = {piece.end_joint: piece.id for piece in pieces}
@@ -72,7 +74,8 @@ def mark_pieces(
     ]
     ticked = _inside(
         pieces,
-        [[*(_ticks(piece) if labels == "full" else ()), *piece.guides] for piece in pieces],
+        [piece.guides for piece in pieces],
+        hidden=labels == "hidden",
     )
     spots = find_spots(pieces, ticked, wanted)
     return tuple(
@@ -106,6 +109,7 @@ def _marks(
                 rotation_deg=spot.rotation_deg,
                 box_mm=spot.box_mm,
                 strokes=tuple(strokes),
+                hidden=wish.hidden,
             )
         )
         covered.update(Missing(kind, wish.words[kind], wish.station) for kind in kinds)
@@ -116,34 +120,21 @@ def _marks(
     return Marks(tuple(lettered), ticks, tuple(missing))
 
 
-def _ticks(piece: Piece) -> Iterator[FloatArray]:
-    """Yield the ticks at every station: beside the right edge and beside the left one."""
-    for direction, rails, over in zip(piece.directions, piece.rails, piece.over, strict=True):
-        across = rails[1] - rails[0]
-        width = float(np.hypot(*across))
-        if width < 4 * CLEAR_MM:
-            continue
-        inward = across / width
-        least, most = _TICK_MM
-        length = min(max(_TICK_SHARE * width, least), most, width / 2 - 2 * CLEAR_MM)
-        if length < _SHORTEST_TICK_MM:
-            continue
-        for shift in (0.0,) if over else (-_DOUBLE_TICK_MM / 2, _DOUBLE_TICK_MM / 2):
-            for edge, way in ((rails[0], inward), (rails[1], -inward)):
-                start = edge + shift * direction + CLEAR_MM * way
-                yield np.array([start, start + length * way])
-
-
 def _inside(
-    pieces: Sequence[Piece], strokes: Sequence[Sequence[FloatArray]]
+    pieces: Sequence[Piece], strokes: Sequence[Sequence[FloatArray]], *, hidden: bool
 ) -> list[tuple[FloatArray, ...]]:
-    """Keep the strokes inside their piece; at a slanting or tapering panel some may not be."""
+    """Keep the strokes inside their piece; at a slanting or tapering panel some may not be.
+
+    Of those that are to be hidden, only what is covered is kept.
+    """
     counts = [len(piece_strokes) for piece_strokes in strokes]
     lines = np.array([stroke for piece_strokes in strokes for stroke in piece_strokes]).reshape(
         -1, 2, 2
     )
     outlines = np.array([shapely.Polygon(piece.outline) for piece in pieces], dtype=object)
     room = shapely.buffer(outlines, -CLEAR_MM / 2, join_style="mitre")
+    if hidden:
+        room = shapely.intersection(room, covered_rooms(pieces))
     shapely.prepare(room)
     held = shapely.contains_properly(np.repeat(room, counts), shapely.linestrings(lines))
     kept = np.split(held, np.cumsum(counts)[:-1])

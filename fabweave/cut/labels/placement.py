@@ -6,7 +6,7 @@ wishes one after another: a wish gets its first box that is free.
 """
 
 from collections.abc import Sequence
-from itertools import chain, pairwise
+from itertools import chain, pairwise, takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,10 @@ _BESIDE = (0.0, 0.25, -0.25, 0.3, -0.3, 0.2, -0.2, 0.35, -0.35, 0.4, -0.4, 0.45,
 _MIDWAY = (0.5, 0.35, -0.35)
 _WAYS = (*_BESIDE, 0.5)
 # The same places on the middle line, and then off it by these parts of the ribbon's width.
-_ASIDE = (0.0, 0.25, -0.25)
+_ASIDE = (0.0, 0.25, -0.25, 0.35, -0.35)
+
+#: What is hidden keeps so far inside what covers it: strands shift a little when they are woven.
+COVER_MM = 0.35
 
 #: Distances that differ less are the same.
 _SAME_MM = 1e-6
@@ -80,8 +83,8 @@ def find_spots(
     ticks : sequence of sequences of (2, 2) float arrays
         What is engraved on each piece beside its labels.
     wishes : sequence of sequences of Wish
-        What each piece is to tell, the most important first. A wish is passed over if the one
-        before it was lettered in a way that tells the same.
+        What each piece is to tell, the most important first. Wishes are passed over if the one
+        before them was lettered in a way that tells the same.
 
     Returns
     -------
@@ -93,10 +96,13 @@ def find_spots(
         return [[] for _ in pieces]
     places = _places(pieces)
     free = _free_regions(pieces, ticks)
+    if any(wish.hidden for piece_wishes in wishes for wish in piece_wishes):
+        free = np.concatenate((free, _hidden_regions(pieces, free)))
     boxes = _boxes(pieces, wishes, places)
     bounds = offsets_of(np.array(counts))
     flat = list(chain.from_iterable(wishes))
-    chosen = _choose(places, boxes, free, bounds, _spare(flat, bounds))
+    hidden = np.array([wish.hidden for wish in flat])
+    chosen = _choose(places, boxes, free, bounds, _spare(flat, bounds), hidden)
     centre, along = places.centre.reshape(-1, 2), places.along.reshape(-1, 2)
     turned = np.rad2deg(np.arctan2(along[:, 1], along[:, 0]))
     spots: list[Spot | None] = []
@@ -177,6 +183,22 @@ def _free_regions(
     inside[has] = shapely.difference(inside[has], shapely.buffer(taken, 0.0))
     shapely.prepare(inside)
     return np.asarray(inside)
+
+
+def covered_rooms(pieces: Sequence[Piece]) -> npt.NDArray[Any]:
+    """Return the part of each piece that strands cover, well inside of its border."""
+    bounds = offsets_of(np.array([len(piece.covers) for piece in pieces]))
+    covers = [shapely.Polygon(cover) for piece in pieces for cover in piece.covers]
+    inner = shapely.buffer(np.array(covers, dtype=object), -COVER_MM, join_style="mitre")
+    rooms = [shapely.union_all(inner[start:end]) for start, end in pairwise(bounds.tolist())]
+    return np.array(rooms, dtype=object)
+
+
+def _hidden_regions(pieces: Sequence[Piece], free: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return what strands cover of the part of each piece where letters may stand."""
+    hidden = np.asarray(shapely.intersection(covered_rooms(pieces), free))
+    shapely.prepare(hidden)
+    return hidden
 
 
 def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _Places) -> _Boxes:
@@ -262,36 +284,43 @@ def _half_size(choice: Choice) -> tuple[float, float]:
     return box.width / 2, (box.top - box.bottom) / 2
 
 
-def _spare(wishes: Sequence[Wish], bounds: IntArray) -> BoolArray:
-    """Return for each choice whether it tells all that the next wish of its piece tells."""
-    following: list[Wish | None] = [*wishes[1:], None]
-    for end in bounds[1:].tolist():
-        if end:
-            following[end - 1] = None
-    return np.array(
-        [
-            after is not None
-            and set(after.words) <= set(choice.kinds)
-            and after.station == wish.station
-            for wish, after in zip(wishes, following, strict=True)
-            for choice in wish.choices
-        ]
-    )
+def _spare(wishes: Sequence[Wish], bounds: IntArray) -> IntArray:
+    """Return for each choice how many wishes of its piece that follow it tells, too."""
+    end = np.repeat(bounds[1:], np.diff(bounds)).tolist()
+    spare = []
+    for number, wish in enumerate(wishes):
+        following = wishes[number + 1 : end[number]] if wish.station is None else ()
+        for choice in wish.choices:
+            told = (
+                after.station is None and set(after.words) <= set(choice.kinds)
+                for after in following
+            )
+            spare.append(sum(1 for _ in takewhile(bool, told)))
+    return np.array(spare)
 
 
 def _choose(
-    places: _Places, boxes: _Boxes, free: npt.NDArray[Any], bounds: IntArray, spare: BoolArray
+    places: _Places,
+    boxes: _Boxes,
+    free: npt.NDArray[Any],
+    bounds: IntArray,
+    spare: IntArray,
+    hidden: BoolArray,
 ) -> IntArray:
-    """Return the choice and the place of every wish, (W, 2); -1 where there is none."""
+    """Return the choice and the place of every wish, (W, 2); -1 where there is none.
+
+    ``free`` lists the regions of all pieces, and then those for wishes that are to be hidden.
+    """
+    n_pieces = len(bounds) - 1
     centre, along = places.centre.reshape(-1, 2), places.along.reshape(-1, 2)
     n_places = np.diff(boxes.first_place)
     n_boxes = n_places * np.diff(boxes.first_choice)
     chosen = np.full((len(n_boxes), 2), -1)
     most = int(np.diff(bounds).max())
     # Of every piece, the boxes that are taken: centre, direction, half size.
-    kept = np.zeros((len(free), most, 6))
-    n_kept = np.zeros(len(free), dtype=np.int64)
-    wish, tried = bounds[:-1].copy(), np.zeros(len(free), dtype=np.int64)
+    kept = np.zeros((n_pieces, most, 6))
+    n_kept = np.zeros(n_pieces, dtype=np.int64)
+    wish, tried = bounds[:-1].copy(), np.zeros(n_pieces, dtype=np.int64)
     while len(active := np.flatnonzero(wish < bounds[1:])):
         now = wish[active]
         number = tried[active, None] + np.arange(_CHUNK)
@@ -301,7 +330,8 @@ def _choose(
         place = boxes.place[boxes.first_place[wish_of_box] + number % n_places[wish_of_box]]
         box = np.column_stack((centre[place], along[place], boxes.half[choice]))
         piece = active[row]
-        good = shapely.contains_properly(free[piece], shapely.polygons(_corners(box)))
+        region = free[piece + n_pieces * hidden[wish_of_box]]
+        good = shapely.contains_properly(region, shapely.polygons(_corners(box)))
         some = np.flatnonzero(good)
         good[some] = _apart(box[some], kept[piece[some]], n_kept[piece[some]])
         # The first good box of each wish; rows come in order.
@@ -316,8 +346,7 @@ def _choose(
         done[served] = True
         wish[active[done]] += 1
         tried[active[done]] = 0
-        passed = winner[spare[choice[taken]]]
-        wish[passed] += 1
+        wish[winner] += spare[choice[taken]]
     return chosen
 
 

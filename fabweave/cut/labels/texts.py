@@ -11,24 +11,31 @@ from typing import NamedTuple
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.flat.piece import Piece
 
-#: How much is lettered: everything, the pieces' ids alone, or nothing.
-LABELS = ("full", "numbers", "none")
+#: How much is lettered: what serves, only where strands cover it in the woven object; what serves;
+#: everything; the pieces' ids alone; or nothing.
+LABELS = ("hidden", "brief", "full", "numbers", "none")
 #: The face that is engraved: the one that is seen, or the hidden one.
 SIDES = ("outside", "inside")
 #: What labels tell, the most important first; the last is the first to be dropped.
 KINDS = ("id", "arrow", "joint", "mate", "partner", "sign")
 
-#: Heights of letters that are tried, the preferred first; nothing lower is engraved.
+#: Heights of letters that are tried, the preferred first. An id is engraved as low as it must be:
+#: a piece without one is identified by its shape alone.
 ID_HEIGHTS_MM = (4.0, 3.5, 3.0)
+LOW_ID_HEIGHTS_MM = (2.5, 2.0, 1.6, 1.2)
 TEXT_HEIGHTS_MM = (2.5, 2.0)
+#: Where letters are hidden, there is little room; these are read in the hand.
+HIDDEN_HEIGHTS_MM = (2.5, 2.0, 1.6)
 ARROW_HEIGHTS_MM = (3.0, 2.5, 2.0)
 #: Letters lower than this are reported: readable on the bench, but small.
 WANTED_HEIGHT_MM = 2.5
+#: Where not all partners are named, those at the ends are, and one of so many on the way.
+EVERY = 3
 
 #: Along the thread.
 ARROW = "→"
-#: Pictures of a crossing: the strand along the text, the piece's own, passes over or under.
-OVER_SIGN, UNDER_SIGN = "╪", "╫"
+#: Before a partner: a disc where the piece passes over it, a ring where it passes under.
+OVER_SIGN, UNDER_SIGN = "●", "○"
 
 
 class Choice(NamedTuple):
@@ -42,12 +49,14 @@ class Choice(NamedTuple):
 class Wish(NamedTuple):
     """A fact to letter on a piece: each kind with its words, and ways to letter it.
 
-    ``station`` is the place along the piece that it is about, None for the whole piece.
+    ``station`` is the place along the piece that it is about, None for the whole piece. What is
+    ``hidden`` may stand only where a strand covers it.
     """
 
     words: dict[str, str]
     station: int | None
     choices: tuple[Choice, ...]
+    hidden: bool = False
 
 
 class Missing(NamedTuple):
@@ -79,6 +88,8 @@ class Label:
         Length along the reading direction, and height, underlines included.
     strokes : tuple of (N, 2) float arrays
         Polylines in the piece's coordinates.
+    hidden : bool
+        Whether it stands where a strand covers it in the woven object, as was asked.
     """
 
     text: str
@@ -89,6 +100,7 @@ class Label:
     rotation_deg: float
     box_mm: tuple[float, float]
     strokes: tuple[FloatArray, ...]
+    hidden: bool = False
 
 
 def wishes(
@@ -112,46 +124,81 @@ def wishes(
     Yields
     ------
     Wish
-        The arrow comes twice: with the id, and alone, for when the id is lettered without it.
+        The arrow comes twice: with the id, and alone, for when the id is lettered without it. So
+        does an id that is to be hidden: small and in sight, where nothing covers enough of it.
     """
     if labels == "none":
         return
-    full = labels == "full"
-    yield _id_wish(piece.id, arrow=full)
-    if not full:
+    if labels == "numbers":
+        yield _id_wish(piece.id)
         return
+    hidden = labels == "hidden"
+    yield _id_wish(piece.id, arrow=True, hidden=hidden)
+    if hidden:
+        yield _seen_id_wish(piece.id)
     yield Wish(
         {"arrow": ARROW},
         None,
         tuple(Choice(ARROW, height, ("arrow",)) for height in ARROW_HEIGHTS_MM),
+        hidden,
     )
+    heights = HIDDEN_HEIGHTS_MM if hidden else TEXT_HEIGHTS_MM
     last = len(piece.crossings) - 1
     ends = ((0, piece.start_joint, mates[0]), (last, piece.end_joint, mates[1]))
     for station, joint, mate in ends:
         if joint is not None:
-            yield _pair_wish({"joint": f"#{joint}", "mate": f">{mate}"}, station)
-    for station, partner in enumerate(partners):
-        sign = OVER_SIGN if piece.over[station] else UNDER_SIGN
-        yield _pair_wish({"partner": partner, "sign": sign}, station)
+            words = {"joint": f"#{joint}", "mate": f">{mate}"}
+            yield _joint_wish(words, station, heights, hidden=hidden)
+    for station in told_stations(piece, labels):
+        over = bool(piece.over[station])
+        words = {"partner": partners[station], "sign": OVER_SIGN if over else UNDER_SIGN}
+        text = words["sign"] + words["partner"]
+        choices = tuple(Choice(text, height, ("partner", "sign")) for height in heights)
+        yield Wish(words, station, choices, hidden)
 
 
-def _id_wish(name: str, *, arrow: bool) -> Wish:
-    """Return the wish for a piece's id: large, or with the arrow, or else in brackets."""
+def told_stations(piece: Piece, labels: str) -> list[int]:
+    """Return the stations of a piece at which its partner is named.
+
+    All with ``"full"``; else the first, every third after it and the last, counted among those
+    where there is a cover if labels are hidden.
+
+    Parameters
+    ----------
+    piece : Piece
+    labels : str
+        One of ``LABELS`` that names partners.
+    """
+    stations = list(range(len(piece.crossings)))
+    if labels == "full":
+        return stations
+    if labels == "hidden":
+        stations = [station for station in stations if not piece.over[station]]
+    return sorted({*stations[::EVERY], *stations[-1:]})
+
+
+def _id_wish(name: str, *, arrow: bool = False, hidden: bool = False) -> Wish:
+    """Return the wish for a piece's id: large and with the arrow, or else smaller, or alone."""
     words = {"id": name, "arrow": ARROW} if arrow else {"id": name}
     choices = []
-    # With the arrow, which no other label has, or large, an id needs no brackets.
-    for alone, heights in ((name, ID_HEIGHTS_MM), (f"[{name}]", TEXT_HEIGHTS_MM)):
+    for heights in (ID_HEIGHTS_MM, LOW_ID_HEIGHTS_MM):
         if arrow:
             choices += [Choice(name + ARROW, height, ("id", "arrow")) for height in heights]
-        choices += [Choice(alone, height, ("id",)) for height in heights]
-    return Wish(words, None, tuple(choices))
+        choices += [Choice(name, height, ("id",)) for height in heights]
+    return Wish(words, None, tuple(choices), hidden)
 
 
-def _pair_wish(words: dict[str, str], station: int) -> Wish:
-    """Return a wish for two words in one text, or the first of them alone."""
-    first, second = words
-    # The sign of a crossing stands before the partner, as a picture before its caption.
-    text = words[second] + words[first] if second == "sign" else words[first] + words[second]
-    whole = [Choice(text, height, (first, second)) for height in TEXT_HEIGHTS_MM]
-    part = [Choice(words[first], height, (first,)) for height in TEXT_HEIGHTS_MM]
-    return Wish(words, station, (*whole, *part))
+def _seen_id_wish(name: str) -> Wish:
+    """Return the wish for an id that is seen: no larger than it is read in the hand."""
+    heights = LOW_ID_HEIGHTS_MM[1:]
+    return Wish({"id": name}, None, tuple(Choice(name, height, ("id",)) for height in heights))
+
+
+def _joint_wish(
+    words: dict[str, str], station: int, heights: Sequence[float], *, hidden: bool
+) -> Wish:
+    """Return a wish for a joint with the mate there, or the joint alone."""
+    text = words["joint"] + words["mate"]
+    whole = [Choice(text, height, ("joint", "mate")) for height in heights]
+    part = [Choice(words["joint"], height, ("joint",)) for height in heights]
+    return Wish(words, station, (*whole, *part), hidden)

@@ -33,7 +33,7 @@ class Glyphs:
     """
 
     def __init__(self) -> None:
-        self._learnt: dict[str, tuple[tuple[int, ...], Floats]] = {}
+        self._learnt: dict[str, list[Floats]] = {}
         self._problems: list[str] = []
 
     def read(
@@ -57,23 +57,39 @@ class Glyphs:
             self._problems.append(f"{where}: it has {len(letters)} letters that stand apart")
             return
         for sign, runs in zip(text, letters, strict=True):
-            points = np.concatenate(runs)
-            points = (points - (points[:, 0].min(), top - height)) / height
-            sizes = tuple(len(run) for run in runs)
-            known, looks = self._learnt.setdefault(sign, (sizes, points))
-            if known != sizes or np.abs(points - looks).max() > _SAME:
+            corner = min(float(run[:, 0].min()) for run in runs), top - height
+            drawn = [(run - corner) / height for run in runs]
+            if _unlike(self._learnt.setdefault(sign, drawn), drawn) > _SAME:
                 self._problems.append(f"{where}: its {sign!r} looks unlike another {sign!r}")
 
     def problems(self) -> Iterator[str]:
         """Yield what is wrong with the letters."""
-        for (one, (sizes, looks)), (two, (others, other)) in combinations(self._learnt.items(), 2):
-            if sizes == others and np.abs(looks - other).max() < _UNLIKE:
+        for (one, looks), (two, other) in combinations(self._learnt.items(), 2):
+            if _unlike(looks, other) < _UNLIKE:
                 yield f"{one!r} and {two!r} look alike"
-        for sign, (_, looks) in self._learnt.items():
-            high = float(looks[:, 1].mean())
+        for sign, runs in self._learnt.items():
+            high = float(np.concatenate(runs)[:, 1].mean())
             if (high < 0.5 and sign in _TOP_HEAVY) or (high > 0.5 and sign in _FOOT_HEAVY):
                 yield f"{sign!r} stands on its head"
         yield from self._problems
+
+
+def _unlike(one: Sequence[Floats], two: Sequence[Floats]) -> float:
+    """Return how far two letters are from the same strokes, in whichever order and direction."""
+    if sorted(map(len, one)) != sorted(map(len, two)):
+        return np.inf
+    left, worst = list(two), 0.0
+    for run in one:
+        misses = [
+            min(float(np.abs(run - way).max()) for way in (other, other[::-1]))
+            if len(other) == len(run)
+            else np.inf
+            for other in left
+        ]
+        nearest = int(np.argmin(misses))
+        worst = max(worst, misses[nearest])
+        left.pop(nearest)
+    return worst
 
 
 def _letters(strokes: Sequence[Floats], gap: float) -> list[list[Floats]]:

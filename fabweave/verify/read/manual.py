@@ -12,6 +12,8 @@ from fabweave.verify.read.pdf import Stream, read_pages, steps_of
 
 _ESCAPED = re.compile(rb"\\([0-7]{1,3}|.)", re.DOTALL)
 _SIGNS = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
+#: In that alphabet, PDF shows the codes without a letter as discs.
+_UNUSED = str.maketrans({"\x7f": "•", "\ufffd": "•"})
 _SMALLEST_POINTS = 4.0
 #: A lighter text, of black 0 and white 1, is read only on a figure that is filled with darkness.
 _FAINT = 0.6
@@ -139,4 +141,5 @@ def _plain(shown: bytes) -> str:
         name = match[1]
         return bytes([int(name, 8) % 256]) if name.isdigit() else _SIGNS.get(name, name)
 
-    return _ESCAPED.sub(sign, shown).decode("cp1252", "replace")
+    text = _ESCAPED.sub(sign, shown).decode("cp1252", "replace")
+    return text.translate(_UNUSED)

@@ -27,8 +27,8 @@ _SAME_MM = 0.0501
 MAP = (
     "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
     "are its pieces, with a line at each joint (#) between them; below it are the numbers of its "
-    "crossings, with o where the thread goes over, and u where it goes under, the strand drawn "
-    "across it. A ring ends with the joint at which it begins."
+    "crossings, with a disc • where the thread goes over and a ring o where it goes under, the "
+    "strand drawn across it. A closed thread ends with the joint at which it begins."
 )
 TABLES = (
     "For each piece, station by station along its arrow: the crossing, the distance from the first "
@@ -115,7 +115,7 @@ def _along(plan: CrossingMap, thread: Thread) -> tuple[list[str], list[str]]:
     joints: list[str] = []
     for number, key in enumerate(thread.pieces):
         piece = plan.piece[key]
-        ways = [f"{station.crossing} {'o' if station.over else 'u'}" for station in piece.stations]
+        ways = [f"{station.crossing} {'•' if station.over else 'o'}" for station in piece.stations]
         shared = number > 0 and piece.joints[0] is not None
         crossings += ways[1:] if shared else ways
         joints += [f"#{key}" for key in piece.joints[shared:] if key is not None]

@@ -167,7 +167,9 @@ def _signs(plan: CrossingMap, piece: Piece) -> Iterator[tuple[str, str]]:
     kinds = {label.kind for label in piece.labels}
     face = "inside" if any(sheet.mirrored for sheet in plan.sheets) else "outside"
     if kinds:
-        yield "Engraved face", f"This is the {face} of the object."
+        covered = any(label.hidden for label in piece.labels)
+        cover = " Other strands cover the letters when it is woven." if covered else ""
+        yield "Engraved face", f"This is the {face} of the object.{cover}"
     else:
         yield (
             "No lettering",
@@ -190,21 +192,15 @@ def _signs(plan: CrossingMap, piece: Piece) -> Iterator[tuple[str, str]]:
         first = piece.stations[0]
         yield (
             "3 Crossing",
-            "Each crossing is marked with the piece that is met there. The sign before its id is a "
-            "small picture of the crossing, in which this piece runs along the text: unbroken "
-            "where it passes over, broken where it passes under. At its first station, "
+            "Beside a crossing stands the piece that is met there: with a disc before its id where "
+            "this piece passes over, with a ring where it passes under. At its first station, "
             f"{piece.id} passes {'over' if first.over else 'under'} {first.partner}.",
-        )
-    if len(kinds) > 1:
-        yield (
-            f"{_TICKS} Ticks",
-            "On both edges beside a crossing: one tick means over, two ticks mean under.",
         )
     if any(kind_of(joint).marked for joint in plan.joints):
         yield (
-            "Cross",
-            "A cross in place of a hole marks a glued lap: lay cross on cross, so that the end of "
-            "the other piece lies at the long ticks.",
+            f"{_TICKS} Cross",
+            "A cross in place of a hole marks a glued lap: lay cross on cross. Where there are "
+            "ticks, the end of the other piece lies at them.",
         )
     if any(station.hole_mm for station in piece.stations):
         yield (

@@ -38,7 +38,8 @@ CARE_WORDS = {
     "hole": "leave those crossings without a fastener, or use glue",
     "narrow": "handle these with tweezers; their labels may have no room",
     "bodies": "each is an object of its own; --bodies largest keeps one",
-    "ids": "write the id on as you peel the piece, from the picture of its sheet",
+    "ids": "write the id on as you peel the piece, from the picture of its sheet; a larger --size, "
+    "wider ribbons (--width) or --hole none make room for it",
 }
 #: What parts a finding's text, and where notes tell the size at which all holds.
 _MEND = ". To fix it, use "
