@@ -1,7 +1,6 @@
 """Hold a job: first as far as its pieces are known, then with all that is written."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.pieces import PieceSet
 from fabweave.flat.split.split_plan import SplitPlan
@@ -50,6 +48,8 @@ class PlannedJob:
         Where threads are cut.
     piece_set : PieceSet
         Pieces, joints and holes.
+    kinds : (N,) int array
+        Which kind each piece is of, from 1: congruent pieces of one material are of one kind.
     """
 
     settings: Settings
@@ -59,6 +59,7 @@ class PlannedJob:
     check: RibbonCheck
     split_plan: SplitPlan
     piece_set: PieceSet
+    kinds: IntArray
 
     @property
     def weave(self) -> Weave:
@@ -74,13 +75,6 @@ class PlannedJob:
     def piece_colours(self) -> Colours:
         """The one colour in which each piece is shown flat."""
         return piece_colours(self.weave, self.piece_set.pieces, self.colours)
-
-    @cached_property
-    def kinds(self) -> IntArray:
-        """Which kind each piece is of, from 1: congruent pieces of one material are of one kind."""
-        pieces = self.piece_set.pieces
-        supply = self.supplies.of(self.woven.bunches)[[piece.thread for piece in pieces]]
-        return piece_kinds(pieces, supply.tolist())
 
     @property
     def verdict(self) -> Verdict:

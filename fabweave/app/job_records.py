@@ -50,6 +50,7 @@ def _cut_record(settings: Settings, code: str) -> CutRecord:
         dxf=settings.dxf,
         svg_units=settings.svg_units,
         hairline_mm=settings.line_mm,
+        labels=settings.labels,
         layers=tuple(
             LayerRecord(layer=layer.value, colour=entry.colour, aci=entry.aci)
             for layer, entry in settings.preset.colours.items()

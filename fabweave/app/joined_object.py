@@ -10,6 +10,7 @@ from fabweave.app.object_symmetry import object_repeats
 from fabweave.app.request import hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
+from fabweave.app.woven_mesh import WovenMesh
 from fabweave.app.woven_object import (
     WovenObject,
     check_object,
@@ -29,12 +30,14 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.cut.labels.marks import mark_pieces
+from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.ends import CutStrips, cut_strips
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.overlap import overlapping_ends
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
+from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs, unfold_runs
@@ -210,6 +213,12 @@ def joined_pieces(joined: JoinedObject, settings: Settings, rules: Sequence[Hole
     )
 
 
+def kinds_of(pieces: Sequence[Piece], woven: WovenMesh, supplies: Supplies) -> IntArray:
+    """Return which kind each piece is of, from 1: congruent ones of one material are of one."""
+    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
+    return piece_kinds(pieces, supply.tolist())
+
+
 def joined_costs(joined: JoinedObject, settings: Settings, supplies: Supplies) -> Costs:
     """Return what an object would cost: its pieces are built and engraved as the job would.
 
@@ -229,8 +238,9 @@ def pieces_costs(
 ) -> Costs:
     """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
     pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
-    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side)
     of_thread = supplies.of(woven.bunches)
+    kinds = kinds_of(pieces, woven, supplies) if settings.labels == "kinds" else None
+    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, kinds)
     materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
     return planned_costs(piece_set, marks, materials, calibration=settings.calibrate)
 

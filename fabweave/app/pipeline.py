@@ -15,7 +15,7 @@ from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
-from fabweave.app.joined_object import check_joined, joined_pieces, split_object
+from fabweave.app.joined_object import check_joined, joined_pieces, kinds_of, split_object
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.nest_job import nest_pieces
 from fabweave.app.options.file_kinds import LAYOUT_FILE
@@ -221,7 +221,8 @@ def plan_job(
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
     pieces = joined_pieces(joined, settings, rules)
-    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
+    kinds = kinds_of(pieces.pieces, woven, supplies)
+    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, kinds)
     if planned.verdict.stops and not settings.force:
         raise NotMakeableError(planned.verdict)
     return planned
@@ -232,8 +233,9 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
     crossings = planned.weave.threads.n_crossings
     source = woven.source
+    kinds = planned.kinds if settings.labels == "kinds" else None
     return SideWork(
-        marks=start(mark_pieces, pieces, crossings, settings.labels, settings.label_side),
+        marks=start(mark_pieces, pieces, crossings, settings.labels, settings.label_side, kinds),
         portrait=start(portrait_png, woven.ribbons, planned.colours),
         order=start(
             plan_order,
@@ -306,7 +308,7 @@ def draw_job(
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
     kerfed = kerfed_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     woven = planned.woven
-    hidden = settings.labels == "hidden" and not planned.mirrored
+    hidden = settings.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     return Job(
         **{**vars(planned), "settings": settings},

@@ -13,6 +13,7 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label
 from fabweave.cut.notes.qr_code import code_of
+from fabweave.flat.congruence import turned_pieces
 from fabweave.flat.crossing_map import (
     AssemblyRecord,
     CodeRecord,
@@ -248,6 +249,7 @@ def _pieces(
 ) -> tuple[PieceRecord, ...]:
     """Return the pieces with their outline, stations, labels and placement."""
     pieces, records = piece_set.pieces, []
+    turned = turned_pieces(pieces, kinds)
     for index, (piece, placement) in enumerate(zip(pieces, layout.placements, strict=True)):
         if placement.piece != index:
             raise ValueError("placements must be in the order of the pieces")
@@ -255,6 +257,7 @@ def _pieces(
             PieceRecord(
                 id=piece.id,
                 kind=int(kinds[index]),
+                turned=True if turned[index] else None,
                 thread=piece.thread,
                 sheet=placement.sheet + 1,
                 placement=PlacementRecord(

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.core.arrays import IntArray
+from fabweave.core.arrays import BoolArray, IntArray
 from fabweave.flat.piece import Piece
 
 #: Pieces of one kind differ by no more than this when they are superposed.
@@ -77,6 +77,42 @@ def superpose(piece: Piece, other: Piece) -> bool:
     return any(_agrees(piece, other, backwards=way) for way in (False, True))
 
 
+def turned_pieces(pieces: Sequence[Piece], kinds: IntArray) -> BoolArray:
+    """Say which pieces must be turned end for end to cover the first one of their kind, (N,).
+
+    Of those that cover it either way, none.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    kinds : (N,) int array
+        The kind of each, from 1 in the order of their first piece.
+    """
+    _, first = np.unique(kinds, return_index=True)
+    return np.array(
+        [
+            not _agrees(piece, pieces[first[kind - 1]], backwards=False)
+            for piece, kind in zip(pieces, kinds.tolist(), strict=True)
+        ],
+        dtype=np.bool_,
+    )
+
+
+def motion_onto(piece: Piece, other: Piece, *, backwards: bool) -> tuple[complex, complex]:
+    """Return the turn and the shift that take a piece nearest to another, as complex numbers.
+
+    Station goes to station, or, if it is turned end for end, the first to the last.
+    """
+    way = slice(None, None, -1 if backwards else 1)
+    source, target = _marks(piece)[way], _marks(other)
+    if backwards:
+        source = source[:, [0, 2, 1]]  # what was right along the thread is left against it
+    z, w = source.ravel(), target.ravel()
+    turn = np.vdot(z - z.mean(), w - w.mean())
+    turn /= abs(turn) if turn else 1.0
+    return complex(turn), complex(w.mean() - turn * z.mean())
+
+
 def _agrees(piece: Piece, other: Piece, *, backwards: bool) -> bool:
     """Say whether a piece covers another, station by station from one end or from the other."""
     way = slice(None, None, -1 if backwards else 1)
@@ -84,15 +120,12 @@ def _agrees(piece: Piece, other: Piece, *, backwards: bool) -> bool:
         return False
     if not np.array_equal(np.round(piece.hole_mm[way], 3), np.round(other.hole_mm, 3), True):
         return False
-    # Complex numbers: a motion is a turn and a shift. The stations and their rails decide it.
+    # The stations and their rails decide the motion.
+    turn, shift = motion_onto(piece, other, backwards=backwards)
     source, target = _marks(piece)[way], _marks(other)
     if backwards:
-        source = source[:, [0, 2, 1]]  # what was right along the thread is left against it
-    z, w = source.ravel(), target.ravel()
-    turn = np.vdot(z - z.mean(), w - w.mean())
-    turn /= abs(turn) if turn else 1.0
-    shift = w.mean() - turn * z.mean()
-    if np.abs(turn * z + shift - w).max() > SAME_MM:
+        source = source[:, [0, 2, 1]]
+    if np.abs(turn * source + shift - target).max() > SAME_MM:
         return False
 
     def moved(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -171,12 +171,14 @@ class DroppedRecord:
 class PieceRecord:
     """A piece in its own coordinates, with its place on a sheet.
 
-    Pieces of one ``kind`` are congruent. ``joints`` are those at its first and its last station;
-    ``path`` is what is cut, ``outline`` a polygon near it.
+    Pieces of one ``kind`` are congruent; one that is ``turned`` covers the first of its kind when
+    it is turned end for end. ``joints`` are those at its first and its last station; ``path`` is
+    what is cut, ``outline`` a polygon near it.
     """
 
     id: str
     kind: int
+    turned: bool | None = optional()
     thread: int
     sheet: int
     placement: PlacementRecord

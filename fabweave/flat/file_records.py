@@ -62,5 +62,6 @@ class CutRecord:
     dxf: str
     svg_units: str
     hairline_mm: float
+    labels: str | None = optional()
     layers: tuple[LayerRecord, ...]
     code: str

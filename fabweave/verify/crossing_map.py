@@ -147,6 +147,8 @@ class Piece:
     cutouts: tuple[Cutout, ...] | None = None
     #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
     mirror_mm: float | None = None
+    #: Whether it covers the first piece of its kind when it is turned end for end.
+    turned: bool = False
 
     @property
     def points(self) -> Floats:
@@ -247,6 +249,8 @@ class Cut:
     hairline_mm: float
     colours: dict[str, tuple[str, int]]
     code: str | None = None
+    #: What was to be engraved; empty in maps that do not say.
+    labels: str = ""
 
 
 @dataclass(frozen=True, slots=True)

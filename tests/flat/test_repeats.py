@@ -103,6 +103,40 @@ def test_rotations_that_change_the_supply_do_not_count():
     assert with_all.leader.tolist() == repeats.leader.tolist()
 
 
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "shape:torus?m=8&n=4",
+        "shape:octahedron",
+        "shape:hypar?m=5&n=5",
+        "shape:tube?m=7&n=5",
+        "shape:hemisphere",
+        "shape:bipyramid?n=5",
+    ],
+)
+@pytest.mark.parametrize("kinds", ["auto", "fewest"])
+def test_threads_that_repeat_one_another_are_cut_alike_from_end_to_end(shape, kinds):
+    settings, supplies = complete_settings(
+        settings_from_options(shape, size="300mm", kinds=kinds, max_length="200mm")
+    )
+    woven = weave_object(settings, supplies)
+    plan = split_object(woven, settings, supplies, hole_rules(settings, supplies)).plan
+    repeats = object_repeats(woven, settings, supplies)
+    assert repeats is not None
+    walks, runs = woven.weave.threads, plan.runs
+    classes: dict[int, list] = {}
+    for thread in np.flatnonzero(walks.lengths).tolist():
+        own = runs.thread == thread
+        first, last = runs.first[own], runs.last[own]
+        assert np.array_equal(first[1:], last[:-1])
+        if walks.closed[thread]:
+            assert last[-1] == first[0] + walks.lengths[thread]
+        else:
+            assert (first[0], last[-1]) == (0, walks.lengths[thread] - 1)
+        kind = sorted(map(tuple, repeats.classes(Runs(runs.thread[own], first, last)).tolist()))
+        assert classes.setdefault(int(repeats.leader[thread]), kind) == kind
+
+
 def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
     """Return how many pieces and kinds a job has, and how many classes of runs."""
     asked = settings_from_options(mesh, size="400mm", sheet="600x400mm", **options)

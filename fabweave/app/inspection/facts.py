@@ -16,6 +16,7 @@ from fabweave.app.joined_object import (
     JoinedObject,
     check_joined,
     joined_pieces,
+    kinds_of,
     pieces_costs,
     split_object,
 )
@@ -33,8 +34,6 @@ from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, n
 from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
-from fabweave.flat.congruence import piece_kinds
-from fabweave.flat.piece import Piece
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -132,7 +131,7 @@ def inspect_mesh(
     if joined is not None and depth == Depth.SEARCHED:
         progress("costs", 0, 1)
         piece_set = joined_pieces(joined, settings, hole_rules(settings, supplies))
-        pieces["kinds"] = _kinds(piece_set.pieces, woven, supplies)
+        pieces["kinds"] = int(kinds_of(piece_set.pieces, woven, supplies).max(initial=0))
         planned = pieces_costs(piece_set, woven, settings, supplies)
         costs = {"told": dict(cost_rows(planned)), **to_json(planned)}
     elif joined is not None:
@@ -329,12 +328,6 @@ def _planned(
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
     return woven, pieces, None, joined
-
-
-def _kinds(pieces: Sequence[Piece], woven: WovenObject, supplies: Supplies) -> int:
-    """Return of how many kinds pieces are."""
-    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
-    return int(piece_kinds(pieces, supply.tolist()).max(initial=0))
 
 
 def _spread(values: FloatArray | IntArray) -> dict[str, float]:

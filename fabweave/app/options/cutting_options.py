@@ -262,8 +262,8 @@ CUTTING_OPTIONS = (
         choice("fabweave.cut.labels.texts.LABELS"),
         "What is engraved: hidden (id, arrow, joints, who crosses at the ends and at every third "
         "crossing; only where a strand covers it when the object is woven), brief (the same, "
-        "wherever there is room), full (all crossings), numbers (the pieces' ids "
-        "alone), or none.",
+        "wherever there is room), full (all crossings), numbers (the pieces' ids alone), kinds (K3 "
+        "on all pieces of kind 3, any of which fits any of their places), or none.",
         default="hidden",
         making=True,
     ),

@@ -138,7 +138,7 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
     for label in piece.labels[:1]:
         angle = np.deg2rad(label.rotation_deg)
         way = np.array([[0.0, 0.0], [np.cos(angle), np.sin(angle)]])
-        start, tip = crossing_map.on_sheet(piece, way + (label.x_mm, label.y_mm))
+        start, tip = crossing_map.on_sheet(piece, np.add(way, (label.x_mm, label.y_mm)))
         if ((tip - start) @ turn)[0] < 0.0:
             turn = -turn  # its letters would stand on their heads
     points = drawn_piece.outline @ turn
@@ -218,7 +218,17 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
                 f"The pieces are not engraved. The face that is up on the sheet is the {face}.",
             )
         )
-    if "id" in labels:
+    if "id" in labels and crossing_map.cut.labels == "kinds":
+        signs.append(
+            (
+                "1 Kind",
+                f"K{piece.kind}: all pieces with these letters are alike, and any of them fits any "
+                f"of their places. {piece.id} is a name of the place alone: its letters name the "
+                "thread, and the number counts its pieces. Stations are counted along the arrow, "
+                "from 0; or against it, where a step says that the arrow runs back.",
+            )
+        )
+    elif "id" in labels:
         signs.append(
             (
                 "1 Id",

@@ -52,6 +52,7 @@ def write_steps(
     )
     book.y -= _GAP
     parts = {piece.id: piece for piece in crossing_map.pieces}
+    by_kind = crossing_map.cut.labels == "kinds"
     joints = {joint.id: joint for joint in crossing_map.joints}
     strands = strand_pieces(crossing_map)
     there: set[str] = set()
@@ -63,7 +64,10 @@ def write_steps(
         room = book.right - x
         turn = turn_words(picture.view) if picture and picture.turned else ""
         there.update(step.pieces)
-        rows = [placing(parts[key], step, joints, strands, there) for key in step.pieces]
+        rows = [
+            placing(parts[key], step, joints, strands, there, by_kind=by_kind)
+            for key in step.pieces
+        ]
         fasten = _fastening(step)
         size = _NUMBER + 8.0 + LEADING * TEXT * len(wrapped(step.text, TEXT, room)) + 6.0
         size += sum(_lines(line, room - _BOX - 4.0) + 3.0 for line in rows)
@@ -104,6 +108,8 @@ def placing(
     joints: Mapping[int, JointRecord],
     strands: dict[tuple[int, bool], list[str]],
     there: set[str],
+    *,
+    by_kind: bool = False,
 ) -> str:
     """Return what a new piece does in a step: over and under whom, at which crossings, and joints.
 
@@ -117,6 +123,8 @@ def placing(
         The pieces of each strand, from ``strand_pieces``.
     there : set of str
         The pieces that are in place after this step; only they are named.
+    by_kind : bool
+        Whether pieces bear their kind in place of their id.
 
     Returns
     -------
@@ -136,7 +144,10 @@ def placing(
         if key in step.joints:
             mate = joints[key].mate(piece.id)
             clauses.append(f"joint #{key} with {'itself' if mate == piece.id else mate}")
-    return f"{piece.id} (sheet {piece.sheet}): {'; '.join(clauses) or 'lay it down'}"
+    which = f"sheet {piece.sheet}"
+    if by_kind:
+        which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")
+    return f"{piece.id} ({which}): {'; '.join(clauses) or 'lay it down'}"
 
 
 def _met(

@@ -1,14 +1,16 @@
 """Mark pieces: guides at glued joints, and labels where there is room."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.placement import CLEAR_MM, Spot, covered_rooms, find_spots
-from fabweave.cut.labels.texts import Label, Missing, Wish, wishes
+from fabweave.cut.labels.texts import Label, Missing, Wish, kind_wishes, wishes
+from fabweave.flat.congruence import motion_onto, turned_pieces
 from fabweave.flat.piece import Piece
 from fabweave.flat.strand_owners import find_owners
 
@@ -28,7 +30,11 @@ class Marks:
 
 
 def mark_pieces(
-    pieces: Sequence[Piece], n_crossings: int, labels: str = "full", side: str = "outside"
+    pieces: Sequence[Piece],
+    n_crossings: int,
+    labels: str = "full",
+    side: str = "outside",
+    kinds: IntArray | None = None,
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
@@ -48,6 +54,8 @@ def mark_pieces(
         The face that is engraved and read, ``"outside"`` or ``"inside"``: on the inside letters
         are mirrored in the piece's coordinates, in which the outside is seen. Nothing that is
         engraved there need be covered to be hidden.
+    kinds : (N,) int array, optional
+        The kind of each piece; needed where only that is told.
 
     Returns
     -------
@@ -56,6 +64,10 @@ def mark_pieces(
     """
     if not pieces or labels == "none":
         return (Marks((), (), ()),) * len(pieces)
+    if labels == "kinds":
+        if kinds is None:
+            raise ValueError("labels that tell kinds want to know them")
+        return _mark_kinds(pieces, kinds, mirrored=side == "inside")
     if labels == "hidden" and side == "inside":
         labels = "brief"
     owners = find_owners(pieces, n_crossings)
@@ -81,6 +93,44 @@ def mark_pieces(
     return tuple(
         _marks(piece_wishes, piece_spots, ticks, mirrored=side == "inside")
         for piece_wishes, piece_spots, ticks in zip(wanted, spots, ticked, strict=True)
+    )
+
+
+def _mark_kinds(pieces: Sequence[Piece], kinds: IntArray, *, mirrored: bool) -> tuple[Marks, ...]:
+    """Engrave the first piece of each kind, and all others at the same places."""
+    _, first = np.unique(kinds, return_index=True)
+    leaders = [pieces[at] for at in first.tolist()]
+    ticked = _inside(pieces, [piece.guides for piece in pieces], hidden=not mirrored)
+    leading = [ticked[at] for at in first.tolist()]
+    wanted = [list(kind_wishes(kind + 1, hidden=not mirrored)) for kind in range(len(first))]
+    spots = find_spots(leaders, leading, wanted)
+    marked = [
+        _marks(wishes_of_kind, spots_of_kind, (), mirrored=mirrored)
+        for wishes_of_kind, spots_of_kind in zip(wanted, spots, strict=True)
+    ]
+    turned = turned_pieces(pieces, kinds)
+    result = []
+    for at, (piece, kind) in enumerate(zip(pieces, (kinds - 1).tolist(), strict=True)):
+        turn, shift = motion_onto(piece, leaders[kind], backwards=bool(turned[at]))
+        labels = marked[kind].labels
+        if at != first[kind]:
+            labels = tuple(_carried(label, turn.conjugate(), shift) for label in labels)
+        result.append(Marks(labels, ticked[at], marked[kind].dropped))
+    return tuple(result)
+
+
+def _carried(label: Label, turn: complex, shift: complex) -> Label:
+    """Return a label on a piece that a turn, undone here, and a shift take onto the label's."""
+
+    def back(points: FloatArray) -> FloatArray:
+        place = turn * (points[..., 0] + 1j * points[..., 1] - shift)
+        return np.stack((place.real, place.imag), axis=-1)
+
+    return replace(
+        label,
+        centre=back(label.centre),
+        rotation_deg=label.rotation_deg + float(np.degrees(np.angle(turn))),
+        strokes=tuple(back(stroke) for stroke in label.strokes),
     )
 
 

@@ -12,8 +12,9 @@ from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.flat.piece import Piece
 
 #: How much is lettered: what serves, only where strands cover it in the woven object; what serves;
-#: everything; the pieces' ids alone; or nothing.
-LABELS = ("hidden", "brief", "full", "numbers", "none")
+#: everything; the pieces' ids alone; only of which kind they are, where strands cover it; or
+#: nothing.
+LABELS = ("hidden", "brief", "full", "numbers", "kinds", "none")
 #: The face that is engraved: the one that is seen, or the hidden one.
 SIDES = ("outside", "inside")
 #: What labels tell, the most important first; the last is the first to be dropped.
@@ -136,12 +137,7 @@ def wishes(
     yield _id_wish(piece.id, arrow=True, hidden=hidden)
     if hidden:
         yield _seen_id_wish(piece.id)
-    yield Wish(
-        {"arrow": ARROW},
-        None,
-        tuple(Choice(ARROW, height, ("arrow",)) for height in ARROW_HEIGHTS_MM),
-        hidden,
-    )
+    yield _arrow_wish(hidden=hidden)
     heights = HIDDEN_HEIGHTS_MM if hidden else TEXT_HEIGHTS_MM
     last = len(piece.crossings) - 1
     ends = ((0, piece.start_joint, mates[0]), (last, piece.end_joint, mates[1]))
@@ -155,6 +151,18 @@ def wishes(
         text = words["sign"] + words["partner"]
         choices = tuple(Choice(text, height, ("partner", "sign")) for height in heights)
         yield Wish(words, station, choices, hidden)
+
+
+def kind_wishes(kind: int, *, hidden: bool) -> Iterator[Wish]:
+    """Yield what a piece is to tell of which only the kind counts: ``K3``, and an arrow.
+
+    The arrow is that of the first piece of the kind; in others the thread may run against it.
+    """
+    name = f"K{kind}"
+    yield _id_wish(name, arrow=True, hidden=hidden)
+    if hidden:
+        yield _seen_id_wish(name)
+    yield _arrow_wish(hidden=hidden)
 
 
 def told_stations(piece: Piece, labels: str) -> list[int]:
@@ -186,6 +194,12 @@ def _id_wish(name: str, *, arrow: bool = False, hidden: bool = False) -> Wish:
             choices += [Choice(name + ARROW, height, ("id", "arrow")) for height in heights]
         choices += [Choice(name, height, ("id",)) for height in heights]
     return Wish(words, None, tuple(choices), hidden)
+
+
+def _arrow_wish(*, hidden: bool) -> Wish:
+    """Return the wish for the arrow alone."""
+    choices = tuple(Choice(ARROW, height, ("arrow",)) for height in ARROW_HEIGHTS_MM)
+    return Wish({"arrow": ARROW}, None, choices, hidden)
 
 
 def _seen_id_wish(name: str) -> Wish:

@@ -71,18 +71,29 @@ class Orbit:
             first = np.minimum(first, (self.turn - after) % self.period)
         return len(np.unique(ahead * count + first))
 
-    def ways(self, cuts: IntArray) -> IntArray:
-        """Return the cuts that rotations of the first thread onto itself make of some, (W, C)."""
+    def ways(self, cuts: IntArray, number: int) -> IntArray:
+        """Return the ways to cut one of the threads as the first is, (W, C).
+
+        Parameters
+        ----------
+        cuts : (C,) int array
+            The sites of the first thread at which pieces begin.
+        number : int
+            Which of the threads.
+        """
         count = self.there.shape[1]
-        ways = cuts[None, :]
+        if count == 1:
+            return np.zeros((1, 1), dtype=np.int64)
+        # In a row, its last site is a cut as well: on a thread that runs back pieces begin there.
+        every = cuts if self.closed else np.append(cuts, count - 1)
+        ways = every[None, :]
         if self.turn is not None:
-            # In a row, a piece begins at every cut but the last one, which is the row's end.
-            turned = self.turn - cuts if self.closed else self.turn - np.append(cuts[1:], count - 1)
-            ways = np.stack((cuts, turned))
+            ways = np.stack((every, self.turn - every))
         if self.closed:
             shifts = np.arange(0, count, self.period)
-            ways = (ways[:, None, :] + shifts[:, None]).reshape(-1, len(cuts)) % count
-        return np.unique(np.sort(ways, axis=1), axis=0)
+            ways = (ways[:, None, :] + shifts[:, None]).reshape(-1, len(every)) % count
+        there = np.unique(np.sort(self.there[number][ways], axis=1), axis=0)
+        return there if self.closed else there[:, :-1]
 
     def plans(self) -> Iterator[tuple[int, Solve]]:
         """Yield ways to cut the first thread: how often it repeats, and how one repeat is cut."""

@@ -124,6 +124,8 @@ def cheapest_mirrored(cost: FloatArray, turn: int, *, ring: bool) -> tuple[float
     """
     count, width = cost.shape
     width = min(width, count)
+    if not np.isfinite(cost[:, :width]).any():
+        return np.inf, np.zeros(0, dtype=np.int64)
 
     def piece(first: IntArray, ahead: IntArray) -> FloatArray:
         known = (ahead > 0) & (ahead <= width)

@@ -153,10 +153,10 @@ def _cut(
             for number, thread in enumerate(orbit.threads.tolist()):
                 cuts[thread] = None
                 if cut is not None:
-                    ways = rows[number][orbit.ways(cut)]
+                    ways = begin[number] + orbit.ways(cut, number)
                     inner = ~outer[ways]
                     prices = np.where(inner, joints.costs(sites.crossing[ways]), 0.0).sum(axis=1)
-                    at = np.sort(ways[int(np.argmin(np.round(prices, 3)))])
+                    at = ways[int(np.argmin(np.round(prices, 3)))]
                     cuts[thread] = at - begin[number]
                     joints.add(sites.crossing[at[~outer[at]]])
     return cuts

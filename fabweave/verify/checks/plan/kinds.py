@@ -4,9 +4,10 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Piece
+from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.geometry import distances, farthest, fit_motion
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally
 
 #: Pieces of one kind differ by no more than this; a little more than makers promise.
 SAME_MM = 0.05
@@ -24,10 +25,37 @@ def check_kinds(job: Job, tally: Tally) -> None:
         place = tally.at(f"piece {piece.id}", f"of kind {piece.kind} as {other.id} is")
         same = job.supplies[piece.thread] == job.supplies[other.thread]
         place.expect(same, "it is of another material")
-        off, what = off_by(piece, other, plan), "they differ by {}"
+        by_kind = plan.cut.labels == "kinds"
+        if piece.turned or by_kind:
+            off = _apart(piece, other, plan, -1 if piece.turned else 1)
+        else:
+            off = off_by(piece, other, plan)
+        what = "they differ by {}"
         if not np.isfinite(off):
             what = "stations, over and under, or holes differ"
-        place.at_most("kind_mm", off, SAME_MM, f"it does not cover {other.id}: {what}")
+        turned = ", turned end for end" if piece.turned else ""
+        place.at_most("kind_mm", off, SAME_MM, f"it does not cover {other.id}{turned}: {what}")
+        if by_kind:
+            _check_labels(piece, other, place)
+
+
+def _check_labels(piece: Piece, other: Piece, place: Place) -> None:
+    """Check that what tells the kind stands at the same place of both."""
+    told = [sorted((label.kind, label.text) for label in one.labels) for one in (piece, other)]
+    if not place.equal("what is engraved", *told) or not told[0]:
+        return
+    motion = fit_motion(piece.points[:: -1 if piece.turned else 1], other.points)
+    ours, theirs = _arms(piece), _arms(other)
+    off = max(farthest(motion.apply(one), there) for one, there in zip(ours, theirs, strict=True))
+    place.at_most("kind_label_mm", off, SAME_MM, f"its label stands {{}} off that of {other.id}")
+
+
+def _arms(piece: Piece) -> tuple[Floats, Floats]:
+    """Return where each label of a piece stands, and the points a millimetre on along it."""
+    labels = sorted(piece.labels, key=lambda label: (label.kind, label.text))
+    middle = np.array([(label.x, label.y) for label in labels])
+    turn = np.deg2rad([label.rotation_deg for label in labels])
+    return middle, middle + np.stack((np.cos(turn), np.sin(turn)), axis=1)
 
 
 def off_by(piece: Piece, other: Piece, plan: CrossingMap) -> float:

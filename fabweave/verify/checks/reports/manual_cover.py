@@ -175,7 +175,15 @@ def _signs(plan: CrossingMap, piece: Piece) -> Iterator[tuple[str, str]]:
             "No lettering",
             f"The pieces are not engraved. The face that is up on the sheet is the {face}.",
         )
-    if "id" in kinds:
+    if "id" in kinds and plan.cut.labels == "kinds":
+        yield (
+            "1 Kind",
+            f"K{piece.kind}: all pieces with these letters are alike, and any of them fits any of "
+            f"their places. {piece.id} is a name of the place alone: its letters name the thread, "
+            "and the number counts its pieces. Stations are counted along the arrow, from 0; or "
+            "against it, where a step says that the arrow runs back.",
+        )
+    elif "id" in kinds:
         yield (
             "1 Id",
             f"{piece.id}: the letters name the thread, and the number counts its pieces. The arrow "

@@ -79,7 +79,10 @@ def _placing(
         if key in step.joints:
             mates = [name for name in plan.joint[key].pieces if name != piece.id]
             said.append(f"joint #{key} with {mates[0] if mates else 'itself'}")
-    return f"{piece.id} (sheet {piece.sheet}): {'; '.join(said) or 'lay it down'}"
+    which = f"sheet {piece.sheet}"
+    if plan.cut.labels == "kinds":
+        which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")
+    return f"{piece.id} ({which}): {'; '.join(said) or 'lay it down'}"
 
 
 def _passing(

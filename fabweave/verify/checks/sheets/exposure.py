@@ -34,7 +34,7 @@ class _Ink(NamedTuple):
 def check_exposure(job: Job, tally: Tally) -> None:
     """Check that hidden labels are covered, and that what is seen is told."""
     plan = required(job.map)
-    hidden = job.options.get("labels") == "hidden"
+    hidden = job.options.get("labels") in ("hidden", "kinds")
     outside = job.options.get("label_side", "outside") == "outside"
     stated = ((job.waste or {}).get("totals") or {}).get("engrave_seen_mm")
     for piece in plan.pieces:

@@ -39,9 +39,12 @@ class _Fact(NamedTuple):
 def check_labels(job: Job, tally: Tally) -> None:
     """Check that labels say what is true, and are engraved legibly where the map says."""
     plan = required(job.map)
-    wanted, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
+    asked, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
+    wanted = asked
     if (wanted, side) == ("hidden", "inside"):
         wanted = "brief"
+    if plan.cut.labels:
+        tally.at("crossing_map.json").equal("what is engraved", plan.cut.labels, asked)
     tally.at("job.toml").expect(
         side in ("outside", "inside"), f"labels are {side!r}, which is no side of a piece"
     )
@@ -71,7 +74,7 @@ def check_labels(job: Job, tally: Tally) -> None:
 
 def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> None:
     """Check that a piece tells all it should, once: in a label, or among what was dropped."""
-    pairs = _facts(piece, plan)
+    pairs = _facts(piece, plan, wanted)
     expected = {fact for pair in pairs for fact in pair if _is_wanted(fact, piece, wanted)}
     ways: dict[tuple[str, int | None, str], tuple[_Fact, ...]] = {}
     for fact, more in pairs:
@@ -98,8 +101,8 @@ def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> 
 
 def _is_wanted(fact: _Fact, piece: Piece, wanted: str) -> bool:
     """Return whether something is to be told with the labels that are asked for."""
-    if wanted in ("full", "none"):
-        return wanted == "full"
+    if wanted in ("full", "none", "kinds"):
+        return wanted != "none"
     if wanted == "numbers" or fact.kind == "id":
         return wanted != "numbers" or fact.kind == "id"
     if fact.kind not in ("partner", "sign"):
@@ -110,8 +113,10 @@ def _is_wanted(fact: _Fact, piece: Piece, wanted: str) -> bool:
     return fact.station in (*stations[::_EVERY], *stations[-1:])
 
 
-def _facts(piece: Piece, plan: CrossingMap) -> list[tuple[_Fact, _Fact]]:
+def _facts(piece: Piece, plan: CrossingMap, wanted: str) -> list[tuple[_Fact, _Fact]]:
     """Return all that a piece may tell: its id comes first, and what one label tells in pairs."""
+    if wanted == "kinds":
+        return [(_Fact("id", f"K{piece.kind}", None), _Fact("arrow", _ARROW, None))]
     facts = [(_Fact("id", piece.id, None), _Fact("arrow", _ARROW, None))]
     last = len(piece.stations) - 1
     # At its beginning a piece meets the one that ends there, and the other way round.
