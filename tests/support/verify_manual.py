@@ -4,8 +4,6 @@ The sentences that every manual has are those that verify expects; that they are
 is seen with jobs of theirs.
 """
 
-from collections import Counter
-
 import numpy as np
 from verify_specimen import placed
 
@@ -33,7 +31,10 @@ def many(number, word):
 def manual_pages(specimen, verdict):
     """Return for each page its section, its texts, and what is drawn: a page for each sheet."""
     plan = specimen.plan
-    drawn = "".join(closed(piece["outline"]) for piece in plan["pieces"])
+    first = {piece.get("kind", 0): piece for piece in reversed(plan["pieces"])}
+    drawn = "".join(
+        closed(piece["outline"]) for piece in plan["pieces"] if first[piece.get("kind", 0)] is piece
+    )
     pages = [
         [(cover(specimen, plan, verdict), "")], [(legend(plan), "")], [(thread_map(plan), "")],
         [(parts_list(plan), drawn)],
@@ -112,21 +113,28 @@ def thread_map(plan):
 
 def parts_list(plan):
     names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
-    kinds = Counter(piece.get("kind", 0) for piece in plan["pieces"])
-    texts = [f"{many(len(plan['pieces']), 'piece')}, engraved face up, drawn at a scale of "
-             f"{RATIO}. Each place is that of the middle of the piece on its sheet, in mm from the "
-             "left edge and from the lower edge. Pieces of the same kind are cut alike; the number "
-             "after x says how many there are."]  # fmt: skip
+    kinds = {}
     for piece in plan["pieces"]:
-        xs, ys = zip(*placed_outline(plan, piece), strict=True)
-        place = f"{names.get(piece['sheet'])} at "
-        place += f"{(min(xs) + max(xs)) / 2:.0f}, {(min(ys) + max(ys)) / 2:.0f}"
-        kind = piece.get("kind", 0)
-        if kinds[kind] > 1:
-            place += f", kind {kind} (x {kinds[kind]})"
+        kinds.setdefault(piece.get("kind", 0), []).append(piece)
+    texts = [f"{many(len(plan['pieces']), 'piece')} of {many(len(kinds), 'kind')}, engraved face "
+             f"up, drawn at a scale of {RATIO}. Pieces of one kind are cut alike: they are drawn "
+             "once, and their ids stand by sheet. Where there is only one, its place is that of "
+             "its middle on the sheet, in mm from the left edge and from the lower "
+             "edge."]  # fmt: skip
+    for kind, alike in kinds.items():
+        piece = alike[0]
         length = np.ptp(np.asarray(piece["outline"])[:, 0])
-        stations = many(len(piece["stations"]), "station")
-        texts += [piece["id"], f"{length:.0f} mm, {stations}", place]
+        size = f"{length:.0f} mm, {many(len(piece['stations']), 'station')}"
+        if len(alike) == 1:
+            xs, ys = zip(*placed_outline(plan, piece), strict=True)
+            place = f"{names.get(piece['sheet'])} at "
+            place += f"{(min(xs) + max(xs)) / 2:.0f}, {(min(ys) + max(ys)) / 2:.0f}"
+            texts += [piece["id"], size, place]
+            continue
+        texts += [f"Kind {kind}", f"x {len(alike)}: {size}"]
+        for sheet in sorted({one["sheet"] for one in alike}):
+            ids = " ".join(one["id"] for one in alike if one["sheet"] == sheet)
+            texts.append(f"{names.get(sheet)}: {ids}")
     return texts
 
 
