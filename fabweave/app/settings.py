@@ -30,6 +30,8 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.stock.per_bunch import ByBunch
     from fabweave.stock.sheet_size import SheetSize
 
+#: What --along takes but the name of a file.
+ALONG_WORDS = ("x", "y", "z", "curvature")
 #: Panels at crossings are so long, as a share of their room, if that is left to fabweave.
 _PANEL_SHARE = 0.7
 
@@ -64,6 +66,8 @@ class Settings:
     size_mm: float | None = default("size_mm")
     scale: float | None = default("scale")
     remesh: str | None = default("remesh")
+    along: str | None = default("along")
+    irregular: str = default("irregular")
     refine: str | None = default("refine")
     fair: int = default("fair")
     pattern: str = default("pattern")
@@ -168,10 +172,15 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     # These rooms are needed only here, and not for help.
     from fabweave.cut.preflight.targets import target_named  # noqa: PLC0415
     from fabweave.flat.joint.kinds import parse_joint  # noqa: PLC0415
+    from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
     from fabweave.stock.supply_plan import parse_materials, sort_of_material  # noqa: PLC0415
 
     if settings.size_mm is not None and settings.scale is not None:
         yield "a size and a scale were both given; give one of them"
+    quads = parse_remesh(settings.remesh).kind == "quads" if settings.remesh else False
+    for name, wished in (("along", settings.along), ("irregular", settings.irregular != "any")):
+        if wished and not quads:
+            yield f"{name}: only new quads can be laid so; say --remesh quads:300, too"
     if settings.twists is not None and settings.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists were both given; give one of them"
     usual = option_of_field("width").default_value
@@ -248,6 +257,8 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         settings = replace(settings, mesh=_found(settings.mesh, path.parent))
     if settings.twists is not None:
         settings = replace(settings, twists=_found(settings.twists, path.parent))
+    if settings.along not in (None, *ALONG_WORDS):
+        settings = replace(settings, along=_found(str(settings.along), path.parent))
     return settings
 
 

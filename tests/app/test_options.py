@@ -99,6 +99,8 @@ SPOILT = {
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
     "scale": (*NO_NUMBERS, 0),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
+    "along": ("", " ", 3),
+    "irregular": ("few", None, 3),
     "refine": ("spline:2", "loop:x", 2),
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
     "pattern": ("nonsense", "satin:5", 3, None),
@@ -251,6 +253,7 @@ TYPED = {
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
     "remesh": st.sampled_from(["quads", "quads:300"]),
+    "along": st.sampled_from(["x", "curvature", "own.txt"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
     "fair": st.integers(0, 1000).map(str),
     "pattern": st.sampled_from(
@@ -337,8 +340,10 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
             {"width", "open"},
             {"pattern", "twists"},
         )
-        assert any(pair <= names for pair in pairs)
-        assert "both given" in str(error) or "has no lap" in str(error)  # noqa: PT017
+        alone = "along" in names and "remesh" not in names
+        assert alone or any(pair <= names for pair in pairs)
+        said = ("both given", "has no lap", "only new quads")
+        assert any(words in str(error) for words in said)  # noqa: PT017
         return
     path = tmp_path_factory.getbasetemp() / "job.toml"
     path.write_text(job_toml(settings, {}))
@@ -355,8 +360,8 @@ def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
-        refine="loop:1", fair=3, pattern="twill", twill_method="voting",
-        twill_weights="2/2", boundary="turn", course="straight",
+        along="curvature", irregular="fewest", refine="loop:1", fair=3, pattern="twill",
+        twill_method="voting", twill_weights="2/2", boundary="turn", course="straight",
         material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
         max_length="15cm", prefer="waste", hole="none", joint="glue", lap=12, slots=True,
@@ -479,7 +484,7 @@ def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
     ("text", "words"),
     [
         ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "sets 2 unknown options: color, sise; "
-         "known are bodies, boundary, calibrate"),
+         "known are along, bodies, boundary"),
         ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: length 'large' is not"),
         ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: 3 is not the name of"),
         ("[job]\nup = 'z'", "no mesh: name a file, or a shape"),

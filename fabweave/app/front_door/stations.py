@@ -57,6 +57,8 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.size_mm,
         settings.scale,
         settings.remesh,
+        settings.along,
+        settings.irregular,
         settings.refine,
         settings.fair,
         settings.course,

@@ -88,6 +88,27 @@ OBJECT_OPTIONS = (
         "triaxial weaves, keeps horns and limbs best. coarse:N undoes a subdivision.",
     ),
     Option(
+        "along",
+        MESH,
+        place(
+            "x|y|z|curvature|FILE",
+            "x, y, z, curvature or the path of a list of directions",
+        ),
+        "Which way strands should run, with --remesh quads: along an axis of the upright mesh; as "
+        "the surface bends most and least; or as a list says, in lines such as 10 0 25 0 0 1, a "
+        "place of the given mesh and a vector (the nearest place counts). Quads follow it as far "
+        "as their topology lets them, and the notes say how far.",
+    ),
+    Option(
+        "irregular",
+        MESH,
+        choice(("any", "fewest")),
+        "How many irregular vertices --remesh quads may leave: any number that keeps the shape "
+        "best; or the fewest of twice as many results, though these may be up to half as far again "
+        "from the model. Each breaks a twill.",
+        default="any",
+    ),
+    Option(
         "refine",
         MESH,
         text(
