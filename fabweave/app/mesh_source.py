@@ -11,8 +11,10 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.input_files import read_text
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import keep_bodies, parse_bodies
+from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.handles import add_handles, parse_handles
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
@@ -99,9 +101,9 @@ def load_mesh(
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
-    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented
-    and brought to size; then remeshed, refined, faired, and brought to size again where
-    that changed it; at last subdivided for triaxial twill.
+    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
+    given handles and brought to size; then remeshed, refined, faired, and brought to size again
+    where that changed it; at last subdivided for triaxial twill.
 
     Parameters
     ----------
@@ -150,8 +152,9 @@ def load_mesh(
         # The numbers in the message are those of the mesh after what was done to it.
         done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
         raise InputError(f"{error}{done}") from None
+    mesh, joined = add_handles(mesh, parse_handles(settings.handle))
     clashes = self_intersections(mesh)
-    notes += [*repairs, *mesh_notes(report, clashes)]
+    notes += [*repairs, *joined, *mesh_notes(check_mesh(mesh) if joined else report, clashes)]
     if settings.size_mm is None:
         mesh, factor = resize_mesh(
             mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)

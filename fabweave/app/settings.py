@@ -65,6 +65,7 @@ class Settings:
     bodies: str = default("bodies")
     size_mm: float | None = default("size_mm")
     scale: float | None = default("scale")
+    handle: str | None = default("handle")
     remesh: str | None = default("remesh")
     along: str | None = default("along")
     irregular: str = default("irregular")

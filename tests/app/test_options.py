@@ -99,6 +99,7 @@ SPOILT = {
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
     "scale": (*NO_NUMBERS, 0),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
+    "handle": ("", "3", "3:3", "1:2,2:3", "-1:2", "a:b", 3),
     "along": ("", " ", 3),
     "irregular": ("few", None, 3),
     "refine": ("spline:2", "loop:x", 2),
@@ -253,6 +254,7 @@ TYPED = {
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
     "remesh": st.sampled_from(["quads", "quads:300"]),
+    "handle": st.sampled_from(["12:40", "1:2, 3:4"]),
     "along": st.sampled_from(["x", "curvature", "own.txt"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
     "fair": st.integers(0, 1000).map(str),
@@ -360,8 +362,9 @@ def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
-        along="curvature", irregular="fewest", refine="loop:1", fair=3, pattern="twill",
-        twill_method="voting", twill_weights="2/2", boundary="turn", course="straight",
+        handle="0:9", along="curvature", irregular="fewest", refine="loop:1", fair=3,
+        pattern="twill", twill_method="voting", twill_weights="2/2", boundary="turn",
+        course="straight",
         material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
         max_length="15cm", prefer="waste", hole="none", joint="glue", lap=12, slots=True,

@@ -56,6 +56,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.bodies,
         settings.size_mm,
         settings.scale,
+        settings.handle,
         settings.remesh,
         settings.along,
         settings.irregular,

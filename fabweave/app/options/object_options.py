@@ -76,6 +76,18 @@ OBJECT_OPTIONS = (
         "Multiply the mesh by this instead of using --size.",
     ),
     Option(
+        "handle",
+        MESH,
+        text(
+            "FACE:FACE",
+            "the numbers of two faces, such as '12:40'",
+            "fabweave.mesh.handles.parse_handles",
+        ),
+        "Join two faces of the given mesh by a tube of quads: a handle, or, where they look away "
+        "from one another, a tunnel. Both need the same number of sides, and are counted from 0. "
+        "Commas part several: 12:40,3:9.",
+    ),
+    Option(
         "remesh",
         MESH,
         text(
