@@ -75,6 +75,7 @@ class Settings:
     twists: str | None = default("twists")
     twill_method: str = default("twill_method")
     twill_weights: str = default("twill_weights")
+    twill_symmetry: int = default("twill_symmetry")
     boundary: str = default("boundary")
     course: str = default("course")
     material: str = default("material")
@@ -184,6 +185,8 @@ def _at_odds(settings: Settings) -> Iterator[str]:
             yield f"{name}: only new quads can be laid so; say --remesh quads:300, too"
     if settings.twists is not None and settings.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists were both given; give one of them"
+    if settings.twill_symmetry > 1 and settings.twill_method == "voting":
+        yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     usual = option_of_field("width").default_value
     if settings.open is not None and settings.width not in (usual, replace(usual, auto=False)):
         yield "an opening and a width were both given; give one of them"

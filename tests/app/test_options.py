@@ -108,6 +108,7 @@ SPOILT = {
     "twists": ("", 3),
     "twill_method": ("vote", None, 1),
     "twill_weights": ("2", "0/1", "1/11", "1/1.25", "a/b", 2, None),
+    "twill_symmetry": (0, 1001, "2", None, True),
     "boundary": ("open", None, 0),
     "course": ("wavy", None, 0),
     "material": ("marble", "warp=card,warp=card", "warp=", "card:!", 3, None),
@@ -189,6 +190,7 @@ def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
     [
         ({"size_mm": 400.0, "scale": 2.0}, "a size and a scale were both given"),
         ({"width": WidthRule(0.5), "open": 0.3}, "an opening and a width were both given"),
+        ({"twill_method": "voting", "twill_symmetry": 2}, "twill_symmetry: votes keep no"),
         ({"joint": "dovetail", "lap_mm": 9.0}, "lap_mm: a joint of kind dovetail has no lap"),
     ],
 )
@@ -263,6 +265,7 @@ TYPED = {
     ),
     "twists": st.just("own.csv"),
     "twill_weights": st.sampled_from(["1/1", "2/2", "0.1/10", "1.50 / 3"]),
+    "twill_symmetry": st.integers(1, 1000).map(str),
     "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
     "materials": st.just("FOLDER/materials.toml"),
     "thickness": _by_bunch(_units(0.01, 3.9)),
@@ -363,7 +366,7 @@ def changed(folder) -> Settings:
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
         handle="0:9", along="curvature", irregular="fewest", refine="loop:1", fair=3,
-        pattern="twill", twill_method="voting", twill_weights="2/2", boundary="turn",
+        pattern="twill", twill_weights="2/2", twill_symmetry=2, boundary="turn",
         course="straight",
         material="warp=felt,weft=card", thickness="2mm",
         materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
@@ -380,10 +383,15 @@ def changed(folder) -> Settings:
 
 def test_every_option_is_in_job_toml_in_the_order_of_the_table(changed) -> None:
     # Of two options that say the same in two ways, settings have one.
-    table = settings_table(changed) | {"scale": 2.0, "open": 0.3, "twists": "own.csv"}
+    table = settings_table(changed) | {
+        "scale": 2.0, "open": 0.3, "twists": "own.csv", "twill_method": "voting",
+    }  # fmt: skip
     assert set(table) == set(NAMES)
-    both = ("scale", "open", "twists")
-    assert list(settings_table(changed)) == [name for name in NAMES if name not in both]
+    both = ("scale", "open", "twists", "twill_method")
+    held = settings_table(changed)
+    assert [name for name in held if name not in both] == [
+        name for name in NAMES if name not in both
+    ]
     plain = Settings("shape:torus")
     for option in OPTIONS:
         if option.name not in ("mesh", *both):

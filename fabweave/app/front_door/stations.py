@@ -71,7 +71,13 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
 def weave_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a weave depends on."""
     search = (
-        (settings.effort, settings.seed, settings.twill_method, settings.twill_weights)
+        (
+            settings.effort,
+            settings.seed,
+            settings.twill_method,
+            settings.twill_weights,
+            settings.twill_symmetry,
+        )
         if settings.pattern == "twill"
         else ()
     )
