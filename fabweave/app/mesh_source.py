@@ -1,5 +1,6 @@
 """Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,13 @@ import numpy as np
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.input_files import read_text
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import keep_bodies, parse_bodies
+from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.handles import add_handles, parse_handles
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
@@ -18,10 +22,24 @@ from fabweave.mesh.loss import LossMap, loss_map
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.portals import portals_of
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.along.direction import (
+    AXES,
+    CURVATURE,
+    Alignment,
+    Along,
+    axis_direction,
+    read_directions,
+)
 from fabweave.mesh.remesh.remesh import remesh
 from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.mesh.report import MeshReport
-from fabweave.mesh.resize import Up, largest_dimension, resize_mesh, turn_upright
+from fabweave.mesh.resize import (
+    Up,
+    largest_dimension,
+    resize_mesh,
+    turn_upright,
+    turned_upright,
+)
 from fabweave.mesh.seams import weld_seams
 from fabweave.mesh.shapes.catalogue import PREFIX, is_shape, parse_shape
 from fabweave.mesh.subdivide.loop import mid_edge
@@ -61,6 +79,8 @@ class LoadedMesh:
         was not remeshed.
     loss : LossMap or None
         What of the given mesh was lost where, if it was remeshed.
+    alignment : Alignment or None
+        How well new quads follow the direction that was wished for.
     portals : (H,) float array or None
         Where strands cross their portals, from vertices to centres; None for the middle of all.
     """
@@ -73,6 +93,7 @@ class LoadedMesh:
     clashes: int = 0
     likeness: Likeness | None = None
     loss: LossMap | None = None
+    alignment: Alignment | None = None
     portals: FloatArray | None = None
 
 
@@ -81,8 +102,9 @@ def load_mesh(
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
-    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented
-    and brought to size; then remeshed, refined, made symmetric, faired, and brought to size again
+    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
+    given handles and brought to size; then remeshed, refined, made symmetric, faired, and brought
+    to size again where
     where that changed it; at last subdivided for triaxial twill.
 
     Parameters
@@ -132,8 +154,9 @@ def load_mesh(
         # The numbers in the message are those of the mesh after what was done to it.
         done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
         raise InputError(f"{error}{done}") from None
+    mesh, joined = add_handles(mesh, parse_handles(settings.handle))
     clashes = self_intersections(mesh)
-    notes += [*repairs, *mesh_notes(report, clashes)]
+    notes += [*repairs, *joined, *mesh_notes(check_mesh(mesh) if joined else report, clashes)]
     if settings.size_mm is None:
         mesh, factor = resize_mesh(
             mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
@@ -145,7 +168,8 @@ def load_mesh(
     if given_mesh is None and is_shape(settings.mesh):
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
-    mesh, n_old_vertices, like, loss, changes = _changed(mesh, settings, progress)
+    along = _wished(settings.along, settings.up or up, factor)
+    mesh, n_old_vertices, like, loss, alignment, changes = _changed(mesh, settings, along, progress)
     notes += changes
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
@@ -160,6 +184,7 @@ def load_mesh(
         clashes=len(clashes),
         likeness=like,
         loss=loss,
+        alignment=alignment,
         portals=portals_of(settings.course, mesh, halfedges),
     )
 
@@ -194,18 +219,50 @@ def _require_size(size_mm: float) -> None:
         )
 
 
+def _wished(along: str | None, up: Up, factor: float) -> Along | None:
+    """Return the direction that strands should have, in the turned and scaled mesh.
+
+    Raises
+    ------
+    InputError
+        If it is a list that cannot be read.
+    """
+    if along is None:
+        return None
+    if along == CURVATURE:
+        return CURVATURE
+    if along in AXES:
+        return axis_direction(along)
+    path = Path(along)
+    listed = read_directions(read_text(path, "the list of directions"), path.name)
+    return replace(
+        listed,
+        points=turned_upright(listed.points, up) * factor,
+        vectors=turned_upright(listed.vectors, up),
+    )
+
+
 def _changed(
-    mesh: PolyMesh, settings: Settings, progress: Progress
-) -> tuple[PolyMesh, int, Likeness | None, LossMap | None, list[str]]:
+    mesh: PolyMesh, settings: Settings, along: Along | None, progress: Progress
+) -> tuple[PolyMesh, int, Likeness | None, LossMap | None, Alignment | None, list[str]]:
     """Remesh, refine, symmetrise, fair and subdivide as the settings ask; tell what was done."""
     notes: list[str] = []
     done = []
     model: PolyMesh | None = None
+    alignment: Alignment | None = None
     growth = 1.0
     if settings.remesh:
         wanted = parse_remesh(settings.remesh)
-        remeshed = remesh(mesh, wanted, seed=settings.seed, progress=progress)
+        remeshed = remesh(
+            mesh,
+            wanted,
+            seed=settings.seed,
+            along=along,
+            fewest=settings.irregular == "fewest",
+            progress=progress,
+        )
         notes += remeshed.notes
+        alignment = remeshed.alignment
         model = mesh if remeshed.method != "unchanged" else None
         mesh = remeshed.mesh
         kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
@@ -246,7 +303,7 @@ def _changed(
         mesh, report, repairs = prepare_mesh(mesh)
         notes += repairs
         notes.append(f"the mesh was {', '.join(done)}: {_counts(report)}")
-    return mesh, n_old_vertices, like, loss, notes
+    return mesh, n_old_vertices, like, loss, alignment, notes
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:

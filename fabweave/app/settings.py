@@ -30,6 +30,8 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.stock.per_bunch import ByBunch
     from fabweave.stock.sheet_size import SheetSize
 
+#: What --along takes but the name of a file.
+ALONG_WORDS = ("x", "y", "z", "curvature")
 #: Panels at crossings are so long, as a share of their room, if that is left to fabweave.
 _PANEL_SHARE = 0.7
 
@@ -63,7 +65,10 @@ class Settings:
     bodies: str = default("bodies")
     size_mm: float | None = default("size_mm")
     scale: float | None = default("scale")
+    handle: str | None = default("handle")
     remesh: str | None = default("remesh")
+    along: str | None = default("along")
+    irregular: str = default("irregular")
     refine: str | None = default("refine")
     symmetrise: bool = default("symmetrise")
     fair: int = default("fair")
@@ -71,6 +76,7 @@ class Settings:
     twists: str | None = default("twists")
     twill_method: str = default("twill_method")
     twill_weights: str = default("twill_weights")
+    twill_symmetry: int = default("twill_symmetry")
     boundary: str = default("boundary")
     course: str = default("course")
     material: str = default("material")
@@ -170,12 +176,19 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     # These rooms are needed only here, and not for help.
     from fabweave.cut.preflight.targets import target_named  # noqa: PLC0415
     from fabweave.flat.joint.kinds import parse_joint  # noqa: PLC0415
+    from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
     from fabweave.stock.supply_plan import parse_materials, sort_of_material  # noqa: PLC0415
 
     if settings.size_mm is not None and settings.scale is not None:
         yield "a size and a scale were both given; give one of them"
+    quads = parse_remesh(settings.remesh).kind == "quads" if settings.remesh else False
+    for name, wished in (("along", settings.along), ("irregular", settings.irregular != "any")):
+        if wished and not quads:
+            yield f"{name}: only new quads can be laid so; say --remesh quads:300, too"
     if settings.twists is not None and settings.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists were both given; give one of them"
+    if settings.twill_symmetry > 1 and settings.twill_method == "voting":
+        yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     usual = option_of_field("width").default_value
     if settings.open is not None and settings.width not in (usual, replace(usual, auto=False)):
         yield "an opening and a width were both given; give one of them"
@@ -250,6 +263,8 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         settings = replace(settings, mesh=_found(settings.mesh, path.parent))
     if settings.twists is not None:
         settings = replace(settings, twists=_found(settings.twists, path.parent))
+    if settings.along not in (None, *ALONG_WORDS):
+        settings = replace(settings, along=_found(str(settings.along), path.parent))
     return settings
 
 

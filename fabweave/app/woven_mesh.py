@@ -15,6 +15,7 @@ from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.twill.tied import Tie, rotation_ties
 from fabweave.weave.twists import read_twists, twisted_weave
 from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
 
@@ -78,7 +79,7 @@ def weave_mesh(
     ----------
     source : LoadedMesh
     settings : Settings
-        Pattern, boundary, effort and seed.
+        Pattern, symmetry, boundary, effort and seed.
     supplies : Supplies, optional
         What the bunches are cut from. That every bunch has a supply is known once threads are
         traced, and is said before the search for a pattern begins.
@@ -111,6 +112,7 @@ def weave_mesh(
             twill_weights=settings.twill_weights,
             effort=settings.effort,
             seed=settings.seed,
+            ties=_ties(source, threads, settings),
             progress=progress,
         )
     if threads.n_crossings == 0:
@@ -119,6 +121,13 @@ def weave_mesh(
             "faces that share edges"
         )
     return WovenMesh(source, result, labels, bunches)
+
+
+def _ties(source: LoadedMesh, threads: Threads, settings: Settings) -> tuple[Tie, ...]:
+    """Return which crossings a twill must twist alike to keep as many rotations as asked."""
+    if settings.pattern != "twill" or settings.twill_symmetry == 1:
+        return ()
+    return rotation_ties(source.mesh, source.halfedges, threads, settings.twill_symmetry)
 
 
 def _weave_listed(path: Path, halfedges: Halfedges, threads: Threads) -> WeaveResult:

@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 
@@ -108,7 +109,20 @@ def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
     """
     if up == "z":
         return mesh
-    x, y, z = mesh.vertices.T
+    return PolyMesh(turned_upright(mesh.vertices, up), mesh.offsets, mesh.indices)
+
+
+def turned_upright(points: FloatArray, up: Up) -> FloatArray:
+    """Return points, or vectors, (N, 3), as `turn_upright` turns vertices.
+
+    Examples
+    --------
+    >>> turned_upright(np.array([[1.0, 2.0, 3.0]]), "y").tolist()
+    [[1.0, -3.0, 2.0]]
+    """
+    if up == "z":
+        return points
+    x, y, z = points.T
     turned = (x, -z, y) if up == "y" else (y, z, x)
     # A zero has no sign worth writing.
-    return PolyMesh(np.column_stack(turned) + 0.0, mesh.offsets, mesh.indices)
+    return np.column_stack(turned) + 0.0

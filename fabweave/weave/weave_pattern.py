@@ -15,7 +15,8 @@ from fabweave.weave.kagome import kagome_of
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
-from fabweave.weave.twill.weaving import Twill, weave_twill
+from fabweave.weave.twill.tied import Tie
+from fabweave.weave.twill.weaving import Kept, Twill, weave_twill
 from fabweave.weave.twill.weights import EQUAL, parse_weights
 
 #: Patterns that are no fabrics such as 3/1 or satin:5/2. Only kagome wants a mesh of its own.
@@ -87,6 +88,7 @@ def weave_pattern(
     twill_weights: str = str(EQUAL),
     effort: str = "normal",
     seed: int = 0,
+    ties: Sequence[Tie] = (),
     progress: Progress = no_progress,
 ) -> WeaveResult:
     """Weave a mesh in a pattern.
@@ -107,6 +109,8 @@ def weave_pattern(
         How to choose a twill where none is exact, and what weighs how much then.
     effort, seed, progress
         For the search that a twill may need.
+    ties : sequence of Tie
+        For a twill that is to keep rotations of the mesh.
 
     Returns
     -------
@@ -136,6 +140,7 @@ def weave_pattern(
             weights=parse_weights(twill_weights),
             effort=effort,
             seed=seed,
+            ties=ties,
             progress=progress,
         )
         return WeaveResult(twill.weave, tuple(twill_notes(twill)), twill)
@@ -176,6 +181,8 @@ def _triaxial(halfedges: Halfedges, threads: Threads, n_old_vertices: int) -> We
 
 def twill_notes(twill: Twill) -> list[str]:
     """Say how good a twill is, and why it is not exact."""
+    if twill.kept is not None:
+        return [_kept_note(twill, twill.kept), *_obstruction_notes(twill)]
     if twill.obstruction is None or twill.voted is None or twill.bound is None:
         return ["twill: exact, no condition is broken"]
     broken = twill.weave.broken
@@ -188,6 +195,28 @@ def twill_notes(twill: Twill) -> list[str]:
         f"{agree(broken.total, '[is|are]')} broken ({broken.edge} edge, "
         f"{broken.face} face, {broken.vertex} vertex), {best}; the paper's voting breaks "
         f"{twill.voted.total}",
-        f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
-        "mesh",
+        *_obstruction_notes(twill),
     ]
+
+
+def _obstruction_notes(twill: Twill) -> list[str]:
+    """Say why there is no exact twill, if there is none."""
+    if twill.obstruction is None:
+        return []
+    return [
+        f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
+        "mesh"
+    ]
+
+
+def _kept_note(twill: Twill, kept: Kept) -> str:
+    """Say how good a twill is that keeps rotations of the mesh."""
+    broken = twill.weave.broken
+    if not broken.total:
+        return f"symmetric twill: exact, and {kept.least} or more rotations keep it"
+    free = "an exact one exists" if not kept.free.total else f"{kept.free.total} are broken"
+    return (
+        f"symmetric twill: {broken.total} of {twill.n_conditions} conditions are broken "
+        f"({broken.edge} edge, {broken.face} face, {broken.vertex} vertex), where {kept.least} or "
+        f"more rotations are to keep the weave; {free} where none need to"
+    )

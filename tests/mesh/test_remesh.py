@@ -34,7 +34,7 @@ from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remesh_check import check_remeshed
 from fabweave.mesh.remesh.request import Remesh, parse_remesh
-from fabweave.mesh.remesh.runs import _best, _candidate
+from fabweave.mesh.remesh.runs import _best, candidate_of
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
@@ -481,7 +481,7 @@ def test_shape_comes_before_irregular_vertices():
     points[:, 2] *= 0.5
     results = {30: thin.with_vertices(points), 31: near}
     found = {
-        seed: _candidate(INSTANT, icotorus(), mesh, Run(300, seed, rim=False))
+        seed: candidate_of(INSTANT, icotorus(), mesh, Run(300, seed, rim=False))
         for seed, mesh in results.items()
     }
     assert found[30].irregular < found[31].irregular

@@ -15,6 +15,7 @@ from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import job_toml, settings_from_options
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.verify import verify_job
 from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.drawing import ReadError
@@ -252,3 +253,23 @@ def test_faces_of_any_sort_are_read(tmp_path):
     assert [np.shape(face) for face in read_polygons(tmp_path / "a.obj").faces] == [
         (0, 3), (2, 3), (4, 3),
     ]  # fmt: skip
+
+
+def test_faces_that_stay_beside_a_handle_are_those_that_were_given(tmp_path):
+    (tmp_path / "mesh").mkdir()
+    (tmp_path / "job").mkdir()
+    path = tmp_path / "mesh" / "ball.obj"
+    write_mesh(path, parse_shape("shape:sphere?n=4"))
+    for mesh, counts in ((str(path), 96), ("shape:sphere?n=4", 2)):
+        for more in ({}, {"up": "y"}, {"fair": 2}):
+            result = checked(tmp_path / "job", mesh=mesh, size="300mm", handle="0:40", **more)
+            assert (result.findings, result.count) == ((), counts)
+        # Another pair, one pair more or none are other meshes.
+        for told in ("1:40", "0:40,9:70", ""):
+            settings = settings_from_options(mesh, size="300mm", handle="0:40")
+            text = job_toml(settings, {}).replace('"0:40"', f'"{told}"')
+            (tmp_path / "job" / "job.toml").write_text(text)
+            job, tally = load_job(tmp_path / "job", Tally("files")), Tally("source")
+            check_source(job, tally)
+            same = told == "1:40" and mesh.startswith("shape:")
+            assert tally.result().ok == same, (mesh, told)

@@ -56,7 +56,10 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.bodies,
         settings.size_mm,
         settings.scale,
+        settings.handle,
         settings.remesh,
+        settings.along,
+        settings.irregular,
         settings.refine,
         settings.symmetrise,
         settings.fair,
@@ -69,7 +72,13 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
 def weave_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a weave depends on."""
     search = (
-        (settings.effort, settings.seed, settings.twill_method, settings.twill_weights)
+        (
+            settings.effort,
+            settings.seed,
+            settings.twill_method,
+            settings.twill_weights,
+            settings.twill_symmetry,
+        )
         if settings.pattern == "twill"
         else ()
     )

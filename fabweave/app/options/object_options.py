@@ -76,6 +76,18 @@ OBJECT_OPTIONS = (
         "Multiply the mesh by this instead of using --size.",
     ),
     Option(
+        "handle",
+        MESH,
+        text(
+            "FACE:FACE",
+            "the numbers of two faces, such as '12:40'",
+            "fabweave.mesh.handles.parse_handles",
+        ),
+        "Join two faces of the given mesh by a tube of quads: a handle, or, where they look away "
+        "from one another, a tunnel. Both need the same number of sides, and are counted from 0. "
+        "Commas part several: 12:40,3:9.",
+    ),
+    Option(
         "remesh",
         MESH,
         text(
@@ -86,6 +98,27 @@ OBJECT_OPTIONS = (
         "Make a coarser mesh first, of about N faces. quads:N, for twill; without N as many as the "
         "triangles pair up to, or else half as many as triangles, at most 3000. triangles:N, for "
         "triaxial weaves, keeps horns and limbs best. coarse:N undoes a subdivision.",
+    ),
+    Option(
+        "along",
+        MESH,
+        place(
+            "x|y|z|curvature|FILE",
+            "x, y, z, curvature or the path of a list of directions",
+        ),
+        "Which way strands should run, with --remesh quads: along an axis of the upright mesh; as "
+        "the surface bends most and least; or as a list says, in lines such as 10 0 25 0 0 1, a "
+        "place of the given mesh and a vector (the nearest place counts). Quads follow it as far "
+        "as their topology lets them, and the notes say how far.",
+    ),
+    Option(
+        "irregular",
+        MESH,
+        choice(("any", "fewest")),
+        "How many irregular vertices --remesh quads may leave: any number that keeps the shape "
+        "best; or the fewest of twice as many results, though these may be up to half as far again "
+        "from the model. Each breaks a twill.",
+        default="any",
     ),
     Option(
         "refine",
@@ -161,6 +194,14 @@ OBJECT_OPTIONS = (
         "broken edge condition counts 1. More, such as 2/2, keeps diagonals rather than the rhythm "
         "of over two, under two.",
         default="1/1",
+    ),
+    Option(
+        "twill_symmetry",
+        WEAVE,
+        whole(1, 1000),
+        "How many rotations of the mesh --pattern twill must keep at least, with over and under (1 "
+        "leaves it free). More make fewer kinds of pieces, but may break more conditions.",
+        default=1,
     ),
     Option(
         "boundary",

@@ -11,6 +11,8 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.along.direction import Alignment, Along, direction_on
+from fabweave.mesh.remesh.along.search import best_along
 from fabweave.mesh.remesh.coarse import cage_of_quads
 from fabweave.mesh.remesh.engines import (
     ENGINES,
@@ -46,6 +48,8 @@ def remesh_quads(
     n_quads: int | None,
     *,
     seed: int = 0,
+    along: Along | None = None,
+    fewest: bool = False,
     progress: Progress = no_progress,
     engines: Sequence[Engine] = ENGINES,
 ) -> Remeshed:
@@ -64,7 +68,9 @@ def remesh_quads(
     5. Where the model is mirror-symmetric, the same is done to one half, whose seam is a line of
        edges, and which is joined to its image. That is taken if it is sound and not worse (see
        `not_worse`); else the notes say why not.
-    6. Where no result passes, triangles that pair up completely are taken even if they do not
+    6. Where strands are to run along a direction, steps 2, 3 and 5 are left out, and step 4
+       compares how well results follow it (see `best_along`).
+    7. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
     Parameters
@@ -76,6 +82,11 @@ def remesh_quads(
         triangles, at most 3000.
     seed : int
         The first seed of the remesher.
+    along : Direction, "curvature" or None
+        Which way strands should run.
+    fewest : bool
+        Whether irregular vertices should be as few as can be found, before the shape is kept best;
+        steps 2 and 3 are left out, and a symmetric result must have no more of them.
     progress : callable
         Told about each run.
     engines : sequence of Engine
@@ -113,7 +124,8 @@ def remesh_quads(
     pairing = pair_triangles(source)
     paired = merge_pairs(source, pairing)
     kept = None
-    if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
+    own = along is None and not fewest
+    if own and (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
         kept = _kept(source, paired, n_quads, notes)
         if kept is not None and (n_quads is None or evenness(kept.mesh) >= _EVEN):
             return kept
@@ -124,18 +136,30 @@ def remesh_quads(
         notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
     surface = _reduced(surface, wanted)
+    if along is not None:
+        direction = direction_on(along, surface)
+        best, alignment, failures = best_along(
+            engines, source, surface, wanted, direction,
+            seed=seed, fewest=fewest, progress=progress,
+        )  # fmt: skip
+        failures += _missing(engines)
+        if best is None or alignment is None:
+            notes.append(f"no result could be used, so quads do not run along {direction.title}")
+            return _last_resort(source, n_quads, notes, failures)
+        return _finished(best.mesh, best.engine.name, [*notes, best.note], alignment)
     for engine in engines:
         if not engine.installed:
-            failures.append(
-                f"{engine.title}: it is not installed "
-                '(pip install "fabweave[quad]", where there is a wheel for your machine)'
-            )
+            failures += _missing([engine])
             continue
-        best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
+        best, failed = best_run(
+            engine, source, surface, wanted, seed=seed, fewest=fewest, progress=progress
+        )
         failures += failed
         if best is not None:
             notes += [f"another attempt failed: {text}" for text in failures]
-            chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
+            chosen, told = _mirrored(
+                engine, source, surface, wanted, best, seed, progress, fewest=fewest
+            )
             return _finished(chosen, engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
@@ -167,13 +191,14 @@ def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> s
 
 def _mirrored(
     engine: Engine, source: PolyMesh, surface: PolyMesh, wanted: int, best: Candidate, seed: int,
-    progress: Progress,
+    progress: Progress, *, fewest: bool,
 ) -> tuple[PolyMesh, list[str]]:  # fmt: skip
     """Return a mirror-symmetric result in place of another where it is as good; and notes."""
     if not best.irregular:  # nothing is better than a regular mesh
         return best.mesh, [best.note]
     symmetric, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
-    if symmetric is not None and not_worse(source, symmetric, best.mesh):
+    more = fewest and symmetric is not None and len(find_irregular(symmetric)) > best.irregular
+    if symmetric is not None and not more and not_worse(source, symmetric, best.mesh):
         return symmetric, [
             f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the model is "
             "mirror-symmetric, and so are they: half was remeshed"
@@ -226,9 +251,22 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
     return _finished(paired, "pairing" if merged else "unchanged", notes)
 
 
-def _finished(mesh: PolyMesh, method: str, notes: list[str]) -> Remeshed:
+def _finished(
+    mesh: PolyMesh, method: str, notes: list[str], alignment: Alignment | None = None
+) -> Remeshed:
     irregular = find_irregular(mesh)
-    return Remeshed(mesh, method, (*notes, irregular_note(irregular)), irregular)
+    told = () if alignment is None else (alignment.note,)
+    return Remeshed(mesh, method, (*notes, *told, irregular_note(irregular)), irregular, alignment)
+
+
+def _missing(engines: Sequence[Engine]) -> list[str]:
+    """Say which remeshers are not installed."""
+    return [
+        f"{engine.title}: it is not installed "
+        '(pip install "fabweave[quad]", where there is a wheel for your machine)'
+        for engine in engines
+        if not engine.installed
+    ]
 
 
 def _last_resort(

@@ -2,6 +2,7 @@
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.along.direction import Along
 from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.request import Remesh
@@ -10,7 +11,13 @@ from fabweave.mesh.remesh.triangles import remesh_triangles
 
 
 def remesh(
-    mesh: PolyMesh, wanted: Remesh, *, seed: int = 0, progress: Progress = no_progress
+    mesh: PolyMesh,
+    wanted: Remesh,
+    *,
+    seed: int = 0,
+    along: Along | None = None,
+    fewest: bool = False,
+    progress: Progress = no_progress,
 ) -> Remeshed:
     """Remesh a surface.
 
@@ -22,6 +29,10 @@ def remesh(
         What to make of it.
     seed : int
         The first seed of remeshers that have one.
+    along : Direction, "curvature" or None
+        For quads: which way strands should run.
+    fewest : bool
+        For quads: whether to take the fewest irregular vertices that are found.
     progress : callable
         Told about each step.
 
@@ -40,4 +51,6 @@ def remesh(
         return remesh_triangles(mesh, wanted.count, progress=progress)
     if wanted.kind == "coarse":
         return remesh_coarse(mesh, wanted.count, progress=progress)
-    return remesh_quads(mesh, wanted.count, seed=seed, progress=progress)
+    return remesh_quads(
+        mesh, wanted.count, seed=seed, along=along, fewest=fewest, progress=progress
+    )

@@ -39,10 +39,21 @@ _SPREAD = 0.04
 _FAR = 3.0
 #: Results are as near to the given surface as one another up to this factor, or this difference.
 _ALIKE, _ALIKE_PERCENT = 1.1, 0.02
+#: ... and up to this one where a direction is wished for, or few irregular vertices.
+MUCH_ALIKE = 1.5
 #: Rounds of fitting; results of more quads follow the surface well enough without.
 _ROUNDS, _MOST_FITTED = 10, 20_000
 #: Runs at the same time.
 _AT_ONCE = 2
+
+
+@frozen_value
+class Task:
+    """A remesher, what it is to remesh, and how."""
+
+    engine: Engine
+    surface: PolyMesh
+    run: Run
 
 
 @frozen_value
@@ -91,6 +102,7 @@ def best_run(
     wanted: int,
     *,
     seed: int = 0,
+    fewest: bool = False,
     progress: Progress = no_progress,
 ) -> tuple[Candidate | None, list[str]]:
     """Run a remesher a few times and take the result that keeps the shape best.
@@ -100,7 +112,8 @@ def best_run(
 
     1. those that do not run through themselves are taken first;
     2. of these, those that are nearest to the given surface: all that are nearly as near as the
-       nearest one (root mean square; 10 %, or 0.02 % of the size) are equally good;
+       nearest one (root mean square; 10 %, or half as far again where irregular vertices are to
+       be fewest, or 0.02 % of the size) are equally good;
     3. of these, the one with the fewest irregular vertices, and then the one nearest to the number
        wanted.
 
@@ -116,6 +129,9 @@ def best_run(
         About how many quads.
     seed : int
         The first seed; following runs take the following ones.
+    fewest : bool
+        Whether to take the fewest irregular vertices, though other results may be somewhat nearer
+        to the surface; twice as many runs are compared.
     progress : callable
         Told about each run.
 
@@ -136,7 +152,7 @@ def best_run(
     hung: list[str] = []
     for rim in (False,) if report.closed else (True, False):
         good: list[Candidate] = []
-        runs = _runs(engine, wanted, seed, rim=rim, large=large)
+        runs = _runs(engine, wanted, seed, rim=rim, large=large, fewest=fewest)
         with closing(results(engine, surface, runs, progress)) as found:
             for run, result in found:
                 if isinstance(result, LimitReachedError):
@@ -145,17 +161,19 @@ def best_run(
                 if isinstance(result, AttemptFailedError):
                     failures.append(str(result))
                     continue
-                fitted, faults = _fitted(model, source, result)
-                faults += _count_faults(fitted.n_faces, wanted)
+                fitted, faults = fitted_to(model, source, result)
+                faults += count_faults(fitted.n_faces, wanted)
                 if faults:
                     failures.append("; ".join(faults))
                     continue
-                good.append(_candidate(engine, source, fitted, run))
+                good.append(candidate_of(engine, source, fitted, run))
                 if good[-1].irregular <= enough:
                     break
         if good:
-            return _best(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
-    return None, _summed_up(engine, hung) + _summed_up(engine, failures)
+            return _best(good, wanted, fewest=fewest), summed_up(engine, hung) + summed_up(
+                engine, failures
+            )
+    return None, summed_up(engine, hung) + summed_up(engine, failures)
 
 
 def results(
@@ -165,14 +183,24 @@ def results(
 
     Close it to end runs that are no longer wanted.
     """
-    with _started(engine, surface, runs) as waiting:
-        for number, run in enumerate(runs):
-            progress(f"remeshing with {engine.title}", number, len(runs))
+    tasks = [Task(engine, surface, run) for run in runs]
+    for task, result in results_of(tasks, progress):
+        yield task.run, result
+
+
+def results_of(
+    tasks: Sequence[Task], progress: Progress = no_progress
+) -> Generator[tuple[Task, PolyMesh | AttemptFailedError]]:
+    """Yield what each run of any remesher on any surface gave, as :func:`results` does."""
+    with _started(tasks) as waiting:
+        for number, task in enumerate(tasks):
+            progress(f"remeshing with {task.engine.title}", number, len(tasks))
             try:
-                yield run, _without_loose_vertices(result_of(waiting[number]))
+                yield task, _without_loose_vertices(result_of(waiting[number]))
             except AttemptFailedError as error:
-                yield run, error
-    progress(f"remeshing with {engine.title}", len(runs), len(runs))
+                yield task, error
+    if tasks:
+        progress(f"remeshing with {tasks[-1].engine.title}", len(tasks), len(tasks))
 
 
 def seam_runs(engine: Engine, wanted: int, seed: int, *, large: bool) -> list[Run]:
@@ -180,10 +208,10 @@ def seam_runs(engine: Engine, wanted: int, seed: int, *, large: bool) -> list[Ru
     return _runs(engine, wanted, seed, rim=True, large=large)
 
 
-def _fitted(
+def fitted_to(
     model: Model | None, source: PolyMesh, result: PolyMesh
 ) -> tuple[PolyMesh, tuple[str, ...]]:
-    """Fit a result to the given surface, unless only the unfitted one passes; say what is wrong."""
+    """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
     faults = surface_faults(source, result)
     if faults:
         return result, check_remeshed(source, result).faults
@@ -194,37 +222,40 @@ def _fitted(
     return result, check_remeshed(source, result).faults
 
 
-def _candidate(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -> Candidate:
+def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -> Candidate:
     """Measure a result."""
     like = likeness(source, result)
     irregular, clashes = len(find_irregular(result)), len(self_intersections(result))
     return Candidate(engine, result, run, like.percent(like.in_rms_mm), irregular, clashes)
 
 
-def _best(good: list[Candidate], wanted: int) -> Candidate:
-    """Return the best of some results (see best_run)."""
+def as_near(good: Sequence[Candidate], factor: float = _ALIKE) -> list[Candidate]:
+    """Return which results do not run through themselves, if any, and are about as near as any."""
     sound = [candidate for candidate in good if not candidate.clashes] or good
     near = min(candidate.off for candidate in sound)
-    alike = [item for item in sound if item.off <= max(near * _ALIKE, near + _ALIKE_PERCENT)]
+    return [item for item in sound if item.off <= max(near * factor, near + _ALIKE_PERCENT)]
+
+
+def _best(good: Sequence[Candidate], wanted: int, *, fewest: bool = False) -> Candidate:
+    """Return the best of some results (see best_run)."""
+    alike = as_near(good, MUCH_ALIKE if fewest else _ALIKE)
     return min(alike, key=lambda item: (item.irregular, abs(item.mesh.n_faces - wanted)))
 
 
 @contextmanager
-def _started(
-    engine: Engine, surface: PolyMesh, runs: Sequence[Run]
-) -> Iterator[list[Future[PolyMesh]]]:
+def _started(tasks: Sequence[Task]) -> Iterator[list[Future[PolyMesh]]]:
     """Start runs of a remesher, two at a time; none is left running when the block ends."""
     stop = threading.Event()
     pool = SignalSafeExecutor(ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1)))
     try:
-        yield [pool.submit(run_engine, engine, surface, run, stop) for run in runs]
+        yield [pool.submit(run_engine, task.engine, task.surface, task.run, stop) for task in tasks]
     finally:
         with held_back():
             stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
+def summed_up(engine: Engine, failures: list[str]) -> list[str]:
     """Say in one line why several runs failed; where reasons differ, the shortest one."""
     if not failures:
         return []
@@ -233,17 +264,20 @@ def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
     return [f"{engine.title}{runs}: {min(failures, key=len)}{differ}"]
 
 
-def _count_faults(made: int, wanted: int) -> tuple[str, ...]:
+def count_faults(made: int, wanted: int) -> tuple[str, ...]:
     """Say if there are far more or far fewer quads than wanted."""
     far = not wanted / _FAR <= made <= wanted * _FAR
     return (f"{made} quads, far from the {wanted} wanted",) if far else ()
 
 
-def _runs(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
+def _runs(
+    engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool, fewest: bool = False
+) -> list[Run]:
     """Return the runs to compare."""
     number = 1 if large else next((runs for most, runs in _RUNS if wanted <= most), 1)
+    number = min(number, engine.most_runs) * (2 if fewest and not large else 1)
     runs = []
-    for k in range(min(number, engine.most_runs)):
+    for k in range(number):
         # 0, +1, -1, +2 times the spread
         share = 1 + _SPREAD * ((k + 1) // 2) * (1 if k % 2 else -1)
         aim = wanted if engine.seeded else round(wanted * share)

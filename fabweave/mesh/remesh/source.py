@@ -6,6 +6,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.irregular import Irregular
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.along.direction import Alignment
 from fabweave.mesh.samples import fans
 from fabweave.mesh.triangulate import triangulate
 from fabweave.mesh.weld import weld_mesh
@@ -27,12 +28,15 @@ class Remeshed:
     irregular : Irregular
         The irregular vertices that remain: inside, those with other than four edges in meshes of
         quads, other than six in meshes of triangles.
+    alignment : Alignment or None
+        How well quads follow the direction that was wished for.
     """
 
     mesh: PolyMesh
     method: str
     notes: tuple[str, ...]
     irregular: Irregular
+    alignment: Alignment | None = None
 
 
 def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:

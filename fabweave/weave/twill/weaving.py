@@ -1,6 +1,7 @@
 """Weave the 2/2 twill: exactly where it exists, else breaking as little as can be found."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
@@ -8,12 +9,34 @@ from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.anneal import couple
 from fabweave.weave.twill.bound import WIDER_WORK, Bound, irregular_seeds, prove_bound
-from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
+from fabweave.weave.twill.conditions import (
+    Broken,
+    TwillConditions,
+    count_broken,
+    twill_conditions,
+)
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.obstruction import Obstruction, explain
 from fabweave.weave.twill.optimise import optimise_twill
+from fabweave.weave.twill.tied import Tie, tied_twill
 from fabweave.weave.twill.voting import best_vote, literal_vote
 from fabweave.weave.twill.weights import EQUAL, TwillWeights
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A symmetry that a twill was asked to keep.
+
+    Parameters
+    ----------
+    least : int
+        How many rotations it keeps at least.
+    free : Broken
+        What a weave breaks that need not keep any.
+    """
+
+    least: int
+    free: Broken
 
 
 @frozen_value
@@ -32,6 +55,8 @@ class Twill:
         What the paper's voting breaks, where it was needed.
     bound : Bound or None
         What every weave of the mesh breaks at least, where none is exact.
+    kept : Kept or None
+        The symmetry that was asked for.
     """
 
     weave: Weave
@@ -39,6 +64,7 @@ class Twill:
     obstruction: Obstruction | None = None
     voted: Broken | None = None
     bound: Bound | None = None
+    kept: Kept | None = None
 
 
 def weave_twill(
@@ -51,6 +77,7 @@ def weave_twill(
     weights: TwillWeights = EQUAL,
     effort: str = "normal",
     seed: int = 0,
+    ties: Sequence[Tie] = (),
     progress: Progress = no_progress,
 ) -> Twill:
     """Weave a mesh in 2/2 twill.
@@ -76,6 +103,8 @@ def weave_twill(
         How long to search, and how much work goes into the bound.
     seed : int
         Same seed, same weave.
+    ties : sequence of Tie
+        Of which one must hold: crossings that rotations carry to one another are twisted alike.
     progress : callable
         Told what is being done.
 
@@ -103,7 +132,8 @@ def weave_twill(
     conditions = twill_conditions(halfedges, threads)
     decision = decide_twill(conditions)
     if decision.twist is not None:
-        return Twill(_twill(threads, decision.twist, Broken()), conditions.count)
+        exact = Twill(_twill(threads, decision.twist, Broken()), conditions.count)
+        return _tied(exact, conditions, threads, ties, weights, effort, seed, progress)
     obstruction = explain(halfedges, threads, conditions, decision, labels)
     vote = best_vote(conditions, threads, bunches)
     couplings = couple(conditions)
@@ -127,13 +157,30 @@ def weave_twill(
     broken = count_broken(conditions, twist)
     # What is not twillable breaks one condition at least, and what reaches the bound is the best.
     least = max(bound.least, 1)
-    return Twill(
+    free = Twill(
         _twill(threads, twist, broken),
         conditions.count,
         obstruction,
         vote.broken,
         Bound(least, optimum=bound.optimum or least == broken.total),
     )
+    return _tied(free, conditions, threads, ties, weights, effort, seed, progress)
+
+
+def _tied(
+    free: Twill, conditions: TwillConditions, threads: Threads, ties: Sequence[Tie],
+    weights: TwillWeights, effort: str, seed: int, progress: Progress,
+) -> Twill:  # fmt: skip
+    """Return a twill that keeps rotations in place of a free one, if that is asked for."""
+    if not ties:
+        return free
+    least = 0 if free.bound is None else free.bound.least
+    twist = tied_twill(
+        conditions, ties, weights=weights, effort=effort, seed=seed, least=least, progress=progress
+    )
+    kept = Kept(min(tie.order for tie in ties), free.weave.broken or Broken())
+    broken = count_broken(conditions, twist)
+    return replace(free, weave=_twill(threads, twist, broken), kept=kept)
 
 
 def _twill(threads: Threads, twist: BoolArray, broken: Broken) -> Weave:

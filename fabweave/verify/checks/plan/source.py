@@ -49,11 +49,19 @@ def check_source(job: Job, tally: Tally) -> None:
     if options.get("remesh"):
         return
     finer = bool(options.get("refine")) or options.get("pattern") == "triaxial"
+    joined = joined_faces(options)
     name = options.get("mesh")
     if isinstance(name, str) and name.startswith("shape:"):
-        _check_shape(name, mesh, place, finer=finer, refined=bool(options.get("refine")))
+        refined = bool(options.get("refine"))
+        _check_shape(name, mesh, place, finer=finer, refined=refined, joined=len(joined))
     if job.source is not None and not finer and options.get("bodies", "all") == "all":
-        _check_faces(job.source, mesh, options, extent, place)
+        _check_faces(job.source, mesh, options, joined, place)
+
+
+def joined_faces(options: dict[str, Any]) -> list[int]:
+    """Return the faces of the given mesh that gave way to handles, two for each."""
+    told = str(options.get("handle") or "")
+    return [int(word) for word in told.replace(":", ",").split(",") if word.strip().isdigit()]
 
 
 def _extent(points: Floats) -> float:
@@ -61,7 +69,9 @@ def _extent(points: Floats) -> float:
     return float(np.ptp(points, axis=0).max())
 
 
-def _check_shape(name: str, mesh: LoadedMesh, place: Place, *, finer: bool, refined: bool) -> None:
+def _check_shape(
+    name: str, mesh: LoadedMesh, place: Place, *, finer: bool, refined: bool, joined: int
+) -> None:
     """Check the faces and the Euler characteristic of a built-in shape that is known here."""
     kind, _, query = name.removeprefix("shape:").partition("?")
     if kind not in _SHAPES:
@@ -71,8 +81,9 @@ def _check_shape(name: str, mesh: LoadedMesh, place: Place, *, finer: bool, refi
     if not refined or bool((mesh.twin >= 0).all()):
         edges = len(mesh.corner) - len(mesh.inner)
         found = len(np.unique(mesh.corner)) - edges + len(mesh.centres)
-        place.equal(f"its Euler characteristic, as a {kind},", found, euler)
-    if not finer:
+        place.equal(f"its Euler characteristic, as a {kind},", found, euler - joined)
+    # How many quads a handle has is for its maker to say.
+    if not finer and not joined:
         values = dict(pair.partition("=")[::2] for pair in query.split("&"))
         for key, usual in parameters:
             wanted *= int(values.get(key, usual))
@@ -80,20 +91,38 @@ def _check_shape(name: str, mesh: LoadedMesh, place: Place, *, finer: bool, refi
 
 
 def _check_faces(
-    source: SourceMesh, mesh: LoadedMesh, options: dict[str, Any], extent: float, place: Place
+    source: SourceMesh,
+    mesh: LoadedMesh,
+    options: dict[str, Any],
+    joined: list[int],
+    place: Place,
 ) -> None:
-    """Check that the faces are those of the mesh that was given: turned upright, and scaled."""
-    given = np.concatenate(source.faces)
+    """Check that the faces are those of the mesh that was given: turned upright, and scaled.
+
+    Faces that gave way to handles are not there, and the quads of these follow the others.
+    """
+    whole = [face for face in source.faces if len(face) > 2]
+    faces = [face for at, face in enumerate(whole) if at not in joined]
+    given = np.concatenate(faces)
     axes = _TURNED[str(options.get("up", "z"))]
     given = np.stack([sign * given[:, axis] for sign, axis in axes], axis=1)
     before = _extent(given)
+    sizes = np.bincount(mesh.face)
+    tubes = len(sizes) - len(faces) if joined else 0
+    place = place.against(source.name)
+    if joined and (tubes < 0 or (sizes[len(sizes) - tubes :] != 4).any()):
+        place.count()
+        place.fail(f"the faces of its handles are no quads after the {len(faces)} of {source.name}")
+        return
+    sizes = sizes[: len(sizes) - tubes]
+    points = mesh.vertices[mesh.corner[: int(sizes.sum())]]
+    extent = _extent(points)
     scale = float(options.get("scale", 1.0))
     if options.get("size") is not None and before > 0.0:
         scale = extent / before
     near = _WELDED * extent
-    there = _faces(mesh.vertices[mesh.corner], np.bincount(mesh.face), near)
-    due = _faces(scale * given, np.array([len(face) for face in source.faces]), near)
-    place = place.against(source.name)
+    there = _faces(points, sizes, near)
+    due = _faces(scale * given, np.array([len(face) for face in faces]), near)
     if not place.equal("the number of its faces", len(there), len(due)):
         return
     moved = bool(options.get("fair") or options.get("symmetrise"))

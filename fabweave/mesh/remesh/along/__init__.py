@@ -1,0 +1,1 @@
+"""Lay quads along a direction: say which, groove the surface along it, and compare results."""
