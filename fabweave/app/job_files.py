@@ -174,6 +174,7 @@ def _write_tables(
         "sheets": len(names),
         "utilisation": report.totals.sums.utilisation,
         "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
+        "fasten": job.fasten,
         "costs": costs_text(job.costs),
         **_likeness(job),
         "notes": list(job.notes),

@@ -220,7 +220,7 @@ def plan_job(
     check = check_joined(woven, settings, supplies, depth)
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
-    pieces = joined_pieces(joined, settings, rules)
+    pieces = joined_pieces(joined, settings, supplies, rules)
     planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces)
     if planned.verdict.stops and not settings.force:
         raise NotMakeableError(planned.verdict)

@@ -59,7 +59,7 @@ def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
 
     A fastener goes through both strands of a crossing, so a hole suits all materials.
     """
-    if settings.hole_mm == 0:
+    if settings.hole_mm == 0 or (settings.fasten == "none" and settings.holes != "all"):
         return ()
     material = max(supplies.materials, key=min_hole_mm)
     least = min_hole_mm(material)

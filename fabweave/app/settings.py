@@ -83,6 +83,8 @@ class Settings:
     max_length_mm: float | None = default("max_length_mm")
     prefer: str = default("prefer")
     hole_mm: float | None = default("hole_mm")
+    holes: str = default("holes")
+    fasten: str | None = default("fasten")
     joint: str = default("joint")
     lap_mm: float | None = default("lap_mm")
     slots: bool = default("slots")

@@ -28,8 +28,8 @@ def bill_of_materials(piece_set: PieceSet) -> BillOfMaterials:
     for piece in piece_set.pieces:
         # Each fastener is counted once, by the strand above; slots are holes in a strand below.
         for station, _, _, diameter in piece.holes.tolist():
-            if piece.over[int(station)]:
-                crossing = piece.crossings[int(station)]
+            crossing = piece.crossings[int(station)]
+            if piece.over[int(station)] and piece_set.fastened[crossing]:
                 needed[diameter, int(layers[crossing]), float(grip[crossing])] += 1
     rows = []
     for (diameter, count, grip_mm), number in sorted(needed.items()):

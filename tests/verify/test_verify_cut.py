@@ -80,7 +80,7 @@ def moved(entity, layer):
         lambda nominal, _: kerfed_sheets([nominal], 0.2, MicroJoints(4, 0.4))[0],
         lambda _, ready: with_entities(ready, lambda one: moved(one, Layer.CUT_OUTER)),
         lambda _, ready: with_entities(ready, lambda one: moved(one, INNER)),
-        lambda _, ready: with_entities(ready, lambda one: moved(one, Layer.ENGRAVE_MARK)),
+        lambda _, ready: with_entities(ready, lambda one: moved(one, Layer.ENGRAVE_LABEL)),
         lambda _, ready: with_entities(
             ready,
             lambda one: replace(one, radius=one.radius + 0.1) if isinstance(one, Circle) else one,
@@ -90,7 +90,7 @@ def moved(entity, layer):
     ],
     ids=[
         "no-kerf", "kerf-twice", "wide-bridges", "many-bridges", "outline-moved", "slot-moved",
-        "mark-moved", "wide-holes", "piece-lost", "note-lost",
+        "letter-moved", "wide-holes", "piece-lost", "note-lost",
     ],
 )  # fmt: skip
 def test_a_sheet_to_cut_that_is_not_as_stated_is_found(job, spoil):

@@ -98,6 +98,8 @@ def piece_view(settings: Settings) -> tuple[Any, ...]:
         settings.joint,
         settings.lap_mm,
         settings.hole_mm,
+        settings.holes,
+        settings.fasten,
         settings.slots,
         settings.sheets,
         settings.margin_mm,

@@ -54,6 +54,30 @@ CUTTING_OPTIONS = (
         making=True,
     ),
     Option(
+        "holes",
+        SHEETS,
+        choice(("fastened", "all")),
+        "Which crossings have holes: fastened, those that take a fastener, or all, to lay pieces "
+        "by.",
+        default="fastened",
+        making=True,
+    ),
+    Option(
+        "fasten",
+        SHEETS,
+        text(
+            "WHICH",
+            "a text such as 'every:2'",
+            "fabweave.flat.joint.fastening.parse_fastening",
+            form=lambda told: told.strip().lower(),
+        ),
+        "Which crossings take a fastener: joints; all; rim, the joints and the crossings next to "
+        "the boundary; every:2, the joints and one crossing of two; or none, and joints are glued.",
+        otherwise="joints where the weave is so tight and stiff that it holds itself "
+        "(fabweave guide joints), else all",
+        making=True,
+    ),
+    Option(
         "joint",
         SHEETS,
         text("KIND", "a text such as 'rivet:2'", "fabweave.flat.joint.kinds.parse_joint"),

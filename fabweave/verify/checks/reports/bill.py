@@ -77,7 +77,9 @@ def _fasteners(job: Job) -> Counter[tuple[float, int, float | None]]:
     for piece in job.map.pieces if job.map is not None else ():
         for cutout in piece.cutouts or ():
             station = piece.stations[cutout.station]
-            if cutout.circle is not None and station.over:
+            crossing = job.map.crossing.get(station.crossing) if job.map is not None else None
+            idle = crossing is not None and crossing.fastened is False
+            if cutout.circle is not None and station.over and not idle:
                 count, thick = job.layers[station.crossing]
                 grip = None if math.isnan(thick) else round(thick, _GRIP_DECIMALS)
                 fasteners[round(cutout.circle[2], 3), count, grip] += 1
