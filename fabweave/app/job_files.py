@@ -77,7 +77,7 @@ def write_job(
     written += [
         start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
-    crossing_map, bill = job_map(job), bill_of_materials(job.piece_set)
+    crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
     written.append(
         start(
             write_manual,

@@ -36,7 +36,14 @@ def job_notes(
         *woven.result.notes,
         *fastening_notes(planned.fasten, settings.fasten, pieces),
         *all_notes(
-            woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules, seen_mm=seen_mm
+            woven.mesh,
+            woven.weave,
+            woven.ribbons,
+            pieces,
+            marks,
+            planned.rules,
+            seen_mm=seen_mm,
+            hardware=settings.hardware,
         ),
         f"pieces: {reason}",
         *width_notes(woven, settings, planned.supplies),

@@ -328,7 +328,7 @@ def draw_job(
             layout.sheets,
             allotment.sheet_materials,
             build_steps(pieces, order),
-            bill_of_materials(pieces),
+            bill_of_materials(pieces, settings.hardware),
             calibration=settings.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),

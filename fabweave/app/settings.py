@@ -85,6 +85,7 @@ class Settings:
     hole_mm: float | None = default("hole_mm")
     holes: str = default("holes")
     fasten: str | None = default("fasten")
+    hardware: str | None = default("hardware")
     joint: str = default("joint")
     lap_mm: float | None = default("lap_mm")
     slots: bool = default("slots")

@@ -39,10 +39,12 @@ def all_notes(
     rules: Sequence[HoleRule],
     *,
     seen_mm: float | None = None,
+    hardware: str | None = None,
 ) -> list[str]:
     """Return every note, the weave first, then ribbons, holes and letters.
 
-    ``seen_mm`` is how much of the engraving is seen on the woven object, if it was to be hidden.
+    ``seen_mm`` is how much of the engraving is seen on the woven object, if it was to be hidden;
+    ``hardware`` the sort of fastener that was asked for.
     """
     size = float(np.ptp(mesh.vertices, axis=0).max())
     notes = _weave_notes(weave)
@@ -50,7 +52,7 @@ def all_notes(
     notes.append(_width_note(width))
     notes += _hole_notes(piece_set, rules, size)
     notes += joint_notes(piece_set, size, fastened=bool(rules))
-    notes += bom_notes(bill_of_materials(piece_set))
+    notes += bom_notes(bill_of_materials(piece_set, hardware))
     notes += _label_notes(marks)
     if seen_mm is not None:
         notes.append(_seen_note(marks, seen_mm))

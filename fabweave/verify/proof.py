@@ -86,7 +86,7 @@ _TASKS = (
     _Task("joints", ("map", "model"), check_joints),
     _Task("kinds", ("map",), check_kinds),
     _Task("crossing-holes", ("map",), check_crossing_holes),
-    _Task("fastened", ("map", "mesh"), check_fastening),
+    _Task("fastened", ("map",), check_fastening),
     _Task("unfolding", ("map", "model"), check_unfolding),
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),

@@ -100,6 +100,7 @@ def piece_view(settings: Settings) -> tuple[Any, ...]:
         settings.hole_mm,
         settings.holes,
         settings.fasten,
+        settings.hardware,
         settings.slots,
         settings.sheets,
         settings.margin_mm,

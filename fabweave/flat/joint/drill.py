@@ -98,7 +98,7 @@ def drill(
     idle = plan.crossing[~wanted[plan.crossing]]
     room[idle if every_hole else np.flatnonzero(~wanted)] = np.inf
     asked = np.ones(len(room), dtype=np.bool_) if every_hole else wanted
-    rule = choose_rule(room[asked], rules, ribbons, threads, plan)
+    rule = choose_rule(room[asked], rules, ribbons, threads, plan, few=not asked.all())
     drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
     more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))
     if rule is not None and plan.rule.fasteners > 1 and not len(idle):

@@ -14,7 +14,7 @@ _EVERY = re.compile(r"every:(\d+)")
 
 def check_fastening(job: Job, tally: Tally) -> None:
     """Check what the map calls fastened against the settings, the holes and the weave."""
-    plan, mesh = required(job.map), required(job.mesh)
+    plan = required(job.map)
     stated = [crossing.fastened for crossing in plan.crossings]
     if all(one is None for one in stated):
         return
@@ -22,7 +22,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
     chosen = outcome.get("fasten") if isinstance(outcome, dict) else None
     asked = job.options.get("fasten", chosen)
     tally.at("job.toml").equal("which crossings are said to be fastened", chosen, asked)
-    wanted = _wanted(str(asked), plan, mesh)
+    wanted = _wanted(str(asked), plan, job)
     if not tally.at("job.toml").expect(
         wanted is not None, f"{asked!r} does not say which crossings are fastened"
     ):
@@ -43,7 +43,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
         place.expect(due or every_hole or not there, "it has holes, but is not to be fastened")
 
 
-def _wanted(asked: str, plan: CrossingMap, mesh: LoadedMesh) -> set[int] | None:
+def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
     """Return the crossings that are to take a fastener; None if nobody can tell."""
     every = _EVERY.fullmatch(asked)
     if asked == "none":
@@ -52,7 +52,7 @@ def _wanted(asked: str, plan: CrossingMap, mesh: LoadedMesh) -> set[int] | None:
         return {crossing.id for crossing in plan.crossings}
     wanted = {joint.crossing for joint in plan.joints}
     if asked == "rim":
-        rim = _beside_the_boundary(mesh)
+        rim = _beside_the_boundary(required(job.mesh))
         wanted |= {one.id for one in plan.crossings if tuple(sorted(one.edge)) in rim}
     elif every is not None:
         for thread in plan.threads:
