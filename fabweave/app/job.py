@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fabweave.app.colours import piece_colours, woven_colours
+from fabweave.app.joined_object import chosen_fastening
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.assembly.order.planning import Order
@@ -65,6 +66,11 @@ class PlannedJob:
     def weave(self) -> Weave:
         """The weave."""
         return self.woven.weave
+
+    @property
+    def fasten(self) -> str:
+        """Which crossings take a fastener, as ``--fasten`` says it."""
+        return chosen_fastening(self.woven, self.settings, self.supplies)
 
     @property
     def colours(self) -> Colours:

@@ -77,7 +77,7 @@ def write_job(
     written += [
         start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
-    crossing_map, bill = job_map(job), bill_of_materials(job.piece_set)
+    crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
     written.append(
         start(
             write_manual,
@@ -174,6 +174,7 @@ def _write_tables(
         "sheets": len(names),
         "utilisation": report.totals.sums.utilisation,
         "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
+        "fasten": job.fasten,
         "costs": costs_text(job.costs),
         **_likeness(job),
         "notes": list(job.notes),

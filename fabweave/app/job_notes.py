@@ -12,7 +12,7 @@ from fabweave.cut.kerfed_sheets import kerf_notes
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
 from fabweave.nest.layout import Layout
-from fabweave.report.notes import all_notes
+from fabweave.report.notes import all_notes, fastening_notes
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.report.splitting import splitting_reason
 
@@ -34,8 +34,16 @@ def job_notes(
     return (
         *woven.source.notes,
         *woven.result.notes,
+        *fastening_notes(planned.fasten, settings.fasten, pieces),
         *all_notes(
-            woven.mesh, woven.weave, woven.ribbons, pieces, marks, planned.rules, seen_mm=seen_mm
+            woven.mesh,
+            woven.weave,
+            woven.ribbons,
+            pieces,
+            marks,
+            planned.rules,
+            seen_mm=seen_mm,
+            hardware=settings.hardware,
         ),
         f"pieces: {reason}",
         *width_notes(woven, settings, planned.supplies),

@@ -32,6 +32,7 @@ from fabweave.core.messages import agree, few_of
 from fabweave.cut.labels.marks import mark_pieces
 from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.ends import CutStrips, cut_strips
+from fabweave.flat.joint.fastening import fastened_crossings, holds_itself, parse_fastening
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.overlap import overlapping_ends
@@ -50,6 +51,7 @@ from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.ribbon_limits import by_thread, thread_limits
 from fabweave.stock.supplies import Supplies
 
@@ -198,9 +200,30 @@ def remake(
         return keep_clear(other, settings, supplies)
 
 
-def joined_pieces(joined: JoinedObject, settings: Settings, rules: Sequence[HoleRule]) -> PieceSet:
+def chosen_fastening(woven: WovenObject, settings: Settings, supplies: Supplies) -> str:
+    """Return which crossings take a fastener: as asked, or else what the weave wants.
+
+    Slots are for the fasteners of crossings without joints, so who asks for them wants all.
+    """
+    if settings.fasten is not None or settings.slots:
+        return settings.fasten or "all"
+    bend_t = min(
+        min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
+    )
+    return "joints" if holds_itself(woven.ribbons, woven.weave.threads, bend_t) else "all"
+
+
+def joined_pieces(
+    joined: JoinedObject, settings: Settings, supplies: Supplies, rules: Sequence[HoleRule]
+) -> PieceSet:
     """Build the pieces of an object, with their holes and joints."""
     woven = joined.woven
+    fastened = fastened_crossings(
+        parse_fastening(chosen_fastening(woven, settings, supplies)),
+        woven.weave,
+        woven.halfedges,
+        joined.joints.crossing,
+    )
     return build_pieces(
         woven.ribbons,
         woven.weave,
@@ -210,6 +233,8 @@ def joined_pieces(joined: JoinedObject, settings: Settings, rules: Sequence[Hole
         joined.joints,
         slots=settings.slots,
         cut=joined.cut,
+        fastened=fastened,
+        every_hole=settings.holes == "all",
     )
 
 
@@ -229,7 +254,7 @@ def joined_costs(joined: JoinedObject, settings: Settings, supplies: Supplies) -
         Complete.
     supplies : Supplies
     """
-    piece_set = joined_pieces(joined, settings, hole_rules(settings, supplies))
+    piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
     return pieces_costs(piece_set, joined.woven, settings, supplies)
 
 

@@ -220,7 +220,7 @@ def plan_job(
     check = check_joined(woven, settings, supplies, depth)
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
-    pieces = joined_pieces(joined, settings, rules)
+    pieces = joined_pieces(joined, settings, supplies, rules)
     kinds = kinds_of(pieces.pieces, woven, supplies)
     planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, kinds)
     if planned.verdict.stops and not settings.force:
@@ -330,7 +330,7 @@ def draw_job(
             layout.sheets,
             allotment.sheet_materials,
             build_steps(pieces, order),
-            bill_of_materials(pieces),
+            bill_of_materials(pieces, settings.hardware),
             calibration=settings.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),

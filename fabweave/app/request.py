@@ -9,6 +9,7 @@ from fabweave.core.errors import InputError
 from fabweave.cut.kerfed_sheets import check_kerf
 from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.sheet_text import check_stock
@@ -54,26 +55,46 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     )
 
 
+def _is_sold_for(hole_mm: float, supplies: Supplies) -> bool:
+    """Say whether there is hardware for a hole through two layers, and through three at a lap."""
+    thickness = [material.thickness_mm for material in supplies.materials]
+    return all(
+        any(sort.fits(hole_mm, grip_mm) for sort in hardware_catalogue().values())
+        for grip_mm in (2.0 * min(thickness), 3.0 * max(thickness))
+    )
+
+
 def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
     """Return the holes that may be used, the largest first; none if none are wanted.
 
-    A fastener goes through both strands of a crossing, so a hole suits all materials.
+    A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
+    size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
     """
-    if settings.hole_mm == 0:
+    if settings.hole_mm == 0 or (settings.fasten == "none" and settings.holes != "all"):
         return ()
     material = max(supplies.materials, key=min_hole_mm)
     least = min_hole_mm(material)
-    if settings.hole_mm is not None:
-        if settings.hole_mm < least:
+    sort = hardware_named(settings.hardware) if settings.hardware is not None else None
+    hole = settings.hole_mm if sort is None or settings.hole_mm is not None else sort.cut_mm
+    if sort is not None and hole is not None and not sort.hole_mm[0] <= hole <= sort.hole_mm[1]:
+        raise InputError(
+            f"a hole of {hole:g} mm is not for {sort.title}, which wants "
+            f"{sort.hole_mm[0]:g} to {sort.hole_mm[1]:g} mm: leave out --hole, or --hardware"
+        )
+    if hole is not None:
+        if hole < least:
             raise InputError(
-                f"a hole of {settings.hole_mm:g} mm is too small for a laser in "
+                f"a hole of {hole:g} mm is too small for a laser in "
                 f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
                 "or --hole none"
             )
-        holes: Sequence[float] = (settings.hole_mm,)
+        holes: Sequence[float] = (hole,)
     else:
         holes = [hole for hole in HOLES_MM if hole >= least] or [least]
+        holes = [hole for hole in holes if _is_sold_for(hole, supplies)] or holes
+    # A head that reached over the edge would show, and hold nothing there.
+    head = 0.0 if sort is None else sort.head_mm / 2.0
     return tuple(
-        HoleRule(hole, max(hole_edge_mm(material, hole) for material in supplies.materials))
-        for hole in holes
+        HoleRule(each, max(head, *(hole_edge_mm(one, each) for one in supplies.materials)))
+        for each in holes
     )

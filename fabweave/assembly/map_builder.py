@@ -235,6 +235,7 @@ def _crossings(
             position_mm=position,
             over=strand(crossing, 1),
             under=strand(crossing, 0),
+            fastened=bool(piece_set.fastened[crossing]),
         )
         for crossing, (edge, position) in enumerate(zip(edges, positions, strict=True))
     )

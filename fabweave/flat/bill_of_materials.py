@@ -1,11 +1,15 @@
 """Hold what is bought besides sheets: fasteners, glue and tape, as ``waste.json`` lists them."""
 
-from fabweave.core.records import record
+from fabweave.core.records import optional, record
+from fabweave.stock.hardware import Hardware
 
 
 @record
 class FastenerRow:
-    """Fasteners of one diameter, number of layers and grip: needed, spare, and to buy in all."""
+    """Fasteners of one diameter, number of layers and grip: needed, spare, and to buy in all.
+
+    ``fits`` names the sorts of hardware that do, in the order of the catalogue.
+    """
 
     diameter_mm: float
     layers: int
@@ -13,6 +17,7 @@ class FastenerRow:
     needed: int
     spare: int
     buy: int
+    fits: tuple[str, ...] | None = optional()
 
 
 @record
@@ -33,8 +38,9 @@ class TapeRow:
 
 @record
 class BillOfMaterials:
-    """What is bought besides sheets."""
+    """What is bought besides sheets; ``hardware`` tells of the sorts that fit some fastener."""
 
     fasteners: tuple[FastenerRow, ...]
     glue: GlueRow
     tape: TapeRow
+    hardware: tuple[Hardware, ...] | None = optional()

@@ -88,13 +88,17 @@ class StrandRecord:
 
 @record
 class CrossingRecord:
-    """A crossing: the ends of its edge in the woven mesh, its place in space, and both strands."""
+    """A crossing: the ends of its edge in the woven mesh, its place in space, and both strands.
+
+    ``fastened`` says whether a fastener goes through it.
+    """
 
     id: int
     edge: tuple[int, int]
     position_mm: tuple[float, float, float] = key("position")
     over: StrandRecord
     under: StrandRecord
+    fastened: bool | None = optional()
 
 
 @record

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.covers import covered_parts
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
 from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
@@ -35,6 +35,8 @@ class PieceSet:
         there has room for; infinite where no hole is wanted.
     plan : JointPlan
         What was asked of the joints, and what they have room for.
+    fastened : (X,) bool array
+        Through which crossings a fastener goes.
     """
 
     pieces: tuple[Piece, ...]
@@ -42,6 +44,7 @@ class PieceSet:
     rule: HoleRule | None
     room_mm: FloatArray
     plan: JointPlan
+    fastened: BoolArray
 
 
 def build_pieces(
@@ -54,6 +57,8 @@ def build_pieces(
     *,
     slots: bool = False,
     cut: CutStrips | None = None,
+    fastened: BoolArray | None = None,
+    every_hole: bool = False,
 ) -> PieceSet:
     """Build every piece with its stations, holes and joints.
 
@@ -74,10 +79,15 @@ def build_pieces(
         Whether strands that lie under have slots in place of holes where they have no joint.
     cut : CutStrips, optional
         The strips as they are cut, if they are known.
+    fastened, every_hole
+        Which crossings are to take a fastener, and whether the others have holes, too; as for
+        :func:`fabweave.flat.joint.drill.drill`.
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     cut = cut_strips(ribbons, weave, runs, plan) if cut is None else cut
-    drilled = drill(ribbons, weave, plan, cut, rules, slots=slots)
+    drilled = drill(
+        ribbons, weave, plan, cut, rules, slots=slots, fastened=fastened, every_hole=every_hole
+    )
     kinds = [
         GLUE if kind.most_fasteners and not held else kind
         for kind, held in zip(plan.kind, drilled.held.tolist(), strict=True)
@@ -100,7 +110,8 @@ def build_pieces(
         )
         for index in range(len(numbers))
     )
-    return PieceSet(pieces, _join(pieces, plan, kinds), drilled.rule, drilled.room_mm, plan)
+    joints = _join(pieces, plan, kinds)
+    return PieceSet(pieces, joints, drilled.rule, drilled.room_mm, plan, drilled.fastened)
 
 
 def _piece(

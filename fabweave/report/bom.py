@@ -9,27 +9,37 @@ from fabweave.core.messages import agree
 from fabweave.flat.bill_of_materials import BillOfMaterials, FastenerRow, GlueRow, TapeRow
 from fabweave.flat.layers import count_layers, grips_mm
 from fabweave.flat.pieces import PieceSet
+from fabweave.stock.hardware import hardware_catalogue, hardware_named
 
 #: Spare fasteners, as a share of those needed; but no fewer than ``LEAST_SPARES``.
 SPARE_SHARE = 0.08
 LEAST_SPARES = 2
 
 
-def bill_of_materials(piece_set: PieceSet) -> BillOfMaterials:
-    """Count fasteners, glue and tape.
+def bill_of_materials(piece_set: PieceSet, hardware: str | None = None) -> BillOfMaterials:
+    """Count fasteners, glue and tape, and say which hardware fits.
 
     A fastener's grip is the thickness of all layers that it goes through, each with that of its
     own material: two at a crossing, three at a lap. Glue covers the laps of all glued joints, once
     each. Tape runs across the seams of pieces that meet end to end: each is as long as the ribbon
     is wide, square to it.
+
+    Parameters
+    ----------
+    piece_set : PieceSet
+    hardware : str, optional
+        The sort that is to be used; by default any of the catalogue.
     """
+    sorts = (
+        tuple(hardware_catalogue().values()) if hardware is None else (hardware_named(hardware),)
+    )
     needed: Counter[tuple[float, int, float]] = Counter()
     layers, grip = count_layers(piece_set), grips_mm(piece_set)
     for piece in piece_set.pieces:
         # Each fastener is counted once, by the strand above; slots are holes in a strand below.
         for station, _, _, diameter in piece.holes.tolist():
-            if piece.over[int(station)]:
-                crossing = piece.crossings[int(station)]
+            crossing = piece.crossings[int(station)]
+            if piece.over[int(station)] and piece_set.fastened[crossing]:
                 needed[diameter, int(layers[crossing]), float(grip[crossing])] += 1
     rows = []
     for (diameter, count, grip_mm), number in sorted(needed.items()):
@@ -42,6 +52,7 @@ def bill_of_materials(piece_set: PieceSet) -> BillOfMaterials:
                 needed=number,
                 spare=spare,
                 buy=number + spare,
+                fits=tuple(sort.name for sort in sorts if sort.fits(diameter, grip_mm)),
             )
         )
     glued = [joint for joint in piece_set.joints if joint.kind.bought == "glue"]
@@ -52,6 +63,9 @@ def bill_of_materials(piece_set: PieceSet) -> BillOfMaterials:
         fasteners=tuple(rows),
         glue=GlueRow(joints=len(glued), area_mm2=round(float(lap_mm2), 3)),
         tape=TapeRow(joints=len(taped), length_mm=round(float(tape_mm), 3)),
+        hardware=tuple(
+            sort for sort in sorts if any(sort.name in (row.fits or ()) for row in rows)
+        ),
     )
 
 
@@ -67,6 +81,7 @@ def bom_notes(bill: BillOfMaterials) -> list[str]:
     notes = [
         f"buy: {row.buy} fasteners for holes of {row.diameter_mm:g} mm, grip "
         f"{row.grip_mm:g} mm ({row.layers} layers): {row.needed} needed, {row.spare} spare"
+        + _fitting(row)
         for row in bill.fasteners
     ]
     glue, tape = bill.glue, bill.tape
@@ -77,6 +92,14 @@ def bom_notes(bill: BillOfMaterials) -> list[str]:
         seams = agree(tape.joints, "{n} [seam|seams]")
         notes.append(f"buy: {tape.length_mm / 1000:.2f} m of tape for {seams}")
     return notes
+
+
+def _fitting(row: FastenerRow) -> str:
+    """Say what fits the holes and the grip of a row, as it is sold."""
+    sold = [hardware_named(name).length_for(row.grip_mm) for name in row.fits or ()]
+    if not sold:
+        return "; nothing that is known fits: try another --hole, or washers"
+    return f"; {', '.join(map(str, sold))} " + agree(len(sold), "[fits|fit]")
 
 
 def bom_section(bill: BillOfMaterials) -> str:

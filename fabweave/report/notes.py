@@ -9,6 +9,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import KINDS, WANTED_HEIGHT_MM
+from fabweave.flat.joint.fastening import STIFF_T, TIGHT_SHARE
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.flat.pieces import PieceSet
@@ -38,18 +39,20 @@ def all_notes(
     rules: Sequence[HoleRule],
     *,
     seen_mm: float | None = None,
+    hardware: str | None = None,
 ) -> list[str]:
     """Return every note, the weave first, then ribbons, holes and letters.
 
-    ``seen_mm`` is how much of the engraving is seen on the woven object, if it was to be hidden.
+    ``seen_mm`` is how much of the engraving is seen on the woven object, if it was to be hidden;
+    ``hardware`` the sort of fastener that was asked for.
     """
     size = float(np.ptp(mesh.vertices, axis=0).max())
     notes = _weave_notes(weave)
     width = ribbon_widths(ribbons)
     notes.append(_width_note(width))
     notes += _hole_notes(piece_set, rules, size)
-    notes += joint_notes(piece_set, size)
-    notes += bom_notes(bill_of_materials(piece_set))
+    notes += joint_notes(piece_set, size, fastened=bool(rules))
+    notes += bom_notes(bill_of_materials(piece_set, hardware))
     notes += _label_notes(marks)
     if seen_mm is not None:
         notes.append(_seen_note(marks, seen_mm))
@@ -67,6 +70,30 @@ def _seen_note(marks: Sequence[Marks], seen_mm: float) -> str:
         + "A larger --size or wider ribbons (--width) would make room; --label-side inside "
         "engraves the other face"
     )
+
+
+def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list[str]:
+    """Say which crossings take a fastener, if not all that have room, and why.
+
+    Parameters
+    ----------
+    chosen : str
+        What ``--fasten`` says or would say.
+    asked : str or None
+        What it was asked to be; None if that was left to fabweave.
+    piece_set : PieceSet
+    """
+    if chosen == "all":
+        return []
+    note = f"fasteners ({chosen}): at {int(np.count_nonzero(piece_set.fastened))} of "
+    note += agree(len(piece_set.fastened), "{n} [crossing|crossings]")
+    if asked is None:
+        note += (
+            f", as the weave holds itself: half of its ribbons are at least {TIGHT_SHARE:g} times "
+            "as wide as crossings are apart, and no material bends tighter than "
+            f"{STIFF_T:g} thicknesses. --fasten all fastens every crossing"
+        )
+    return [note]
 
 
 def _weave_notes(weave: Weave) -> list[str]:
@@ -122,6 +149,7 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
     rule = piece_set.rule
     narrow = int(np.count_nonzero(room < rule.edge_mm))
     all_of_them = agree(len(room), "{n} [crossing|crossings]")
+    all_of_them += " that are to have one" * (len(room) < len(piece_set.room_mm))
     note = f"holes: {rule.hole_mm:g} mm, at {len(room) - narrow} of {all_of_them}"
     if narrow == 0:
         return [note]
@@ -136,7 +164,7 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
     return [note]
 
 
-def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
+def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -> list[str]:
     """Return what a maker should know of the joints: their kinds, and what would mend the rest.
 
     Parameters
@@ -144,6 +172,8 @@ def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
     piece_set : PieceSet
     size_mm : float
         Largest dimension of the object.
+    fastened : bool
+        Whether there are to be holes at all.
     """
     if not piece_set.joints:
         return []
@@ -155,7 +185,11 @@ def joint_notes(piece_set: PieceSet, size_mm: float) -> list[str]:
     note = "joints: " + "; ".join(parts)
     plan, rule = piece_set.plan, piece_set.plan.rule
     lost = [j.id for j in piece_set.joints if j.kind != rule.kind or len(j.holes) != rule.holes]
-    if not lost:
+    # What was to have no fastener lacks no room for it.
+    idle = not fastened or bool(
+        np.all(np.isinf([piece_set.room_mm[j.crossing] for j in piece_set.joints]))
+    )
+    if not lost or (idle and rule.kind.most_fasteners):
         return [note]
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanted for {rule} ({some})"

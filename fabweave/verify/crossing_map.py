@@ -31,6 +31,8 @@ class Crossing:
     position: tuple[float, float, float]
     over: Strand
     under: Strand
+    #: Whether a fastener goes through it; where that is not stated, one does if it has a hole.
+    fastened: bool | None = None
 
 
 @dataclass(frozen=True)

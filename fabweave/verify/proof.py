@@ -11,6 +11,7 @@ from fabweave.verify.checks.model.clearance import check_clearance
 from fabweave.verify.checks.model.colours import check_colours
 from fabweave.verify.checks.model.space import check_space
 from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.checks.plan.fastening import check_fastening
 from fabweave.verify.checks.plan.joints import check_joints
 from fabweave.verify.checks.plan.kinds import check_kinds
 from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece_order, check_simple
@@ -85,6 +86,7 @@ _TASKS = (
     _Task("joints", ("map", "model"), check_joints),
     _Task("kinds", ("map",), check_kinds),
     _Task("crossing-holes", ("map",), check_crossing_holes),
+    _Task("fastened", ("map",), check_fastening),
     _Task("unfolding", ("map", "model"), check_unfolding),
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),
@@ -95,7 +97,7 @@ _TASKS = (
     _Task("code", ("map",), check_code),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
-    _Task("seen", ("map", "model", "waste"), check_exposure),
+    _Task("seen", ("map",), check_exposure),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("stock", ("map",), check_stock),

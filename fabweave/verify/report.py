@@ -27,6 +27,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "joints": "joined pieces, superposed, lap hole on hole, butt, or hold one another",
         "kinds": "pieces of one kind cover one another, face up",
         "crossing-holes": "all strands at a crossing have the same holes; nothing else is cut out",
+        "fastened": "fasteners go through the crossings that were to take one, and no others",
         "unfolding": "each piece is the unreflected development of its part of the model",
         "outlines-dxf": "the DXF sheets cut exactly the pieces' outlines and holes, in millimetres",
         "outlines-svg": "the SVG sheets cut exactly the same, and engrave what the DXF engraves",

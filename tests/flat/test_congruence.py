@@ -37,7 +37,7 @@ def turned_round(piece):
 
 @pytest.fixture(scope="module")
 def pieces():
-    job = make_job(Settings("shape:torus?m=8&n=6", size_mm=400.0, effort="quick"))
+    job = make_job(Settings("shape:torus?m=8&n=6", size_mm=400.0, effort="quick", fasten="all"))
     return job.piece_set.pieces
 
 

@@ -72,7 +72,13 @@ def document_text():
 
 PLACES = st.deferred(lambda: st.sampled_from(list(places(json.loads(document_text())))))
 #: What may be absent, so that older files can be read.
-OPTIONAL = {("sheets", "rest"), ("sheets", "code"), ("layout", "recorded"), ("pieces", "hidden")}
+OPTIONAL = {
+    ("sheets", "rest"),
+    ("sheets", "code"),
+    ("layout", "recorded"),
+    ("pieces", "hidden"),
+    ("crossings", "fastened"),
+}
 
 
 def spoil(path, value=None):

@@ -144,7 +144,7 @@ def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
     woven = weave_object(settings, supplies)
     rules = hole_rules(settings, supplies)
     joined = split_object(woven, settings, supplies, rules)
-    pieces = joined_pieces(joined, settings, rules).pieces
+    pieces = joined_pieces(joined, settings, supplies, rules).pieces
     repeats = object_repeats(woven, settings, supplies)
     classes = len(pieces)
     if repeats is not None:

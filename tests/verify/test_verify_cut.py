@@ -90,7 +90,7 @@ def moved(entity, layer):
     ],
     ids=[
         "no-kerf", "kerf-twice", "wide-bridges", "many-bridges", "outline-moved", "slot-moved",
-        "letters-moved", "wide-holes", "piece-lost", "note-lost",
+        "letter-moved", "wide-holes", "piece-lost", "note-lost",
     ],
 )  # fmt: skip
 def test_a_sheet_to_cut_that_is_not_as_stated_is_found(job, spoil):

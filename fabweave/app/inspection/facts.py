@@ -130,7 +130,7 @@ def inspect_mesh(
     costs = None
     if joined is not None and depth == Depth.SEARCHED:
         progress("costs", 0, 1)
-        piece_set = joined_pieces(joined, settings, hole_rules(settings, supplies))
+        piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
         pieces["kinds"] = int(kinds_of(piece_set.pieces, woven, supplies).max(initial=0))
         planned = pieces_costs(piece_set, woven, settings, supplies)
         costs = {"told": dict(cost_rows(planned)), **to_json(planned)}

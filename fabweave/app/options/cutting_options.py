@@ -60,7 +60,46 @@ CUTTING_OPTIONS = (
         SHEETS,
         length(1000.0, zero="none", metavar="LENGTH|none"),
         "Diameter of the fastener holes.",
-        otherwise="the largest common size that nine crossings of ten have room for",
+        otherwise="the largest common size that nine crossings of ten have room for, and for which "
+        "there is hardware that holds so thin a stack",
+        making=True,
+    ),
+    Option(
+        "holes",
+        SHEETS,
+        choice(("fastened", "all")),
+        "Which crossings have holes: fastened, those that take a fastener, or all, to lay pieces "
+        "by.",
+        default="fastened",
+        making=True,
+    ),
+    Option(
+        "fasten",
+        SHEETS,
+        text(
+            "WHICH",
+            "a text such as 'every:2'",
+            "fabweave.flat.joint.fastening.parse_fastening",
+            form=lambda told: told.strip().lower(),
+        ),
+        "Which crossings take a fastener: joints; all; rim, the joints and the crossings next to "
+        "the boundary; every:2, the joints and one crossing of two; or none, and joints are glued.",
+        otherwise="joints where the weave is so tight and stiff that it holds itself "
+        "(fabweave guide joints), else all",
+        making=True,
+    ),
+    Option(
+        "hardware",
+        SHEETS,
+        text(
+            "NAME",
+            "the name of a fastener such as 'screw-m3'",
+            "fabweave.stock.hardware.hardware_named",
+            form=lambda told: told.strip().lower(),
+        ),
+        "The fasteners to be used (fabweave guide joints lists them): sets their hole, and keeps "
+        "their heads off the edges.",
+        otherwise="any that fit, which the job names",
         making=True,
     ),
     Option(

@@ -138,7 +138,7 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
     for label in piece.labels[:1]:
         angle = np.deg2rad(label.rotation_deg)
         way = np.array([[0.0, 0.0], [np.cos(angle), np.sin(angle)]])
-        start, tip = crossing_map.on_sheet(piece, np.add(way, (label.x_mm, label.y_mm)))
+        start, tip = crossing_map.on_sheet(piece, way + np.array([label.x_mm, label.y_mm]))
         if ((tip - start) @ turn)[0] < 0.0:
             turn = -turn  # its letters would stand on their heads
     points = drawn_piece.outline @ turn

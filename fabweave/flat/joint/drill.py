@@ -45,6 +45,8 @@ class Drilled:
         Their places, in the same order in all layers of a crossing.
     held : (J,) bool array
         Which joints have fasteners.
+    fastened : (X,) bool array
+        Through which crossings a fastener goes.
     """
 
     rule: HoleRule | None
@@ -54,6 +56,7 @@ class Drilled:
     more_station: IntArray
     more_point: FloatArray
     held: BoolArray
+    fastened: BoolArray
 
 
 def drill(
@@ -64,6 +67,8 @@ def drill(
     rules: Sequence[HoleRule],
     *,
     slots: bool,
+    fastened: BoolArray | None = None,
+    every_hole: bool = False,
 ) -> Drilled:
     """Choose the hole of a job and drill every crossing and joint that has room for it.
 
@@ -80,14 +85,23 @@ def drill(
     slots : bool
         Whether a strand that lies under has a slot along it in place of its hole, where it has no
         joint and does not end.
+    fastened : (X,) bool array, optional
+        Which crossings are to take a fastener; by default all. The others have no holes.
+    every_hole : bool
+        Whether they have holes all the same, to lay pieces by.
     """
     stations, threads = cut.stations, weave.threads
     room = _room(cut, threads.n_crossings)
     room[plan.crossing[plan.where(lambda kind: not kind.most_fasteners)]] = np.inf
-    rule = choose_rule(room, rules, ribbons, threads, plan)
+    wanted = np.ones(len(room), dtype=np.bool_) if fastened is None else fastened
+    # A joint that takes none is glued: a hole would weaken its lap.
+    idle = plan.crossing[~wanted[plan.crossing]]
+    room[idle if every_hole else np.flatnonzero(~wanted)] = np.inf
+    asked = np.ones(len(room), dtype=np.bool_) if every_hole else wanted
+    rule = choose_rule(room[asked], rules, ribbons, threads, plan, few=not asked.all())
     drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
     more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))
-    if rule is not None and plan.rule.fasteners > 1:
+    if rule is not None and plan.rule.fasteners > 1 and not len(idle):
         more_station, more_point = _groups(ribbons, weave, plan, cut, rule)
     drilled[stations.crossing[more_station]] = False
     middle = drilled[stations.crossing]
@@ -102,6 +116,7 @@ def drill(
         more_station=more_station,
         more_point=more_point,
         held=drilled[plan.crossing],
+        fastened=drilled & wanted,
     )
 
 

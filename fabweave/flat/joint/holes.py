@@ -12,6 +12,8 @@ from fabweave.weave.threads import Threads
 
 #: A hole size is taken for a job if at least this share of the crossings has room for it.
 WANTED_SHARE = 0.9
+#: So much smaller a hole may be so that no joint is without.
+SMALLER = 0.5
 #: Holes are this many diameters apart, from centre to centre (AC 43.13-1B: 3 D or more).
 PITCH_D = 3.0
 #: A group of fasteners is tried in this many turns.
@@ -137,6 +139,8 @@ def choose_rule(
     ribbons: Ribbons,
     threads: Threads,
     plan: JointPlan,
+    *,
+    few: bool = False,
 ) -> HoleRule | None:
     """Choose the hole for the job.
 
@@ -153,10 +157,17 @@ def choose_rule(
         The preferred first.
     ribbons, threads, plan
         To see where groups of fasteners have room.
+    few : bool
+        Whether only some crossings are fastened: each of them counts, so a hole for which all have
+        room is taken if it is at least ``SMALLER`` times as large.
     """
     enough = [
         rule for rule in rules if np.count_nonzero(room >= rule.edge_mm) >= WANTED_SHARE * len(room)
     ]
+    for rule in enough if few else ():
+        if np.all(room >= rule.edge_mm) and rule.hole_mm >= SMALLER * enough[0].hole_mm:
+            enough = [rule, *enough]
+            break
     if plan.rule.fasteners > 1:
         for rule in enough:
             roomy = group_rooms(ribbons, threads, plan, rule).room_mm >= rule.edge_mm

@@ -17,6 +17,8 @@ from fabweave.verify.statement import Place, Tally
 _FEWEST_SPARES, _MOST_SPARES = 0.05, 0.10
 #: Small lists round up.
 _ROUND_UP = 2
+#: Holes and grips are within what hardware takes to this.
+_FIT_MM = 1e-5
 #: Grips are sums of thicknesses, told to this.
 _GRIP_DECIMALS = 5
 #: Lengths agree to this, areas to this much along their whole edge.
@@ -30,7 +32,7 @@ def check_bom(job: Job, tally: Tally) -> None:
     place.expect(len(listed) in (0, 3), f"only {' and '.join(listed)} are listed")
     if "fasteners" not in waste:
         return
-    _check_fasteners(job, waste["fasteners"], place)
+    _check_fasteners(job, waste["fasteners"], waste.get("hardware") or [], place)
     area, edge, length = _laps(plan, job)
     counts = Counter(kind_of(joint).bought for joint in plan.joints)
     for name, key, value, slack in (
@@ -45,8 +47,10 @@ def check_bom(job: Job, tally: Tally) -> None:
         here.number(key, entry.get(key), value, within=slack + 1e-3)
 
 
-def _check_fasteners(job: Job, rows: list[dict[str, Any]], place: Place) -> None:
-    """Check the rows of fasteners against the holes of the pieces."""
+def _check_fasteners(
+    job: Job, rows: list[dict[str, Any]], sorts: list[dict[str, Any]], place: Place
+) -> None:
+    """Check the rows of fasteners against the holes of the pieces, and the hardware for them."""
     wanted = _fasteners(job)
     # Where no thickness is stated, nor can a grip be checked.
     gripped = all(not math.isnan(thick) for _, thick in job.layers.values())
@@ -69,6 +73,21 @@ def _check_fasteners(job: Job, rows: list[dict[str, Any]], place: Place) -> None
             f"{spare} are spare for {needed}",
         )
         here.equal("buy", row["buy"], needed + spare)
+        if "fits" in row:
+            _check_hardware(row, sorts, here)
+
+
+def _check_hardware(row: dict[str, Any], sorts: list[dict[str, Any]], place: Place) -> None:
+    """Check that the hardware that is named goes through the hole and holds the stack."""
+    fitting = []
+    for sort in sorts:
+        low, high = sort["hole_mm"]
+        holds = any(
+            least - _FIT_MM <= row["grip_mm"] <= most + _FIT_MM for least, most in sort["grips_mm"]
+        )
+        if holds and low - _FIT_MM <= row["diameter_mm"] <= high + _FIT_MM:
+            fitting.append(sort["name"])
+    place.equal("the hardware that fits", row["fits"], fitting)
 
 
 def _fasteners(job: Job) -> Counter[tuple[float, int, float | None]]:
@@ -77,7 +96,9 @@ def _fasteners(job: Job) -> Counter[tuple[float, int, float | None]]:
     for piece in job.map.pieces if job.map is not None else ():
         for cutout in piece.cutouts or ():
             station = piece.stations[cutout.station]
-            if cutout.circle is not None and station.over:
+            crossing = job.map.crossing.get(station.crossing) if job.map is not None else None
+            idle = crossing is not None and crossing.fastened is False
+            if cutout.circle is not None and station.over and not idle:
                 count, thick = job.layers[station.crossing]
                 grip = None if math.isnan(thick) else round(thick, _GRIP_DECIMALS)
                 fasteners[round(cutout.circle[2], 3), count, grip] += 1

@@ -1,0 +1,137 @@
+"""Hold what is sold to go through holes: which holes and which grips it fits."""
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from fabweave.core.entries import Key, in_range, line_key, list_of, pair_key, read_entry
+from fabweave.core.messages import one_named
+from fabweave.core.records import record
+from fabweave.stock.machine import Span
+
+#: Holes and grips agree to this, millimetres.
+_SAME_MM = 1e-6
+
+
+@record
+class Hardware:
+    """A sort of fastener, in millimetres and seconds; ``each`` is its price in euros.
+
+    Parameters
+    ----------
+    hole_mm : (float, float)
+        The least and the greatest hole that serves.
+    cut_mm : float
+        The hole to cut for it.
+    grips_mm : tuple of (float, float)
+        The thickness of a whole stack that each of its lengths holds.
+    lengths : tuple of str
+        How these lengths are called; empty where they have no names.
+    assumed : tuple of str
+        Which of these are estimates.
+    """
+
+    name: str
+    title: str
+    hole_mm: Span
+    cut_mm: float
+    grips_mm: tuple[Span, ...]
+    head_mm: float
+    seconds: float
+    each: Span
+    lengths: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+
+    def fits(self, hole_mm: float, grip_mm: float) -> bool:
+        """Say whether it goes through a hole and holds a stack.
+
+        Examples
+        --------
+        >>> rivet = hardware_named("blind-rivet-3.2")
+        >>> rivet.fits(3.3, 1.2), rivet.fits(3.3, 0.4), rivet.fits(2.5, 1.2)
+        (True, False, False)
+        """
+        low, high = self.hole_mm
+        through = low - _SAME_MM <= hole_mm <= high + _SAME_MM
+        return through and self.length_for(grip_mm) is not None
+
+    def length_for(self, grip_mm: float) -> str | None:
+        """Return what its shortest length for a stack is called; None if none holds it.
+
+        Examples
+        --------
+        >>> hardware_named("blind-rivet-2.4").length_for(4.0)
+        'blind rivet 2.4 x 9'
+        """
+        for number, (low, high) in enumerate(self.grips_mm):
+            if low - _SAME_MM <= grip_mm <= high + _SAME_MM:
+                return " ".join([self.title, *self.lengths[number : number + 1]])
+        return None
+
+
+def _pairs(value: Any) -> tuple[Span, ...] | None:
+    """Accept a list of grips, each a least and a greatest one."""
+    return list_of(value, lambda pair: list_of(pair, in_range(0.0, 1000.0), count=2))
+
+
+def _texts(value: Any) -> tuple[str, ...] | None:
+    """Accept a list of texts."""
+    return list_of(value, lambda one: one if isinstance(one, str) else None)
+
+
+_KEYS = (
+    line_key("title", 200, required=True),
+    pair_key("hole_mm", "[2.5, 2.6]", 0.1, 100, required=True),
+    Key("cut_mm", "a number from 0.1 to 100", in_range(0.1, 100.0), True),
+    Key("grips_mm", "a list of pairs such as [[0.5, 3.0]]", _pairs, True),
+    Key("head_mm", "a number from 0 to 100", in_range(0.0, 100.0), True),
+    Key("seconds", "a number from 0 to 3600", in_range(0.0, 3600.0), True),
+    pair_key("each", "[0.02, 0.05]", 0, 1000, required=True),
+    Key("lengths", "a list of texts", _texts),
+    Key("assumed", "a list of texts", _texts),
+)
+
+
+@cache
+def hardware_catalogue() -> Mapping[str, Hardware]:
+    """Return the sorts of fasteners that fabweave knows, by name.
+
+    Examples
+    --------
+    >>> [sort.name for sort in hardware_catalogue().values() if sort.fits(5.1, 3.0)]
+    ['book-screw']
+    """
+    text = resources.files("fabweave.stock").joinpath("hardware.toml").read_text("utf-8")
+    return {
+        name: Hardware(name=name, **read_entry(entry, f"hardware.toml, [{name}]", _KEYS))
+        for name, entry in tomllib.loads(text).items()
+    }
+
+
+def hardware_named(name: str) -> Hardware:
+    """Return the sort of fastener with this name.
+
+    Raises
+    ------
+    InputError
+        If there is none; the message lists the names, closest first.
+    """
+    return one_named("hardware", name, hardware_catalogue())
+
+
+def hardware_name(text: str) -> str:
+    """Return the name of a sort of fastener as the catalogue has it, whatever its case.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+
+    Examples
+    --------
+    >>> hardware_name("Screw-M3")
+    'screw-m3'
+    """
+    return hardware_named(text).name

@@ -1,0 +1,74 @@
+"""The catalogue of fasteners: what is sold goes through the holes and holds the stacks it says."""
+
+from importlib import resources
+
+import pytest
+
+from fabweave.app.request import complete_settings, hole_rules
+from fabweave.app.settings import Settings
+from fabweave.core.errors import InputError
+from fabweave.stock.hardware import hardware_catalogue, hardware_named
+from fabweave.stock.material import hole_edge_mm, material_named
+
+SORTS = tuple(hardware_catalogue().values())
+
+
+def fitting(hole_mm: float, grip_mm: float) -> set[str]:
+    return {sort.name for sort in SORTS if sort.fits(hole_mm, grip_mm)}
+
+
+@pytest.mark.parametrize("sort", SORTS, ids=lambda sort: sort.name)
+def test_every_entry_can_be_used(sort):
+    low, high = sort.hole_mm
+    assert low <= sort.cut_mm <= high
+    assert not sort.lengths or len(sort.lengths) == len(sort.grips_mm)
+    assert sorted(sort.grips_mm) == list(sort.grips_mm)
+    assert all(least < most for least, most in sort.grips_mm)
+    assert sort.fits(sort.cut_mm, sum(sort.grips_mm[0]) / 2)
+    assert set(sort.assumed) <= {"hole_mm", "grips_mm", "head_mm", "seconds", "each"}
+    # A head holds only if it is wider than its hole; thread has none.
+    assert sort.head_mm == 0.0 or sort.head_mm > low
+
+
+def test_the_file_names_its_sources():
+    text = resources.files("fabweave.stock").joinpath("hardware.toml").read_text("utf-8")
+    for source in ("ISO 15981", "DIN 7337", "ISO 273", "Buchschraube"):
+        assert source in text
+
+
+def test_what_practice_says_of_thin_stacks():
+    # Two layers of 0.2 mm shim are below any blind rivet, and no book screw holds under 2 mm.
+    assert not any("rivet" in name for name in fitting(3.3, 0.4))
+    assert "blind-rivet-3.2" in fitting(3.3, 1.2)
+    assert fitting(5.1, 1.9) == set()
+    assert fitting(5.1, 2.0) == {"book-screw"}
+    assert hardware_named("blind-rivet-3.2").length_for(4.5) == "blind rivet 3.2 x 8"
+
+
+def test_hardware_sets_the_hole_and_keeps_its_head_off_the_edge():
+    settings, supplies = complete_settings(Settings("shape:cube", hardware="brad"))
+    (rule,) = hole_rules(settings, supplies)
+    card = material_named("card")
+    assert (rule.hole_mm, rule.edge_mm) == (3.3, max(hole_edge_mm(card, 3.3), 3.2))
+    thin = Settings("shape:cube", hardware="mini-brad", hole_mm=2.0)
+    assert [rule.hole_mm for rule in hole_rules(*complete_settings(thin))] == [2.0]
+
+
+def test_holes_are_offered_only_if_something_holds_such_a_stack():
+    offered = [
+        [rule.hole_mm for rule in hole_rules(*complete_settings(Settings("shape:cube", **told)))]
+        for told in ({"material": "card"}, {"material": "birch-ply-1.5"})
+    ]
+    # A 4 mm rivet holds 1 mm and more: two layers of card are 0.8 mm.
+    assert offered[0][0] == 3.3
+    assert offered[1][0] == 4.1
+
+
+def test_a_hole_that_the_hardware_does_not_fit_is_refused():
+    with pytest.raises(InputError, match=r"is not for blind rivet 4.0, which wants 4.1 to 4.2 mm"):
+        complete_settings(Settings("shape:cube", hardware="blind-rivet-4", hole_mm=3.3))
+
+
+def test_names_that_are_unknown_are_answered_with_those_that_there_are():
+    with pytest.raises(InputError, match="choose one of screw-m3"):
+        hardware_named("screw-m33")

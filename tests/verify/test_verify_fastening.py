@@ -1,0 +1,63 @@
+"""What is said to be fastened is proved: the check objects to every crossing that is not so."""
+
+from dataclasses import replace
+
+import pytest
+
+from fabweave.verify.checks.plan.fastening import check_fastening
+from fabweave.verify.read.job_files import Job, load_job
+from fabweave.verify.statement import Tally
+
+MADE = "shape:hypar?n=4 --size 200mm --fasten {} --effort quick"
+LOOKUPS = ("thread", "crossing", "piece", "joint", "sheet")
+
+
+@pytest.fixture(scope="module", params=["rim", "every:3"])
+def job(finished, request) -> Job:
+    return load_job(finished(*MADE.format(request.param).split()), Tally("files"))
+
+
+def findings(job: Job) -> tuple[str, ...]:
+    tally = Tally("fastened")
+    check_fastening(job, tally)
+    return tally.result().findings
+
+
+def with_map(job: Job, **changes) -> Job:
+    return replace(job, map=replace(job.map, **changes, **{name: {} for name in LOOKUPS}))
+
+
+def with_options(job: Job, **changes) -> Job:
+    return replace(job, settings={**job.settings, "job": {**job.settings["job"], **changes}})
+
+
+def test_what_is_made_is_fastened_as_asked(job):
+    assert findings(job) == ()
+    assert {crossing.fastened for crossing in job.map.crossings} == {True, False}
+
+
+def test_one_more_or_one_less_is_found(job):
+    for at in (0, len(job.map.crossings) // 2):
+        crossings = list(job.map.crossings)
+        crossings[at] = replace(crossings[at], fastened=not crossings[at].fastened)
+        (found,) = findings(with_map(job, crossings=tuple(crossings)))
+        assert "whether it is fastened" in found
+
+
+def test_a_hole_without_a_fastener_is_found_unless_all_are_to_have_holes(job):
+    def drill(piece):
+        return replace(piece, stations=tuple(replace(one, hole_mm=2.5) for one in piece.stations))
+
+    everywhere = with_map(job, pieces=tuple(map(drill, job.map.pieces)))
+    assert any("not to be fastened" in finding for finding in findings(everywhere))
+    assert findings(with_options(everywhere, holes="all")) == ()
+
+
+@pytest.mark.parametrize("fasten", ["all", "joints", "none", "every:2", "most"])
+def test_settings_that_say_something_else_are_found(job, fasten):
+    assert findings(with_options(job, fasten=fasten))
+
+
+def test_older_maps_that_do_not_say_it_are_left_alone(job):
+    crossings = tuple(replace(one, fastened=None) for one in job.map.crossings)
+    assert findings(with_map(job, crossings=crossings)) == ()
