@@ -7,7 +7,7 @@ import numpy as np
 
 from fabweave.app.nest_job import outlines_with_place
 from fabweave.app.object_symmetry import object_repeats
-from fabweave.app.request import hole_rules
+from fabweave.app.request import chosen_holes, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_mesh import WovenMesh
@@ -70,6 +70,7 @@ class JoinedObject:
     plan: SplitPlan
     joints: JointPlan
     cut: CutStrips
+    repeats: Repeats | None
 
 
 def split_object(
@@ -129,7 +130,7 @@ def split_object(
                 cut.outlines, plan.runs.thread, settings, supplies, woven.bunches
             )
             if placed.all():
-                return JoinedObject(replace(laid, apart=apart), plan, joints, cut)
+                return JoinedObject(replace(laid, apart=apart), plan, joints, cut, repeats)
             whole = some_runs(plan.runs, ~placed)
         elif len(crossing.kinks.thread):
             # Loops are looked for afterwards: with a kink, a thread seems to have more of them.
@@ -224,6 +225,11 @@ def joined_pieces(
         woven.halfedges,
         joined.joints.crossing,
     )
+    holes, holed = chosen_holes(settings), fastened
+    if holes == "all":
+        holed = np.ones_like(fastened)
+    elif holes == "alike" and joined.repeats is not None:
+        holed = joined.repeats.alike(joined.plan.runs, woven.weave.threads, fastened)
     return build_pieces(
         woven.ribbons,
         woven.weave,
@@ -234,7 +240,7 @@ def joined_pieces(
         slots=settings.slots,
         cut=joined.cut,
         fastened=fastened,
-        every_hole=settings.holes == "all",
+        holed=holed,
     )
 
 

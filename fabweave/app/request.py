@@ -64,13 +64,24 @@ def _is_sold_for(hole_mm: float, supplies: Supplies) -> bool:
     )
 
 
+def chosen_holes(settings: Settings) -> str:
+    """Return which crossings have holes: what was asked for, or what suits the job.
+
+    Where pieces of one kind are to be interchangeable, they have the same holes.
+    """
+    if settings.holes is not None:
+        return settings.holes
+    by_kind = settings.labels == "kinds" or settings.profile == "service"
+    return "alike" if by_kind or settings.kinds == "fewest" else "fastened"
+
+
 def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
     """Return the holes that may be used, the largest first; none if none are wanted.
 
     A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
     size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
     """
-    if settings.hole_mm == 0 or (settings.fasten == "none" and settings.holes != "all"):
+    if settings.hole_mm == 0 or (settings.fasten == "none" and chosen_holes(settings) != "all"):
         return ()
     material = max(supplies.materials, key=min_hole_mm)
     least = min_hole_mm(material)

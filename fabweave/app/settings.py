@@ -91,7 +91,7 @@ class Settings:
     prefer: str = default("prefer")
     kinds: str = default("kinds")
     hole_mm: float | None = default("hole_mm")
-    holes: str = default("holes")
+    holes: str | None = default("holes")
     fasten: str | None = default("fasten")
     hardware: str | None = default("hardware")
     joint: str = default("joint")

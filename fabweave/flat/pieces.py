@@ -58,7 +58,7 @@ def build_pieces(
     slots: bool = False,
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
-    every_hole: bool = False,
+    holed: BoolArray | None = None,
 ) -> PieceSet:
     """Build every piece with its stations, holes and joints.
 
@@ -79,15 +79,13 @@ def build_pieces(
         Whether strands that lie under have slots in place of holes where they have no joint.
     cut : CutStrips, optional
         The strips as they are cut, if they are known.
-    fastened, every_hole
-        Which crossings are to take a fastener, and whether the others have holes, too; as for
+    fastened, holed
+        Which crossings are to take a fastener, and which are to have holes, as for
         :func:`fabweave.flat.joint.drill.drill`.
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     cut = cut_strips(ribbons, weave, runs, plan) if cut is None else cut
-    drilled = drill(
-        ribbons, weave, plan, cut, rules, slots=slots, fastened=fastened, every_hole=every_hole
-    )
+    drilled = drill(ribbons, weave, plan, cut, rules, slots=slots, fastened=fastened, holed=holed)
     kinds = [
         GLUE if kind.most_fasteners and not held else kind
         for kind, held in zip(plan.kind, drilled.held.tolist(), strict=True)

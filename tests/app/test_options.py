@@ -125,7 +125,7 @@ SPOILT = {
     "prefer": ("speed", "", 3, None),
     "kinds": ("few", "", 3, None),
     "hole_mm": (*NO_NUMBERS, "none"),
-    "holes": ("some", None),
+    "holes": ("some", "", 3),
     "fasten": ("some", "every:1", 3),
     "hardware": ("nail", "", 3),
     "joint": ("weld", "rivet:9", "glue:2", 2, None),

@@ -60,17 +60,18 @@ CUTTING_OPTIONS = (
         SHEETS,
         length(1000.0, zero="none", metavar="LENGTH|none"),
         "Diameter of the fastener holes.",
-        otherwise="the largest common size that nine crossings of ten have room for, and for which "
-        "there is hardware that holds so thin a stack",
+        otherwise="the largest common size that nine crossings of ten have room for, and some "
+        "hardware goes through",
         making=True,
     ),
     Option(
         "holes",
         SHEETS,
-        choice(("fastened", "all")),
-        "Which crossings have holes: fastened, those that take a fastener, or all, to lay pieces "
-        "by.",
-        default="fastened",
+        choice(("fastened", "alike", "all")),
+        "Which crossings have holes: fastened, those that take a fastener; alike, those at the "
+        "same places of pieces that repeat, too, so that there are fewer kinds; or all, to lay "
+        "pieces by.",
+        otherwise="alike with --labels kinds, --kinds fewest or --profile service, else fastened",
         making=True,
     ),
     Option(

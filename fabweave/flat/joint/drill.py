@@ -68,7 +68,7 @@ def drill(
     *,
     slots: bool,
     fastened: BoolArray | None = None,
-    every_hole: bool = False,
+    holed: BoolArray | None = None,
 ) -> Drilled:
     """Choose the hole of a job and drill every crossing and joint that has room for it.
 
@@ -86,9 +86,10 @@ def drill(
         Whether a strand that lies under has a slot along it in place of its hole, where it has no
         joint and does not end.
     fastened : (X,) bool array, optional
-        Which crossings are to take a fastener; by default all. The others have no holes.
-    every_hole : bool
-        Whether they have holes all the same, to lay pieces by.
+        Which crossings are to take a fastener; by default all.
+    holed : (X,) bool array, optional
+        Which crossings are to have holes, whether they are fastened or not; by default those that
+        are fastened.
     """
     stations, threads = cut.stations, weave.threads
     room = _room(cut, threads.n_crossings)
@@ -96,8 +97,9 @@ def drill(
     wanted = np.ones(len(room), dtype=np.bool_) if fastened is None else fastened
     # A joint that takes none is glued: a hole would weaken its lap.
     idle = plan.crossing[~wanted[plan.crossing]]
-    room[idle if every_hole else np.flatnonzero(~wanted)] = np.inf
-    asked = np.ones(len(room), dtype=np.bool_) if every_hole else wanted
+    room[idle] = np.inf
+    asked = wanted if holed is None else wanted | holed
+    room[~asked] = np.inf
     rule = choose_rule(room[asked], rules, ribbons, threads, plan, few=not asked.all())
     drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
     more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))

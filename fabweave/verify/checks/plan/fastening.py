@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+from scipy.cluster.hierarchy import DisjointSet
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.walks import LoadedMesh
@@ -34,13 +35,38 @@ def check_fastening(job: Job, tally: Tally) -> None:
         if station.hole_mm is not None
         or any(cutout.circle and cutout.station == at for cutout in piece.cutouts or ())
     }
-    every_hole = job.options.get("holes", "fastened") == "all"
+    allowed = _allowed(plan, {one.id for one in plan.crossings if one.fastened}, job)
     for crossing in plan.crossings:
         place = tally.at(f"crossing {crossing.id}")
         due, there = crossing.id in (wanted or ()), crossing.id in drilled
         # Where there is no room for a hole, there is no fastener either.
         place.equal("whether it is fastened", crossing.fastened, due and there)
-        place.expect(due or every_hole or not there, "it has holes, but is not to be fastened")
+        place.expect(
+            due or not there or crossing.id in allowed,
+            "it has holes, but is not to be fastened",
+        )
+
+
+def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:
+    """Return the crossings that may have holes: all, or those like fastened ones, or these."""
+    options = job.options
+    by_kind = options.get("labels") == "kinds" or options.get("profile") == "service"
+    usual = "alike" if by_kind or options.get("kinds") == "fewest" else "fastened"
+    holes = options.get("holes", usual)
+    if holes == "all":
+        return {one.id for one in plan.crossings}
+    if holes != "alike":
+        return set(fastened)
+    # The same station of two pieces of one kind is alike, seen from either end; so are all
+    # crossings that such pairs lead to.
+    alike: DisjointSet = DisjointSet(("crossing", one.id, 0) for one in plan.crossings)
+    for piece in plan.pieces:
+        for at, station in enumerate(piece.stations):
+            place = ("kind", piece.kind, min(at, len(piece.stations) - 1 - at))
+            alike.add(place)
+            alike.merge(("crossing", station.crossing, 0), place)
+    roots = {alike[("crossing", crossing, 0)] for crossing in fastened}
+    return {one.id for one in plan.crossings if alike[("crossing", one.id, 0)] in roots}
 
 
 def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
