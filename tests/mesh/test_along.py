@@ -1,6 +1,7 @@
 """Quads along a direction: angles that are known, grooves along it, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,6 +54,8 @@ def slab(turn_deg: float, side: int = 8) -> PolyMesh:
 def test_a_turned_grid_turns_by_what_it_is_turned_by_modulo_a_right_angle(turn_deg) -> None:
     off = abs((turn_deg + 45.0) % 90.0 - 45.0)
     assert mean_turn_deg(slab(turn_deg), axis_direction("x")) == pytest.approx(off, abs=1e-6)
+    strands = replace(axis_direction("x"), diagonal=True)
+    assert mean_turn_deg(slab(turn_deg), strands) == pytest.approx(45.0 - off, abs=1e-6)
     # A vector, its opposite and what is at right angles mean the same; upright means nothing.
     assert mean_turn_deg(slab(turn_deg), axis_direction("y")) == pytest.approx(off, abs=1e-6)
     assert mean_turn_deg(slab(turn_deg), axis_direction("z")) == 0.0
@@ -190,9 +193,11 @@ def test_a_sphere_is_laid_along_an_axis() -> None:
     ball = triangulate(grids.sphere(16, 50.0))
     along = remesh_quads(ball, 150, along=axis_direction("x"), engines=ENGINES[:1])
     assert along.alignment is not None
-    angle = mean_turn_deg(along.mesh, axis_direction("x"))
+    # Strands run along the diagonals of quads.
+    angle = mean_turn_deg(along.mesh, replace(axis_direction("x"), diagonal=True))
+    assert angle == pytest.approx(45.0 - mean_turn_deg(along.mesh, axis_direction("x")))
     assert along.alignment.mean_deg == pytest.approx(angle)
     assert angle < 15.0
     assert angle < along.alignment.plain_deg - 5.0
-    assert any(note.startswith("edges along x: they turn") for note in along.notes)
+    assert any(note.startswith("strands along x: they turn") for note in along.notes)
     assert check_mesh(along.mesh).euler == 2

@@ -1,6 +1,7 @@
 """Say which way strands should run on a surface, and how far the edges of a mesh turn from it."""
 
 import math
+from dataclasses import replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -29,7 +30,7 @@ _NUMBERS = 6
 
 @frozen_value
 class Direction:
-    """The direction that strands should have near some places.
+    """The direction that strands, or edges, should have near some places.
 
     It is a line: a vector and its opposite mean the same, and so does what is at right angles to
     both it and the normal, as strands run both ways.
@@ -42,14 +43,18 @@ class Direction:
         Places, in the unit of the mesh.
     vectors : (P, 3) float array
         The direction there, no longer than one; its length says how much it matters.
+    diagonal : bool
+        Whether the edges of quads should run at 45° to it. Strands go from the middle of one side
+        of a quad to that of the next, so they run along its diagonals.
     """
 
     title: str
     points: FloatArray
     vectors: FloatArray
+    diagonal: bool = False
 
     def on(self, places: FloatArray, normals: FloatArray) -> FloatArray:
-        """Return the direction at places of a surface, projected onto its planes, (N, 3).
+        """Return the direction of edges at places of a surface, in its planes, (N, 3).
 
         Parameters
         ----------
@@ -58,7 +63,8 @@ class Direction:
         """
         nearest = cKDTree(self.points).query(places)[1]
         vector = self.vectors[nearest]
-        return vector - np.einsum("nd,nd->n", vector, normals)[:, None] * normals
+        flat = vector - np.einsum("nd,nd->n", vector, normals)[:, None] * normals
+        return (flat + np.cross(normals, flat)) * math.sqrt(0.5) if self.diagonal else flat
 
 
 #: What is wished for: a direction, or that of the surface's own curvature.
@@ -74,7 +80,8 @@ class Alignment:
     title : str
         What people call the direction.
     mean_deg : float
-        How far its edges turn from the direction in the mean (see `mean_turn_deg`).
+        How far its strands turn from the direction in the mean, as its edges do from theirs (see
+        `mean_turn_deg`).
     plain_deg : float
         The same of the mesh that would have been made without the wish; NaN if there was none.
     runs : int
@@ -91,8 +98,8 @@ class Alignment:
         """The alignment in words."""
         else_ = "" if math.isnan(self.plain_deg) else f"; {self.plain_deg:.1f}° without that wish"
         return (
-            f"edges along {self.title}: they turn from it by {self.mean_deg:.1f}° in the mean, the "
-            f"best of {self.runs} results (22.5° would be chance{else_})"
+            f"strands along {self.title}: they turn from it by {self.mean_deg:.1f}° in the mean, "
+            f"the best of {self.runs} results (22.5° would be chance{else_})"
         )
 
     def record(self) -> dict[str, float | int | str | None]:
@@ -202,8 +209,9 @@ def curvature_direction(surface: PolyMesh) -> Direction:
 
 
 def direction_on(along: Along, surface: PolyMesh) -> Direction:
-    """Return a direction, where it is that of the curvature of triangles, too."""
-    return curvature_direction(surface) if isinstance(along, str) else along
+    """Return a direction of strands, where it is that of the curvature of triangles, too."""
+    wished = curvature_direction(surface) if isinstance(along, str) else along
+    return replace(wished, diagonal=True)
 
 
 def mean_turn_deg(mesh: PolyMesh, direction: Direction) -> float:
