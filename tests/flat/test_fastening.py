@@ -1,11 +1,15 @@
 """Fasteners go where they are wanted: counts that the weave gives, and holes only there."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import fabweave as fw
 from fabweave.core.errors import InputError
 from fabweave.flat.joint.fastening import Fastening, fastened_crossings, parse_fastening
+from fabweave.flat.joint.holes import HoleRule, choose_rule
+from fabweave.flat.joint.kinds import JointRule
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.pattern import plain_weave
@@ -88,3 +92,18 @@ def test_a_tight_and_stiff_weave_is_fastened_at_its_joints_alone(options, found)
     every = found == 64
     assert planned.fasten == ("all" if every else "joints")
     assert every == (planned.piece_set.fastened.sum() > len(planned.piece_set.joints))
+
+
+def test_where_few_are_fastened_a_little_smaller_hole_leaves_none_out():
+    plan = SimpleNamespace(rule=JointRule())
+    rules = [HoleRule(hole, 2 * hole) for hole in (4.1, 3.3, 2.5, 1.3)]
+    room = np.array([7.0] * 19 + [5.2])
+
+    def chosen(room, **told):
+        return choose_rule(room, rules, None, None, plan, **told).hole_mm
+
+    assert chosen(room) == 3.3
+    assert chosen(room, few=True) == 2.5
+    # Where only a much smaller one would do for all, nine in ten are enough.
+    room[-1] = 2.7
+    assert chosen(room, few=True) == 3.3

@@ -13,7 +13,7 @@ from fabweave.weave.threads import Threads
 #: A hole size is taken for a job if at least this share of the crossings has room for it.
 WANTED_SHARE = 0.9
 #: So much smaller a hole may be so that no joint is without.
-SMALLER = 0.5
+SMALLER = 0.75
 #: Holes are this many diameters apart, from centre to centre (AC 43.13-1B: 3 D or more).
 PITCH_D = 3.0
 #: A group of fasteners is tried in this many turns.
