@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fabweave.app.colours import piece_colours, woven_colours
-from fabweave.app.joined_object import chosen_fastening
+from fabweave.app.joined_pieces import chosen_fastening
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.assembly.order.planning import Order

@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.app.nest_job import outlines_with_place
-from fabweave.app.object_symmetry import object_repeats
-from fabweave.app.request import chosen_holes, hole_rules
+from fabweave.app.request import hole_rules
 from fabweave.app.settings import Settings
-from fabweave.app.split_job import plan_pieces
-from fabweave.app.woven_mesh import WovenMesh
+from fabweave.app.split_job import object_repeats, plan_pieces
 from fabweave.app.woven_object import (
     WovenObject,
     check_object,
@@ -29,29 +27,22 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
-from fabweave.cut.labels.marks import mark_pieces
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.ends import CutStrips, cut_strips
-from fabweave.flat.joint.fastening import fastened_crossings, holds_itself, parse_fastening
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.overlap import overlapping_ends
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
-from fabweave.flat.piece import Piece
-from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, some_runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.nest.item_shape import shape_of
-from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.ribbon_limits import by_thread, thread_limits
 from fabweave.stock.supplies import Supplies
 
@@ -199,81 +190,6 @@ def remake(
         return _with_joints(laid, plan.runs, settings, supplies, repeats)[0]
     except CannotMakeError:
         return keep_clear(other, settings, supplies)
-
-
-def chosen_fastening(woven: WovenObject, settings: Settings, supplies: Supplies) -> str:
-    """Return which crossings take a fastener: as asked, or else what the weave wants.
-
-    Slots are for the fasteners of crossings without joints, so who asks for them wants all.
-    """
-    if settings.fasten is not None or settings.slots:
-        return settings.fasten or "all"
-    bend_t = min(
-        min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
-    )
-    return "joints" if holds_itself(woven.ribbons, woven.weave.threads, bend_t) else "all"
-
-
-def joined_pieces(
-    joined: JoinedObject, settings: Settings, supplies: Supplies, rules: Sequence[HoleRule]
-) -> PieceSet:
-    """Build the pieces of an object, with their holes and joints."""
-    woven = joined.woven
-    fastened = fastened_crossings(
-        parse_fastening(chosen_fastening(woven, settings, supplies)),
-        woven.weave,
-        woven.halfedges,
-        joined.joints.crossing,
-    )
-    holes, holed = chosen_holes(settings), fastened
-    if holes == "all":
-        holed = np.ones_like(fastened)
-    elif holes == "alike" and joined.repeats is not None:
-        holed = joined.repeats.alike(joined.plan.runs, woven.weave.threads, fastened)
-    return build_pieces(
-        woven.ribbons,
-        woven.weave,
-        joined.plan.runs,
-        woven.labels,
-        rules,
-        joined.joints,
-        slots=settings.slots,
-        cut=joined.cut,
-        fastened=fastened,
-        holed=holed,
-    )
-
-
-def kinds_of(pieces: Sequence[Piece], woven: WovenMesh, supplies: Supplies) -> IntArray:
-    """Return which kind each piece is of, from 1: congruent ones of one material are of one."""
-    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
-    return piece_kinds(pieces, supply.tolist())
-
-
-def joined_costs(joined: JoinedObject, settings: Settings, supplies: Supplies) -> Costs:
-    """Return what an object would cost: its pieces are built and engraved as the job would.
-
-    Parameters
-    ----------
-    joined : JoinedObject
-    settings : Settings
-        Complete.
-    supplies : Supplies
-    """
-    piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
-    return pieces_costs(piece_set, joined.woven, settings, supplies)
-
-
-def pieces_costs(
-    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
-) -> Costs:
-    """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
-    pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
-    of_thread = supplies.of(woven.bunches)
-    kinds = kinds_of(pieces, woven, supplies) if settings.labels == "kinds" else None
-    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, kinds)
-    materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
-    return planned_costs(piece_set, marks, materials, calibration=settings.calibrate)
 
 
 def check_joined(

@@ -15,7 +15,8 @@ from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
-from fabweave.app.joined_object import check_joined, joined_pieces, kinds_of, split_object
+from fabweave.app.joined_object import check_joined, split_object
+from fabweave.app.joined_pieces import joined_pieces, kinds_of
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.nest_job import nest_pieces
 from fabweave.app.options.file_kinds import LAYOUT_FILE

@@ -8,6 +8,7 @@ import numpy as np
 
 from fabweave.app.foretold_sheets import rough_nesting, sheet_price
 from fabweave.app.settings import Settings
+from fabweave.app.woven_mesh import WovenMesh
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
@@ -22,7 +23,7 @@ from fabweave.flat.split.length_curve import (
     preferred,
 )
 from fabweave.flat.split.preferences import CUT_MM_S, KIND_PRICES, StockSheet, Workshop
-from fabweave.flat.split.repeats import Repeats
+from fabweave.flat.split.repeats import Repeats, find_repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
@@ -35,6 +36,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
+from fabweave.weave.symmetry import find_weave_symmetry, symmetry_tolerance
 
 #: The shortest of the lengths that are compared, in crossings.
 _FEW_CROSSINGS = 6
@@ -144,6 +146,19 @@ def plan_pieces(
     runs = cut(best.length_mm)
     chosen = best if best.exact else told(best.length_mm, runs)
     return SplitPlan(runs, best.length_mm, choices, chosen, settings.prefer)
+
+
+def object_repeats(woven: WovenMesh, settings: Settings, supplies: Supplies) -> Repeats | None:
+    """Return which stretches of threads repeat others and are to be cut alike; None if none are."""
+    if KIND_PRICES[settings.kinds] is None:
+        return None
+    mesh, halfedges = woven.mesh, woven.halfedges
+    tolerance = symmetry_tolerance(mesh, halfedges)
+    symmetry = find_weave_symmetry(
+        mesh, halfedges, woven.weave, tolerance=tolerance, reflections=False
+    )
+    repeats = find_repeats(symmetry, supplies.of(woven.bunches))
+    return repeats if repeats.repeat else None
 
 
 def _bed(settings: Settings, supplies: Supplies, margin_mm: float) -> tuple[Bed, float]:

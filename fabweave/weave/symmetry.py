@@ -9,6 +9,10 @@ from fabweave.mesh.symmetry.group import Symmetry, orbits
 from fabweave.mesh.symmetry.search import EXACT, find_symmetry
 from fabweave.weave.pattern import Weave
 
+#: Where a mesh has no exact symmetry, one to within this share of its size is looked for: 0.03 mm
+#: of 300 mm, about as near as pieces of one kind are.
+NEARLY = 1e-4
+
 
 @frozen_value
 class WeaveSymmetry:
@@ -79,6 +83,16 @@ class WeaveSymmetry:
     def stabiliser(self, thread: int) -> IntArray:
         """Return the motions that map a thread onto itself, the identity among them."""
         return np.flatnonzero(self.thread_images(np.array([thread]))[:, 0] == thread)
+
+
+def symmetry_tolerance(mesh: PolyMesh, halfedges: Halfedges) -> float:
+    """Return how exactly a mesh is symmetric, as a share of its size: EXACT, or NEARLY.
+
+    EXACT as well if it is not symmetric at all.
+    """
+    if find_symmetry(mesh, halfedges).order > 1:
+        return EXACT
+    return NEARLY if find_symmetry(mesh, halfedges, tolerance=NEARLY).order > 1 else EXACT
 
 
 def find_weave_symmetry(

@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
-from fabweave.app.joined_object import joined_pieces, split_object
-from fabweave.app.object_symmetry import object_repeats
+from fabweave.app.joined_object import split_object
+from fabweave.app.joined_pieces import joined_pieces
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import settings_from_options
+from fabweave.app.split_job import object_repeats
 from fabweave.app.woven_object import weave_object
 from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.split.repeats import Repeats, find_repeats
@@ -157,11 +158,17 @@ def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
     [
         ("shape:torus?m=24&n=12", {"holes": "alike"}, 4),
         pytest.param(
-            "shape:torus?m=24&n=12", {"pattern": "twill", "holes": "alike"}, 8, marks=pytest.mark.slow
+            "shape:torus?m=24&n=12",
+            {"pattern": "twill", "holes": "alike"},
+            8,
+            marks=pytest.mark.slow,
         ),
         pytest.param("shape:sphere", {"holes": "alike"}, 8, marks=pytest.mark.slow),
         pytest.param(
-            "shape:octahedron", {"refine": "catmull-clark:2", "holes": "alike"}, 4, marks=pytest.mark.slow
+            "shape:octahedron",
+            {"refine": "catmull-clark:2", "holes": "alike"},
+            4,
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             "shape:icosahedron", {"refine": "catmull-clark:2", "kinds": "fewest"}, 4,

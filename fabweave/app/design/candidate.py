@@ -9,7 +9,7 @@ import numpy as np
 
 from fabweave import __version__
 from fabweave.app.job import PlannedJob
-from fabweave.app.joined_object import pieces_costs
+from fabweave.app.joined_pieces import pieces_costs
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import nest_job, plan_job
 from fabweave.app.remake_command import long_command

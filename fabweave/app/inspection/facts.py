@@ -12,14 +12,8 @@ from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
 from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
-from fabweave.app.joined_object import (
-    JoinedObject,
-    check_joined,
-    joined_pieces,
-    kinds_of,
-    pieces_costs,
-    split_object,
-)
+from fabweave.app.joined_object import JoinedObject, check_joined, split_object
+from fabweave.app.joined_pieces import joined_pieces, kinds_of, pieces_costs
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings

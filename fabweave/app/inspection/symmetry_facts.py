@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.app.object_symmetry import rotations_of, symmetry_tolerance
 from fabweave.app.woven_object import WovenObject
 from fabweave.mesh.symmetry.group import Symmetry
 from fabweave.mesh.symmetry.search import EXACT, find_symmetry
-from fabweave.weave.symmetry import find_weave_symmetry
+from fabweave.weave.symmetry import find_weave_symmetry, symmetry_tolerance
 
 
 def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
@@ -21,12 +20,14 @@ def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
     n_pieces : int or None
         How many pieces it is cut from, if that is known.
     """
-    tolerance = symmetry_tolerance(woven)
+    tolerance = symmetry_tolerance(woven.mesh, woven.halfedges)
     mesh = find_symmetry(woven.mesh, woven.halfedges, tolerance=tolerance)
     weave = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance)
     turned = weave
     if weave.group.n_reflections:
-        turned = rotations_of(woven, tolerance)
+        turned = find_weave_symmetry(
+            woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance, reflections=False
+        )
     kinds = None
     if n_pieces is not None:
         # Each orbit of threads has kinds of its own, and each kind a place for each rotation.
