@@ -60,8 +60,7 @@ CUTTING_OPTIONS = (
         SHEETS,
         length(1000.0, zero="none", metavar="LENGTH|none"),
         "Diameter of the fastener holes.",
-        otherwise="the largest common size that nine crossings of ten have room for, and some "
-        "hardware goes through",
+        otherwise="the largest for which nine crossings of ten have room and hardware is sold",
         making=True,
     ),
     Option(
@@ -85,8 +84,7 @@ CUTTING_OPTIONS = (
         ),
         "Which crossings take a fastener: joints; all; rim, the joints and the crossings next to "
         "the boundary; every:2, the joints and one crossing of two; or none, and joints are glued.",
-        otherwise="joints where the weave is so tight and stiff that it holds itself "
-        "(fabweave guide joints), else all",
+        otherwise="joints where the weave holds itself (fabweave guide joints), else all",
         making=True,
     ),
     Option(
