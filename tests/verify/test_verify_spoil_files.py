@@ -291,7 +291,7 @@ def say_fewer_panels(strips):
 
 
 # Whatever else objects, the viewer shows what the model was before.
-UNREADABLE = "files space colours clearance bends joints unfolding bom viewer seen"
+UNREADABLE = "files space colours clearance bends joints unfolding bom viewer"
 STRIPS = [
     (scale, "space bends unfolding joints viewer"),
     (move_one_thread, "space viewer"),
