@@ -11,7 +11,7 @@ from fabweave.nest.place.raster import filled_pixels, region_sides
 #: Pixels of the larger rectangle, about.
 _MOST_CELLS = 40_000
 #: What touches a side by less, millimetres, does not bar it.
-_INSET_MM = 1e-6
+_INSET_MM = 1e-5
 
 
 def largest_rectangle(
