@@ -18,7 +18,7 @@ from fabweave.app.settings import Settings, settings_table
 from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import lay_object
 from fabweave.core.errors import FabweaveError
-from fabweave.core.records import record
+from fabweave.core.records import optional, record
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.picture.camera import View
@@ -70,11 +70,12 @@ class Candidate:
 class Figures:
     """What a design comes to.
 
-    ``broken`` counts the conditions of its pattern that the weave breaks; ``use`` is the share of
-    the sheets that becomes pieces, without their holes. ``likeness_mm`` and ``likeness_mean_mm``
-    say how far the mesh is from the model at the most and in the mean, where it was remeshed, and
-    ``lost`` names features that went. ``hours`` are those of the assembly, ``cutting_h`` those of
-    the machine, ``price`` that of sheets and hardware: each a range, None where it is not known.
+    ``kinds`` counts the different pieces, and ``broken`` the conditions of its pattern that the
+    weave breaks; ``use`` is the share of the sheets that becomes pieces, without their holes.
+    ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most and
+    in the mean, where it was remeshed, and ``lost`` names features that went. ``hours`` are those
+    of the assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each
+    a range, None where it is not known.
     """
 
     faces: int
@@ -82,6 +83,7 @@ class Figures:
     crossings: int
     broken: int
     pieces: int
+    kinds: int | None = optional()
     joints: int
     sheets: int
     use: float
@@ -205,6 +207,7 @@ def _figures(planned: PlannedJob, layout: Layout | None) -> Figures:
         crossings=planned.weave.threads.n_crossings,
         broken=planned.weave.broken.total,
         pieces=len(pieces),
+        kinds=int(planned.kinds.max(initial=0)),
         joints=len(planned.piece_set.joints),
         sheets=count,
         use=round(area / sheets_mm2, 4),

@@ -41,6 +41,7 @@ tr.no td { color: #888 }
 #: Columns of the tables: key, heading, digits.
 _COLUMNS = (
     ("pieces", "pieces", 0),
+    ("kinds", "kinds", 0),
     ("crossings", "crossings", 0),
     ("sheets", "sheets", 0),
     ("use", "used", 2),
