@@ -12,6 +12,10 @@ from fabweave.verify.read.glb import Strip
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
+#: Of two ways that a strand may take across an edge, it goes along its own by so much of the other
+#: at least: on slanting quads they differ by a few degrees, and panels are no truer than that.
+_OWN_SHARE = 0.98
+
 
 @dataclass(frozen=True, eq=False)
 class Panels:
@@ -89,7 +93,8 @@ def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
 def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> Flags:
     """Say at which crossings a ribbon runs across the edge as the passes of a walk do.
 
-    From near the side's start a strand crosses towards its end, and otherwise backwards.
+    From near the side's start a strand crosses towards its end, and otherwise backwards. Where both
+    ways are nearly the same, either is right.
     """
     quads = edge_quads(mesh, np.array([step.side for step in passes], dtype=np.int64))
     forward = np.array([step.forward for step in passes], dtype=np.bool_)[:, None]
@@ -97,4 +102,4 @@ def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> 
     other = np.where(forward, quads.backward, quads.forward)
     agrees = np.einsum("ij,ij->i", panels.along, own) / np.linalg.norm(own, axis=1)
     strays = np.einsum("ij,ij->i", panels.along, other) / np.linalg.norm(other, axis=1)
-    return (agrees > 0.0) & (agrees > np.abs(strays))
+    return (agrees > 0.0) & (agrees > _OWN_SHARE * np.abs(strays))
