@@ -72,7 +72,8 @@ class Inspection:
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
         ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
         ``designs`` (that were tried), ``left_out`` (what only a thorough inspection tells) and
-        ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction.
+        ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction,
+        ``openings`` where faces were left out.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
     """
@@ -171,6 +172,8 @@ def inspect_mesh(
     }
     if woven.source.likeness is not None:
         facts["likeness"] = woven.source.likeness.record()
+    if woven.source.openings:
+        facts["openings"] = [opening.record() for opening in woven.source.openings]
     if woven.source.alignment is not None:
         facts["alignment"] = woven.source.alignment.record()
     return Inspection(woven, facts, designs)
