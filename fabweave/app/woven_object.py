@@ -30,6 +30,7 @@ from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.subweave import Part
 from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
+from fabweave.stock.forming import forming_advice
 from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
@@ -275,7 +276,9 @@ def require_stiffness(
         for finding in check.refused:
             index = int(supplies.of(woven.bunches)[woven.labels.index(finding.thread)])
             thinner = thinner_supply(supplies, index, finding.value)
-            require_pliable(check, supplies.materials[index].title, thinner)
+            material = supplies.materials[index]
+            formed = forming_advice(material, finding.value)
+            require_pliable(check, material.title, thinner, formed)
 
 
 def _narrowed_notes(woven: WovenObject) -> list[str]:

@@ -163,7 +163,7 @@ def inspect_mesh(
         "costs": costs,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
-            "notes": [*notes, *ribbon_notes(check)],
+            "notes": [*notes, *ribbon_notes(check, supplies.materials)],
         },
         "verdict": _verdict(woven, check, pieces),
         "designs": [to_json(one.candidate) for one in designs],
