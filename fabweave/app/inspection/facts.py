@@ -20,6 +20,7 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
     require_stiffness,
+    require_wide,
     stiffness_check,
     weave_object,
     width_notes,
@@ -41,7 +42,7 @@ from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.sheet_text import format_stock
@@ -303,7 +304,7 @@ def _planned(
     sheets = [format_stock(sheet) for sheet in settings.sheets]
     stiff: RibbonCheck | None = None
     try:
-        require_width(woven.ribbons, woven.labels, woven.size_mm)
+        require_wide(woven, settings)
         require_no_loop(woven.weave.threads, woven.halfedges)
         progress("stiffness", 0, 1)
         stiff = stiffness_check(woven, settings, supplies)
