@@ -177,6 +177,7 @@ def _write_tables(
         "fasten": job.fasten,
         "costs": costs_text(job.costs),
         **_likeness(job),
+        **_openings(job),
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
@@ -219,6 +220,12 @@ def _likeness(job: Job) -> dict[str, float]:
     """Return how far the woven mesh is from the model at most, where it was remeshed."""
     like = job.woven.source.likeness
     return {} if like is None else {"likeness_mm": round(like.greatest_mm, 3)}
+
+
+def _openings(job: Job) -> dict[str, list[dict[str, str | int | float]]]:
+    """Return what was left out of the mesh, if anything was."""
+    openings = job.woven.source.openings
+    return {"openings": [opening.record() for opening in openings]} if openings else {}
 
 
 def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:

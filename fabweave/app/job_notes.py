@@ -47,7 +47,7 @@ def job_notes(
         ),
         f"pieces: {reason}",
         *width_notes(woven, settings, planned.supplies),
-        *ribbon_notes(planned.check),
+        *ribbon_notes(planned.check, planned.supplies.materials),
         order_note(order, steps),
         *layout.notes,
         *code_notes(drawings),

@@ -15,6 +15,7 @@ from fabweave.app.woven_object import (
     keep_clear,
     lay_ribbons,
     require_stiffness,
+    require_wide,
     resized,
 )
 from fabweave.core.arrays import (
@@ -39,7 +40,6 @@ from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, s
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.nest.item_shape import shape_of
 from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -97,7 +97,7 @@ def split_object(
     CannotMakeError
         For what cannot be made as asked; the message says what would help.
     """
-    require_width(woven.ribbons, woven.labels, woven.size_mm)
+    require_wide(woven, settings)
     require_no_loop(woven.weave.threads, woven.halfedges)
     require_stiffness(woven, settings, supplies)
     progress("pieces", 0, 1)

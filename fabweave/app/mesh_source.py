@@ -19,6 +19,8 @@ from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.loss import LossMap, loss_map
+from fabweave.mesh.openings.leave_out import Opening, leave_out
+from fabweave.mesh.openings.request import parse_leave_out
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.portals import portals_of
 from fabweave.mesh.prepare import prepare_mesh
@@ -81,6 +83,8 @@ class LoadedMesh:
         What of the given mesh was lost where, if it was remeshed.
     alignment : Alignment or None
         How well new quads follow the direction that was wished for.
+    openings : tuple of Opening
+        What was left out of it.
     portals : (H,) float array or None
         Where strands cross their portals, from vertices to centres; None for the middle of all.
     """
@@ -94,6 +98,7 @@ class LoadedMesh:
     likeness: Likeness | None = None
     loss: LossMap | None = None
     alignment: Alignment | None = None
+    openings: tuple[Opening, ...] = ()
     portals: FloatArray | None = None
 
 
@@ -104,8 +109,7 @@ def load_mesh(
 
     A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
     given handles and brought to size; then remeshed, refined, made symmetric, faired, and brought
-    to size again where
-    where that changed it; at last subdivided for triaxial twill.
+    to size again where that changed it; at last opened, and subdivided for triaxial twill.
 
     Parameters
     ----------
@@ -169,7 +173,9 @@ def load_mesh(
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
     along = _wished(settings.along, settings.up or up, factor)
-    mesh, n_old_vertices, like, loss, alignment, changes = _changed(mesh, settings, along, progress)
+    mesh, like, loss, alignment, changes = _changed(mesh, settings, along, progress)
+    notes += changes
+    mesh, n_old_vertices, openings, changes = _opened(mesh, settings)
     notes += changes
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
@@ -185,6 +191,7 @@ def load_mesh(
         likeness=like,
         loss=loss,
         alignment=alignment,
+        openings=openings,
         portals=portals_of(settings.course, mesh, halfedges),
     )
 
@@ -244,8 +251,8 @@ def _wished(along: str | None, up: Up, factor: float) -> Along | None:
 
 def _changed(
     mesh: PolyMesh, settings: Settings, along: Along | None, progress: Progress
-) -> tuple[PolyMesh, int, Likeness | None, LossMap | None, Alignment | None, list[str]]:
-    """Remesh, refine, symmetrise, fair and subdivide as the settings ask; tell what was done."""
+) -> tuple[PolyMesh, Likeness | None, LossMap | None, Alignment | None, list[str]]:
+    """Remesh, refine, symmetrise and fair as the settings ask, and tell what was done."""
     notes: list[str] = []
     done = []
     model: PolyMesh | None = None
@@ -294,16 +301,39 @@ def _changed(
         there = mesh.with_vertices(mesh.vertices / growth)
         like, loss = likeness(model, there), loss_map(model, there)
         notes.append(like.note)
+    mesh, changes = _prepared(mesh, done)
+    return mesh, like, loss, alignment, [*notes, *changes]
+
+
+def _opened(
+    mesh: PolyMesh, settings: Settings
+) -> tuple[PolyMesh, int, tuple[Opening, ...], list[str]]:
+    """Leave out faces, and subdivide for triaxial twill, as the settings ask; tell what was done.
+
+    The second is how many vertices there were before a subdivision.
+    """
+    notes: list[str] = []
+    done = []
+    openings: tuple[Opening, ...] = ()
+    if settings.leave_out is not None:
+        mesh, openings = leave_out(mesh, parse_leave_out(settings.leave_out))
+        notes += [opening.note for opening in openings]
+        done.append("opened")
     n_old_vertices = 0
     if settings.pattern == "triaxial":
         n_old_vertices = mesh.n_vertices
         mesh = mid_edge(mesh)
         done.append("subdivided through the middles of its edges for triaxial twill")
-    if done:
-        mesh, report, repairs = prepare_mesh(mesh)
-        notes += repairs
-        notes.append(f"the mesh was {', '.join(done)}: {_counts(report)}")
-    return mesh, n_old_vertices, like, loss, alignment, notes
+    mesh, changes = _prepared(mesh, done)
+    return mesh, n_old_vertices, openings, [*notes, *changes]
+
+
+def _prepared(mesh: PolyMesh, done: list[str]) -> tuple[PolyMesh, list[str]]:
+    """Make a mesh ready to weave after what was done to it, and tell what that was."""
+    if not done:
+        return mesh, []
+    mesh, report, repairs = prepare_mesh(mesh)
+    return mesh, [*repairs, f"the mesh was {', '.join(done)}: {_counts(report)}"]
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:

@@ -72,6 +72,7 @@ class Settings:
     refine: str | None = default("refine")
     symmetrise: bool = default("symmetrise")
     fair: int = default("fair")
+    leave_out: str | None = default("leave_out")
     pattern: str = default("pattern")
     twists: str | None = default("twists")
     twill_method: str = default("twill_method")

@@ -16,9 +16,11 @@ from fabweave.core.arrays import (
     frozen_value,
     no_progress,
 )
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.heights import crossing_heights
+from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
 from fabweave.ribbon.openness import open_share
 from fabweave.ribbon.project import Ribbons, project_ribbons
@@ -28,8 +30,10 @@ from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons, requi
 from fabweave.ribbon.rules.rules import measure_along, measure_clearance
 from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.subweave import Part
+from fabweave.ribbon.tips import tip_notes
 from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
+from fabweave.stock.forming import forming_advice
 from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
@@ -275,7 +279,9 @@ def require_stiffness(
         for finding in check.refused:
             index = int(supplies.of(woven.bunches)[woven.labels.index(finding.thread)])
             thinner = thinner_supply(supplies, index, finding.value)
-            require_pliable(check, supplies.materials[index].title, thinner)
+            material = supplies.materials[index]
+            formed = forming_advice(material, finding.value)
+            require_pliable(check, material.title, thinner, formed)
 
 
 def _narrowed_notes(woven: WovenObject) -> list[str]:
@@ -295,6 +301,21 @@ def _narrowed_notes(woven: WovenObject) -> list[str]:
         f"places, to {factor.min():.0%} at the least"
         + (f", {next(iter(places))}" if len(places) == 1 else f": {told}")
     ]
+
+
+def opening_notes(woven: WovenObject, settings: Settings) -> list[str]:
+    """Return a note on tips where ribbons are slivers, and on what opens the mesh there."""
+    # Faces have the numbers that the option takes only where none were left out or divided.
+    plain = settings.leave_out is None and settings.pattern != "triaxial"
+    return tip_notes(woven.mesh, woven.halfedges, woven.ribbons, offer=plain)
+
+
+def require_wide(woven: WovenObject, settings: Settings) -> None:
+    """Raise CannotMakeError if a ribbon is too narrow to be cut, and say what would help."""
+    try:
+        require_width(woven.ribbons, woven.labels, woven.size_mm)
+    except CannotMakeError as error:
+        raise CannotMakeError(". ".join([str(error), *opening_notes(woven, settings)])) from None
 
 
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
@@ -327,6 +348,7 @@ def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> l
             f"width: ribbons of constant width fit, and keep clear of one another, up to "
             f"{int(widest * 100) / 100:g} mm"
         )
+    notes += opening_notes(woven, settings)
     share = open_share(woven.ribbons, woven.weave, mesh)
     notes.append(f"openings: {share:.0%} of the surface stays open")
     return notes

@@ -20,6 +20,8 @@ from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import FAR, Finding, FindingRecord, finding_record, sentence
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.forming import forming_advice
+from fabweave.stock.material import Material, min_bend_radius_mm
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 
@@ -244,10 +246,14 @@ def _rounded(value: float) -> float | None:
     return round(float(value), 3) if np.isfinite(value) else None
 
 
-def ribbon_notes(check: RibbonCheck) -> list[str]:
-    """Return what a maker should know of ribbons: the worst place of each rule, and the size."""
+def ribbon_notes(check: RibbonCheck, materials: Sequence[Material] = ()) -> list[str]:
+    """Return what a maker should know of ribbons: the worst place of each rule, and the size.
+
+    Of the materials, it is said how they can be made to bend as tightly as is wanted.
+    """
     sentences = {finding.rule: sentence(finding) for finding in check.findings}
     notes = [sentences.pop("bend", _bend_note(check)), *_turning_note(check)]
+    notes += _forming_notes(check, materials)
     if "twist" not in sentences:
         notes += _twist_note(check)
     notes += [*sentences.values(), *_size_note(check)]
@@ -300,6 +306,17 @@ def _bend_note(check: RibbonCheck) -> str:
     if not np.isfinite(least):
         return f"bend: none; {takes}"
     return f"bend: radius {least:.1f} mm or more; {takes}"
+
+
+def _forming_notes(check: RibbonCheck, materials: Sequence[Material]) -> list[str]:
+    """Say how materials can be softened, where some bend is too tight for them as they are."""
+    tight = [finding.value for finding in check.findings if finding.rule == "bend"]
+    advice = [
+        forming_advice(material, min(tight))
+        for material in materials
+        if tight and min(tight) < min_bend_radius_mm(material)
+    ]
+    return [f"bend: {told}" for told in dict.fromkeys(advice) if told is not None]
 
 
 def _turning_note(check: RibbonCheck) -> list[str]:

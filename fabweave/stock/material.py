@@ -51,6 +51,12 @@ KEYS: tuple[Key, ...] = (
         _bend_table,
     ),
     Key(
+        "formed_table_mm",
+        "a list of [thickness, radius] in order of thickness, such as [[0.9, 13.0], [1.8, 38.0]]",
+        _bend_table,
+    ),
+    line_key("formed", 100),
+    Key(
         "machine",
         f"one of {', '.join(machines())}",
         lambda value: value if isinstance(value, str) and value in machines() else None,
@@ -103,6 +109,10 @@ class Material:
         Tightest bend in multiples of the thickness, where that is the rule.
     bend_table_mm : tuple of (float, float)
         Else thickness and tightest bend in millimetres, in order of thickness.
+    formed_table_mm : tuple of (float, float)
+        Thickness and tightest bend once it is softened, where known.
+    formed : str
+        How it is softened, such as ``soaked in hot water and dried on a form``.
     metal : bool
         Whether the rules for metal hold.
     machine : str or None
@@ -135,6 +145,8 @@ class Material:
     metal: bool
     min_bend_radius_t: float | None = None
     bend_table_mm: tuple[tuple[float, float], ...] = ()
+    formed_table_mm: tuple[tuple[float, float], ...] = ()
+    formed: str = ""
     machine: str | None = None
     speed_mm_s: Span | None = None
     engrave_mm_s: OneOrSpan | None = None
@@ -308,8 +320,6 @@ def machine_of(material: Material) -> Machine:
 def min_bend_radius_mm(material: Material) -> float:
     """Return the tightest radius to which the material bends without damage, in millimetres.
 
-    A table is read piecewise linearly; outside it the ratio of radius to thickness is kept.
-
     Examples
     --------
     >>> min_bend_radius_mm(material_named("spring-shim-0.2"))
@@ -317,10 +327,21 @@ def min_bend_radius_mm(material: Material) -> float:
     >>> min_bend_radius_mm(with_thickness(material_named("birch-veneer"), 1.78))
     132.0
     """
-    thickness = material.thickness_mm
     if material.min_bend_radius_t is not None:
-        return material.min_bend_radius_t * thickness
-    table = material.bend_table_mm
+        return material.min_bend_radius_t * material.thickness_mm
+    return radius_of_table(material.bend_table_mm, material.thickness_mm)
+
+
+def radius_of_table(table: tuple[tuple[float, float], ...], thickness: float) -> float:
+    """Return the radius that a table has for a thickness, in millimetres.
+
+    It is read piecewise linearly; outside it the ratio of radius to thickness is kept.
+
+    Examples
+    --------
+    >>> radius_of_table(((1.0, 50.0), (2.0, 120.0)), 1.5), radius_of_table(((1.0, 50.0),), 0.5)
+    (85.0, 25.0)
+    """
     if thickness <= table[0][0]:
         return table[0][1] * thickness / table[0][0]
     for (t0, r0), (t1, r1) in itertools.pairwise(table):

@@ -105,6 +105,7 @@ SPOILT = {
     "refine": ("spline:2", "loop:x", 2),
     "symmetrise": ("yes", 1, None),
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
+    "leave_out": ("", "top", "top:0mm", "top:80mm,top:9mm", "side:8mm", "-1", "1:2", "a.txt", 3),
     "pattern": ("nonsense", "satin:5", 3, None),
     "twists": ("", 3),
     "twill_method": ("vote", None, 1),
@@ -265,6 +266,7 @@ TYPED = {
     "along": st.sampled_from(["x", "curvature", "own.txt"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
     "fair": st.integers(0, 1000).map(str),
+    "leave_out": st.sampled_from(["top:8cm", "Bottom: 80mm, top:1in", "13, 12", "FOLDER/list.txt"]),
     "pattern": st.sampled_from(
         ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]
     ),
@@ -306,6 +308,7 @@ TYPED = {
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("options")
     (folder / "stock.toml").write_text(STOCK)
+    (folder / "list.txt").write_text("40 7, 8 # a corner\n7\n")
     (folder / "materials.toml").write_text(MATERIAL)
     (folder / "targets.toml").write_text(TARGET)
     return str(folder)
@@ -373,7 +376,7 @@ def changed(folder) -> Settings:
     return settings_from_options(
         "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
         handle="0:9", along="curvature", irregular="fewest", refine="loop:1", symmetrise=True,
-        fair=3,
+        fair=3, leave_out="top:8cm",
         pattern="twill", twill_weights="2/2", twill_symmetry=2, boundary="turn",
         course="straight",
         material="warp=felt,weft=card", thickness="2mm",

@@ -14,6 +14,7 @@ from fabweave.core.errors import InputError
 from fabweave.cut.preflight import targets as target_module
 from fabweave.cut.preflight.targets import Target, target_named, target_table, targets, targets_of
 from fabweave.stock import material as material_module
+from fabweave.stock.forming import formed_radius_mm
 from fabweave.stock.material import (
     Material,
     material_library,
@@ -41,6 +42,7 @@ def test_examples_are_read() -> None:
     assert [one.name for one in materials] == ["wool-felt", "beech-veneer-0.6"]
     assert (materials[0].price_per_m2, materials[0].currency) == (38.0, "EUR")
     assert materials[1].bend_table_mm == ((0.6, 35.0), (1.2, 90.0))
+    assert formed_radius_mm(materials[1]) == 10.0
     (school,) = targets_of(read_toml(EXAMPLES / "targets.toml", "targets"), "there")
     assert (school.name, school.hole_mm, school.hole_t) == ("school-laser", 2.0, 1.0)
     assert school.sheet_mm == (600.0, 300.0)
@@ -112,6 +114,8 @@ SPOILT = [
     ({"min_bend_radius_t": None}, "its bend radius is missing; write min_bend_radius_t"),
     ({"bend_table_mm": [[2.0, 9.0], [1.0, 5.0]]}, "in order of thickness"),
     ({"bend_table_mm": []}, "in order of thickness"),
+    ({"formed_table_mm": [[2.0, 9.0], [1.0, 5.0]]}, "in order of thickness"),
+    ({"formed": ""}, "formed is '', but must be a line of text"),
     ({"speed_mm_s": [1.0, 2.0, 3.0]}, "speed_mm_s is"),
     ({"machine": "saw"}, "machine is 'saw', but must be one of diode, co2, fibre"),
     ({"machine": ["co2"]}, "machine is ['co2'], but must be one of"),

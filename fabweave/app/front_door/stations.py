@@ -63,6 +63,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.refine,
         settings.symmetrise,
         settings.fair,
+        settings.leave_out,
         settings.course,
         settings.pattern == "triaxial",
         settings.seed if settings.remesh else None,

@@ -20,6 +20,7 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
     require_stiffness,
+    require_wide,
     stiffness_check,
     weave_object,
     width_notes,
@@ -41,7 +42,7 @@ from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import require_width, ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.sheet_text import format_stock
@@ -72,7 +73,8 @@ class Inspection:
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
         ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
         ``designs`` (that were tried), ``left_out`` (what only a thorough inspection tells) and
-        ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction.
+        ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction,
+        ``openings`` where faces were left out.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
     """
@@ -162,7 +164,7 @@ def inspect_mesh(
         "costs": costs,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
-            "notes": [*notes, *ribbon_notes(check)],
+            "notes": [*notes, *ribbon_notes(check, supplies.materials)],
         },
         "verdict": _verdict(woven, check, pieces),
         "designs": [to_json(one.candidate) for one in designs],
@@ -171,6 +173,8 @@ def inspect_mesh(
     }
     if woven.source.likeness is not None:
         facts["likeness"] = woven.source.likeness.record()
+    if woven.source.openings:
+        facts["openings"] = [opening.record() for opening in woven.source.openings]
     if woven.source.alignment is not None:
         facts["alignment"] = woven.source.alignment.record()
     return Inspection(woven, facts, designs)
@@ -300,7 +304,7 @@ def _planned(
     sheets = [format_stock(sheet) for sheet in settings.sheets]
     stiff: RibbonCheck | None = None
     try:
-        require_width(woven.ribbons, woven.labels, woven.size_mm)
+        require_wide(woven, settings)
         require_no_loop(woven.weave.threads, woven.halfedges)
         progress("stiffness", 0, 1)
         stiff = stiffness_check(woven, settings, supplies)

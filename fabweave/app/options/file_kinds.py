@@ -42,6 +42,23 @@ def layout() -> Kind:
     return place("FILE", "the name of a crossing_map.json", write)
 
 
+def leave_out() -> Kind:
+    """Return the kind of openings and faces that are left out; a file's faces take its place."""
+    module = "fabweave.mesh.openings.request."
+
+    def accept(value: Any) -> str | None:
+        if not isinstance(value, str):
+            return None
+        tidy: str = load(module + "tidy_leave_out")(value)
+        return tidy
+
+    def read(text: str) -> Any:
+        return load(module + "read_leave_out")(text)
+
+    expected = "openings such as 'top:80mm', numbers of faces such as '12,13', or a file of these"
+    return Kind("top:D|bottom:D|FILE|N,N,…", expected, accept, read, textual=True)
+
+
 def preset() -> Kind:
     """Return the kind of a preset's name, a file that ends in .toml, or a table of job.toml."""
     module = "fabweave.cut.presets."

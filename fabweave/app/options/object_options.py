@@ -1,6 +1,6 @@
 """Name the options that decide the woven object: its mesh, its weave and its ribbons."""
 
-from fabweave.app.options.file_kinds import library
+from fabweave.app.options.file_kinds import leave_out, library
 from fabweave.app.options.kinds import (
     MOST_MM,
     choice,
@@ -148,6 +148,16 @@ OBJECT_OPTIONS = (
         "straighter and narrow ribbons find room. Sharp edges stay; a coarse mesh loses some "
         "shape, so refine it first.",
         default=0,
+    ),
+    Option(
+        "leave_out",
+        MESH,
+        leave_out(),
+        "Leave out faces, for a bulb, an arm or a pot: top:80mm or bottom:80mm opens the mesh "
+        "around its topmost or bottommost point, where centres of faces are within that diameter "
+        "in plan, and lays the rim onto that circle; or faces by number (12,13), or as a file "
+        "lists them, counted from 0 as they are woven. Commas part several. Threads end at the "
+        "rim, or turn back (--boundary turn). --size counts as it was before.",
     ),
     Option(
         "pattern",

@@ -192,7 +192,9 @@ def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
     )
 
 
-def require_pliable(check: RibbonCheck, material: str, thinner: str | None = None) -> None:
+def require_pliable(
+    check: RibbonCheck, material: str, thinner: str | None = None, formed: str | None = None
+) -> None:
     """Raise CannotMakeError if a material is too stiff, and say at which size it would do.
 
     Parameters
@@ -202,6 +204,8 @@ def require_pliable(check: RibbonCheck, material: str, thinner: str | None = Non
         What it is called.
     thinner : str, optional
         How a thickness is asked for at which it would do.
+    formed : str, optional
+        How it can be softened.
     """
     for finding in check.refused:
         bend = check.measured["bend"].value[stiffest(check.measured["bend"])]
@@ -223,5 +227,12 @@ def require_pliable(check: RibbonCheck, material: str, thinner: str | None = Non
             f"{material} is too stiff: it bends to a radius of {finding.limit:.0f} mm, but in "
             f"{hard} of {len(bend)} places between crossings a ribbon must bend to less than half "
             f"of that (the tightest is {finding.value:.1f} mm, on thread {finding.thread} after "
-            f"crossing {finding.crossing}): use " + ", or ".join(sizes)
+            f"crossing {finding.crossing}): use "
+            + ", or ".join(sizes)
+            + (
+                f". It may do as it is: {formed}; --materials takes an entry of your own with that "
+                "radius"
+                if formed is not None
+                else ""
+            )
         )

@@ -1,0 +1,1 @@
+"""Leave faces out of a mesh, so that there is an opening with a rim."""

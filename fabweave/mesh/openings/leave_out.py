@@ -1,0 +1,258 @@
+"""Leave faces out of a mesh: what is around its topmost or bottommost point, or those named."""
+
+import math
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.openings.request import LeaveOut, Side
+from fabweave.mesh.openings.rim import rim_on_circle
+from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner
+from fabweave.mesh.topology import EdgeGroups, group_edges, keep_faces, label_links
+
+#: Points as high as this share of the mesh's height below the topmost one are topmost, too; and a
+#: centre so far beyond the radius, as a share of it, is within.
+_LEVEL, _WITHIN = 1e-6, 1e-6
+#: Vertices nearer to the circle than this are on it, in millimetres.
+ON_CIRCLE_MM = 1e-6
+
+
+@frozen_value
+class Opening:
+    """What was left out in one place.
+
+    Parameters
+    ----------
+    side : str
+        ``top``, ``bottom``, or ``faces`` for those that were named.
+    faces : int
+        How many faces were left out.
+    diameter_mm : float or None
+        Of the circle, and likewise ``x_mm`` and ``y_mm``, its middle in plan; None for named faces.
+    x_mm, y_mm : float or None
+    rim : int
+        How many vertices the new boundary has.
+    moved_mm, off_mm : float
+        How far vertices of the rim were moved at most, and how far off the circle one stays.
+    off : int
+        How many stay off it.
+    """
+
+    side: str
+    faces: int
+    diameter_mm: float | None = None
+    x_mm: float | None = None
+    y_mm: float | None = None
+    rim: int = 0
+    moved_mm: float = 0.0
+    off_mm: float = 0.0
+    off: int = 0
+
+    def record(self) -> dict[str, str | int | float]:
+        """Return it for job.toml, lengths to a thousandth."""
+        told: dict[str, str | int | float] = {"side": self.side, "faces": self.faces}
+        if self.diameter_mm is not None:
+            told |= {"diameter_mm": self.diameter_mm, "rim": self.rim, "off": self.off}
+            for name in ("x_mm", "y_mm", "moved_mm", "off_mm"):
+                told[name] = round(getattr(self, name), 3) + 0.0
+        return told
+
+    @property
+    def note(self) -> str:
+        """What a person should know about it."""
+        left = agree(self.faces, "{n} [face was|faces were] left out")
+        if self.diameter_mm is None:
+            return f"{left}, as they were named (--leave-out)"
+        text = (
+            f"opening at the {self.side}: {left} within {self.diameter_mm:g} mm across, around "
+            f"({self.x_mm:.1f}, {self.y_mm:.1f}) in plan; its rim of {self.rim} vertices "
+        )
+        text += f"was moved by {self.moved_mm:.1f} mm at most onto that circle"
+        if self.off:
+            text += agree(self.off, ", but for {n} that [stays|stay]")
+            text += f" up to {self.off_mm:.1f} mm off it, so that faces stay sound"
+        return text
+
+
+def leave_out(mesh: PolyMesh, what: LeaveOut) -> tuple[PolyMesh, tuple[Opening, ...]]:
+    """Leave faces out of a mesh, and lay the rims of openings onto their circles.
+
+    An opening at the top takes the faces that hang together with those at the topmost point, and
+    whose centres are within its circle in plan. Each disc of faces that goes lowers the Euler
+    characteristic by one.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold in millimetres, z up.
+    what : LeaveOut
+
+    Returns
+    -------
+    mesh : PolyMesh
+        The faces that stay, in their order, and their vertices.
+    openings : tuple of Opening
+        What was left out, in the order in which it was asked for.
+
+    Raises
+    ------
+    InputError
+        If there is no such face, nothing or everything would be left out, an opening would have
+        several rims, or what stays falls apart or is no manifold.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.openings.request import parse_leave_out
+    >>> from fabweave.mesh.shapes.grids import sphere
+    >>> opened, (hole,) = leave_out(sphere(4, 100.0), parse_leave_out("top:100mm"))
+    >>> hole.faces, hole.rim, check_mesh(opened).euler
+    (4, 8, 1)
+    """
+    named = _named(mesh, what.faces)
+    gone = named.copy()
+    found: list[Opening] = []
+    if what.faces:
+        found.append(Opening("faces", len(what.faces)))
+    edges = group_edges(mesh)
+    places: list[tuple[BoolArray, FloatArray]] = []
+    for side, diameter in what.diameters_mm:
+        patch, centre = _patch(mesh, edges, side, diameter / 2.0)
+        if (patch & gone).any():
+            raise InputError(
+                f"the opening at the {side} takes faces that are left out already; make it "
+                "smaller, or name them once"
+            )
+        places.append((patch, centre))
+        gone |= patch
+    _require_some_left(gone)
+    kept = keep_faces(mesh, ~gone)
+    _require_whole(mesh, kept)
+    points = mesh.vertices
+    for (side, diameter), (patch, centre) in zip(what.diameters_mm, places, strict=True):
+        rim, free = _rim(edges, patch, gone, side)
+        near = patch | _touching(mesh, rim)
+        kept = kept.with_vertices(points)
+        points = rim_on_circle(keep_faces(mesh, near), kept, free, centre, diameter / 2.0)
+        moved = np.linalg.norm(points[free] - mesh.vertices[free], axis=1)
+        off = np.abs(np.linalg.norm(points[rim, :2] - centre, axis=1) - diameter / 2.0)
+        found.append(
+            Opening(
+                side,
+                int(np.count_nonzero(patch)),
+                diameter,
+                x_mm=float(centre[0]),
+                y_mm=float(centre[1]),
+                rim=len(rim),
+                moved_mm=float(moved.max(initial=0.0)),
+                off_mm=float(off.max(initial=0.0)),
+                off=int(np.count_nonzero(off > ON_CIRCLE_MM)),
+            )
+        )
+    return _without_loose(kept.with_vertices(points)), tuple(found)
+
+
+def _named(mesh: PolyMesh, faces: tuple[int, ...]) -> BoolArray:
+    """Return which faces are named, (F,)."""
+    if faces and faces[-1] >= mesh.n_faces:
+        raise InputError(
+            f"face {faces[-1]} cannot be left out: the mesh has {mesh.n_faces} faces, counted from "
+            "0, as it is woven (remeshed and refined, if that is asked for)"
+        )
+    named = np.zeros(mesh.n_faces, dtype=bool)
+    named[list(faces)] = True
+    return named
+
+
+def _patch(
+    mesh: PolyMesh, edges: EdgeGroups, side: Side, radius: float
+) -> tuple[BoolArray, FloatArray]:
+    """Return the faces of an opening, (F,), and its middle in plan, (2,).
+
+    The middle is the topmost point, or that of all that are as high.
+    """
+    up = 1.0 if side == "top" else -1.0
+    height = up * mesh.vertices[:, 2]
+    used = np.zeros(mesh.n_vertices, dtype=bool)
+    used[mesh.indices] = True
+    low, high = float(height[used].min()), float(height[used].max())
+    extreme = used & (height >= high - _LEVEL * (high - low))
+    centre = mesh.vertices[extreme, :2].mean(axis=0)
+    far = np.linalg.norm(face_centres(mesh)[:, :2] - centre, axis=1)
+    within = far <= radius * (1.0 + _WITHIN)
+    seeds = np.zeros(mesh.n_faces, dtype=bool)
+    seeds[face_of_corner(mesh)[extreme[mesh.indices]]] = True
+    if not (seeds & within).any():
+        least = math.ceil(2.0 * float(far[seeds].min()) + 1e-9)
+        raise InputError(
+            f"nothing would be left out at the {side}: no face there has its centre within "
+            f"{2.0 * radius:g} mm across, around ({centre[0]:.1f}, {centre[1]:.1f}) in plan; "
+            f"{side}:{least}mm takes the nearest"
+        )
+    one, two = edges.pairs
+    both = within[edges.face[one]] & within[edges.face[two]]
+    _, label = label_links(edges.face[one][both], edges.face[two][both], mesh.n_faces)
+    return within & np.isin(label, label[seeds & within]), centre
+
+
+def _require_some_left(gone: BoolArray) -> None:
+    """Raise InputError if nothing, or everything, would be left out."""
+    if gone.all():
+        raise InputError(
+            f"everything would be left out: all {len(gone)} faces; name a smaller opening"
+        )
+    if not gone.any():
+        raise InputError("nothing would be left out; name an opening or faces")
+
+
+def _require_whole(mesh: PolyMesh, kept: PolyMesh) -> None:
+    """Raise InputError if what stays is no manifold, or has more bodies than before."""
+    before, after = check_mesh(mesh), check_mesh(kept)
+    if not (after.edge_manifold and after.vertex_manifold):
+        raise InputError(
+            "what stays would touch itself at a mere corner, and no strand can go through there; "
+            "make the opening wider or narrower, or name the faces beside it, too"
+        )
+    if after.n_components > before.n_components:
+        raise InputError(
+            f"what stays would fall apart into {after.n_components} bodies, instead of "
+            f"{before.n_components}; make the opening smaller, or leave out all of a body"
+        )
+
+
+def _rim(
+    edges: EdgeGroups, patch: BoolArray, gone: BoolArray, side: str
+) -> tuple[IntArray, IntArray]:
+    """Return the vertices of a rim, and those of them that are on no other boundary."""
+    one, two = edges.pairs
+    cut = patch[edges.face[one]] != patch[edges.face[two]]
+    cut &= ~(gone[edges.face[one]] & gone[edges.face[two]])
+    tail, head = edges.tail[one[cut]], edges.head[one[cut]]
+    rim = np.unique(np.concatenate([tail, head]))
+    place = np.searchsorted(rim, tail), np.searchsorted(rim, head)
+    rims = label_links(*place, len(rim))[0]
+    if rims != 1:
+        raise InputError(
+            f"the opening at the {side} would have {rims} rims; make it narrower or wider, or "
+            "name its faces"
+        )
+    alone = edges.order[edges.starts[:-1][edges.sizes == 1]]
+    fixed = np.concatenate([edges.tail[alone], edges.head[alone]])
+    return rim, np.setdiff1d(rim, fixed)
+
+
+def _touching(mesh: PolyMesh, vertices: IntArray) -> BoolArray:
+    """Return the faces that have one of some vertices, (F,)."""
+    there = np.zeros(mesh.n_faces, dtype=bool)
+    there[face_of_corner(mesh)[np.isin(mesh.indices, vertices)]] = True
+    return there
+
+
+def _without_loose(mesh: PolyMesh) -> PolyMesh:
+    """Return a mesh without the vertices of no face."""
+    used = np.zeros(mesh.n_vertices, dtype=bool)
+    used[mesh.indices] = True
+    numbers = np.cumsum(used) - 1
+    return PolyMesh(mesh.vertices[used], offsets_of(mesh.face_sizes), numbers[mesh.indices])

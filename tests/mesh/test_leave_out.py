@@ -1,0 +1,170 @@
+"""Openings: what they do to the topology, where their rims lie, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.errors import InputError
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.openings.leave_out import leave_out
+from fabweave.mesh.openings.request import parse_leave_out, read_leave_out
+from fabweave.mesh.openings.rim import rim_on_circle
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.model import face_normals
+from fabweave.mesh.shapes import grids, solids
+from fabweave.weave.threads import trace_threads
+
+
+def opened(mesh: PolyMesh, text: str):
+    return leave_out(mesh, parse_leave_out(text))
+
+
+def boundary(mesh: PolyMesh) -> np.ndarray:
+    halfedges = build_halfedges(mesh)
+    return np.unique(halfedges.tail[halfedges.twin < 0])
+
+
+@given(
+    n=st.integers(2, 9),
+    diameter=st.floats(20.0, 150.0),
+    sides=st.sampled_from([("top",), ("bottom",), ("top", "bottom")]),
+)
+def test_each_disc_lowers_the_euler_characteristic_by_one_and_has_one_rim(n, diameter, sides):
+    ball = grids.sphere(n, 100.0)
+    try:
+        holed, openings = opened(ball, ",".join(f"{side}:{diameter}mm" for side in sides))
+    except InputError as error:
+        assert "nothing would be left out" in str(error)  # noqa: PT017 - a face is larger
+        return
+    report = check_mesh(holed)
+    assert report.euler == 2 - len(sides)
+    assert report.n_boundary_loops == len(sides)
+    assert (report.n_components, report.problems) == (1, ())
+    assert holed.n_faces == ball.n_faces - sum(one.faces for one in openings)
+    rim = holed.vertices[boundary(holed)]
+    far = np.abs(np.linalg.norm(rim[:, :2], axis=1) - diameter / 2.0)
+    assert far.max() == pytest.approx(max(one.off_mm for one in openings), abs=1e-9)
+    assert np.count_nonzero(far > 1e-6) == sum(one.off for one in openings)
+    # What is not on the rim is where it was; faces look outwards still.
+    assert np.all(np.einsum("fd,fd->f", face_normals(holed), holed.vertices[first(holed)]) > 0)
+    threads = trace_threads(build_halfedges(holed), turn=True)
+    assert threads.closed.all()
+
+
+def first(mesh: PolyMesh) -> np.ndarray:
+    return mesh.indices[mesh.offsets[:-1]]
+
+
+def test_a_rim_lies_on_its_circle_and_on_the_surface():
+    holed, (hole,) = opened(grids.sphere(4, 125.0), "top:80mm")
+    assert (hole.faces, hole.rim, hole.off) == (4, 8, 0)
+    rim = holed.vertices[boundary(holed)]
+    np.testing.assert_allclose(np.linalg.norm(rim[:, :2], axis=1), 40.0)
+    # Between the sphere and the chords of its faces, of 49 mm.
+    height = np.sqrt(125.0**2 - 40.0**2)
+    assert np.all((rim[:, 2] > height - 5.0) & (rim[:, 2] < height))
+    assert "its rim of 8 vertices was moved by 24.0 mm at most onto that circle" in hole.note
+
+
+def test_a_grid_is_opened_where_it_is_highest():
+    # A tent: one face of a plane, 10 mm squares, has its middle at the top.
+    x, y = np.meshgrid(np.arange(8) * 10.0, np.arange(8) * 10.0, indexing="ij")
+    z = 50.0 - 0.01 * ((x - 35.0) ** 2 + (y - 35.0) ** 2)
+    number = np.arange(64).reshape(8, 8)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1)
+    tent = PolyMesh.from_faces(np.stack([x, y, z], -1).reshape(-1, 3), quads.reshape(-1, 4))
+    holed, (hole,) = opened(tent, "top:21mm")
+    # The face at the top and its four neighbours, 10 mm away.
+    assert (hole.faces, hole.x_mm, hole.y_mm, hole.rim) == (5, 35.0, 35.0, 12)
+    assert check_mesh(holed).euler == check_mesh(tent).euler - 1
+    # Only what hangs together is left out: not the far side of a closed mesh.
+    ball, (south,) = opened(grids.sphere(4, 100.0), "bottom:60mm")
+    assert south.faces == 4
+    assert ball.vertices[:, 2].max() == pytest.approx(100.0)
+
+
+def test_faces_by_number_leave_the_others_in_their_order():
+    cube = solids.cube()
+    holed, (hole,) = opened(cube, "4,1")
+    faces = [cube.vertices[face].tolist() for n, face in enumerate(cube.faces()) if n not in (1, 4)]
+    assert [holed.vertices[face].tolist() for face in holed.faces()] == faces
+    assert (hole.side, hole.faces, hole.diameter_mm) == ("faces", 2, None)
+    assert check_mesh(holed).euler == 0 if check_mesh(holed).n_boundary_loops == 2 else 1
+
+
+def test_a_corner_that_would_be_flat_goes_less_far():
+    # On the left of a square lies the middle of the circle; its corners would come onto a line.
+    square = PolyMesh.from_faces([[2, 0, 0], [4, 2, 0], [2, 4, 0], [0, 2, 0]], [[0, 1, 2, 3]])
+    ground = PolyMesh.from_faces([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2, 3]])
+    moved = rim_on_circle(ground, square, np.array([3]), np.array([-4.0, 2.0]), 6.0)
+    # It should go 2 mm, to the diagonal from (2, 0) to (2, 4); an eighth less leaves it 14° flat.
+    assert moved[3].tolist() == [1.75, 2.0, 0.0]
+    assert np.array_equal(moved[:3], square.vertices[:3])
+    # Where the surface does not reach, nothing moves.
+    far = rim_on_circle(ground, square, np.array([3]), np.array([-40.0, 2.0]), 6.0)
+    assert np.array_equal(far, square.vertices)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "text", "words"),
+    [
+        (grids.sphere(8, 100.0), "top:9mm", "nothing would be left out at the top: .* top:28mm"),
+        (solids.cube(), "0,1,2,3,4,5", "everything would be left out: all 6 faces"),
+        (solids.cube(), "6", "face 6 cannot be left out: the mesh has 6 faces"),
+        (grids.torus(8, 5, 35.0, 15.0), "top:60mm", "would have 2 rims"),
+        (grids.torus(8, 5, 35.0, 15.0), "top:99mm", "everything would be left out: all 40 faces"),
+        (solids.cube(), "0,top:9m", "left out already"),
+    ],
+)
+def test_what_cannot_be_left_out_is_refused(mesh, text, words):
+    with pytest.raises(InputError, match=words):
+        opened(mesh, text)
+
+
+def test_what_falls_apart_or_touches_at_a_corner_is_refused():
+    ball = grids.sphere(2, 50.0)
+    equator = np.flatnonzero(np.abs(ball.vertices[ball.indices, 2].reshape(-1, 4)).max(1) < 30.0)
+    belt = ",".join(map(str, equator))
+    cube = solids.cube()
+    # Two faces of a cube that share one corner only, of three around it: none; of a ball of 24:
+    faces = ball.faces()
+    other = next(n for n in range(1, 24) if len(set(faces[0]) & set(faces[n])) == 1)
+    with pytest.raises(InputError, match="touch itself at a mere corner"):
+        opened(ball, f"0,{other}")
+    if belt:
+        with pytest.raises(InputError, match=r"fall apart into 2 bodies, instead of 1"):
+            opened(ball, belt)
+    assert opened(cube, "0")[0].n_faces == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("top", "says nothing to leave out: write top:80mm"),
+        ("top:80mm,top:2", "at the top is named twice"),
+        ("top:-3mm", "length"),
+        ("top:0mm", "length|none"),
+        ("", "says nothing to leave out"),
+        ("1,,2", "says nothing to leave out"),
+        ("1.5", "says nothing to leave out"),
+        ("9999999999", "says nothing to leave out"),
+    ],
+)
+def test_what_says_nothing_is_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        parse_leave_out(text)
+
+
+def test_a_file_lists_faces(tmp_path):
+    path = tmp_path / "faces.txt"
+    path.write_text("7, 3 # the mouth\n\n12\n7\n")
+    assert read_leave_out(str(path)) == "3,7,12"
+    assert read_leave_out("bottom:1in, 4") == "bottom:25.4mm,4"
+    for content, words in (("", "lists no faces"), ("3\nmany\n", "line 2 of faces.txt has 'many'")):
+        path.write_text(content)
+        with pytest.raises(InputError, match=words):
+            read_leave_out(str(path))
+    with pytest.raises(InputError, match=r"there is no file 'mouth.txt', nor is it an opening"):
+        read_leave_out("mouth.txt")
