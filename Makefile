@@ -15,7 +15,7 @@ demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to loo
 	$(BIN)/fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill \
 	  --sheet 600x400mm -o outputs/torus
 	@echo
-	@echo "Look at:"
+	@echo "Look at: outputs/torus/index.html, which leads to all the others:"
 	@echo "  outputs/torus/render.png            the torus in 2/2 twill, woven of 24 ribbons"
 	@echo "  outputs/torus/sheets/sheet_01.png   the first sheet; .dxf and .svg beside it go to the laser"
 	@echo "  outputs/torus/waste.html            what becomes of the material"

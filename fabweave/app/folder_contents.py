@@ -14,7 +14,7 @@ _LARGEST_LIST = 64 * 2**20
 
 def write_contents(folder: Path) -> None:
     """Write the list of all files in a job's folder, each with its SHA-256."""
-    files = {name: _sha256(folder / name) for name in _names(folder)}
+    files = {name: _sha256(folder / name) for name in file_names(folder)}
     text = json.dumps({"files": files}, indent=1, ensure_ascii=False)
     (folder / CONTENTS_FILE).write_text(text + "\n", encoding="utf-8", newline="\n")
 
@@ -72,7 +72,7 @@ def _listed(path: Path) -> dict[str, str]:
         return {}
 
 
-def _names(folder: Path) -> list[str]:
+def file_names(folder: Path) -> list[str]:
     """Return the names of all files in a folder, in order, but that of the list."""
     names = [path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()]
     return sorted(name for name in names if name != CONTENTS_FILE)

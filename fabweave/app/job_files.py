@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from fabweave.app.folder_contents import file_names
 from fabweave.app.job import Job
 from fabweave.app.job_records import job_facts, job_map, job_viewer
 from fabweave.app.preflight_job import Preflight
@@ -34,6 +37,7 @@ from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.texts import costs_text
+from fabweave.report.index_page import INDEX_FILE, About, index_page
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
@@ -45,7 +49,7 @@ from fabweave.report.offcuts import (
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
 from fabweave.report.splitting import splitting_record
 from fabweave.report.verdict import verdict_json
-from fabweave.report.waste import piece_table, waste_report
+from fabweave.report.waste import WasteReport, piece_table, waste_report
 from fabweave.report.waste_page import waste_page
 from fabweave.verify import VerifyReport
 
@@ -91,7 +95,8 @@ def write_job(
     )
     if job.settings.profile == "service":
         _write_service(job, crossing_map, directory / "service")
-    check = _write_tables(job, crossing_map, bill, directory)
+    report = _waste_report(job, bill)
+    check = _write_tables(job, crossing_map, report, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
@@ -99,6 +104,7 @@ def write_job(
     lost = job.likeness()
     if lost is not None:
         (directory / LIKENESS).write_bytes(lost)
+    _write(directory / INDEX_FILE, _index(job, crossing_map, report, directory))
     return check
 
 
@@ -143,13 +149,23 @@ def _write_service(job: Job, crossing_map: CrossingMap, directory: Path) -> None
     )
 
 
-def _write_tables(
-    job: Job, crossing_map: CrossingMap, bill: BillOfMaterials, directory: Path
-) -> Preflight:
-    """Write every file but the sheets, the manual and the picture; see ``write_job``."""
+def _index(job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path) -> str:
+    """Return the page that opens the job, once all else is in its folder."""
+    about = About(
+        title=job.woven.title,
+        verdict=job.verdict,
+        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
+        material=job.supplies.description,
+        given_mesh=None if job.given_mesh is None else job.settings.mesh,
+    )
+    cut_names = [drawing.name for drawing in job.kerfed]
+    return index_page(about, crossing_map, report, cut_names, file_names(directory))
+
+
+def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
+    """Return what becomes of the material."""
     woven = job.woven
-    names = [drawing.name for drawing in job.drawings]
-    report = waste_report(
+    return waste_report(
         job.piece_set.pieces,
         job.layout,
         job.drawings,
@@ -163,6 +179,14 @@ def _write_tables(
         ribbons=woven.ribbons,
         engrave_seen_mm=job.engrave_seen_mm,
     )
+
+
+def _write_tables(
+    job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path
+) -> Preflight:
+    """Write every file but the sheets, the manual and the pictures; see ``write_job``."""
+    woven = job.woven
+    names = [drawing.name for drawing in job.drawings]
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
     outcome = {

@@ -153,4 +153,4 @@ def _tell(made: "FinishedJob", output: Path) -> None:
         )
     verdict = job.verdict
     console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
-    console.print(f"Sheets: {output / 'sheets'}   Material: {output / 'waste.html'}", markup=False)
+    console.print(f"Look first at {output / 'index.html'}", markup=False)

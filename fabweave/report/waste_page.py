@@ -107,7 +107,7 @@ def waste_page(
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in report.notes)
     return _PAGE.format(
         title=html.escape(title),
-        verdict=_verdict_section(verdict),
+        verdict=verdict_section(verdict),
         summary=html.escape(summary),
         rows=rows,
         total=_page_row("all", "", totals.sums),
@@ -136,8 +136,13 @@ def _pictures(sheet_names: Sequence[str], likeness: str | None) -> Iterator[str]
         )
 
 
-def _verdict_section(verdict: Verdict) -> str:
-    """Return the verdict with its reasons, as a section of a web page."""
+def verdict_section(verdict: Verdict) -> str:
+    """Return the verdict with its reasons, as a section of a web page.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    """
     reasons = "".join(
         f"<li>{html.escape(reason.text)}"
         + (f"; <em>{html.escape(reason.advice)}</em>" if reason.advice else "")

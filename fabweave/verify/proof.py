@@ -22,6 +22,7 @@ from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, c
 from fabweave.verify.checks.reports.areas import check_areas
 from fabweave.verify.checks.reports.bill import check_bom
 from fabweave.verify.checks.reports.estimate import check_estimate
+from fabweave.verify.checks.reports.index_page import check_index
 from fabweave.verify.checks.reports.manual import check_manual
 from fabweave.verify.checks.reports.materials import check_materials
 from fabweave.verify.checks.reports.outcome import check_outcome
@@ -108,6 +109,7 @@ _TASKS = (
     _Task("materials", ("map",), check_materials),
     _Task("estimate", ("map", "waste"), check_estimate),
     _Task("page", ("map", "waste", "waste_page"), check_page),
+    _Task("index", ("map",), check_index),
     _Task("outcome", (), check_outcome),
     _Task("preflight", ("map", "preflight"), check_preflight),
     _Task("verdict", ("map", "ribbons", "verdict"), check_verdict),

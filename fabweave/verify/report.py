@@ -49,6 +49,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "materials": "every piece is on a sheet of its thread's material; each material adds up",
         "estimate": "times and prices follow from drawings, steps, and stated speeds and prices",
         "page": "the page on material shows what the records say, and nothing else",
+        "index": "the page that opens the job shows its figures and leads to all its files",
         "outcome": "job.toml and the notes of the layout tell what came out",
         "preflight": "rules that are said to be broken are, where it is said",
         "verdict": "whether it can be built is what the findings come to",

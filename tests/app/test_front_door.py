@@ -92,7 +92,9 @@ def test_a_job_of_a_mesh_in_memory_is_made_again_from_its_folder(steps, tmp_path
         name
         for name in again
         if name.startswith("sheets/")  # the code names the command
-    } | {"crossing_map.json", "assembly.html", "assembly.pdf", "waste.json", "waste.html"}
+    } | {"crossing_map.json", "assembly.html", "assembly.pdf", "waste.json", "waste.html"} | {
+        "index.html"  # links to it
+    }
 
 
 SHAPE = ("shape:torus?m=8&n=4", {"m": 8, "n": 4})

@@ -38,10 +38,9 @@ slow = pytest.mark.slow
 
 MADE = (
     "job.toml", "woven_mesh.obj", "model.glb", "render.png", "crossing_map.json",
-    "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "verify.json", "contents.json",
-    "ribbons.json",
-    "stations.csv", "assembly.html", "assembly.pdf", "sheets/sheet_01.dxf", "sheets/sheet_01.svg",
-    "sheets/sheet_01.png",
+    "crossing_map.csv", "pieces.csv", "waste.json", "waste.html", "index.html", "verify.json",
+    "contents.json", "ribbons.json", "stations.csv", "assembly.html", "assembly.pdf",
+    "sheets/sheet_01.dxf", "sheets/sheet_01.svg", "sheets/sheet_01.png",
 )  # fmt: skip
 
 #: Small sheets are nested on sooner.

@@ -406,6 +406,12 @@ def waste_page(dice, text):
     return replaced(text, found, found[0].replace(found[1], nudged(dice, found[1])))
 
 
+@text_file("index.html")
+def index_page(dice, text):
+    found = any_match(dice, r"<li><strong>(\d[\d.]*)[^<]*</strong>", text)
+    return replaced(text, found, found[0].replace(found[1], nudged(dice, found[1])))
+
+
 @text_file("job.toml")
 def settings(dice, text):
     found = any_match(dice, r"(?m)^(\w+) = (.+)$", text)
@@ -465,7 +471,8 @@ CLASSES = {
     "viewer scripts": viewer_script, "viewer policy": viewer_policy, "viewer data": viewer_data,
     "GLB nodes": glb_nodes, "GLB buffers": glb_buffers, "GLB transform": glb_transform,
     "PNG": png,
-    "waste.html": waste_page, "waste.json": json_file("waste.json"), "job.toml": settings,
+    "waste.html": waste_page, "index.html": index_page,
+    "waste.json": json_file("waste.json"), "job.toml": settings,
     "crossing_map.json": json_file("crossing_map.json"),
     "crossing_map.csv": csv_file("crossing_map.csv"),
     "stations.csv": csv_file("stations.csv"), "pieces.csv": csv_file("pieces.csv"),

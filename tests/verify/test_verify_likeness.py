@@ -58,4 +58,4 @@ def test_a_mesh_as_it_comes_has_no_likeness(finished, tmp_path):
     (folder / "job.toml").write_text(
         text.replace("[outcome]", "[outcome]\nlikeness_mm = 3.0"), "utf-8"
     )
-    assert set(told(folder)) == {"files", "outcome", "page"}
+    assert set(told(folder)) == {"files", "index", "outcome", "page"}

@@ -40,7 +40,7 @@ def test_a_true_job_is_proved(name, tmp_path):
     # Nothing passes by not having been looked at.
     idle = {name for name, count in counts.items() if count == 0}
     # No specimen asks for these files, or says what mesh it comes from or what is fastened.
-    idle -= {"cut", "templates", "outcome", "source", "fastened"}
+    idle -= {"cut", "templates", "index", "outcome", "source", "fastened"}
     assert idle == (set() if specimen.plan["joints"] else {"joints"})
     assert counts["space"] >= 6 * n_crossings
     assert counts["crossing-holes"] == 2 * n_crossings

@@ -12,9 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-import numpy as np
-from PIL import Image
-
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.measure.areas import Areas, areas_of
@@ -22,13 +19,15 @@ from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
-from fabweave.verify.read.content import read_content, read_text
+from fabweave.verify.read.content import read_text
 from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
+from fabweave.verify.read.index_page import Index, read_index
 from fabweave.verify.read.kerfed_sheets import Ready, read_ready
 from fabweave.verify.read.manual import ManualPage, read_manual
 from fabweave.verify.read.offcuts import Offcuts, read_offcuts
+from fabweave.verify.read.pictures import check_shape, read_png
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.source_mesh import SourceMesh, read_source
@@ -38,8 +37,6 @@ from fabweave.verify.read.viewer import Viewer, read_viewer
 from fabweave.verify.read.waste_page import Seen, read_waste_page
 from fabweave.verify.statement import Place, Tally
 
-#: Width and height in pixels.
-Picture: TypeAlias = tuple[int, int]
 Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
 
@@ -55,10 +52,6 @@ STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
     "mate", "hole_mm", "step",
 )  # fmt: skip
-#: Around a sheet on its picture there is no more than this, and this share of its longer side.
-_ROOM_MM, _ROOM = 60.0, 0.1
-#: No picture of a job has more.
-_MOST_PIXELS = 1 << 28
 #: What a remeshed model lost.
 LIKENESS = "likeness.png"
 #: A job of more crossings may be without a viewer.
@@ -89,6 +82,8 @@ class Job:
     manual: tuple[ManualPage, ...] | None = None
     #: What is seen on the page on material, in order.
     waste_page: tuple[Seen, ...] | None = None
+    #: The page that opens the job, if there is one, and the files beside it.
+    index: Index | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
     ready: Ready | None = None
     #: The sheets at full size, by their numbers; None where the settings want none.
@@ -237,9 +232,9 @@ def load_job(directory: Path, tally: Tally) -> Job:
         drawing = read(f"sheets/{sheet.name}.svg", read_svg)
         if drawing is not None:
             svg[sheet.number] = drawing
-        picture = read(f"sheets/{sheet.name}.png", _read_png)
+        picture = read(f"sheets/{sheet.name}.png", read_png)
         if picture is not None:
-            _check_shape(picture, sheet, tally)
+            check_shape(picture, sheet, tally)
     if plan is not None and (directory / "sheets").is_dir():
         known = {sheet.name for sheet in sheets}
         for path in sorted((directory / "sheets").iterdir()):
@@ -251,10 +246,10 @@ def load_job(directory: Path, tally: Tally) -> Job:
     if options.get("template", "none") != "none":
         pages = {sheet.number: read(f"sheets/{sheet.name}.pdf", read_template) for sheet in sheets}
         templates = {number: page for number, page in pages.items() if page is not None}
-    read("render.png", _read_png)
+    read("render.png", read_png)
     outcome = (settings or {}).get("outcome")
     if isinstance(outcome, dict) and "likeness_mm" in outcome:
-        read(LIKENESS, _read_png)
+        read(LIKENESS, read_png)
     else:
         absent = not os.path.lexists(directory / LIKENESS)
         tally.at(LIKENESS).expect(absent, "job.toml says nothing of a likeness that it shows")
@@ -290,6 +285,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         viewer=read("assembly.html", read_viewer) if _has_viewer(directory, plan) else None,
         manual=read("assembly.pdf", read_manual),
         waste_page=read("waste.html", read_waste_page),
+        index=read_index(directory, read),
         templates=templates,
         source=read_source(directory, options, read),
         ready=read_ready(directory, options, sheets, read, tally),
@@ -304,36 +300,6 @@ def _has_viewer(directory: Path, plan: CrossingMap | None) -> bool:
     """Return whether a job has the page that shows it in space, or should have it."""
     small = plan is None or len(plan.crossings) <= MOST_VIEWED
     return small or os.path.lexists(directory / "assembly.html")
-
-
-def _read_png(path: Path) -> Picture:
-    """Require a PNG that can be decoded to its end and shows something."""
-    data = io.BytesIO(read_content(path))
-    try:
-        with Image.open(data, formats=["PNG"]) as picture:
-            size = picture.size
-            if size[0] * size[1] <= _MOST_PIXELS:
-                pixels = np.asarray(picture.convert("RGB"))
-    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise ReadError(f"it is not a complete PNG: {error}") from error
-    if size[0] * size[1] > _MOST_PIXELS:
-        raise ReadError(f"it has {size[0]} x {size[1]} pixels")
-    if np.all(pixels == pixels[0, 0]):
-        raise ReadError("it is blank")
-    return size
-
-
-def _check_shape(picture: Picture, sheet: Sheet, tally: Tally) -> None:
-    """Check that a picture has the shape of its sheet, with some room around it."""
-    sides = np.array([sheet.width_mm, sheet.height_mm])
-    room = _ROOM_MM + _ROOM * sides.max()
-    # There has to be a scale at which neither side lacks anything nor has too much around it.
-    least, most = np.max(picture / (sides + room)), np.min(picture / np.maximum(sides, 1e-9))
-    tally.at(f"{sheet.name}.png").expect(
-        least <= most,
-        f"it has {picture[0]} x {picture[1]} pixels, but the sheet {sheet.width_mm:g} x "
-        f"{sheet.height_mm:g} mm",
-    )
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

@@ -1,7 +1,8 @@
-"""Read the page on material as its reader sees it: every text in order, and nothing hidden."""
+"""Read a page of a job as its reader sees it: every text in order, and nothing hidden."""
 
 import hashlib
 import re
+from collections.abc import Collection
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import NamedTuple
@@ -34,6 +35,7 @@ _DRAWN = frozenset({
 _VALUES = {
     "fill": ("none", "#0072b2"), "stroke": ("#444", "#999"), "font-size": ("12",), "r": ("4",),
     "stroke-dasharray": ("5 4",), "text-anchor": ("start", "middle", "end"),
+    "name": ("viewport",), "content": ("width=device-width",),
 }  # fmt: skip
 _WIDTH = re.compile(r"width:[\d.]+%")
 #: The SHA-256 of the page's style, which decides what of it is seen. A change there changes it.
@@ -52,27 +54,34 @@ class Seen(NamedTuple):
 
 
 class _Page(HTMLParser):
-    def __init__(self) -> None:
+    def __init__(self, tags: Collection[str], attributes: Collection[str]) -> None:
         super().__init__(convert_charrefs=True)
         self.seen: list[Seen] = []
+        self._tags, self._attributes = tags, attributes
+        #: Whether a link is open, and whether there is anything to tap in it so far.
+        self._link, self._linked = False, False
         #: The blocks that are open, each with its place among what is seen.
         self._open: list[tuple[str, int]] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in _PLAIN:
+        if tag not in self._tags:
             raise ReadError(f"it has <{tag}>, which the page does not need")
         known = {name: value or "" for name, value in attrs}
         if len(known) < len(attrs):
             raise ReadError(f"<{tag}> has an attribute twice")
         for name, text in known.items():
-            good = name in _DRAWN and not (tag == "meta" and name == "content" and "url" in text)
-            good = good and text in _VALUES.get(name, (text,))
+            good = name in self._attributes and text in _VALUES.get(name, (text,))
             if name == "style":
-                good = _WIDTH.fullmatch(text) is not None
+                good = tag == "span" and _WIDTH.fullmatch(text) is not None
             elif name in ("href", "src"):
                 good = _BESIDE.fullmatch(text) is not None
             if not good:
                 raise ReadError(f"<{tag}> has {name}={text[:40]!r}, which the page does not need")
+        if tag == "a":
+            if self._link:
+                raise ReadError("it has a link in a link")
+            self._link, self._linked = True, False
+        self._linked |= tag == "img"
         if tag in _BLOCKS:
             self._open.append((tag, len(self.seen)))
             self._add(tag, "")
@@ -85,8 +94,13 @@ class _Page(HTMLParser):
     def handle_endtag(self, tag: str) -> None:
         if tag in _BLOCKS and (not self._open or self._open.pop()[0] != tag):
             raise ReadError(f"</{tag}> ends what did not begin")
+        if tag == "a":
+            if not self._linked:
+                raise ReadError("it has a link with nothing to tap")
+            self._link = False
 
     def handle_data(self, data: str) -> None:
+        self._linked |= bool(data.strip())
         if self._open:
             at = self._open[-1][1]
             self.seen[at] = Seen(self.seen[at].tag, self.seen[at].text + data)
@@ -100,23 +114,49 @@ class _Page(HTMLParser):
 
 
 def read_waste_page(path: Path) -> tuple[Seen, ...]:
-    """Return what is seen on the page, in order, spaces between words told as one.
+    """Return what is seen on the page on material, in order.
 
     Raises
     ------
     ReadError
         If there is no table, or anything on the page that runs, loads, hides or leads away.
     """
-    page = _Page()
+    seen = read_page(path, STYLE)
+    if not any(tag == "tr" for tag, _ in seen):
+        raise ReadError("it has no table of sheets")
+    return seen
+
+
+def read_page(
+    path: Path,
+    style: str,
+    tags: Collection[str] = _PLAIN,
+    attributes: Collection[str] = _DRAWN,
+) -> tuple[Seen, ...]:
+    """Return what is seen on a page, in order, spaces between words told as one.
+
+    Parameters
+    ----------
+    path : Path
+    style : str
+        The SHA-256 of its style.
+    tags, attributes : collection of str
+        What it may have.
+
+    Raises
+    ------
+    ReadError
+        If there is anything on the page that runs, loads, hides or leads away.
+    """
+    page = _Page(tags, attributes)
     page.feed(read_text(path))
     # Closing the parser would look at what is left again and again: a whole page leaves nothing.
     if page.rawdata.strip():
         raise ReadError("it ends within a tag")
-    for tag, text in page.seen:
-        if tag == "style" and (digest := hashlib.sha256(text.encode()).hexdigest()) != STYLE:
+    styles = [text for tag, text in page.seen if tag == "style"]
+    for text in styles:
+        if (digest := hashlib.sha256(text.encode()).hexdigest()) != style:
             raise ReadError(f"its style is unknown ({digest[:16]}…): it may hide something")
-    if not any(tag == "tr" for tag, _ in page.seen):
-        raise ReadError("it has no table of sheets")
     return tuple(map(spaced, (one for one in page.seen if one.tag != "style")))
 
 

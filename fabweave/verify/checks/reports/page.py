@@ -35,7 +35,7 @@ def check_page(job: Job, tally: Tally) -> None:
     _check_entries(job, page, title, place)
     wanted = map(spaced, _wanted(job, plan, waste, title))
     shown = (one for one in page if one.tag != "pre")
-    _compare(_sections(shown), _sections(wanted), place)
+    compare_pages(shown, wanted, place)
 
 
 def title_of(job: Job) -> str:
@@ -65,14 +65,23 @@ def _sections(seen: Iterable[Seen]) -> dict[str, list[Seen]]:
     return sections
 
 
-def _compare(shown: dict[str, list[Seen]], wanted: dict[str, list[Seen]], place: Place) -> None:
-    """Hold each section to what it should show; of each, the first difference is told."""
+def compare_pages(seen: Iterable[Seen], due: Iterable[Seen], place: Place) -> None:
+    """Hold each section of a page to what it should show; of each, the first difference is told.
+
+    Parameters
+    ----------
+    seen, due : iterable of Seen
+        What is seen on the page, and what should be.
+    place : Place
+        The page.
+    """
+    shown, wanted = _sections(seen), _sections(due)
     place.equal("the row of sections", list(shown), list(wanted))
-    for name, due in wanted.items():
+    for name, texts in wanted.items():
         there = shown.get(name, [])
         here = place.at(f"section {name!r}") if name else place
-        here.count(len(due))
-        for said, one in zip_longest(there, due):
+        here.count(len(texts))
+        for said, one in zip_longest(there, texts):
             if said != one:
                 here.fail(f"it says {_told(said)}, but should say {_told(one)}")
                 break
@@ -88,7 +97,7 @@ def _wanted(job: Job, plan: CrossingMap, waste: dict[str, Any], title: str) -> I
     yield Seen("title", f"{title}: material")
     yield Seen("h1", f"{title}: material")
     if job.verdict is not None:
-        yield from _verdict(job.verdict)
+        yield from verdict_shown(job.verdict)
     yield from _sheets(job, plan, waste)
     if len(waste.get("materials") or ()) > 1:
         yield from _materials(waste["materials"], _each_material(job, waste["materials"]))
@@ -116,8 +125,14 @@ def _wanted(job: Job, plan: CrossingMap, waste: dict[str, Any], title: str) -> I
         )
 
 
-def _verdict(verdict: dict[str, Any]) -> Iterator[Seen]:
-    """Yield whether it can be built, and why not."""
+def verdict_shown(verdict: dict[str, Any]) -> Iterator[Seen]:
+    """Yield what pages show of whether it can be built, and why not.
+
+    Parameters
+    ----------
+    verdict : dict
+        What verdict.json says.
+    """
     level = verdict["level"]
     yield Seen("div", f"verdict {level.replace(' ', '-')}")
     forced = " It was made all the same (--force)." if verdict["forced"] else ""
