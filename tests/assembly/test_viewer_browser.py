@@ -338,6 +338,82 @@ def test_joints_threads_and_unknown_labels_are_searched_too(tab, torus):
     assert tab.chosen() == ""
 
 
+def pieces_alone(tab, scene):
+    """Return the pieces that are shown, and that none of them is faded."""
+    codes = tab.page.evaluate("fabweave.codes()")
+    assert set(codes) <= {0, 1}
+    return {scene.ids[k] for k, code in enumerate(codes) if code}
+
+
+@pytest.mark.parametrize("query", ["a", "thread A", "kind 1", "k1", "sheet 2", "sheet_02"])
+def test_threads_kinds_and_sheets_are_shown_alone(tab, torus, query):
+    wanted = {
+        "t": lambda piece: piece.id[0] == "A",
+        "k": lambda piece: piece.kind == 1,
+        "s": lambda piece: piece.sheet == 2,
+    }["t" if query == "a" else query[0]]
+    group = {piece.id for piece in torus.plan.pieces if wanted(piece)}
+    assert 0 < len(group) < len(torus.ids)
+    tab.go_to(3)
+    tab.page.fill("#query", query)
+    first, *others = tab.page.locator("#found button").all_inner_texts()
+    assert f"{len(group)} pieces, shown alone" in first
+    assert {text.split()[0] for text in others} <= group
+    tab.page.keyboard.press("Enter")
+    assert pieces_alone(tab, torus) == group
+    assert tab.page.locator("#found").is_hidden()
+    assert tab.page.locator("#panel-sheet").is_visible() == query.startswith("sheet")
+    if query.startswith("sheet"):
+        assert "Sheet 2 of" in tab.page.locator("#panel-sheet .turner").inner_text()
+    # A piece of it is brought out among them, and the whole is one tap away.
+    label = sorted(group)[0]
+    tab.page.fill("#query", label)
+    tab.page.keyboard.press("Enter")
+    codes = dict(zip(torus.ids, tab.page.evaluate("fabweave.codes()"), strict=True))
+    assert {one for one, code in codes.items() if code} == group
+    assert codes[label] == 4
+    tab.page.keyboard.press("Escape")
+    assert pieces_alone(tab, torus) == set(torus.ids)
+    tab.page.fill("#query", query)
+    tab.page.keyboard.press("Enter")
+    tab.page.click("#only")
+    assert pieces_alone(tab, torus) == set(torus.ids)
+    assert tab.page.locator("#only").is_hidden()
+
+
+def test_steps_crossings_and_what_is_not_there(tab, torus):
+    tab.page.fill("#query", "step 7")
+    tab.page.keyboard.press("Enter")
+    assert tab.page.evaluate("document.body.dataset.step") == "7"
+    crossing = torus.plan.crossings[12]
+    tab.page.fill("#query", "crossing 12")
+    assert tab.page.locator("#found button b").all_inner_texts() == [
+        crossing.over.piece, crossing.under.piece,
+    ]  # fmt: skip
+    tab.page.locator("#found button").nth(1).click()
+    assert tab.chosen() == crossing.under.piece
+    assert tab.page.evaluate("fabweave.state.station") == crossing.under.station
+    # A number that no joint has is that of a crossing.
+    number = len(torus.plan.joints) + 1
+    assert number < len(torus.plan.crossings)
+    tab.page.fill("#query", f"#{number}")
+    crossing = torus.plan.crossings[number]
+    assert tab.page.locator("#found button b").all_inner_texts() == [
+        crossing.over.piece, crossing.under.piece,
+    ]  # fmt: skip
+    for query in ("step 0", "step 999", "kind 99", "sheet 9", "#99999", "crossing", "thread"):
+        tab.page.fill("#query", query)
+        assert "Nothing" in tab.page.locator("#found").inner_text(), query
+
+
+def test_the_legend_stands_clear_of_the_object(tab):
+    legend = tab.page.locator("#legend")
+    if legend.is_visible():
+        box, picture = legend.bounding_box(), tab.page.locator("#object").bounding_box()
+        assert box["y"] >= picture["y"] + picture["height"] - 1
+        assert "bunch" not in legend.inner_text()
+
+
 def test_partners_and_mates_are_one_tap_away(tab, torus):
     piece = torus.plan.pieces[3]
     tab.page.fill("#query", piece.id)

@@ -8,6 +8,8 @@
     stepwise: kept.stepwise === true,
     step: Math.max(1, Math.min(last, Number(kept.step) || 1)),
     piece: -1, station: -1, sheet: 0, zoom: 1, labels: false, follow: true,
+    // What is shown alone: its name, and its pieces.
+    only: null,
     done: new Set(Array.isArray(kept.done) ? kept.done.filter((step) => step >= 1 && step <= last) : []),
   };
   const space = makeSpace(by("object"), by("labels"), plan, { chosen: (piece) => choose(piece) });
@@ -27,6 +29,7 @@
   function codes() {
     return plan.pieces.map((_, piece) => {
       if (piece === state.piece && (!state.stepwise || plan.stepOf[piece] < state.step)) return CHOSEN;
+      if (state.only && !state.only.pieces.has(piece)) return HIDDEN;
       if (!state.stepwise) return state.piece < 0 ? PLAIN : FADED;
       const away = state.step - 1 - plan.stepOf[piece];
       return away < 0 ? HIDDEN : away > 0 ? FADED : FRESH;
@@ -35,7 +38,7 @@
 
   function labels(how) {
     const order = plan.pieces.map((piece, index) => ({ piece: index, text: piece.id, code: how[index] }));
-    const wanted = order.filter(({ code }) => code >= FRESH || (state.labels && code !== HIDDEN));
+    const wanted = order.filter(({ code }) => code >= FRESH || ((state.labels || state.only) && code !== HIDDEN));
     return wanted.sort((a, b) => b.code - a.code).map((label) => ({ ...label, strong: label.code >= FRESH }));
   }
 
@@ -43,7 +46,9 @@
     const how = codes();
     document.body.dataset.step = state.stepwise ? state.step : "";
     document.body.dataset.piece = state.piece < 0 ? "" : plan.pieces[state.piece].id;
-    by("mode-whole").setAttribute("aria-pressed", !state.stepwise);
+    by("mode-whole").setAttribute("aria-pressed", !state.stepwise && !state.only);
+    by("only").hidden = !state.only;
+    by("only").textContent = state.only ? `${state.only.name} \u00d7` : "";
     by("mode-steps").setAttribute("aria-pressed", state.stepwise);
     by("show-labels").setAttribute("aria-pressed", state.labels);
     by("follow").setAttribute("aria-pressed", state.follow);
@@ -152,6 +157,7 @@
     state.piece = piece;
     state.station = station;
     if (piece >= 0) {
+      if (state.only && !state.only.pieces.has(piece)) state.only = null;
       state.sheet = plan.sheetAt.get(plan.pieces[piece].sheet);
       // A piece that is laid later is shown where it is laid.
       if (state.stepwise && plan.stepOf[piece] >= state.step) state.step = plan.stepOf[piece] + 1;
@@ -169,8 +175,36 @@
     if (space && state.follow && state.station >= 0) space.face(subject(), station);
   }
 
+  /** Show some pieces alone, such as those of a thread; of a sheet, with where they lie on it. */
+  function isolate({ name, members, sheet }) {
+    state.only = { name, pieces: new Set(members) };
+    state.stepwise = false;
+    state.piece = state.station = -1;
+    state.sheet = sheet ?? plan.sheetAt.get(plan.pieces[members[0]].sheet);
+    remember();
+    if (sheet === undefined) update();
+    else openTab("sheet");
+  }
+
+  function showAll() {
+    state.only = null;
+    update();
+  }
+
+  /** Go to what was found. */
+  function take({ piece, station = -1, members, step, ...more }) {
+    find(false);
+    if (members) isolate({ members, ...more });
+    else if (step !== undefined) goTo(step);
+    else {
+      if (by("panel-steps").hidden === false) openTab("piece");
+      choose(piece, station, true);
+    }
+  }
+
   function goTo(step) {
     state.stepwise = true;
+    state.only = null;
     state.step = Math.max(1, Math.min(last, step));
     state.piece = state.station = -1;
     const piece = plan.pieceAt.get(plan.steps[state.step - 1].pieces[0]);
@@ -195,24 +229,31 @@
     update();
   }
 
+  let found = [];
+
   function find(open) {
     const hits = open ? plan.search(by("query").value, 40) : [];
     const box = by("found");
     const none = open && !hits.length && by("query").value.trim();
     box.hidden = !hits.length && !none;
     by("query").setAttribute("aria-expanded", !box.hidden);
-    box.innerHTML = none ? "<p>Nothing has this label.</p>" : hits.map(({ piece, why }) => `<button type="button" role="option"
-      data-piece="${escaped(plan.pieces[piece].id)}"><b>${escaped(plan.pieces[piece].id)}</b> <small>${escaped(why)}</small></button>`).join("");
+    box.innerHTML = none ? "<p>Nothing is called so. Try A3, thread A, #12, crossing 12, kind 3, sheet 2 or step 7.</p>" : hits.map(({ piece, name, why }, k) => {
+      const text = piece === undefined ? `<strong>${escaped(name)}</strong>` : `<b>${escaped(plan.pieces[piece].id)}</b>`;
+      const own = piece === undefined ? "" : ` data-piece="${escaped(plan.pieces[piece].id)}"`;
+      return `<button type="button" role="option" data-found="${k}"${own}>${text} <small>${escaped(why)}</small></button>`;
+    }).join("");
+    found = hits;
     return hits;
   }
 
   // Whatever is tapped says by its data what it stands for.
   document.addEventListener("click", (event) => {
-    const hit = event.target.closest("[data-piece], [data-station], [data-sheet], [data-turn], [data-zoom], button[data-step]");
+    const hit = event.target.closest("[data-found], [data-piece], [data-station], [data-sheet], [data-turn], [data-zoom], button[data-step]");
     if (!event.target.closest("#search")) find(false);
     if (!hit || hit === document.body) return;
     const { piece, station, sheet, turn, zoom, step } = hit.dataset;
-    if (piece !== undefined) {
+    if (hit.dataset.found !== undefined) take(found[Number(hit.dataset.found)]);
+    else if (piece !== undefined) {
       find(false);
       choose(plan.pieceAt.get(piece), -1, true);
     } else if (station !== undefined) mark(Number(station));
@@ -232,10 +273,7 @@
   by("search").addEventListener("submit", (event) => {
     event.preventDefault();
     const hits = find(true);
-    if (!hits.length) return;
-    find(false);
-    if (by("panel-steps").hidden === false) openTab("piece");
-    choose(hits[0].piece, -1, true);
+    if (hits.length) take(hits[0]);
   });
   by("query").addEventListener("input", () => find(true));
   by("slider").addEventListener("input", () => goTo(Number(by("slider").value)));
@@ -245,8 +283,9 @@
   by("mode-whole").addEventListener("click", () => {
     state.stepwise = false;
     remember();
-    update();
+    showAll();
   });
+  by("only").addEventListener("click", showAll);
   by("mode-steps").addEventListener("click", () => goTo(state.step));
   for (const [id, name] of [["show-labels", "labels"], ["follow", "follow"]])
     by(id).addEventListener("click", () => {
@@ -258,6 +297,7 @@
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape") {
       find(false);
+      state.only = null;
       choose(-1);
     } else if (event.target.matches("input[type=search], input[type=range]") || event.ctrlKey || event.metaKey || event.altKey) return;
     else if (event.key === "ArrowRight") goTo(state.stepwise ? state.step + 1 : state.step);
@@ -285,8 +325,11 @@
       bunchOf.set(colour, name);
     }
   });
-  by("legend").innerHTML = !told || bunches.size > 6 ? "" : [...bunches].map(([name, colour]) =>
-    `<li><span class="swatch" style="background:${colour}"></span>${name}</li>`).join("");
+  // Groups have numbers for names, and say once what they are.
+  const grouped = bunches.size > 2 ? "<li>Colour groups</li>" : "";
+  by("legend").innerHTML = !told || bunches.size > 6 ? "" : grouped + [...bunches].map(([name, colour]) =>
+    `<li><span class="swatch" style="background:${colour}"></span>${name.replace("colour group ", "")}</li>`).join("");
+  by("legend").hidden = !by("legend").firstChild;
   if (space) {
     const dark = matchMedia("(prefers-color-scheme: dark)"), paper = () => space.paper(getComputedStyle(by("space")).getPropertyValue("--paper").trim());
     dark.addEventListener("change", paper);

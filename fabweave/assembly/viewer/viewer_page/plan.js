@@ -13,14 +13,14 @@ function readPlan(text) {
   // Flat, a piece has the colour that most of it has.
   const colour = data.colours.map((runs) => runs.reduce((most, run) => (run[1] > most[1] ? run : most))[0]);
 
-  /** Name the bunch of a thread: with two, warp and weft. */
+  /** Name the bunch of a thread for people: with two, warp and weft. */
   const bunches = new Set(threads.map((thread) => thread.bunch));
   const warp = new Set(data.plan.weave.warp || []);
   const woven = warp.size > 0;
   function bunchName(thread) {
     if (woven) return warp.has(thread.id) ? "warp" : "weft";
     if (bunches.size === 2) return thread.bunch === 0 ? "warp" : "weft";
-    return bunches.size === 1 ? "" : `bunch ${thread.bunch + 1}`;
+    return bunches.size === 1 ? "" : `colour group ${thread.bunch + 1}`;
   }
 
   /** The distance of every station of a piece from its first one, in millimetres. */
@@ -39,23 +39,59 @@ function readPlan(text) {
     return ends === piece.id ? begins : ends;
   }
 
-  /** Find pieces by a label: A3, a whole thread A, or the joint #12; the exact ones first. */
+  /** Those pieces of which something is true. */
+  const piecesWhere = (holds) => pieces.flatMap((piece, index) => (holds(piece) ? [index] : []));
+
+  const where = (piece) => `thread ${threads[threadOf.get(pieces[piece].thread)].label}, sheet ${pieces[piece].sheet}`;
+
+  /** A group of pieces that can be shown alone, and then its pieces one by one; nothing for none. */
+  function group(name, members, sheet) {
+    if (!members.length) return [];
+    const why = `${members.length} piece${members.length === 1 ? "" : "s"}, shown alone`;
+    return [{ name, members, sheet, why }, ...members.map((piece) => ({ piece, why: where(piece) }))];
+  }
+
+  /** What is found by a word and a number, such as step 7; nothing where there is no such thing. */
+  const numbered = {
+    JOINT: (number) => {
+      const joint = jointOf.get(number);
+      return joint ? [...new Set(joint.pieces)].map((id) => ({ piece: pieceAt.get(id), why: `joint #${number}` })) : [];
+    },
+    CROSSING: (number) => {
+      const crossing = data.plan.crossings.find(({ id }) => id === number);
+      return !crossing ? [] : ["over", "under"].map((way) => ({
+        piece: pieceAt.get(crossing[way].piece), station: crossing[way].station,
+        why: `${way} at crossing ${number}, station ${crossing[way].station}`,
+      }));
+    },
+    KIND: (number) => group(`Kind ${number}`, piecesWhere(({ kind }) => kind === number)),
+    SHEET: (number) => group(`Sheet ${number}`, piecesWhere(({ sheet }) => sheet === number), sheetAt.get(number)),
+    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: steps[number - 1].pieces.join(", ") }] : []),
+  };
+
+  /**
+   * Find what a query names: the piece A3, the thread A, the joint #12, a kind (kind 3, K3), a
+   * sheet (sheet 2, sheet_02), a step (step 7), a crossing (crossing 12); the exact ones first.
+   */
   function search(query, most) {
-    const wanted = query.trim().toUpperCase().replace(/\s+/g, "");
-    if (!wanted) return [];
-    if (wanted.startsWith("#")) {
-      const joint = jointOf.get(Number(wanted.slice(1)));
-      if (!joint || wanted.length < 2) return [];
-      return [...new Set(joint.pieces)].map((id) => ({ piece: pieceAt.get(id), why: `joint #${joint.id}` }));
+    const wanted = query.toUpperCase().replace(/\s+/g, "");
+    const [, word, number] = /^(JOINT|CROSSING|KIND|SHEET|STEP)[_#]*(\d+)$/.exec(wanted) || [];
+    if (word) return numbered[word](Number(number)).slice(0, most);
+    if (/^#\d+$/.test(wanted)) {
+      const joint = numbered.JOINT(Number(wanted.slice(1)));
+      return joint.length ? joint : numbered.CROSSING(Number(wanted.slice(1)));
     }
-    const exact = pieceAt.has(wanted) ? [pieceAt.get(wanted)] : [];
-    const thread = threads.find(({ label }) => label.toUpperCase() === wanted);
-    const ofThread = thread ? thread.pieces.map((id) => pieceAt.get(id)) : [];
-    const begun = pieces.flatMap(({ id }, index) => (id.toUpperCase().startsWith(wanted) ? [index] : []));
-    return [...new Set([...exact, ...ofThread, ...begun])].slice(0, most).map((piece) => ({
-      piece,
-      why: `thread ${threads[threadOf.get(pieces[piece].thread)].label}, sheet ${pieces[piece].sheet}`,
-    }));
+    const label = wanted.replace(/^(PIECE|THREAD)(?=.)/, "");
+    if (!label) return [];
+    const exact = piecesWhere(({ id }) => id.toUpperCase() === label).map((piece) => ({ piece, why: where(piece) }));
+    const kind = /^K(\d+)$/.exec(label), ofKind = kind ? numbered.KIND(Number(kind[1])) : [];
+    const thread = threads.find((one) => one.label.toUpperCase() === label);
+    const ofThread = thread ? group(`Thread ${thread.label}`, thread.pieces.map((id) => pieceAt.get(id))) : [];
+    const begun = piecesWhere(({ id }) => id.toUpperCase().startsWith(label)).map((piece) => ({ piece, why: where(piece) }));
+    // Where pieces bear their kinds, that is what K3 means.
+    const first = data.plan.cut.labels === "kinds" ? [...ofKind, ...exact] : [...exact, ...ofKind];
+    const all = [...first, ...ofThread, ...begun], met = new Set();
+    return all.filter(({ piece }) => piece === undefined || (!met.has(piece) && met.add(piece))).slice(0, most);
   }
 
   return {

@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "3bf96f0e7c567d13496b624eb0b24e41333f0cced22b07c7a5970ce2f384d768"
+FRAME = "7be6aa778ded495de210cdfbfda06b04ee1279d322a3fda394ff2d231e260b67"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
