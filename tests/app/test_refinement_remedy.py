@@ -58,7 +58,7 @@ def test_a_second_step_is_proposed_after_the_first() -> None:
 
 @pytest.mark.slow
 def test_what_refinement_does_not_mend_is_not_said_to_be() -> None:
-    mesh, options = str(shared_mesh("tri/csaszar.obj")), {"size_mm": 400.0}
+    mesh, options = str(shared_mesh("tri/csaszar.obj")), {"size_mm": 400.0, "course": "projection"}
     before = checked(mesh, **options)
     assert before.findings
     assert all(found.refine is None for found in before.findings)

@@ -128,7 +128,7 @@ def test_a_missing_key_is_named(path):
         (("steps", 0, "pieces", 0), "Z9", "piece Z9"),
         (("pieces", 0, "stations", 1, "joint"), 99, "joint 99"),
         (("pieces", 0, "joints", 1), 99, "joint 99"),
-        (("steps", 5, "joints", 0), 99, "joint 99"),
+        (("steps", -1, "joints", 0), 99, "joint 99"),
         (("pieces", 0, "sheet"), 9, "sheet 9"),
         (("sheets", 0, "sheet"), 2, "its sheets are numbered 2, 2, not from 1"),
         (("schema",), "fabweave.crossing-map/2", "schema is 'fabweave.crossing-map/2', not"),

@@ -118,7 +118,7 @@ def test_rotations_that_change_the_supply_do_not_count():
 @pytest.mark.parametrize("kinds", ["auto", "fewest"])
 def test_threads_that_repeat_one_another_are_cut_alike_from_end_to_end(shape, kinds):
     settings, supplies = complete_settings(
-        settings_from_options(shape, size="300mm", kinds=kinds, max_length="200mm")
+        settings_from_options(shape, size="300mm", kinds=kinds, max_length="300mm")
     )
     woven = weave_object(settings, supplies)
     plan = split_object(woven, settings, supplies, hole_rules(settings, supplies)).plan
