@@ -11,7 +11,7 @@ from fabweave.app.settings import Settings
 from fabweave.assembly import extent
 from fabweave.assembly.manual import writing
 from fabweave.verify import verify_job
-from fabweave.verify.checks.reports import viewer
+from fabweave.verify.checks.reports import index_page, viewer
 from fabweave.verify.read import job_files as read_files
 
 
@@ -20,7 +20,7 @@ def small_limits(monkeypatch):
     """Take every job for too large to be shown whole."""
     for module in (extent, writing):
         monkeypatch.setattr(module, "MOST_PICTURED", 3)
-    for module in (extent, job_files, read_files, viewer):
+    for module in (extent, job_files, read_files, viewer, index_page):
         monkeypatch.setattr(module, "MOST_VIEWED", 11)
 
 

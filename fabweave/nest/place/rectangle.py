@@ -90,4 +90,7 @@ def _grown(corners: FloatArray, whole: FloatArray, barred: shapely.Geometry) -> 
             if not met.is_empty:
                 low, high = np.reshape(met.bounds, (2, 2))[:, axis]
                 result[end, axis] = high if end == 0 else low
+    if shapely.intersection(barred, shapely.box(*result.ravel())).area > 0.0:
+        # Something touches a side by less than the inset.
+        result += np.where(result == whole, 0.0, np.array([[_INSET_MM], [-_INSET_MM]]))
     return result
