@@ -26,7 +26,7 @@ settings.load_profile("fabweave")
 
 
 #: `make test` runs so many cases of a test: its first, and others at equal distances.
-MOST_CASES = 3
+MOST_CASES = 2
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -51,6 +51,7 @@ def test_terminal_outcome_page_and_manual_say_what_waste_json_says(told):
     assert verify_job(folder).ok
 
 
+@pytest.mark.slow
 def test_the_factor_is_in_job_toml_and_comes_back(told):
     folder, _ = told
     assert settings_from_job(folder / "job.toml").calibrate == 1.25

@@ -64,6 +64,7 @@ def test_a_search_with_processes_finds_the_same(tried):
     assert explore(BALL, DESIGNS, executors=processes(2)) == tried[1]
 
 
+@pytest.mark.slow
 def test_what_was_tried_is_not_tried_again(tried, monkeypatch):
     folder, before = tried
     calls = []

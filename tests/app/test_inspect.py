@@ -277,6 +277,7 @@ def split_torus(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("refine", [None, pytest.param("catmull-clark:1", marks=slow)])
 def test_advice_holds_when_it_is_followed(split_torus, refine) -> None:
     twill = facts_of(split_torus, refine=refine)["twill"]
@@ -310,6 +311,7 @@ def test_a_finished_jobs_settings_can_be_inspected(tmp_path, capsys) -> None:
     assert capsys.readouterr().out == typed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh", ["shape:hypar?m=3&n=3", pytest.param("shape:torus?m=8&n=4", marks=slow)]
 )

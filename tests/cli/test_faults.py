@@ -44,6 +44,7 @@ def run(*arguments, limit=None, **environment):
 FULL = ("RLIMIT_FSIZE", 20_000)
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_told_with_the_path_and_nothing_is_left(tmp_path):
     folder = tmp_path / "out"
     code, _, said = run(

@@ -58,6 +58,7 @@ def test_views_stand_side_by_side(tmp_path):
         assert left.tobytes() == one.tobytes() != right.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["twists", "faults", "seams"])
 def test_the_weave_is_shown_on_its_mesh(what, tmp_path, capsys):
     path = tmp_path / "a.png"

@@ -31,6 +31,7 @@ def with_options(job: Job, **changes) -> Job:
     return replace(job, settings={**job.settings, "job": {**job.settings["job"], **changes}})
 
 
+@pytest.mark.slow
 def test_what_is_made_is_fastened_as_asked(job):
     assert findings(job) == ()
     assert {crossing.fastened for crossing in job.map.crossings} == {True, False}

@@ -22,6 +22,7 @@ def told(folder):
     return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
 
 
+@pytest.mark.slow
 def test_the_picture_is_there_and_is_told(remeshed):
     assert told(remeshed) == {}
     assert '<img src="likeness.png"' in (remeshed / "waste.html").read_text("utf-8")

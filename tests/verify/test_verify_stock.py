@@ -56,6 +56,7 @@ def jobs(tmp_path_factory):
     return first, make(root / "second", "--stock", stock, "--sheet", "300x300mm")
 
 
+@pytest.mark.slow
 def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
     first, second = jobs
     kept = json.loads((first / "waste.json").read_text())["offcuts"]

@@ -61,6 +61,7 @@ def test_a_mesh_keeps_no_more_rotations_than_it_has() -> None:
         rotation_ties(CUBE, halfedges, trace_threads(halfedges), 25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("least", "broken"),
     # After one step 16 broken conditions are the least there is, symmetric or not. With all
@@ -79,6 +80,7 @@ def test_a_cube_after_a_step_keeps_its_rotations(least, broken) -> None:
     assert result.notes[1].startswith("no exact twill exists")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("least", [2, 12, 24])
 def test_a_torus_keeps_half_its_rotations_exactly(least) -> None:
     mesh = parse_shape("shape:torus?m=24&n=12")

@@ -67,6 +67,7 @@ def test_where_nothing_crosses_twists_are_refused_as_patterns_are(tmp_path):
         fw.weave(fw.shape("hypar?m=1&n=1", size="100mm"), twists=str(path))
 
 
+@pytest.mark.slow
 def test_a_twill_written_down_is_made_and_proved_and_a_turned_crossing_is_found(tmp_path):
     mesh = fw.shape("torus?m=6&n=4", size="300mm")
     twill = fw.weave(mesh, pattern="twill")
