@@ -70,17 +70,22 @@ class Repeats:
         >>> repeats.classes(runs).tolist()
         [[0, 0, 2], [0, 0, 2], [0, 0, 2], [0, 1, 2]]
         """
+        straight, turned = self._begins(runs)
+        first = np.where(turned >= 0, np.minimum(straight, turned), straight)
+        return np.stack((self.leader[runs.thread], first, runs.last - runs.first), axis=1)
+
+    def _begins(self, runs: Runs) -> tuple[IntArray, IntArray]:
+        """Return where on its leader each run begins, (N,) each: as it is, and turned about.
+
+        Counted in the leader's first period; -1 where it may not be turned about.
+        """
         thread, steps = runs.thread, runs.last - runs.first
-        count = np.maximum(self.lengths[thread], 1)
-        back = self.sign[thread] < 0
-        begin = np.where(back, runs.last, runs.first)
+        count, period = np.maximum(self.lengths[thread], 1), np.maximum(self.period[thread], 1)
+        begin = np.where(self.sign[thread] < 0, runs.last, runs.first)
         begin = self.sign[thread] * (begin - self.offset[thread]) % count
-        leader = self.leader[thread]
-        period, turn = np.maximum(self.period[leader], 1), self.turn[leader]
-        first = begin % period
-        turned = (turn - begin - steps) % count % period
-        first = np.where(turn >= 0, np.minimum(first, turned), first)
-        return np.stack((leader, first, steps), axis=1)
+        turned = (self.turn[thread] - begin - steps) % count % period
+        turned = np.where(self.turn[thread] >= 0, turned, -1)
+        return np.asarray(begin % period), np.asarray(turned)
 
     def alike(self, runs: Runs, threads: Threads, wanted: BoolArray) -> BoolArray:
         """Return the crossings at which pieces of one class have all what one of them has, (X,).
@@ -121,14 +126,8 @@ class Repeats:
 
     def _runs_so(self, runs: Runs, classes: IntArray, *, backwards: bool) -> BoolArray:
         """Say which runs are as the first of their class is, or against it, (N,); some are both."""
-        thread, steps = runs.thread, runs.last - runs.first
-        count, period = np.maximum(self.lengths[thread], 1), np.maximum(self.period[thread], 1)
-        back = self.sign[thread] < 0
-        begin = np.where(back, runs.last, runs.first)
-        begin = self.sign[thread] * (begin - self.offset[thread]) % count
-        straight = begin % period == classes[:, 1]
-        turned = (self.turn[thread] - begin - steps) % count % period == classes[:, 1]
-        turned &= self.turn[thread] >= 0
+        straight, turned = (begins == classes[:, 1] for begins in self._begins(runs))
+        back = self.sign[runs.thread] < 0
         return np.asarray(np.where(back == backwards, straight, turned))
 
     def turn_of(self, thread: int) -> int | None:
