@@ -91,8 +91,8 @@ def turned_pieces(pieces: Sequence[Piece], kinds: IntArray) -> BoolArray:
     _, first = np.unique(kinds, return_index=True)
     return np.array(
         [
-            not _agrees(piece, pieces[first[kind - 1]], backwards=False)
-            for piece, kind in zip(pieces, kinds.tolist(), strict=True)
+            at != first[kind - 1] and not _agrees(piece, pieces[first[kind - 1]], backwards=False)
+            for at, (piece, kind) in enumerate(zip(pieces, kinds.tolist(), strict=True))
         ],
         dtype=np.bool_,
     )
@@ -103,11 +103,7 @@ def motion_onto(piece: Piece, other: Piece, *, backwards: bool) -> tuple[complex
 
     Station goes to station, or, if it is turned end for end, the first to the last.
     """
-    way = slice(None, None, -1 if backwards else 1)
-    source, target = _marks(piece)[way], _marks(other)
-    if backwards:
-        source = source[:, [0, 2, 1]]  # what was right along the thread is left against it
-    z, w = source.ravel(), target.ravel()
+    z, w = (marks.ravel() for marks in _facing(piece, other, backwards=backwards))
     turn = np.vdot(z - z.mean(), w - w.mean())
     turn /= abs(turn) if turn else 1.0
     return complex(turn), complex(w.mean() - turn * z.mean())
@@ -122,9 +118,7 @@ def _agrees(piece: Piece, other: Piece, *, backwards: bool) -> bool:
         return False
     # The stations and their rails decide the motion.
     turn, shift = motion_onto(piece, other, backwards=backwards)
-    source, target = _marks(piece)[way], _marks(other)
-    if backwards:
-        source = source[:, [0, 2, 1]]
+    source, target = _facing(piece, other, backwards=backwards)
     if np.abs(turn * source + shift - target).max() > SAME_MM:
         return False
 
@@ -138,6 +132,16 @@ def _agrees(piece: Piece, other: Piece, *, backwards: bool) -> bool:
         return False
     ours, theirs = ([slot.path.flattened(SAME_MM / 2) for slot in p.slots] for p in (piece, other))
     return all(min(_apart(moved(slot), twin) for twin in theirs) <= SAME_MM for slot in ours)
+
+
+def _facing(
+    piece: Piece, other: Piece, *, backwards: bool
+) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.complex128]]:
+    """Return the marks of two pieces in the order in which they are to meet, (S, 3) each."""
+    source = _marks(piece)
+    if backwards:
+        source = source[::-1, [0, 2, 1]]  # what was right along the thread is left against it
+    return source, _marks(other)
 
 
 def _marks(piece: Piece) -> npt.NDArray[np.complex128]:

@@ -52,7 +52,7 @@ class Pieces:
         """
         return tuple(map(_polygon, self))
 
-    @cached_property
+    @property
     def kinds(self) -> IntArray:
         """Which kind each piece is of, from 1: congruent pieces of a material are one kind."""
         return self.planned.kinds
