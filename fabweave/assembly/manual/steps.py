@@ -53,6 +53,8 @@ def write_steps(
     book.y -= _GAP
     parts = {piece.id: piece for piece in crossing_map.pieces}
     by_kind = crossing_map.cut.labels == "kinds"
+    # Where no fastener goes, nobody needs to know that the last layer has come.
+    idle = {crossing.id for crossing in crossing_map.crossings if crossing.fastened is False}
     joints = {joint.id: joint for joint in crossing_map.joints}
     strands = strand_pieces(crossing_map)
     there: set[str] = set()
@@ -68,7 +70,7 @@ def write_steps(
             placing(parts[key], step, joints, strands, there, by_kind=by_kind)
             for key in step.pieces
         ]
-        fasten = _fastening(step)
+        fasten = _fastening([key for key in step.fasten if key not in idle])
         size = _NUMBER + 8.0 + LEADING * TEXT * len(wrapped(step.text, TEXT, room)) + 6.0
         size += sum(_lines(line, room - _BOX - 4.0) + 3.0 for line in rows)
         size += _lines(turn, room, bold=True) + 3.0 + _lines(fasten, room)
@@ -173,12 +175,12 @@ def turn_words(view: View) -> str:
     return f"Turn the object to see it from the {side} and {high}."
 
 
-def _fastening(step: StepRecord) -> str:
+def _fastening(crossings: Sequence[int]) -> str:
     """Say at which crossings the last layer has come."""
-    if not step.fasten:
+    if not crossings:
         return ""
-    listed = ", ".join(str(key) for key in step.fasten)
-    return agree(len(step.fasten), f"All layers are now in place at [crossing|crossings] {listed}.")
+    listed = ", ".join(map(str, crossings))
+    return agree(len(crossings), f"All layers are now in place at [crossing|crossings] {listed}.")
 
 
 def _lines(text: str, width: float, *, bold: bool = False) -> float:

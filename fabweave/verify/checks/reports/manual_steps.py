@@ -44,6 +44,7 @@ def check_steps(plan: CrossingMap, text: RunningText) -> None:
     for piece in plan.pieces:
         for station in piece.stations:
             strands.setdefault((station.crossing, station.over), []).append(piece.id)
+    idle = {crossing.id for crossing in plan.crossings if crossing.fastened is False}
     there: set[str] = set()
     for step in plan.steps:
         there.update(step.pieces)
@@ -57,9 +58,10 @@ def check_steps(plan: CrossingMap, text: RunningText) -> None:
         text.block(step.text)
         for key in step.pieces:
             text.block(_placing(plan, plan.piece[key], step, strands, there))
-        if step.fasten:
-            word = "crossing" if len(step.fasten) == 1 else "crossings"
-            listed = ", ".join(map(str, step.fasten))
+        due = [key for key in step.fasten if key not in idle]
+        if due:
+            word = "crossing" if len(due) == 1 else "crossings"
+            listed = ", ".join(map(str, due))
             text.block(f"All layers are now in place at {word} {listed}.")
         if text.lost:
             return
