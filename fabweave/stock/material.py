@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib import resources
 from typing import Any
 
@@ -241,6 +242,7 @@ def material_table(material: Material) -> dict[str, Any]:
     return entry_table(material, KEYS)
 
 
+@cache
 def material_library() -> tuple[Material, ...]:
     """Return the materials that fabweave knows, thinnest family first as listed.
 
