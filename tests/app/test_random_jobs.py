@@ -23,6 +23,11 @@ def test_where_strands_meet_is_known_on_slanting_triangles():
     assert outcome_of(50175) == ("proved", "")
 
 
+def test_ribbons_that_run_through_themselves_by_nothing_are_counted_either_way():
+    # Cross-lines of blocks meet the border of facets exactly; rounding says which side of it.
+    assert outcome_of(30146) == ("proved", "")
+
+
 def test_a_long_lap_that_ends_askew_is_proved():
     # Its last cross-line slants across the ribbon, with an end farther from the crossing than
     # half the lap and half the width there.
