@@ -146,6 +146,7 @@ def _weave_record(result: WeaveResult) -> WeaveRecord:
         at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
         warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
         labels=None if result.label is None else tuple(result.label.tolist()),
+        rotations=result.rotations,
     )
 
 

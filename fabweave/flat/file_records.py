@@ -10,7 +10,8 @@ class WeaveRecord:
 
     ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
     where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
-    each crossing.
+    each crossing. ``rotations`` is how many carry the weave onto itself, the one that leaves all in
+    place among them, where a twill was to keep some.
     """
 
     pattern: str
@@ -20,6 +21,7 @@ class WeaveRecord:
     at_least_broken: int | None = optional(default=None)
     warp: tuple[int, ...] | None = optional(default=None)
     labels: tuple[int, ...] | None = optional(default=None)
+    rotations: int | None = optional(default=None)
 
 
 @record

@@ -299,6 +299,8 @@ class CrossingMap:
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
+    #: How many rotations carry the weave onto itself, where some were asked for.
+    rotations: int | None = None
     thread: dict[int, Thread] = field(default_factory=dict)
     crossing: dict[int, Crossing] = field(default_factory=dict)
     piece: dict[str, Piece] = field(default_factory=dict)

@@ -55,6 +55,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
         ),
         warp=tuple(node.integer() for node in weave.items_of("warp")),
         labels=tuple(node.integer() for node in weave.items_of("labels")),
+        rotations=weave["rotations"].integer() if weave.has("rotations") else None,
         margin_mm=layout["margin_mm"].number(),
         gap_mm=layout["gap_mm"].number(),
         recorded=layout["recorded"].flag() if layout.has("recorded") else None,
