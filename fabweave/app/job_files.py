@@ -178,6 +178,7 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
         costs=job.costs,
         ribbons=woven.ribbons,
         engrave_seen_mm=job.engrave_seen_mm,
+        grain=job.grain_cost,
     )
 
 

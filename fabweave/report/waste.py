@@ -23,7 +23,7 @@ from fabweave.report.accounts import (
     Totals,
     sum_sheets,
 )
-from fabweave.report.comparison import Comparison, compare_use
+from fabweave.report.comparison import Comparison, GrainCost, compare_use
 from fabweave.report.costs.costs import Costs
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.report.splitting import SplittingRecord
@@ -118,6 +118,7 @@ def waste_report(
     costs: Costs,
     ribbons: Ribbons,
     engrave_seen_mm: float | None = None,
+    grain: GrainCost | None = None,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -134,6 +135,8 @@ def waste_report(
         Whole threads, as wide as they are cut.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
+    grain : GrainCost, optional
+        What it costs that pieces lie across the grain.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -161,7 +164,7 @@ def waste_report(
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
         estimate=costs,
-        comparison=compare_use(totals.sums, pieces, ribbons, layout, allotment, offcuts),
+        comparison=compare_use(totals.sums, pieces, ribbons, layout, allotment, offcuts, grain),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
         bill=bill,
