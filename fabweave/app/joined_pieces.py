@@ -20,7 +20,7 @@ from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.report.grain import grain_findings, tight_along
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.material import min_bend_radius_mm
+from fabweave.stock.bending import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
 

@@ -1,6 +1,7 @@
 """Tell how tightly a material bends once it is softened, where that is known."""
 
-from fabweave.stock.material import Material, radius_of_table
+from fabweave.stock.bending import radius_of_table
+from fabweave.stock.material import Material
 
 
 def formed_radius_mm(material: Material) -> float | None:

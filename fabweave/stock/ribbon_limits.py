@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.stock.material import Material, along_radius_mm, min_bend_radius_mm, with_thickness
+from fabweave.stock.bending import along_radius_mm, min_bend_radius_mm
+from fabweave.stock.material import Material, with_thickness
 from fabweave.stock.per_bunch import by_bunch, format_by_bunch
 from fabweave.stock.supplies import Supplies
 

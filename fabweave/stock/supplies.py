@@ -8,7 +8,8 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
-from fabweave.stock.material import Material, laid_across
+from fabweave.stock.bending import laid_across
+from fabweave.stock.material import Material
 from fabweave.stock.per_bunch import NAMED, ByBunch, bunch_number
 from fabweave.stock.sheet_size import SheetSize
 
