@@ -138,7 +138,7 @@ SPOILT = {
                (SheetSize(9.0, 9.0, bunch="woof"),), (SheetSize("9", 9.0),), None),
     "margin_mm": (*NO_NUMBERS, None),
     "gap_mm": (*NO_NUMBERS, (("warp", -1.0),), ("warp", 1.0), (("warp", math.nan),)),
-    "rotations": ("45", "grain:80deg", 90, None),
+    "rotations": ("45", "grain:80deg", "across:46", 90, None),
     "effort": ("utmost", None),
     "seed": (-1, 2**63, 0.0, "0", None),
     "layout": ("", 3),
@@ -293,7 +293,9 @@ TYPED = {
     "stock": st.just("FOLDER/stock.toml"),
     "margin": LENGTHS | st.just("0mm"),
     "gap": _by_bunch(LENGTHS | st.just("0")),
-    "rotations": st.sampled_from(["free", "90", "180 deg", "grain", "Grain: 5°", "grain:12.5deg"]),
+    "rotations": st.sampled_from(
+        ["free", "auto", "90", "180 deg", "grain", "Grain: 5°", "across:12.5deg"]
+    ),
     "seed": st.integers(0, 2**63 - 1).map(str),
     "layout": st.just("crossing_map.json"),
     "preset": st.sampled_from(["boxes", "epilog", "trotec"]),

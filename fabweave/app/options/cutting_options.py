@@ -182,14 +182,15 @@ CUTTING_OPTIONS = (
         SHEETS,
         text(
             "RULE",
-            "a text such as 'grain:5deg'",
+            "a text such as 'grain:5deg' or 'across:10deg'",
             "fabweave.stock.rotations.parse_rotations",
             form=lambda told: "".join(told.lower().replace("°", "deg").split()),
         ),
         "At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from the "
-        "grain on); or grain:5deg (their length along the grain, up to 5 degrees off). Grain runs "
-        "along a sheet's width unless the list of stock says otherwise.",
-        default="free",
+        "grain on); grain:5deg (their length along the grain, up to 5 degrees off) or across:10deg "
+        "(across it: so plywood bends better). auto is free, or across:10deg where bends ask for "
+        "that. Grain runs along a sheet's width unless the list of stock says otherwise.",
+        default="auto",
     ),
     Option(
         "effort",
