@@ -25,7 +25,7 @@ from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.presets import preset_named
 from fabweave.cut.write.dxf import DXF_VERSIONS
-from fabweave.cut.write.template import PAPERS_MM
+from fabweave.cut.write.tiles import PAPERS_MM
 from fabweave.nest.effort import effort_named
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.material import material_named
