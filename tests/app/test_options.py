@@ -25,7 +25,7 @@ from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.presets import preset_named
 from fabweave.cut.write.dxf import DXF_VERSIONS
-from fabweave.cut.write.template import PAPERS_MM
+from fabweave.cut.write.tiles import PAPERS_MM
 from fabweave.nest.effort import effort_named
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.material import material_named
@@ -93,6 +93,7 @@ NO_NUMBERS = ("1", b"1", math.nan, math.inf, -math.inf, -1.0, True, 1j, 10**400)
 #: For every field, values that no job can be made with.
 SPOILT = {
     "mesh": (None, "", " ", 3, "a\0b"),
+    "title": ("", " ", 3, "a" * 81, "a\0b", "a\ud800"),
     "up": ("up", "Z", 2),
     "weld": ("yes", 1),
     "bodies": ("some", "0", 3, None),
@@ -259,6 +260,7 @@ SHEETS = st.builds(
 #: For every option, what may be typed.
 TYPED = {
     "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
+    "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
     "bodies": st.sampled_from(["all", "largest", "12"]),
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
@@ -378,7 +380,8 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
 def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
-        "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
+        "shape:torus", title="Fruit bowl", up="y", weld=False, bodies="largest", size="40cm",
+        remesh="quads",
         handle="0:9", along="curvature", irregular="fewest", refine="loop:1", symmetrise=True,
         fair=3, leave_out="top:8cm",
         pattern="twill", twill_weights="2/2", twill_symmetry=2, boundary="turn",

@@ -64,6 +64,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.symmetrise,
         settings.fair,
         settings.leave_out,
+        settings.title,
         settings.course,
         settings.pattern == "triaxial",
         settings.seed if settings.remesh else None,

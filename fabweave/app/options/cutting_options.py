@@ -147,7 +147,8 @@ CUTTING_OPTIONS = (
         SHEETS,
         sheets(),
         "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them; repeat it for several sizes. "
-        "For one bunch only: weft=600x400mm.",
+        "For one bunch only: weft=600x400mm. mat-12x12 and mat-12x24 are what knife plotters cut "
+        "of a mat.",
         default=(),
         otherwise="the material's",
         holder="sheets",
@@ -376,8 +377,8 @@ CUTTING_OPTIONS = (
         "template",
         CUTTER,
         choice(("sheet", "a4", "a3", "letter", "none")),
-        "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or tiled on "
-        "paper to be pasted together.",
+        "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or on as few "
+        "pages of paper as show all pieces, those whole that fit.",
         default="sheet",
         making=True,
     ),
