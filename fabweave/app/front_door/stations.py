@@ -107,6 +107,7 @@ def piece_view(settings: Settings) -> tuple[Any, ...]:
         settings.max_length_mm,
         settings.prefer,
         settings.kinds,
+        settings.spares,
         settings.joint,
         settings.lap_mm,
         settings.hole_mm,

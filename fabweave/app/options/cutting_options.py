@@ -56,6 +56,22 @@ CUTTING_OPTIONS = (
         default="auto",
     ),
     Option(
+        "spares",
+        SHEETS,
+        text(
+            "SHARE|N",
+            "a text such as '5%'",
+            "fabweave.flat.spares.parse_spares",
+            form=lambda told: str(load("fabweave.flat.spares.usual_spares")(told)),
+        ),
+        "Cut some pieces of each kind once more, in case one breaks: a share of its pieces such as "
+        "5%, rounded up, so that there is one of each kind at least; or 2 of each. They lie on the "
+        "sheets with the others, and bear the id of the first of their kind with S1, S2 ... (K3 as "
+        "all of kind 3, with --labels kinds).",
+        otherwise="none",
+        making=True,
+    ),
+    Option(
         "hole",
         SHEETS,
         length(1000.0, zero="none", metavar="LENGTH|none"),
