@@ -15,8 +15,9 @@ from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.picture.camera import Frame
 from fabweave.picture.zbuffer import nearest_triangles
 
-#: Pixels in a millimetre of a picture, 240 in an inch: where pieces end, lines are 1 and 3 wide.
-PX_MM = 240.0 / 25.4
+#: Pixels in a millimetre of a picture, 200 in an inch: where pieces end, lines are one and three of
+#: them wide, 0.13 and 0.38 mm, and the gap beside what is beneath is two.
+PX_MM = 200.0 / 25.4
 #: Points of a page in a pixel.
 POINTS_PX = 72.0 / 25.4 / PX_MM
 #: Relative luminance of what is in place, seen from inside and from outside in three lights, and

@@ -1,5 +1,6 @@
 """Make the pictures of the steps: what is new in large, and where it is on the whole object."""
 
+import math
 from collections.abc import Sequence
 from itertools import groupby
 
@@ -17,11 +18,14 @@ from fabweave.picture.camera import Frame, View
 #: Sizes of pictures in points: of the whole object, and of what is new, wide or tall.
 WHOLE, WIDE, TALL = (254.0, 156.0), (254.0, 136.0), (122.0, 192.0)
 #: What is new keeps so far from the border of its picture, in points: there is room for names.
-_ROOM = 20.0
+_ROOM = 15.0
 #: An object is drawn so many times smaller than it is, at the least and further on.
-_SCALES = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0)
-#: So many steps, and pieces beside those of the first one, share a picture of the whole object.
-_MOST_STEPS, _MOST_PIECES = 8, 9
+_SCALES = (
+    *(1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0),
+    *(7.0, 8.0, 9.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0),
+)
+#: The steps of about so many pieces share a picture of the whole object.
+_MOST_PIECES = 9
 _MM_POINTS = 25.4 / 72.0
 
 
@@ -118,17 +122,18 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
 
 
 def _parted(run: Sequence[int], crossing_map: CrossingMap) -> list[list[int]]:
-    """Part steps that are seen from one side into those that share a picture of the object."""
-    parts: list[list[int]] = []
-    pieces = 0
-    for at in run:
-        count = len(crossing_map.steps[at].pieces)
-        if not parts or len(parts[-1]) == _MOST_STEPS or pieces + count > _MOST_PIECES:
-            parts.append([])
-            pieces = 0
-        parts[-1].append(at)
-        pieces += count
-    return parts
+    """Part steps that are seen from one side into those that share a picture of the object.
+
+    They are shared out evenly, by their pieces.
+    """
+    counts = [len(crossing_map.steps[at].pieces) for at in run]
+    share = sum(counts) / max(math.ceil(sum(counts) / _MOST_PIECES), 1)
+    parts: dict[int, list[int]] = {}
+    before = 0
+    for at, count in zip(run, counts, strict=True):
+        parts.setdefault(int(before / share), []).append(at)
+        before += count
+    return list(parts.values())
 
 
 def _whole(

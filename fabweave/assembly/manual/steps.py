@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.assembly.manual.book import LEADING, Book, text_width, wrapped
 from fabweave.assembly.manual.marks import Slide
 from fabweave.assembly.manual.step_pictures import WHOLE, StepPicture, WholePicture
-from fabweave.assembly.manual.tags import SIGN, TAG, Tag, place_tags
+from fabweave.assembly.manual.tags import CORNER, SIGN, TAG, Tag, place_tags
 from fabweave.assembly.manual.words import (
     BOXES,
     LEGEND,
@@ -186,13 +186,8 @@ class _Writer:
         tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
         self._draw_tags(tags, corner, ringed=False)
         ratio = f"1 : {picture.ratio:g}"
-        back = text_width(ratio, _TEXT) + 4.0
-        corners = [
-            (x + wide - back, y),
-            (x + wide, y),
-            (x + wide, y + 11.5),
-            (x + wide - back, y + 11.5),
-        ]
+        left, top = x + wide - CORNER[0], y + CORNER[1]
+        corners = [(left, y), (x + wide, y), (x + wide, top), (left, top)]
         book.line(corners, width=0.0, closed=True, fill=1.0)
         book.text(x + wide - 2.0, y + 2.5, ratio, size=_TEXT, align=1.0)
 

@@ -11,16 +11,22 @@ from fabweave.core.arrays import BoolArray, FloatArray, frozen_value
 #: Names in pictures: the size of their letters, and the height of their boxes, in points; a sign
 #: before a name takes so much.
 TAG, TAG_HIGH, SIGN = 9.5, 12.5, 9.0
+#: The lower right corner of a picture is kept for its scale: width and height.
+CORNER = (40.0, 12.5)
 #: Between two boxes is so much room, or at least that.
 _APART, _LEAST_APART = 5.7, 1.0
-#: How far from what it names a box may stand, in points, and in how many directions it is tried.
-_REACHES, _DIRECTIONS = (1.5, 6.0, 13.0, 24.0, 40.0), 16
+#: How far from what it names a box may stand, in points, and in how many directions it is tried:
+#: these first, and those where names then cover one another, or a crossing.
+_FEW = (1.5, 7.0, 18.0, 36.0), 12
+_MANY = (1.5, 4.0, 7.0, 11.0, 16.0, 22.0, 29.0, 36.0, 41.5), 30
 #: A longer line than this is drawn, in points; it is looked at in these shares of its length.
-_LED, _ALONG = 0.5, (0.0, 0.3, 0.6, 0.9)
+_LED, _ALONG = 0.5, (0.0, 0.4, 0.8)
 #: Covering a rung of what is new costs as much as so many points of distance.
 _COVERED = 3.0
 #: What cannot be allowed, and what can if nothing else is left.
 _NEVER, _HARDLY = 1e6, 1e3
+#: What a box costs on another.
+_ON_ANOTHER = 3e3
 #: What a box costs on another's line, and one that is close to another.
 _OVER_LINE, _CLOSE = 100.0, 20.0
 _ROUNDS = 3
@@ -69,7 +75,8 @@ def place_tags(
     """Find a place for each name in a picture.
 
     Places are tried on the strand itself, and around what is named at growing distances. One after
-    the other takes the best that is free, and then each moves if a better one has become free.
+    the other takes the best that is free; as long as some are crowded, each then moves if another
+    place has become better.
 
     Parameters
     ----------
@@ -88,18 +95,30 @@ def place_tags(
     list of Tag
         One for each mark, in their order.
     """
-    tried = [_Places(mark, size, crossings, radius, bands) for mark in marks]
+    tags: list[Tag] = []
+    for tries in (_FEW, _MANY):
+        tags, worst = _placed(
+            [_Places(mark, size, crossings, radius, bands, tries) for mark in marks]
+        )
+        if worst < _HARDLY:
+            break
+    return tags
+
+
+def _placed(tried: "Sequence[_Places]") -> tuple[list[Tag], float]:
+    """Place names, and return what the worst of them costs."""
     tags: dict[int, Tag] = {}
+    worst = 0.0
     for _ in range(_ROUNDS):
-        moved = False
+        worst = 0.0
         for number, places in enumerate(tried):
             others = [tag for at, tag in tags.items() if at != number]
-            best = places.tag(places.best(others))
-            moved |= number not in tags or bool(np.any(tags[number].middle != best.middle))
-            tags[number] = best
-        if not moved:
+            best, cost = places.best(others)
+            tags[number] = places.tag(best)
+            worst = max(worst, cost)
+        if worst < _CLOSE:
             break
-    return list(tags.values())
+    return list(tags.values()), worst
 
 
 class _Places:
@@ -112,18 +131,20 @@ class _Places:
         crossings: FloatArray,
         radius: float,
         bands: FloatArray,
+        tries: tuple[tuple[float, ...], int],
     ) -> None:
         self.mark, self.half = mark, tag_half(mark)
         ends = [mark.at]
         if mark.kind in ("over", "under"):
             ends = [mark.at + way * (mark.clear + 1.5) * mark.along for way in (1.0, -1.0)]
-        turns = 2.0 * np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
+        reaches, directions = tries
+        turns = 2.0 * np.pi * (np.arange(directions) + 0.5) / directions
         ways = np.column_stack((np.cos(turns), np.sin(turns)))
         middles, anchors = [], []
         for end, own in zip(ends, (1.0, -1.0), strict=False):
             for way in (own * mark.along, *ways):
                 reach = float(np.min(self.half / np.maximum(np.abs(way), 1e-9)))
-                for far in _REACHES:
+                for far in reaches:
                     middles.append(end + way * (reach + far))
                     anchors.append(end)
             if mark.kind in ("over", "under"):
@@ -136,6 +157,7 @@ class _Places:
         length = np.linalg.norm(near - self.anchors, axis=1)
         low, high = self.middles - self.half, self.middles + self.half
         outside = (low < 0.5).any(axis=1) | (high > np.array(size) - 0.5).any(axis=1)
+        outside |= (high[:, 0] > size[0] - CORNER[0]) & (low[:, 1] < CORNER[1])
         covered = self._within(bands, 0.0).sum(axis=1)
         crossed = self._within(crossings, radius).sum(axis=1)
         self.cost = length + _COVERED * covered + _NEVER * outside + _HARDLY * crossed
@@ -145,15 +167,17 @@ class _Places:
         away = np.abs(points[None] - self.middles[:, None]) - self.half
         return np.asarray(np.linalg.norm(np.maximum(away, 0.0), axis=2) <= radius)
 
-    def best(self, others: Sequence[Tag]) -> int:
-        """Return the best place beside other names."""
+    def best(self, others: Sequence[Tag]) -> tuple[int, float]:
+        """Return the best place beside other names, and what it costs."""
         if not others:
-            return int(np.argmin(self.cost))
+            return int(np.argmin(self.cost)), float(self.cost.min())
         middles = np.array([tag.middle for tag in others])
         halves = np.array([tag.half for tag in others])
         leaders = np.array([tag.line for tag in others])
         gap = (np.abs(self.middles[:, None] - middles) - self.half - halves).max(axis=2)
-        cost = self.cost + (_HARDLY * (gap < _LEAST_APART) + _CLOSE * (gap < _APART)).sum(axis=1)
+        cost = self.cost + (_ON_ANOTHER * (gap < _LEAST_APART) + _CLOSE * (gap < _APART)).sum(
+            axis=1
+        )
         cost += _HARDLY * self._crossing(leaders[:, 0], leaders[:, 1]).sum(axis=1)
         line = self.tips - self.anchors
         for share in _ALONG:
@@ -163,7 +187,7 @@ class _Places:
             point = leaders[:, 0] + share * (leaders[:, 1] - leaders[:, 0])
             away = np.abs(self.middles[:, None] - point) - self.half
             cost += _OVER_LINE * (away < 0.0).all(axis=2).sum(axis=1)
-        return int(np.argmin(cost))
+        return int(np.argmin(cost)), float(cost.min())
 
     def _crossing(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         """Return which leaders cross which lines, (C, O)."""

@@ -138,7 +138,8 @@ class _StepCheck:
         met: dict[str, list[str]] = {}
         for crossing in due:
             for key in step.pieces:
-                for station in self._plan.piece[key].stations:
+                # Of a piece that crosses itself there, its first station.
+                for station in reversed(self._plan.piece[key].stations):
                     if station.crossing == crossing:
                         last, over = key, station.over
             others = self._strands[crossing, not over]
@@ -161,7 +162,7 @@ class _StepCheck:
             else:
                 shown.append(word)
         here.same("names", shown, list(wanted.elements()))
-        text.match(r"1 : \d+(\.5)?", "its scale")
+        text.match(r"1 : \d+(\.\d\d?)?", "its scale")
 
     def _met(self, piece: Piece, step: Step) -> Iterator[str]:
         """Yield what a new piece lies over or runs under, once each."""
