@@ -11,9 +11,10 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerf_notes
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
+from fabweave.cut.rim_sheets import rim_notes
 from fabweave.nest.layout import Layout
 from fabweave.report.grain import grain_notes
-from fabweave.report.notes import all_notes, fastening_notes
+from fabweave.report.notes import all_notes, fastening_notes, hanging_notes
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.report.splitting import splitting_reason
 from fabweave.stock.rotations import parse_rotations
@@ -47,6 +48,8 @@ def job_notes(
             seen_mm=seen_mm,
             hardware=settings.hardware,
         ),
+        *rim_notes(pieces.rings),
+        *hanging_notes(pieces, woven.weave, woven.labels),
         f"pieces: {reason}",
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),

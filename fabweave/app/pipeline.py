@@ -19,7 +19,7 @@ from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.joined_pieces import joined_pieces, kinds_of, with_grain
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.nest_job import nest_pieces
+from fabweave.app.nest_job import nest_pieces, nest_rings
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
@@ -34,10 +34,12 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.core.parallel.workers import Start, at_once, side_workers
+from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces
 from fabweave.cut.notes.qr_code import with_code
+from fabweave.cut.rim_sheets import draw_rim_sheets
 from fabweave.cut.sheets import draw_sheets
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import allot
@@ -314,6 +316,10 @@ def draw_job(
     woven = planned.woven
     hidden = settings.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
+    rim_layout = nest_rings(pieces.rings, settings, planned.supplies)
+    rim_drawings: tuple[SheetDrawing, ...] = ()
+    if rim_layout is not None:
+        rim_drawings = draw_rim_sheets(pieces.rings, rim_layout, woven.title)
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -339,6 +345,8 @@ def draw_job(
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
+        rim_layout=rim_layout,
+        rim_drawings=rim_drawings,
         given_mesh=given_mesh,
     )
 

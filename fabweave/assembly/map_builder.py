@@ -238,6 +238,7 @@ def _crossings(
             over=strand(crossing, 1),
             under=strand(crossing, 0),
             fastened=bool(piece_set.fastened[crossing]),
+            hang=True if piece_set.hanging is not None and piece_set.hanging[crossing] else None,
         )
         for crossing, (edge, position) in enumerate(zip(edges, positions, strict=True))
     )

@@ -14,6 +14,7 @@ from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import Frame, resting_frame
 from fabweave.flat.piece import Joint, Piece, Slot
+from fabweave.flat.rim_ring import RimRing
 from fabweave.flat.split.runs import Runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -37,6 +38,10 @@ class PieceSet:
         What was asked of the joints, and what they have room for.
     fastened : (X,) bool array
         Through which crossings a fastener goes.
+    rings : tuple of RimRing
+        The rings around openings.
+    hanging : (X,) bool array or None
+        The crossings that carry something besides the weave, if that is known.
     """
 
     pieces: tuple[Piece, ...]
@@ -45,6 +50,8 @@ class PieceSet:
     room_mm: FloatArray
     plan: JointPlan
     fastened: BoolArray
+    rings: tuple[RimRing, ...] = ()
+    hanging: BoolArray | None = None
 
 
 def build_pieces(

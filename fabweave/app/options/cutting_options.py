@@ -88,6 +88,20 @@ CUTTING_OPTIONS = (
         making=True,
     ),
     Option(
+        "hang",
+        SHEETS,
+        text(
+            "WHERE",
+            "a text such as 'top' or 'bottom:3'",
+            "fabweave.flat.joint.hanging.parse_hanging",
+            form=lambda told: "".join(told.lower().split()),
+        ),
+        "Crossings that carry something, and take a hole and a fastener for it: top (a cord or a "
+        "hook at the topmost), bottom:3 (three feet around the middle), or numbers of crossings, "
+        "with commas. The map marks them, and notes name them.",
+        making=True,
+    ),
+    Option(
         "hardware",
         SHEETS,
         text(

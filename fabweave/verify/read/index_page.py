@@ -21,7 +21,7 @@ _TAGS = frozenset({
 #: Those of links, pictures and bars are held to values of their own.
 _ATTRIBUTES = frozenset({"alt", "charset", "class", "content", "lang", "name"})
 #: Where a job has files.
-_FOLDERS = ("sheets", "cut", "service", "offcuts")
+_FOLDERS = ("sheets", "cut", "service", "rim", "offcuts")
 
 
 @dataclass(frozen=True)
