@@ -217,7 +217,7 @@ def test_the_files_of_a_job_are_those_that_are_told(finished):
         assert name in table or (f"{stem}." in table and f"{dot}{suffix}" in table), name
     plan = json.loads((job / "crossing_map.json").read_text("utf-8"))
     # Some keys are there only with an option, as their row says.
-    keys = [row for row in rows(told, "key") if not row[1].startswith("with `--")]
+    keys = [row for row in rows(told, "key") if not row[1].startswith("with --")]
     assert {name for row in keys for name in row[0].split(", ")} == set(plan)
     for part in ("pieces", "steps"):
         section = told.partition(f"### A {part[:-1]}\n")[2].partition("\n#")[0]
