@@ -14,7 +14,9 @@ from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
+from fabweave.flat.spares import spare_pieces
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import Allotment
@@ -52,6 +54,8 @@ class PlannedJob:
         Pieces, joints and holes.
     kinds : (N,) int array
         Which kind each piece is of, from 1: congruent pieces of one material are of one kind.
+    spared : (S,) int array
+        Which pieces are cut once more, as spares: the first of their kinds.
     """
 
     settings: Settings
@@ -62,6 +66,18 @@ class PlannedJob:
     split_plan: SplitPlan
     piece_set: PieceSet
     kinds: IntArray
+    spared: IntArray
+
+    @property
+    def to_cut(self) -> tuple[Piece, ...]:
+        """All that is cut: the pieces of the object, then the spares."""
+        pieces = self.piece_set.pieces
+        return (*pieces, *spare_pieces(pieces, self.spared))
+
+    @property
+    def origins(self) -> IntArray:
+        """Of all that is cut, which piece of the object each is, or is a spare of."""
+        return np.append(np.arange(len(self.kinds)), self.spared)
 
     @property
     def weave(self) -> Weave:
@@ -120,6 +136,8 @@ class Job(PlannedJob):
         Crossings without a hole.
     marks : tuple of Marks
         What is engraved on each piece.
+    spare_marks : tuple of Marks
+        What is engraved on each spare.
     engrave_seen_mm : float or None
         How much of that is seen when it is woven; None if it was not to be hidden.
     order : Order
@@ -154,6 +172,7 @@ class Job(PlannedJob):
     offcuts: tuple[Offcut, ...]
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
+    spare_marks: tuple[Marks, ...]
     engrave_seen_mm: float | None
     order: Order
     portrait: Callable[[], bytes]

@@ -7,6 +7,7 @@ from fabweave.app.woven_object import width_notes
 from fabweave.assembly.extent import extent_notes
 from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, order_note
+from fabweave.core.messages import agree
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerf_notes
 from fabweave.cut.labels.marks import Marks
@@ -51,6 +52,7 @@ def job_notes(
         *rim_notes(pieces.rings),
         *hanging_notes(pieces, woven.weave, woven.labels),
         f"pieces: {reason}",
+        *_spare_notes(planned),
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),
         *grain_notes(
@@ -70,3 +72,17 @@ def job_notes(
         ),
         *extent_notes(woven.weave.threads.n_crossings, len(steps)),
     )
+
+
+def _spare_notes(planned: PlannedJob) -> tuple[str, ...]:
+    """Say how many spares there are, and how they are told from the pieces."""
+    spares, kinds = len(planned.spared), int(planned.kinds.max(initial=0))
+    if not spares:
+        return ()
+    some = planned.to_cut[-spares].id
+    note = agree(spares, "spares: {n} [piece is|pieces are] cut besides, ")
+    note += f"for {agree(kinds, '{n} kind[|s]')} ({planned.settings.spares}); {some} is a spare "
+    note += "of " + some[: some.rindex("S")] + ", and of all pieces of its kind"
+    if 2 * spares > len(planned.kinds) and planned.settings.kinds != "fewest":
+        note += ". Few pieces repeat: --kinds fewest may ask for fewer spares"
+    return (note,)

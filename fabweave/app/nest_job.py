@@ -16,6 +16,8 @@ from fabweave.core.arrays import (
     offsets_of,
 )
 from fabweave.core.parallel.executors import Executors, here
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.rim_sheets import draw_rim_sheets
 from fabweave.flat.piece import Piece
 from fabweave.flat.rim_ring import RimRing
 from fabweave.nest.fits import fits_stock
@@ -124,8 +126,12 @@ def rings_fit(ring: RimRing, settings: Settings, supplies: Supplies) -> bool:
     )
 
 
-def nest_rings(rings: Sequence[RimRing], settings: Settings, supplies: Supplies) -> Layout | None:
-    """Nest the pieces of rings on sheets of their own, of the first material; None without any.
+def ring_sheets(
+    rings: Sequence[RimRing], settings: Settings, supplies: Supplies, title: str
+) -> tuple[Layout | None, tuple[SheetDrawing, ...]]:
+    """Nest the pieces of rings on sheets of their own, of the first material, and draw these.
+
+    Without rings there is no layout.
 
     Raises
     ------
@@ -134,9 +140,9 @@ def nest_rings(rings: Sequence[RimRing], settings: Settings, supplies: Supplies)
     """
     pieces = [piece for ring in rings for piece in ring.pieces]
     if not pieces:
-        return None
+        return None, ()
     supply = supplies.each[0]
-    return nest(
+    layout = nest(
         [piece.path.flattened(FLAT_MM) for piece in pieces],
         supply.sheets,
         margin_mm=settings.margin_mm,
@@ -145,6 +151,7 @@ def nest_rings(rings: Sequence[RimRing], settings: Settings, supplies: Supplies)
         ids=[piece.id for piece in pieces],
         rotations=parse_rotations(settings.rotations),
     )
+    return layout, draw_rim_sheets(rings, layout, title)
 
 
 def outlines_with_place(

@@ -19,7 +19,7 @@ from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.joined_pieces import joined_pieces, kinds_of, with_grain
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.nest_job import nest_pieces, nest_rings
+from fabweave.app.nest_job import nest_pieces, ring_sheets
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
@@ -34,13 +34,12 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.core.parallel.workers import Start, at_once, side_workers
-from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.labels.exposure import seen_mm
-from fabweave.cut.labels.marks import Marks, mark_pieces
+from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares
 from fabweave.cut.notes.qr_code import with_code
-from fabweave.cut.rim_sheets import draw_rim_sheets
 from fabweave.cut.sheets import draw_sheets
+from fabweave.flat.spares import spared
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import allot
 from fabweave.nest.layout import Layout
@@ -228,7 +227,10 @@ def plan_job(
     pieces = joined_pieces(joined, settings, supplies, rules)
     check = with_grain(check, joined, pieces.pieces, settings)
     kinds = kinds_of(pieces.pieces, woven, supplies)
-    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, kinds)
+    spares = spared(kinds, settings.spares)
+    planned = PlannedJob(
+        settings, supplies, rules, woven, check, joined.plan, pieces, kinds, spares
+    )
     if planned.verdict.stops and not settings.force:
         raise NotMakeableError(planned.verdict)
     return planned
@@ -247,6 +249,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             plan_order,
             pieces,
             woven.ribbons.centre,
+            woven.ribbons.normal,
             enclosed=bool(np.all(woven.halfedges.twin >= 0)),
             effort=settings.effort,
             seed=settings.seed,
@@ -267,7 +270,7 @@ def nest_job(
     CannotMakeError
         If a piece fits no sheet, or sheets run out.
     """
-    pieces = planned.piece_set.pieces
+    pieces = planned.to_cut
     progress("nesting", 0, len(pieces))
     return nest_pieces(
         pieces, planned.settings, planned.supplies, planned.woven.bunches, executors, progress
@@ -288,27 +291,40 @@ def draw_job(
     CannotMakeError
         If a drawing would be cut wrongly, as where the kerf is wider than a slot.
     """
-    settings, pieces = planned.settings, planned.piece_set
-    allotment = allot(planned.supplies, planned.woven.bunches, layout, pieces.pieces)
+    settings, pieces, to_cut = planned.settings, planned.piece_set, planned.to_cut
+    allotment = allot(planned.supplies, planned.woven.bunches, layout, to_cut)
     if layout.recorded:
         settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
     marks, order = side.marks(), side.order()
+    spare_marks = mark_spares(
+        to_cut[len(marks) :],
+        [marks[at] for at in planned.spared.tolist()],
+        settings.labels,
+        settings.label_side,
+    )
     progress("drawings", 0, 1)
-    offcuts = usable_offcuts(layout, [piece.outline for piece in pieces.pieces])
+    offcuts = usable_offcuts(layout, [piece.outline for piece in to_cut])
     if planned.mirrored:
         widths = [layout.sheets[offcut.sheet].width_mm for offcut in offcuts]
         offcuts = tuple(map(Offcut.mirrored, offcuts, widths))
     drawings = draw_sheets(
-        pieces.pieces,
-        marks,
+        to_cut,
+        (*marks, *spare_marks),
         layout,
         title=planned.woven.title,
         captions=allotment.captions(),
         mirrored=planned.mirrored,
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
-        warnings=[FORCED] if planned.verdict.forced else [],
+        warnings=[
+            *([FORCED] if planned.verdict.forced else []),
+            *(
+                ["S1, S2 ... AFTER AN ID: A SPARE OF THAT KIND"]
+                if spare_marks and settings.labels not in ("kinds", "none")
+                else []
+            ),
+        ],
     )
     code = command_text(settings, complete_settings(usual_settings(settings))[0])
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
@@ -316,10 +332,7 @@ def draw_job(
     woven = planned.woven
     hidden = settings.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
-    rim_layout = nest_rings(pieces.rings, settings, planned.supplies)
-    rim_drawings: tuple[SheetDrawing, ...] = ()
-    if rim_layout is not None:
-        rim_drawings = draw_rim_sheets(pieces.rings, rim_layout, woven.title)
+    rim = ring_sheets(pieces.rings, settings, planned.supplies, woven.title)
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -327,6 +340,7 @@ def draw_job(
         offcuts=offcuts,
         holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
         marks=marks,
+        spare_marks=spare_marks,
         engrave_seen_mm=seen,
         order=order,
         portrait=side.portrait,
@@ -345,8 +359,8 @@ def draw_job(
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
-        rim_layout=rim_layout,
-        rim_drawings=rim_drawings,
+        rim_layout=rim[0],
+        rim_drawings=rim[1],
         given_mesh=given_mesh,
     )
 

@@ -81,6 +81,8 @@ def compare_use(
     layout: Layout,
     allotment: Allotment,
     offcuts: Sequence[KeptOffcut],
+    *,
+    spares: int = 0,
     grain: GrainCost | None = None,
 ) -> Comparison:
     """Measure what could be, on the largest sheet that is used of each material.
@@ -95,6 +97,8 @@ def compare_use(
     layout : Layout
     allotment : Allotment
     offcuts : sequence of KeptOffcut
+    spares : int
+        How many of the last pieces are spares, which no whole thread has.
     grain : GrainCost, optional
         What it costs that pieces lie across the grain.
     """
@@ -130,7 +134,7 @@ def compare_use(
         for way, (sizes, supply_of) in enumerate(((boxes, of_piece), (strips, of_strip))):
             count, left_out = shelf_sheets(sizes[supply_of == index], usable, gap)
             counts[way] += count, count * sheet.area_mm2, left_out
-    used = sums.piece_area_mm2
+    used, woven = sums.piece_area_mm2, len(pieces) - spares
     return Comparison(
         gross=round(sums.utilisation, 6),
         net=round(used / (sums.area_mm2 - kept), 6),
@@ -139,7 +143,7 @@ def compare_use(
         bound_sheets=bound_sheets,
         best=round(used / bound_area, 6),
         rectangles=_naive(boxes, counts[0], used),
-        strips=_naive(strips, counts[1], used),
+        strips=_naive(strips, counts[1], used - sum(p.net_area_mm2 for p in pieces[woven:])),
         grain=grain,
     )
 

@@ -105,7 +105,7 @@ def _check_sheets_of_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
 def _check_rows(job: Job, plan: CrossingMap, rows: Rows, place: Place) -> None:
     """Check the materials of pieces.csv."""
     for row in rows:
-        piece = plan.piece.get(row["id"])
+        piece = plan.cut_piece.get(row["id"])
         if piece is None or piece.thread not in job.supplies:
             continue
         supply = job.supplies[piece.thread]

@@ -135,7 +135,7 @@ def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> N
         )
     if step is None:
         return
-    for piece in plan.pieces:
+    for piece in plan.to_cut:
         sheet = plan.sheet.get(piece.sheet)
         grain_deg = (sheet.grain_deg if sheet is not None else None) or 0.0
         # A mirrored sheet is turned over: its angles run the other way.
