@@ -121,7 +121,9 @@ def build_crossing_map(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
             rotations=RotationRecord(
-                step_deg=layout.rotations.step_deg, tolerance_deg=layout.rotations.tolerance_deg
+                step_deg=layout.rotations.step_deg,
+                tolerance_deg=layout.rotations.tolerance_deg,
+                from_grain_deg=layout.rotations.from_grain_deg or None,
             ),
             notes=layout.notes,
             recorded=layout.recorded,

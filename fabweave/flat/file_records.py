@@ -26,10 +26,14 @@ class WeaveRecord:
 
 @record
 class RotationRecord:
-    """The angles at which pieces may lie: multiples of a step, None for any, give or take."""
+    """The angles at which pieces may lie: multiples of a step, None for any, give or take.
+
+    They count from the grain, or from so many degrees off it.
+    """
 
     step_deg: float | None
     tolerance_deg: float
+    from_grain_deg: float | None = optional()
 
 
 @record

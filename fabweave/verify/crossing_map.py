@@ -283,6 +283,8 @@ class CrossingMap:
     #: The angles that pieces may have: multiples of the step from the grain on; None for any.
     step_deg: float | None
     tolerance_deg: float
+    #: From where angles count: so far from the grain.
+    from_grain_deg: float
     cut: Cut
     sheets: tuple[Sheet, ...]
     threads: tuple[Thread, ...]

@@ -68,6 +68,9 @@ def read_crossing_map(path: Path) -> CrossingMap:
         recorded=layout["recorded"].flag() if layout.has("recorded") else None,
         step_deg=rotations["step_deg"].maybe(Node.number),
         tolerance_deg=rotations["tolerance_deg"].number(),
+        from_grain_deg=(
+            rotations["from_grain_deg"].number() if rotations.has("from_grain_deg") else 0.0
+        ),
         cut=_cut(root["cut"]),
         sheets=sheets,
         threads=tuple(node.record(Thread) for node in root["threads"].items()),
