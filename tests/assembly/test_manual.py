@@ -114,7 +114,13 @@ def test_same_bytes():
 def test_every_piece_is_in_every_section_that_lists_pieces():
     crossing_map, _ = parts_of()
     ids = {piece.id for piece in crossing_map.pieces}
-    for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps", "Crossing tables"):
+    for name in (
+        "Threads and their pieces",
+        "Parts list",
+        "Sheets",
+        "Steps",
+        "What each piece meets",
+    ):
         words = set(re.findall(r"[A-Z]+\d+", section(name)))
         assert ids <= words, name
         assert words <= ids, name
@@ -144,16 +150,15 @@ def test_cover_has_the_figures():
     assert sum(needed) == holes > 0
 
 
-def test_stations_are_those_of_the_plan():
+def test_what_a_piece_meets_is_told_in_order():
     crossing_map, _ = parts_of()
-    text = section("Crossing tables")
+    text = section("What each piece meets")
     for piece in crossing_map.pieces:
-        table = re.search(rf"Piece {piece.id} (.*?)(?= Piece [A-Z]+\d|$)", text)[1]
-        for number, station in enumerate(piece.stations):
-            lies = "over" if station.over else "under"
-            row = rf"\b{number} {station.crossing} [\d.]+ {lies} {station.partner} "
-            row += "- " if station.joint is None else rf"#{station.joint} "
-            assert re.search(row, table), (piece.id, number)
+        step = next(step for step in crossing_map.steps if piece.id in step.pieces)
+        row = re.search(rf"\b{piece.id} \({step.number}\) (.*?)(?= [A-Z]+\d+ \(\d|$)", text)[1]
+        told = [name for name in row.split() if not name.startswith("#")]
+        assert told == [station.partner for station in piece.stations]
+        assert re.findall(r"#(\d+)>", row) == [str(key) for key in piece.joints if key is not None]
 
 
 @pytest.mark.slow

@@ -222,25 +222,19 @@ def names(plan, step, there):
 
 
 def tables(plan):
-    made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
+    placed = {key: step["step"] for step in plan["steps"] for key in step["pieces"]}
     joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
     texts = [TABLES]
     for piece in plan["pieces"]:
-        texts += [f"Piece {piece['id']}", "st.", "crossing", "mm", "passes", "joint", "step"]
-        along, last = 0.0, None
-        for number, station in enumerate(piece["stations"]):
-            here = complex(station["x"], station["y"])
-            along += abs(here - (here if last is None else last))
-            last = here
-            joint = "-"
-            if station["joint"] is not None:
-                pair = [name for name in joints[station["joint"]] if name != piece["id"]]
-                joint = f"#{station['joint']} {(pair or [piece['id']])[0]}"
-            lies = "over" if station["over"] else "under"
-            texts += [
-                str(number), str(station["crossing"]), f"{along:.1f}",
-                f"{lies} {station['partner']}", joint, str(made.get(station["crossing"])),
-            ]  # fmt: skip
+        name = piece["id"]
+        mates = {key: next((one for one in joints[key] if one != name), name)
+                 for key in piece["joints"] if key is not None}  # fmt: skip
+        first, last = piece["joints"]
+        texts.append(f"{name} ({placed.get(name)})")
+        texts += [f"#{first}>{mates[first]}"] if first is not None else []
+        for station in piece["stations"]:
+            texts += ["●" if station["over"] else "○", station["partner"]]
+        texts += [f"#{last}>{mates[last]}"] if last is not None else []
     return texts
 
 
