@@ -80,7 +80,7 @@ def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
 
 def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return the lines of the cover, each with its name."""
-    fasteners = facts.bill.fasteners
+    fasteners, spares = facts.bill.fasteners, len(crossing_map.spares or ())
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     if fasteners and RIVET.name not in kinds:
         kinds.append(RIVET.name)
@@ -91,6 +91,7 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
         (
             "Made of",
             agree(len(crossing_map.pieces), "{n} [piece|pieces]")
+            + (agree(spares, " and {n} spare[|s]") if spares else "")
             + agree(len(crossing_map.sheets), " on {n} [sheet|sheets], ")
             + agree(len(crossing_map.threads), "{n} [thread|threads], ")
             + agree(len(crossing_map.crossings), "{n} [crossing|crossings], ")

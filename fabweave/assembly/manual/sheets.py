@@ -31,6 +31,10 @@ _TITLE_MM = 14.0
 #: that beside it.
 _COLUMNS, _TEXTS, _BESIDE = 3, 40.0, 14.0
 _FLAT_MM = 0.1
+_SPARES = (
+    " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
+    "that kind that breaks."
+)
 
 
 @frozen_value
@@ -79,14 +83,15 @@ def drawn_pieces(*drawings: SheetDrawing) -> dict[str, DrawnPiece]:
 def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
     """Write the parts list: each kind of piece to one scale, with its length, stations and places.
 
-    Pieces of which there is only one are called by their id, and their place is told; of others
-    the ids stand by sheet.
+    Pieces of which only one is cut are called by their id, and their place is told; of others the
+    ids stand by sheet, those of spares among them.
     """
     drawn = drawn_pieces(*drawings)
     kinds: dict[int, list[PieceRecord]] = {}
-    for piece in crossing_map.pieces:
+    for piece in crossing_map.to_cut:
         kinds.setdefault(piece.kind, []).append(piece)
     parts = list(kinds.values())
+    own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
     level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
     cell = (book.right - book.left) / _COLUMNS
     scale = (cell - _BESIDE) / max(float(np.ptp(points[:, 0])) for points in level)
@@ -94,11 +99,13 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
     book.y = book.block(
         book.left,
         book.y,
-        agree(len(drawn), "{n} [piece|pieces]")
+        agree(len(own), "{n} [piece|pieces]")
+        + (agree(spares, " and {n} spare[|s]") if spares else "")
         + agree(len(parts), " of {n} [kind|kinds], engraved face up, drawn at a scale of")
         + f" 1 : {72.0 / 25.4 / scale:.1f}. Pieces of one kind are cut alike: they are drawn once, "
         "and their ids stand by sheet. Where there is only one, its place is that of its middle on "
-        "the sheet, in mm from the left edge and from the lower edge.",
+        "the sheet, in mm from the left edge and from the lower edge."
+        + (_SPARES if spares else ""),
         book.right - book.left,
         size=SMALL,
     )
@@ -128,7 +135,7 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
             book.text(
                 x + text_width(key, 12.0, bold=True) + 6.0,
                 y,
-                ("" if count == 1 else f"x {count}: ")
+                ("" if count == 1 else f"{_times(parts[at], own)}: ")
                 + f"{np.ptp(points[:, 0]):.0f} mm, "
                 + agree(len(piece.stations), "{n} [station|stations]"),
                 size=SMALL,
@@ -137,6 +144,13 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
                 y -= LEADING * SMALL
                 book.text(x, y, line, size=SMALL)
         book.y -= high + deep
+
+
+def _times(pieces: Sequence[PieceRecord], own: set[str]) -> str:
+    """Say how often a kind is wanted, and how many spares there are."""
+    wanted = sum(piece.id in own for piece in pieces)
+    spares = len(pieces) - wanted
+    return f"x {wanted}" + (agree(spares, " and {n} spare[|s]") if spares else "")
 
 
 def _places(

@@ -12,6 +12,7 @@ from fabweave.mesh.shapes.definition import PREFIX, Parameter, Shape, count, len
 from fabweave.mesh.shapes.knots import knot
 from fabweave.mesh.shapes.regular import regular
 from fabweave.mesh.shapes.slit import slit_sum
+from fabweave.mesh.shapes.tube_nets import cage
 
 __all__ = ["PREFIX", "SHAPES", "Parameter", "Shape", "count", "is_shape", "length", "parse_shape"]
 
@@ -48,6 +49,7 @@ SHAPES: tuple[Shape, ...] = (
         "a cube of 6 n² squares",
         (count("n", "squares along each side", 1, most=800), _SIZE),
         grids.cube,
+        "Cube, 6 times {n} by {n}",
     ),
     Shape("octahedron", "8 triangles", (_SIZE,), partial(_sized, solids.octahedron)),
     Shape("icosahedron", "20 triangles", (_SIZE,), partial(_sized, solids.icosahedron)),
@@ -62,6 +64,7 @@ SHAPES: tuple[Shape, ...] = (
             length("tube", "radius of the tube", 15.0),
         ),
         _ring_and_tube,
+        "Torus, {m} by {n}",
     ),
     Shape(
         "sphere",
@@ -71,6 +74,7 @@ SHAPES: tuple[Shape, ...] = (
             length("radius", "radius", 50.0),
         ),
         grids.sphere,
+        "Sphere, 6 times {n} by {n}",
     ),
     Shape(
         "tube",
@@ -82,6 +86,7 @@ SHAPES: tuple[Shape, ...] = (
             length("height", "height", 100.0),
         ),
         grids.tube,
+        "Tube, {m} by {n}",
     ),
     Shape(
         "hemisphere",
@@ -91,6 +96,7 @@ SHAPES: tuple[Shape, ...] = (
             length("radius", "radius", 50.0),
         ),
         grids.hemisphere,
+        "Hemisphere, {n} rows",
     ),
     Shape(
         "hypar",
@@ -102,6 +108,7 @@ SHAPES: tuple[Shape, ...] = (
             length("height", "how far the high corners are above the low ones", 40.0),
         ),
         grids.hypar,
+        "Saddle, {m} by {n}",
     ),
     Shape(
         "knot",
@@ -115,6 +122,7 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         knot,
+        "Torus knot, {p} by {q}",
     ),
     Shape(
         "slit",
@@ -127,6 +135,7 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         slit_sum,
+        "Surface of genus {genus}",
     ),
     Shape(
         "bipyramid",
@@ -139,18 +148,31 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         _bipyramid,
+        "Bipyramid with handles",
+    ),
+    Shape(
+        "cage",
+        "tubes between the middles of a solid's edges, four at each; of genus 7, 13 or 31",
+        (
+            count("faces", "faces of the solid: 4, 6 or 12", 6, least=4, most=12),
+            count("m", "quads along each tube, or 0 to make them about square", 0, least=0),
+            count("n", "quads around each tube, an even number", 8, least=4, most=200),
+            _SIZE,
+        ),
+        cage,
     ),
     Shape(
         "regular",
-        "a regular mesh: all faces with 4k sides and 4 edges at all vertices, or the reverse",
+        "a regular mesh: all faces with 4k sides and 4 or 4k edges at all vertices, or the reverse",
         (
             count("face", "sides of each face", 8, least=4, most=16),
             count("valence", "edges at each vertex", 4, least=4, most=16),
-            count("genus", "genus: 1 more than a multiple of k - 1", 3, most=100),
+            count("genus", "genus: 1 more than a multiple of k - 1, or of 2k - 2", 3, most=100),
             count("refine", "how fine: 2 to this power quads around each ring", 3, least=2, most=6),
             _SIZE,
         ),
         regular,
+        "Regular surface of genus {genus}, {face} by {valence}",
     ),
 )
 
@@ -192,6 +214,29 @@ def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
     >>> mesh.n_vertices, mesh.n_faces
     (288, 288)
     """
+    shape, values = _described(text, shapes)
+    return shape.make(values)
+
+
+def shape_title(text: str) -> str:
+    """Return what a person would call the shape that a text describes.
+
+    Raises
+    ------
+    InputError
+        If the name or a parameter is wrong.
+
+    Examples
+    --------
+    >>> shape_title("shape:torus"), shape_title("shape:sphere?n=4&radius=9")
+    ('Torus, 24 by 12', 'Sphere, 6 times 4 by 4')
+    """
+    shape, values = _described(text, SHAPES)
+    return shape.called(values)
+
+
+def _described(text: str, shapes: Iterable[Shape]) -> tuple[Shape, dict[str, str]]:
+    """Return the shape that a text names, and the parameters that it gives."""
     if not is_shape(text):
         raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")
     name, mark, query = text.removeprefix(PREFIX).partition("?")
@@ -205,4 +250,4 @@ def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
             what = "is given twice" if key in values else "should read name=value"
             raise InputError(f"the shape {name}: {pair[:40]!r} {what}; try {by_name[name].example}")
         values[key] = value
-    return by_name[name].make(values)
+    return by_name[name], values
