@@ -366,7 +366,7 @@ def test_a_name_stands_along_its_piece():
 def test_each_sign_that_is_explained_is_pointed_out():
     text = section("How to read")
     explained = set(re.findall(r"(\d) (?:Id|Joint|Crossing|Cross|Hole)", text))
-    head = text.split("page 2")[1].split("Piece ")[0]
+    head = re.split(r"page 2 / \d+", text)[1].split("Piece ")[0]
     assert set(head.split()) == explained == set("1235")
 
 
@@ -399,7 +399,7 @@ def test_pictures_are_kept_as_they_are(step):
     shades = np.arange(0, 256, step, dtype=np.uint8)
     grey = Image.fromarray(np.random.default_rng(2).choice(shades, (5, 7)))
     colours = Image.fromarray(np.random.default_rng(3).integers(0, 256, (4, 3, 3), dtype=np.uint8))
-    book = manual_book.Book("a4", "Pictures")
+    book = manual_book.Book("a4", "Pictures", 1)
     book.page("One")
     name = book.image(grey, 50.0, 50.0, 70.0, 50.0)
     assert book.image(name, 50.0, 150.0, 70.0, 50.0) == name
