@@ -14,12 +14,15 @@ from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
+from fabweave.flat.spares import spare_pieces
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
+from fabweave.report.comparison import GrainCost
 from fabweave.report.costs.costs import Costs
 from fabweave.report.verdict import Verdict, judge
 from fabweave.ribbon.rules.finding import Finding
@@ -51,6 +54,8 @@ class PlannedJob:
         Pieces, joints and holes.
     kinds : (N,) int array
         Which kind each piece is of, from 1: congruent pieces of one material are of one kind.
+    spared : (S,) int array
+        Which pieces are cut once more, as spares: the first of their kinds.
     """
 
     settings: Settings
@@ -61,6 +66,18 @@ class PlannedJob:
     split_plan: SplitPlan
     piece_set: PieceSet
     kinds: IntArray
+    spared: IntArray
+
+    @property
+    def to_cut(self) -> tuple[Piece, ...]:
+        """All that is cut: the pieces of the object, then the spares."""
+        pieces = self.piece_set.pieces
+        return (*pieces, *spare_pieces(pieces, self.spared))
+
+    @property
+    def origins(self) -> IntArray:
+        """Of all that is cut, which piece of the object each is, or is a spare of."""
+        return np.append(np.arange(len(self.kinds)), self.spared)
 
     @property
     def weave(self) -> Weave:
@@ -119,6 +136,8 @@ class Job(PlannedJob):
         Crossings without a hole.
     marks : tuple of Marks
         What is engraved on each piece.
+    spare_marks : tuple of Marks
+        What is engraved on each spare.
     engrave_seen_mm : float or None
         How much of that is seen when it is woven; None if it was not to be hidden.
     order : Order
@@ -138,6 +157,8 @@ class Job(PlannedJob):
         Times and money: what waste.json, the manual and the terminal say.
     notes : tuple of str
         What a maker should know.
+    grain_cost : GrainCost or None
+        What it costs that pieces lie across the grain; None where they need not.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     """
@@ -147,6 +168,7 @@ class Job(PlannedJob):
     offcuts: tuple[Offcut, ...]
     holes: tuple[Finding, ...]
     marks: tuple[Marks, ...]
+    spare_marks: tuple[Marks, ...]
     engrave_seen_mm: float | None
     order: Order
     portrait: Callable[[], bytes]
@@ -156,6 +178,7 @@ class Job(PlannedJob):
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
     notes: tuple[str, ...]
+    grain_cost: GrainCost | None = None
     given_mesh: PolyMesh | None = None
 
     @property

@@ -36,6 +36,7 @@ from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
+from fabweave.report.costs.assembly_time import step_seconds
 from fabweave.report.costs.texts import costs_text
 from fabweave.report.index_page import INDEX_FILE, About, index_page
 from fabweave.report.offcuts import (
@@ -89,12 +90,13 @@ def write_job(
             crossing_map,
             job_facts(job, bill),
             job.drawings,
-            (job.woven.ribbons, job.weave, job.piece_set.pieces),
+            (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
+            step_seconds(crossing_map),
             job.settings.paper,
         )
     )
     if job.settings.profile == "service":
-        _write_service(job, crossing_map, directory / "service")
+        _write_service(job, directory / "service")
     report = _waste_report(job, bill)
     check = _write_tables(job, crossing_map, report, directory)
     for number, finish in enumerate(written):
@@ -130,18 +132,16 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
     _write(folder / f"{drawing.name}.svg", svg)
 
 
-def _write_service(job: Job, crossing_map: CrossingMap, directory: Path) -> None:
+def _write_service(job: Job, directory: Path) -> None:
     """Write a file for each distinct piece, and the table of quantities."""
     supply_materials = [
         PieceMaterial(material.name, material.thickness_mm) for material in job.supplies.materials
     ]
-    piece_materials = [
-        supply_materials[index] for index in job.allotment.of_pieces(job.piece_set.pieces)
-    ]
-    kinds = [piece.kind for piece in crossing_map.pieces]
+    piece_materials = [supply_materials[index] for index in job.allotment.of_pieces(job.to_cut)]
+    kinds = job.kinds[job.origins].tolist()
     write_kind_files(
         directory,
-        kind_files(job.piece_set.pieces, kinds, piece_materials),
+        kind_files(job.to_cut, kinds, piece_materials),
         version=job.settings.dxf,
         colours=job.settings.preset,
         units=job.settings.svg_units,
@@ -166,7 +166,7 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
     """Return what becomes of the material."""
     woven = job.woven
     return waste_report(
-        job.piece_set.pieces,
+        job.to_cut,
         job.layout,
         job.drawings,
         job.allotment,
@@ -178,6 +178,8 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
         costs=job.costs,
         ribbons=woven.ribbons,
         engrave_seen_mm=job.engrave_seen_mm,
+        spares=len(job.spared),
+        grain=job.grain_cost,
     )
 
 
@@ -194,6 +196,7 @@ def _write_tables(
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),
+        **({"spares": len(job.spared)} if len(job.spared) else {}),
         "joints": len(job.piece_set.joints),
         "sheets": len(names),
         "utilisation": report.totals.sums.utilisation,
@@ -220,7 +223,7 @@ def _write_tables(
         _write(directory / "assembly.html", job_viewer(job, crossing_map))
     _write(
         directory / "pieces.csv",
-        piece_table(job.piece_set.pieces, job.kinds, job.layout, woven.labels, job.allotment),
+        piece_table(job.to_cut, job.kinds, job.origins, job.layout, woven.labels, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))

@@ -7,14 +7,17 @@ from fabweave.app.woven_object import width_notes
 from fabweave.assembly.extent import extent_notes
 from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, order_note
+from fabweave.core.messages import agree
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerf_notes
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
 from fabweave.nest.layout import Layout
+from fabweave.report.grain import grain_notes
 from fabweave.report.notes import all_notes, fastening_notes
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.report.splitting import splitting_reason
+from fabweave.stock.rotations import parse_rotations
 
 
 def job_notes(
@@ -46,8 +49,15 @@ def job_notes(
             hardware=settings.hardware,
         ),
         f"pieces: {reason}",
+        *_spare_notes(planned),
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),
+        *grain_notes(
+            woven.ribbons,
+            planned.check.limits,
+            planned.supplies.materials,
+            parse_rotations(settings.rotations),
+        ),
         order_note(order, steps),
         *layout.notes,
         *code_notes(drawings),
@@ -59,3 +69,17 @@ def job_notes(
         ),
         *extent_notes(woven.weave.threads.n_crossings, len(steps)),
     )
+
+
+def _spare_notes(planned: PlannedJob) -> tuple[str, ...]:
+    """Say how many spares there are, and how they are told from the pieces."""
+    spares, kinds = len(planned.spared), int(planned.kinds.max(initial=0))
+    if not spares:
+        return ()
+    some = planned.to_cut[-spares].id
+    note = agree(spares, "spares: {n} [piece is|pieces are] cut besides, ")
+    note += f"for {agree(kinds, '{n} kind[|s]')} ({planned.settings.spares}); {some} is a spare "
+    note += "of " + some[: some.rindex("S")] + ", and of all pieces of its kind"
+    if 2 * spares > len(planned.kinds) and planned.settings.kinds != "fewest":
+        note += ". Few pieces repeat: --kinds fewest may ask for fewer spares"
+    return (note,)

@@ -11,19 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fabweave.app.foretold_sheets import grain_cost
 from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
-from fabweave.app.joined_pieces import joined_pieces, kinds_of
+from fabweave.app.joined_pieces import joined_pieces, kinds_of, with_grain
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.nest_job import nest_pieces
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.remake_command import command_text, usual_settings
-from fabweave.app.request import complete_settings, hole_rules
+from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import WovenObject, lay_object
@@ -35,9 +36,10 @@ from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.core.parallel.workers import Start, at_once, side_workers
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.labels.exposure import seen_mm
-from fabweave.cut.labels.marks import Marks, mark_pieces
+from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares
 from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets
+from fabweave.flat.spares import spared
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import allot
 from fabweave.nest.layout import Layout
@@ -214,6 +216,7 @@ def plan_job(
     InputError, CannotMakeError
         As for :func:`make_job`; ``NotMakeableError`` if it cannot be built, and is not forced.
     """
+    settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
     rules = hole_rules(settings, supplies)
     joined = split_object(woven, settings, supplies, rules, progress)
     woven = joined.woven
@@ -222,8 +225,12 @@ def plan_job(
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
     pieces = joined_pieces(joined, settings, supplies, rules)
+    check = with_grain(check, joined, pieces.pieces, settings)
     kinds = kinds_of(pieces.pieces, woven, supplies)
-    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, kinds)
+    spares = spared(kinds, settings.spares)
+    planned = PlannedJob(
+        settings, supplies, rules, woven, check, joined.plan, pieces, kinds, spares
+    )
     if planned.verdict.stops and not settings.force:
         raise NotMakeableError(planned.verdict)
     return planned
@@ -242,6 +249,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             plan_order,
             pieces,
             woven.ribbons.centre,
+            woven.ribbons.normal,
             enclosed=bool(np.all(woven.halfedges.twin >= 0)),
             effort=settings.effort,
             seed=settings.seed,
@@ -262,7 +270,7 @@ def nest_job(
     CannotMakeError
         If a piece fits no sheet, or sheets run out.
     """
-    pieces = planned.piece_set.pieces
+    pieces = planned.to_cut
     progress("nesting", 0, len(pieces))
     return nest_pieces(
         pieces, planned.settings, planned.supplies, planned.woven.bunches, executors, progress
@@ -283,27 +291,40 @@ def draw_job(
     CannotMakeError
         If a drawing would be cut wrongly, as where the kerf is wider than a slot.
     """
-    settings, pieces = planned.settings, planned.piece_set
-    allotment = allot(planned.supplies, planned.woven.bunches, layout, pieces.pieces)
+    settings, pieces, to_cut = planned.settings, planned.piece_set, planned.to_cut
+    allotment = allot(planned.supplies, planned.woven.bunches, layout, to_cut)
     if layout.recorded:
         settings = replace(settings, layout=LAYOUT_FILE)
     progress("marks", 0, 1)
     marks, order = side.marks(), side.order()
+    spare_marks = mark_spares(
+        to_cut[len(marks) :],
+        [marks[at] for at in planned.spared.tolist()],
+        settings.labels,
+        settings.label_side,
+    )
     progress("drawings", 0, 1)
-    offcuts = usable_offcuts(layout, [piece.outline for piece in pieces.pieces])
+    offcuts = usable_offcuts(layout, [piece.outline for piece in to_cut])
     if planned.mirrored:
         widths = [layout.sheets[offcut.sheet].width_mm for offcut in offcuts]
         offcuts = tuple(map(Offcut.mirrored, offcuts, widths))
     drawings = draw_sheets(
-        pieces.pieces,
-        marks,
+        to_cut,
+        (*marks, *spare_marks),
         layout,
         title=planned.woven.title,
         captions=allotment.captions(),
         mirrored=planned.mirrored,
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
-        warnings=[FORCED] if planned.verdict.forced else [],
+        warnings=[
+            *([FORCED] if planned.verdict.forced else []),
+            *(
+                ["S1, S2 ... AFTER AN ID: A SPARE OF THAT KIND"]
+                if spare_marks and settings.labels not in ("kinds", "none")
+                else []
+            ),
+        ],
     )
     code = command_text(settings, complete_settings(usual_settings(settings))[0])
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
@@ -318,6 +339,7 @@ def draw_job(
         offcuts=offcuts,
         holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
         marks=marks,
+        spare_marks=spare_marks,
         engrave_seen_mm=seen,
         order=order,
         portrait=side.portrait,
@@ -335,6 +357,7 @@ def draw_job(
             calibration=settings.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
+        grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
         given_mesh=given_mesh,
     )
 

@@ -92,6 +92,7 @@ class Settings:
     max_length_mm: float | None = default("max_length_mm")
     prefer: str = default("prefer")
     kinds: str = default("kinds")
+    spares: str | None = default("spares")
     hole_mm: float | None = default("hole_mm")
     holes: str | None = default("holes")
     fasten: str | None = default("fasten")

@@ -29,6 +29,7 @@ from fabweave.flat.crossing_map import (
     RestRecord,
     SheetRecord,
     SlotRecord,
+    SpareRecord,
     StationRecord,
     StrandRecord,
     ThreadRecord,
@@ -37,10 +38,11 @@ from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, 
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
+from fabweave.flat.spares import spare_pieces
 from fabweave.flat.strand_owners import Owners, find_owners
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.nest.allotment import Allotment
-from fabweave.nest.layout import Layout
+from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -59,6 +61,7 @@ def build_crossing_map(
     ribbons: Ribbons,
     piece_set: PieceSet,
     kinds: IntArray,
+    spared: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
     drawings: Sequence[SheetDrawing],
@@ -84,10 +87,12 @@ def build_crossing_map(
     piece_set : PieceSet
     kinds : (N,) int array
         Which kind each piece is of.
+    spared : (S,) int array
+        Which piece each spare is a copy of.
     marks : sequence of Marks
-        Those of each piece.
+        Those of each piece, then of each spare.
     layout : Layout
-        One placement for each piece, in the order of the pieces.
+        One placement for each piece and spare, in the same order.
     drawings : sequence of SheetDrawing
         The sheets, in the order of the layout.
     order : Order
@@ -108,13 +113,17 @@ def build_crossing_map(
     weave = weave_result.weave
     owners = find_owners(piece_set.pieces, weave.threads.n_crossings)
     steps = build_steps(piece_set, order)
+    if [placement.piece for placement in layout.placements] != list(range(len(marks))):
+        raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(
         weave=_weave_record(weave_result),
         layout=LayoutRecord(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
             rotations=RotationRecord(
-                step_deg=layout.rotations.step_deg, tolerance_deg=layout.rotations.tolerance_deg
+                step_deg=layout.rotations.step_deg,
+                tolerance_deg=layout.rotations.tolerance_deg,
+                from_grain_deg=layout.rotations.from_grain_deg or None,
             ),
             notes=layout.notes,
             recorded=layout.recorded,
@@ -124,6 +133,7 @@ def build_crossing_map(
         threads=_threads(weave, bunches, labels, piece_set),
         crossings=_crossings(halfedges, weave, ribbons, piece_set, owners),
         pieces=_pieces(piece_set, kinds, marks, layout, owners),
+        spares=_spares(piece_set.pieces, spared, marks, layout),
         joints=_joints(piece_set),
         assembly=AssemblyRecord(
             effort=round(order.total, 2),
@@ -146,6 +156,7 @@ def _weave_record(result: WeaveResult) -> WeaveRecord:
         at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
         warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
         labels=None if result.label is None else tuple(result.label.tolist()),
+        rotations=result.rotations,
     )
 
 
@@ -251,32 +262,64 @@ def _pieces(
     """Return the pieces with their outline, stations, labels and placement."""
     pieces, records = piece_set.pieces, []
     turned = turned_pieces(pieces, kinds)
-    for index, (piece, placement) in enumerate(zip(pieces, layout.placements, strict=True)):
-        if placement.piece != index:
-            raise ValueError("placements must be in the order of the pieces")
+    for index, piece in enumerate(pieces):
         records.append(
             PieceRecord(
                 id=piece.id,
                 kind=int(kinds[index]),
                 turned=True if turned[index] else None,
                 thread=piece.thread,
-                sheet=placement.sheet + 1,
-                placement=PlacementRecord(
-                    rotation_deg=placement.rotation_deg, x_mm=placement.x_mm, y_mm=placement.y_mm
-                ),
+                sheet=layout.placements[index].sheet + 1,
+                placement=_placement(layout.placements[index]),
                 joints=(piece.start_joint, piece.end_joint),
                 path=_corners(piece.path),
                 outline=_points(piece.outline),
                 stations=_stations(piece, [pieces[other].id for other in owners.partners(piece)]),
                 cutouts=_cutouts(piece),
-                labels=tuple(_label(label) for label in marks[index].labels),
-                dropped=tuple(
-                    DroppedRecord(kind=kind, text=text, station=station)
-                    for kind, text, station in marks[index].dropped
-                ),
+                labels=tuple(map(_label, marks[index].labels)),
+                dropped=_dropped(marks[index]),
             )
         )
     return tuple(records)
+
+
+def _spares(
+    pieces: Sequence[Piece], spared: IntArray, marks: Sequence[Marks], layout: Layout
+) -> tuple[SpareRecord, ...] | None:
+    """Return the spares, which stand after the pieces; None if there are none."""
+    names = [spare.id for spare in spare_pieces(pieces, spared)]
+    records = tuple(
+        SpareRecord(
+            id=name,
+            of=pieces[origin].id,
+            sheet=placement.sheet + 1,
+            placement=_placement(placement),
+            labels=tuple(map(_label, engraved.labels)),
+            dropped=_dropped(engraved),
+        )
+        for name, origin, engraved, placement in zip(
+            names,
+            spared.tolist(),
+            marks[len(pieces) :],
+            layout.placements[len(pieces) :],
+            strict=True,
+        )
+    )
+    return records or None
+
+
+def _placement(placement: Placement) -> PlacementRecord:
+    return PlacementRecord(
+        rotation_deg=placement.rotation_deg, x_mm=placement.x_mm, y_mm=placement.y_mm
+    )
+
+
+def _dropped(marks: Marks) -> tuple[DroppedRecord, ...]:
+    """Return what found no room on a piece."""
+    return tuple(
+        DroppedRecord(kind=kind, text=text, station=station)
+        for kind, text, station in marks.dropped
+    )
 
 
 def _stations(piece: Piece, partners: Sequence[str]) -> tuple[StationRecord, ...]:

@@ -111,6 +111,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),
         "kinds": int(job.kinds.max(initial=0)),
+        "spares": len(job.spared),
         "joints": len(job.piece_set.joints),
         "sheets": [drawing.name for drawing in job.drawings],
         "costs": to_json(job.costs),

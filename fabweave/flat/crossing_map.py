@@ -6,6 +6,7 @@ rooms, and know nothing of them. Lengths are in millimetres, rounded to a millio
 degrees.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -196,6 +197,18 @@ class PieceRecord:
 
 
 @record
+class SpareRecord:
+    """A piece that is cut once more: ``of`` which piece it is a copy, and its own place."""
+
+    id: str
+    of: str
+    sheet: int
+    placement: PlacementRecord
+    labels: tuple[LabelRecord, ...]
+    dropped: tuple[DroppedRecord, ...]
+
+
+@record
 class JointRecord:
     """A joint: the piece that ends there, the one that begins there, and what holds them.
 
@@ -270,9 +283,28 @@ class CrossingMap:
     threads: tuple[ThreadRecord, ...]
     crossings: tuple[CrossingRecord, ...]
     pieces: tuple[PieceRecord, ...]
+    spares: tuple[SpareRecord, ...] | None = optional()
     joints: tuple[JointRecord, ...]
     assembly: AssemblyRecord
     steps: tuple[StepRecord, ...]
+
+    @property
+    def to_cut(self) -> tuple[PieceRecord, ...]:
+        """All that is cut: the pieces, then the spares, as if they were pieces."""
+        pieces = {piece.id: piece for piece in self.pieces}
+        spares = (
+            replace(
+                pieces[spare.of],
+                id=spare.id,
+                turned=None,
+                sheet=spare.sheet,
+                placement=spare.placement,
+                labels=spare.labels,
+                dropped=spare.dropped,
+            )
+            for spare in self.spares or ()
+        )
+        return (*self.pieces, *spares)
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``crossing_map.json`` holds."""
@@ -342,6 +374,8 @@ def _check_references(crossing_map: CrossingMap) -> None:
         ("piece", [strand.piece for strand in strands]),
         ("piece", [station.partner for station in stations]),
         ("piece", [name for holder in of_pieces for name in holder.pieces]),
+        ("piece", [spare.of for spare in crossing_map.spares or ()]),
+        ("sheet", [spare.sheet for spare in crossing_map.spares or ()]),
         ("joint", [station.joint for station in stations]),
         ("joint", [number for piece in pieces for number in piece.joints]),
         ("joint", [number for step in steps for number in step.joints]),

@@ -63,7 +63,7 @@ def read_layout(
         If the file is not a crossing map, holds other pieces or sheets, or breaks a rule.
     """
     crossing_map = read_crossing_map(path)
-    records = {piece.id: piece for piece in crossing_map.pieces}
+    records = {piece.id: piece for piece in crossing_map.to_cut}
     recorded_outlines = {name: np.array(piece.outline) for name, piece in records.items()}
     differing = [
         name

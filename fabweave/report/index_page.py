@@ -214,10 +214,12 @@ def _figures(
 ) -> Iterator[tuple[str, str]]:
     """Yield numbers, each with what there are so many of."""
     kinds = len({piece.kind for piece in crossing_map.pieces})
+    spares = len(crossing_map.spares or ())
     for count, text in (
         (len(crossing_map.threads), "thread[|s]"),
         (len(crossing_map.crossings), "crossing[|s]"),
         (len(crossing_map.pieces), "piece[|s] of " + agree(kinds, "{n} kind[|s]")),
+        *([(spares, "spare[|s]")] if spares else []),
         (len(crossing_map.joints), "joint[|s]"),
         (len(crossing_map.sheets), f"sheet[|s], {report.totals.sums.utilisation:.0%} used"),
     ):

@@ -23,7 +23,7 @@ from fabweave.report.accounts import (
     Totals,
     sum_sheets,
 )
-from fabweave.report.comparison import Comparison, compare_use
+from fabweave.report.comparison import Comparison, GrainCost, compare_use
 from fabweave.report.costs.costs import Costs
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.report.splitting import SplittingRecord
@@ -37,22 +37,27 @@ _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 def piece_table(
     pieces: Sequence[Piece],
     kinds: IntArray,
+    origins: IntArray,
     layout: Layout,
     labels: Sequence[str],
     allotment: Allotment,
 ) -> str:
     """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
 
-    Pieces of one kind are interchangeable but for their labels.
+    Pieces of one kind are interchangeable but for their labels. Spares come last, with the piece
+    that they are a copy of: ``origins`` has it for each row, and for a piece itself.
     Length and width are those of the piece's smallest rectangle; the area is without holes.
     """
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
+    spares = ("spare_of",) if len(pieces) > len(kinds) else ()
     rows.writerow(
         ("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
-         "material", "thickness_mm")
+         "material", "thickness_mm", *spares)
     )  # fmt: skip
-    for piece, placement, kind in zip(pieces, layout.placements, kinds, strict=True):
+    for at, (piece, placement, origin) in enumerate(
+        zip(pieces, layout.placements, origins.tolist(), strict=True)
+    ):
         length, width = np.ptp(piece.outline, axis=0)
         area = piece.net_area_mm2
         material = allotment.of_thread(piece.thread).material
@@ -66,9 +71,10 @@ def piece_table(
                 f"{area:.3f}",
                 f"{1000 * sheet_mass_kg(material, area):.3f}",
                 len(piece.holes) + len(piece.slots),
-                kind,
+                kinds[origin],
                 material.name,
                 f"{material.thickness_mm:.10g}",
+                *(pieces[origin].id if origin != at else "" for _ in spares),
             )
         )
     return text.getvalue()
@@ -118,12 +124,15 @@ def waste_report(
     costs: Costs,
     ribbons: Ribbons,
     engrave_seen_mm: float | None = None,
+    spares: int = 0,
+    grain: GrainCost | None = None,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
     Parameters
     ----------
     pieces : sequence of Piece
+        All that is cut; spares come last.
     layout : Layout
     drawings : sequence of SheetDrawing
         The sheets of the layout, as they are drawn.
@@ -134,6 +143,8 @@ def waste_report(
         Whole threads, as wide as they are cut.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
+    grain : GrainCost, optional
+        What it costs that pieces lie across the grain.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -161,7 +172,9 @@ def waste_report(
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
         estimate=costs,
-        comparison=compare_use(totals.sums, pieces, ribbons, layout, allotment, offcuts),
+        comparison=compare_use(
+            totals.sums, pieces, ribbons, layout, allotment, offcuts, grain=grain, spares=spares
+        ),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
         bill=bill,

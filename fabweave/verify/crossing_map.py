@@ -283,6 +283,8 @@ class CrossingMap:
     #: The angles that pieces may have: multiples of the step from the grain on; None for any.
     step_deg: float | None
     tolerance_deg: float
+    #: From where angles count: so far from the grain.
+    from_grain_deg: float
     cut: Cut
     sheets: tuple[Sheet, ...]
     threads: tuple[Thread, ...]
@@ -299,9 +301,14 @@ class CrossingMap:
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
+    #: How many rotations carry the weave onto itself, where some were asked for.
+    rotations: int | None = None
     thread: dict[int, Thread] = field(default_factory=dict)
     crossing: dict[int, Crossing] = field(default_factory=dict)
     piece: dict[str, Piece] = field(default_factory=dict)
+    #: What is cut besides, and of which piece each of them is a copy.
+    spares: tuple[Piece, ...] = ()
+    spare_of: dict[str, str] = field(default_factory=dict)
     joint: dict[int, Joint] = field(default_factory=dict)
     sheet: dict[int, Sheet] = field(default_factory=dict)
 
@@ -313,26 +320,36 @@ class CrossingMap:
         self.joint.update((joint.id, joint) for joint in self.joints)
         self.sheet.update((sheet.number, sheet) for sheet in self.sheets)
 
+    @property
+    def to_cut(self) -> tuple[Piece, ...]:
+        """All that is cut: the pieces, then the spares."""
+        return (*self.pieces, *self.spares)
+
+    @cached_property
+    def cut_piece(self) -> dict[str, Piece]:
+        """All that is cut, by its ids."""
+        return {piece.id: piece for piece in self.to_cut}
+
     def on_sheet(self, number: int) -> list[Piece]:
-        """Return the pieces of a sheet."""
+        """Return the pieces of a sheet, with the spares there."""
         return self._by_sheet.get(number, [])
 
     @cached_property
     def _by_sheet(self) -> dict[int, list[Piece]]:
         pieces: dict[int, list[Piece]] = {}
-        for piece in self.pieces:
+        for piece in self.to_cut:
             pieces.setdefault(piece.sheet, []).append(piece)
         return pieces
 
     @cached_property
     def holes(self) -> dict[str, list[Hole]]:
-        """The round holes of each piece.
+        """The round holes of each piece and spare.
 
         Where a piece does not list its cut-outs: one at each station that states a diameter, and
         its joints'. A joint's hole on a station's own is the same hole; others have that
         station's diameter.
         """
-        return {piece.id: self._holes(piece) for piece in self.pieces}
+        return {piece.id: self._holes(piece) for piece in self.to_cut}
 
     def _holes(self, piece: Piece) -> list[Hole]:
         """Return the holes of one piece."""

@@ -615,6 +615,8 @@ def viewer_data(specimen, plan, *, edit=None):
     whole = [[round(float(x)) for x in point] for point in (corners - low) / step]
     data = {
         "schema": "fabweave.viewer/1",
+        # Specimens have no estimate.
+        "hands": None,
         "plan": rounded(plan, 3),
         "colours": colours,
         "space": {
@@ -658,7 +660,19 @@ def shipped_page():
         from_right="",
     )
     return viewer_page(crossing_map, space, title="", colours=np.zeros((0, 3), np.uint8),
-                       view_deg=(0.0, 0.0))  # fmt: skip
+                       view_deg=(0.0, 0.0), hands={})  # fmt: skip
+
+
+def _sign(corners, operator):
+    """Draw a small round sign, filled with black or not."""
+    turns = [2 * math.pi * at / corners for at in range(corners)]
+    (x, y), *others = [(300 + 2 * math.cos(turn), 300 + 2 * math.sin(turn)) for turn in turns]
+    lines = " ".join(f"{a:.5f} {b:.5f} l" for a, b in others)
+    return f"0 g n {x:.5f} {y:.5f} m {lines} h {operator}\n"
+
+
+#: How signs are drawn that the fonts of a PDF have not.
+SIGNS = {"●": _sign(24, "B"), "○": _sign(24, "S"), "⊕": _sign(20, "S")}
 
 
 def write_manual(specimen, folder, *, edit=None):
@@ -675,6 +689,9 @@ def write_manual(specimen, folder, *, edit=None):
     for (start, end), (_, _, drawn) in zip(itertools.pairwise([0, *ends]), pages, strict=True):
         content = drawn
         for text in texts[start:end]:
+            if text in SIGNS:
+                content += SIGNS[text]
+                continue
             shown = re.sub(r"([()\\])", r"\\\1", text)
             content += f"BT /F1 9 Tf 1 0 0 1 36 36 Tm ({shown}) Tj ET\n"
         contents.append(zlib.compress(content.encode("cp1252")))

@@ -54,10 +54,11 @@ class Layout:
 
     @cached_property
     def polygons(self) -> tuple[shapely.Polygon, ...]:
-        """Each piece where it lies on its sheet, as a shapely polygon with holes."""
+        """Each piece and spare where it lies on its sheet, as a shapely polygon with holes."""
         placed = []
-        for polygon, place in zip(self.pieces.polygons, self.nested.placements, strict=True):
-            turned = affinity.rotate(polygon, place.rotation_deg, origin=(0, 0))
+        own, origins = self.pieces.polygons, self.planned.origins.tolist()
+        for origin, place in zip(origins, self.nested.placements, strict=True):
+            turned = affinity.rotate(own[origin], place.rotation_deg, origin=(0, 0))
             placed.append(affinity.translate(turned, place.x_mm, place.y_mm))
         return tuple(placed)
 
@@ -70,7 +71,7 @@ class Layout:
         return used / [sheet.area_mm2 for sheet in self.sheets]
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a row for each piece, as ``pandas.DataFrame`` takes them.
+        """Return a row for each piece and spare, as ``pandas.DataFrame`` takes them.
 
         A point p of the piece lies at R(rotation_deg) p + (x_mm, y_mm) on its sheet. Sheets are
         numbered from 1, as their files are.
@@ -90,9 +91,7 @@ class Layout:
                 "x_mm": place.x_mm,
                 "y_mm": place.y_mm,
             }
-            for piece, place in zip(
-                self.planned.piece_set.pieces, self.nested.placements, strict=True
-            )
+            for piece, place in zip(self.planned.to_cut, self.nested.placements, strict=True)
         ]
 
     def write(self, folder: str | Path, **options: Any) -> WrittenJob:
@@ -137,7 +136,7 @@ class Layout:
             for number, place in enumerate(self.nested.placements)
             if place.sheet == sheet - 1
         ]
-        colours = self.planned.piece_colours[lying]
+        colours = self.planned.piece_colours[self.planned.origins[lying]]
         polygons = [self.polygons[number] for number in lying]
         return sheet_svg((size.width_mm, size.height_mm), polygons, colours)
 

@@ -56,6 +56,22 @@ CUTTING_OPTIONS = (
         default="auto",
     ),
     Option(
+        "spares",
+        SHEETS,
+        text(
+            "SHARE|N",
+            "a text such as '5%'",
+            "fabweave.flat.spares.parse_spares",
+            form=lambda told: str(load("fabweave.flat.spares.usual_spares")(told)),
+        ),
+        "Cut some pieces of each kind once more, in case one breaks: a share of its pieces such as "
+        "5%, rounded up, so that there is one of each kind at least; or 2 of each. They lie on the "
+        "sheets with the others, and bear the id of the first of their kind with S1, S2 ... (K3 as "
+        "all of kind 3, with --labels kinds).",
+        otherwise="none",
+        making=True,
+    ),
+    Option(
         "hole",
         SHEETS,
         length(1000.0, zero="none", metavar="LENGTH|none"),
@@ -167,14 +183,15 @@ CUTTING_OPTIONS = (
         SHEETS,
         text(
             "RULE",
-            "a text such as 'grain:5deg'",
+            "a text such as 'grain:5deg' or 'across:10deg'",
             "fabweave.stock.rotations.parse_rotations",
             form=lambda told: "".join(told.lower().replace("°", "deg").split()),
         ),
         "At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from the "
-        "grain on); or grain:5deg (their length along the grain, up to 5 degrees off). Grain runs "
-        "along a sheet's width unless the list of stock says otherwise.",
-        default="free",
+        "grain on); grain:5deg (their length along the grain, up to 5 degrees off) or across:10deg "
+        "(across it: so plywood bends better). auto is free, or across:10deg where bends ask for "
+        "that. Grain runs along a sheet's width unless the list of stock says otherwise.",
+        default="auto",
     ),
     Option(
         "effort",

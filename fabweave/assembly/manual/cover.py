@@ -101,6 +101,7 @@ def _write_line(
 
 def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return what is said of the object, each line with its name."""
+    spares = len(crossing_map.spares or ())
     return [
         ("Buildable?", facts.buildable),
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
@@ -108,6 +109,7 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
         (
             "Made of",
             agree(len(crossing_map.pieces), "{n} [piece|pieces]")
+            + (agree(spares, " and {n} spare[|s]") if spares else "")
             + agree(len(crossing_map.sheets), " on {n} [sheet|sheets], ")
             + agree(len(crossing_map.threads), "{n} [thread|threads], ")
             + agree(len(crossing_map.crossings), "{n} [crossing|crossings], ")

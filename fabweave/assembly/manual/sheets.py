@@ -32,6 +32,10 @@ _COLUMNS, _TEXTS, _BESIDE = 3, 40.0, 14.0
 #: Height of what is said above them.
 _INTRODUCED = 50.0
 _FLAT_MM = 0.1
+_SPARES = (
+    " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
+    "that kind that breaks."
+)
 
 
 @frozen_value
@@ -80,14 +84,15 @@ def drawn_pieces(*drawings: SheetDrawing) -> dict[str, DrawnPiece]:
 def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
     """Write the parts list: each kind of piece to one scale, with its length, stations and places.
 
-    Pieces of which there is only one are called by their id, and their place is told; of others
-    the ids stand by sheet.
+    Pieces of which only one is cut are called by their id, and their place is told; of others the
+    ids stand by sheet, those of spares among them.
     """
     drawn = drawn_pieces(*drawings)
     kinds: dict[int, list[PieceRecord]] = {}
-    for piece in crossing_map.pieces:
+    for piece in crossing_map.to_cut:
         kinds.setdefault(piece.kind, []).append(piece)
     parts = list(kinds.values())
+    own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
     level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
     names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
     told = [_places(pieces, names, drawn) for pieces in parts]
@@ -112,11 +117,13 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
     book.y = book.block(
         book.left,
         book.y,
-        agree(len(drawn), "{n} [piece|pieces]")
+        agree(len(own), "{n} [piece|pieces]")
+        + (agree(spares, " and {n} spare[|s]") if spares else "")
         + agree(len(parts), " of {n} [kind|kinds], engraved face up, drawn at a scale of")
         + f" 1 : {72.0 / 25.4 / scale:.1f}. Pieces of one kind are cut alike: they are drawn once, "
         "and their ids stand by sheet. Where there is only one, its place is that of its middle on "
-        "the sheet, in mm from the left edge and from the lower edge.",
+        "the sheet, in mm from the left edge and from the lower edge."
+        + (_SPARES if spares else ""),
         book.right - book.left,
         size=SMALL,
     )
@@ -136,7 +143,7 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
             book.text(
                 x + text_width(key, 12.0, bold=True) + 6.0,
                 y,
-                ("" if count == 1 else f"x {count}: ")
+                ("" if count == 1 else f"{_times(parts[at], own)}: ")
                 + f"{np.ptp(points[:, 0]):.0f} mm, "
                 + agree(len(piece.stations), "{n} [station|stations]"),
                 size=SMALL,
@@ -173,6 +180,13 @@ def page_starts(heights: Sequence[float], first: float, page: float) -> set[int]
     if starts and starts[-1] == len(heights) - 1 and starts[-1] - before > 1:
         starts[-1] -= 1
     return set(starts)
+
+
+def _times(pieces: Sequence[PieceRecord], own: set[str]) -> str:
+    """Say how often a kind is wanted, and how many spares there are."""
+    wanted = sum(piece.id in own for piece in pieces)
+    spares = len(pieces) - wanted
+    return f"x {wanted}" + (agree(spares, " and {n} spare[|s]") if spares else "")
 
 
 def _places(

@@ -9,7 +9,7 @@ import shapely
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.placement import CLEAR_MM, Spot, covered_rooms, find_spots
-from fabweave.cut.labels.texts import Label, Missing, Wish, kind_wishes, wishes
+from fabweave.cut.labels.texts import Label, Missing, Wish, kind_wishes, spare_wishes, wishes
 from fabweave.flat.congruence import motion_onto, turned_pieces
 from fabweave.flat.piece import Piece
 from fabweave.flat.strand_owners import find_owners
@@ -93,6 +93,32 @@ def mark_pieces(
     return tuple(
         _marks(piece_wishes, piece_spots, ticks, mirrored=side == "inside")
         for piece_wishes, piece_spots, ticks in zip(wanted, spots, ticked, strict=True)
+    )
+
+
+def mark_spares(
+    spares: Sequence[Piece], originals: Sequence[Marks], labels: str, side: str = "outside"
+) -> tuple[Marks, ...]:
+    """Engrave spares: their ids alone, or where kinds are told, what their originals bear.
+
+    Parameters
+    ----------
+    spares : sequence of Piece
+    originals : sequence of Marks
+        For each spare, those of the piece that it is a copy of.
+    labels, side : str
+        As for :func:`mark_pieces`.
+    """
+    if not spares or labels in ("kinds", "none"):
+        return tuple(originals)
+    mirrored = side == "inside"
+    wanted = [
+        list(spare_wishes(spare.id, hidden=labels == "hidden" and not mirrored)) for spare in spares
+    ]
+    ticks = [marks.ticks for marks in originals]
+    return tuple(
+        _marks(*each, mirrored=mirrored)
+        for each in zip(wanted, find_spots(spares, ticks, wanted), ticks, strict=True)
     )
 
 

@@ -165,6 +165,13 @@ def kind_wishes(kind: int, *, hidden: bool) -> Iterator[Wish]:
     yield _arrow_wish(hidden=hidden)
 
 
+def spare_wishes(name: str, *, hidden: bool) -> Iterator[Wish]:
+    """Yield what a spare is to tell: its id. Who crosses it depends on the place it is put in."""
+    yield _id_wish(name, hidden=hidden)
+    if hidden:
+        yield _seen_id_wish(name)
+
+
 def told_stations(piece: Piece, labels: str) -> list[int]:
     """Return the stations of a piece at which its partner is named.
 

@@ -11,7 +11,7 @@ import shapely
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.cut.preflight.targets import Target
 from fabweave.cut.preflight.violations import Flaw, Rule
-from fabweave.flat.crossing_map import CrossingMap, HoleRecord, SheetRecord
+from fabweave.flat.crossing_map import CrossingMap, HoleRecord, PieceRecord, SheetRecord
 from fabweave.flat.outline import SHORTEST_SIDE_MM
 from fabweave.ribbon.rules.finding import FindingRecord
 from fabweave.stock.material import Material, hole_edge_mm
@@ -73,8 +73,9 @@ def preflight(
     tuple of Flaw
         For each rule and piece that breaks it the worst place; by rules, then by pieces.
     """
-    cuts = _lay_out(crossing_map)
-    of_piece = [materials[piece.thread] for piece in crossing_map.pieces]
+    pieces = crossing_map.to_cut
+    cuts = _lay_out(crossing_map, pieces)
+    of_piece = [materials[piece.thread] for piece in pieces]
     return (
         *_holes(cuts, of_piece, target),
         *_webs(cuts, of_piece, target),
@@ -85,10 +86,10 @@ def preflight(
     )
 
 
-def _lay_out(crossing_map: CrossingMap) -> _Cuts:
-    """Lay the pieces on their sheets."""
+def _lay_out(crossing_map: CrossingMap, pieces: Sequence[PieceRecord]) -> _Cuts:
+    """Lay all that is cut on its sheets."""
     outlines, owner, at, size = [], [], [], []
-    for index, piece in enumerate(crossing_map.pieces):
+    for index, piece in enumerate(pieces):
         outlines.append(crossing_map.on_sheet(piece, np.array(piece.outline)))
         holes = [cutout for cutout in piece.cutouts if isinstance(cutout, HoleRecord)]
         owner += [index] * len(holes)
@@ -97,8 +98,8 @@ def _lay_out(crossing_map: CrossingMap) -> _Cuts:
             centres = np.array([(hole.x_mm, hole.y_mm) for hole in holes])
             at.append(crossing_map.on_sheet(piece, centres))
     return _Cuts(
-        [piece.id for piece in crossing_map.pieces],
-        np.array([piece.sheet for piece in crossing_map.pieces], dtype=np.int64),
+        [piece.id for piece in pieces],
+        np.array([piece.sheet for piece in pieces], dtype=np.int64),
         np.array([shapely.Polygon(outline) for outline in outlines], dtype=object),
         np.array(owner, dtype=np.int64),
         np.concatenate(at) if at else np.zeros((0, 2)),

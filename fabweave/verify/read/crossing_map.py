@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +13,9 @@ from fabweave.verify.crossing_map import (
     CrossingMap,
     Cut,
     Cutout,
+    Dropped,
     Joint,
+    Label,
     Piece,
     Sheet,
     Step,
@@ -44,7 +48,10 @@ def read_crossing_map(path: Path) -> CrossingMap:
     weave, broken = root["weave"], root["weave"]["broken"]
     sheets = tuple(_sheet(node) for node in root["sheets"].items())
     layout, rotations = root["layout"], root["layout"]["rotations"]
+    spares = root.items_of("spares")
     mirrors = {sheet.number: sheet.width_mm for sheet in sheets if sheet.mirrored}
+    pieces = tuple(_piece(node, mirrors) for node in root["pieces"].items())
+    known = {piece.id: piece for piece in pieces}
     return CrossingMap(
         pattern=weave["pattern"].text(),
         exact=weave["exact"].flag(),
@@ -55,16 +62,22 @@ def read_crossing_map(path: Path) -> CrossingMap:
         ),
         warp=tuple(node.integer() for node in weave.items_of("warp")),
         labels=tuple(node.integer() for node in weave.items_of("labels")),
+        rotations=weave["rotations"].integer() if weave.has("rotations") else None,
         margin_mm=layout["margin_mm"].number(),
         gap_mm=layout["gap_mm"].number(),
         recorded=layout["recorded"].flag() if layout.has("recorded") else None,
         step_deg=rotations["step_deg"].maybe(Node.number),
         tolerance_deg=rotations["tolerance_deg"].number(),
+        from_grain_deg=(
+            rotations["from_grain_deg"].number() if rotations.has("from_grain_deg") else 0.0
+        ),
         cut=_cut(root["cut"]),
         sheets=sheets,
         threads=tuple(node.record(Thread) for node in root["threads"].items()),
         crossings=tuple(node.record(Crossing) for node in root["crossings"].items()),
-        pieces=tuple(_piece(node, mirrors) for node in root["pieces"].items()),
+        pieces=pieces,
+        spares=tuple(_spare(node, known, mirrors) for node in spares),
+        spare_of={node["id"].text(): node["of"].text() for node in spares},
         joints=tuple(node.record(Joint) for node in root["joints"].items()),
         steps=tuple(node.record(Step) for node in root["steps"].items()),
         efforts=(
@@ -122,10 +135,35 @@ def _piece(node: Node, mirrors: Mapping[int, float]) -> Piece:
     cutouts = tuple(_cutout(item) for item in node.items_of("cutouts"))
     return node.record(
         Piece,
-        rotation_deg=placement["rotation_deg"].number(),
-        shift=np.array([placement["x_mm"].number(), placement["y_mm"].number()]),
+        **_place(placement),
         outline=outline,
         path=path,
         cutouts=cutouts if node.has("cutouts") else None,
         mirror_mm=mirrors.get(node["sheet"].integer()),
+    )
+
+
+def _place(placement: Node) -> dict[str, Any]:
+    """Read where a piece stands."""
+    return {
+        "rotation_deg": placement["rotation_deg"].number(),
+        "shift": np.array([placement["x_mm"].number(), placement["y_mm"].number()]),
+    }
+
+
+def _spare(node: Node, pieces: Mapping[str, Piece], mirrors: Mapping[int, float]) -> Piece:
+    """Read a spare: the piece that it is a copy of, with its own name, place and labels."""
+    original = pieces.get(node["of"].text())
+    if original is None:
+        raise ReadError(f"{node.path} is a spare of {node['of'].text()!r}, which is no piece")
+    sheet = node["sheet"].integer()
+    return replace(
+        original,
+        id=node["id"].text(),
+        sheet=sheet,
+        labels=tuple(item.record(Label) for item in node["labels"].items()),
+        dropped=tuple(item.record(Dropped) for item in node["dropped"].items()),
+        mirror_mm=mirrors.get(sheet),
+        turned=False,
+        **_place(node["placement"]),
     )

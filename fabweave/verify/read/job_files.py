@@ -48,6 +48,7 @@ PIECE_COLUMNS = (
     "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
     "material", "thickness_mm",
 )  # fmt: skip
+SPARE_COLUMNS = (*PIECE_COLUMNS, "spare_of")
 STATION_COLUMNS = (
     "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
     "mate", "hole_mm", "step",
@@ -142,9 +143,9 @@ class Job:
 
     @cached_property
     def areas(self) -> dict[str, Areas]:
-        """What each piece comes to: its area, its holes, the length of its cuts."""
+        """What each piece and spare comes to: its area, its holes, the length of its cuts."""
         plan = self.map
-        return {} if plan is None else {piece.id: areas_of(piece, plan) for piece in plan.pieces}
+        return {} if plan is None else {piece.id: areas_of(piece, plan) for piece in plan.to_cut}
 
     @property
     def clearance_mm(self) -> float | None:
@@ -268,7 +269,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         svg=svg,
         settings=settings,
         crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
-        piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS)),
+        piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS, SPARE_COLUMNS)),
         station_rows=read("stations.csv", lambda path: _read_csv(path, STATION_COLUMNS)),
         waste=read("waste.json", _read_waste),
         ribbons=read(
@@ -310,13 +311,15 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise ReadError(f"it is not TOML: {error}") from error
 
 
-def _read_csv(path: Path, columns: tuple[str, ...]) -> Rows:
-    """Read a table with exactly the agreed columns."""
+def _read_csv(path: Path, columns: tuple[str, ...], *others: tuple[str, ...]) -> Rows:
+    """Read a table with exactly the agreed columns, or with others that are agreed as well."""
     with io.StringIO(read_text(path), newline="") as file:
         try:
             rows = list(csv.reader(file, strict=True))
         except csv.Error as error:
             raise ReadError(f"it is not CSV: {error}") from error
+    if rows and tuple(rows[0]) in others:
+        columns = tuple(rows[0])
     if not rows or tuple(rows[0]) != columns:
         raise ReadError(f"its columns are {rows[0] if rows else []}, not {list(columns)}")
     for number, row in enumerate(rows[1:], start=2):

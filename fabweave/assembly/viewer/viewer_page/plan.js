@@ -7,11 +7,11 @@ function readPlan(text) {
   const pieceAt = new Map(pieces.map((piece, index) => [piece.id, index]));
   const threadOf = new Map(threads.map((thread, index) => [thread.id, index]));
   const jointOf = new Map(joints.map((joint) => [joint.id, joint]));
+  const crossingOf = new Map(data.plan.crossings.map((crossing) => [crossing.id, crossing]));
+  const jointsAt = groupedBy(joints, (joint) => joint.crossing);
   const sheetAt = new Map(sheets.map((sheet, index) => [sheet.sheet, index]));
   const stepOf = new Int32Array(pieces.length).fill(-1);
   steps.forEach((step, index) => step.pieces.forEach((id) => (stepOf[pieceAt.get(id)] = index)));
-  // Flat, a piece has the colour that most of it has.
-  const colour = data.colours.map((runs) => runs.reduce((most, run) => (run[1] > most[1] ? run : most))[0]);
 
   /** Name the bunch of a thread for people: with two, warp and weft. */
   const bunches = new Set(threads.map((thread) => thread.bunch));
@@ -39,6 +39,28 @@ function readPlan(text) {
     return ends === piece.id ? begins : ends;
   }
 
+  // Where pieces bear their kinds, those are what a person finds on them.
+  const byKind = data.plan.cut.labels === "kinds";
+  const bears = (piece) => (byKind ? `K${pieces[piece].kind}` : pieces[piece].id);
+  const named = (piece) => (byKind ? `K${pieces[piece].kind} (${pieces[piece].id})` : pieces[piece].id);
+  const nameOf = (id) => named(pieceAt.get(id));
+
+  /** A piece's name as a link to it. */
+  const link = (id) => `<button type="button" class="link" data-piece="${escaped(id)}">${escaped(nameOf(id))}</button>`;
+
+  /** A text with something else for each name of a piece, and for all the rest. */
+  const retold = (text, name, rest) => text.split(/([A-Za-z]+\d+)/).map((part, k) => (k % 2 && pieceAt.has(part) ? name(part) : rest(part))).join("");
+  const linked = (text) => retold(text, link, escaped);
+  const told = (text) => retold(text, nameOf, (part) => part);
+
+  /** Where fasteners are set for good at a step: the crossing, its pieces, and how many there. */
+  function fastenings(step) {
+    return step.fasten.map((id) => crossingOf.get(id)).filter((crossing) => crossing.fastened).map((crossing) => {
+      const holes = (jointsAt.get(crossing.id) || []).reduce((sum, joint) => sum + joint.holes.length, 0);
+      return { ...crossing, count: Math.max(holes, 1) };
+    });
+  }
+
   /** Those pieces of which something is true. */
   const piecesWhere = (holds) => pieces.flatMap((piece, index) => (holds(piece) ? [index] : []));
 
@@ -58,7 +80,7 @@ function readPlan(text) {
       return joint ? [...new Set(joint.pieces)].map((id) => ({ piece: pieceAt.get(id), why: `joint #${number}` })) : [];
     },
     CROSSING: (number) => {
-      const crossing = data.plan.crossings.find(({ id }) => id === number);
+      const crossing = crossingOf.get(number);
       return !crossing ? [] : ["over", "under"].map((way) => ({
         piece: pieceAt.get(crossing[way].piece), station: crossing[way].station,
         why: `${way} at crossing ${number}, station ${crossing[way].station}`,
@@ -66,7 +88,7 @@ function readPlan(text) {
     },
     KIND: (number) => group(`Kind ${number}`, piecesWhere(({ kind }) => kind === number)),
     SHEET: (number) => group(`Sheet ${number}`, piecesWhere(({ sheet }) => sheet === number), sheetAt.get(number)),
-    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: steps[number - 1].pieces.join(", ") }] : []),
+    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: steps[number - 1].pieces.map(nameOf).join(", ") }] : []),
   };
 
   /**
@@ -89,16 +111,29 @@ function readPlan(text) {
     const ofThread = thread ? group(`Thread ${thread.label}`, thread.pieces.map((id) => pieceAt.get(id))) : [];
     const begun = piecesWhere(({ id }) => id.toUpperCase().startsWith(label)).map((piece) => ({ piece, why: where(piece) }));
     // Where pieces bear their kinds, that is what K3 means.
-    const first = data.plan.cut.labels === "kinds" ? [...ofKind, ...exact] : [...exact, ...ofKind];
+    const first = byKind ? [...ofKind, ...exact] : [...exact, ...ofKind];
     const all = [...first, ...ofThread, ...begun], met = new Set();
     return all.filter(({ piece }) => piece === undefined || (!met.has(piece) && met.add(piece))).slice(0, most);
   }
 
   return {
-    data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, colour, jointOf, sheetAt,
+    /** The colour of each piece, flat. */
+    colour: [],
+    data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, distances, mate, search,
+    bunchName, distances, mate, search, bears, named, nameOf, link, linked, told, fastenings,
   };
+}
+
+/** Values in lists by what a key says of them, in the order in which they come. */
+function groupedBy(values, keyOf) {
+  const lists = new Map();
+  for (const value of values) {
+    const key = keyOf(value);
+    if (lists.has(key)) lists.get(key).push(value);
+    else lists.set(key, [value]);
+  }
+  return lists;
 }
 
 /** Keep what was done between visits, where the browser lets us. */

@@ -1,5 +1,9 @@
 """Check that pieces of one kind superpose."""
 
+import re
+from collections import Counter
+from math import ceil
+
 import numpy as np
 import shapely
 
@@ -11,11 +15,14 @@ from fabweave.verify.statement import Place, Tally
 
 #: Pieces of one kind differ by no more than this; a little more than makers promise.
 SAME_MM = 0.05
+#: What is asked of spares: so many of each kind, or a share of its pieces.
+_SPARES = re.compile(r"(\d+(?:\.\d+)?)(%?)")
 
 
 def check_kinds(job: Job, tally: Tally) -> None:
     """Check that each piece covers the first one of its kind, turned end for end or not."""
     plan = required(job.map)
+    _check_spares(job, plan, tally)
     first: dict[int, Piece] = {}
     for piece in plan.pieces:
         other = first.setdefault(piece.kind, piece)
@@ -37,6 +44,25 @@ def check_kinds(job: Job, tally: Tally) -> None:
         place.at_most("kind_mm", off, SAME_MM, f"it does not cover {other.id}{turned}: {what}")
         if by_kind:
             _check_labels(piece, other, place)
+
+
+def _check_spares(job: Job, plan: CrossingMap, tally: Tally) -> None:
+    """Check that of each kind as many spares are cut as job.toml asks for, and that they fit it.
+
+    A spare has the shape of the piece that it is said to be of: what is drawn is checked by that.
+    """
+    asked = _SPARES.fullmatch(str(job.options.get("spares", "0")))
+    if not tally.at("job.toml").expect(asked, "spares are no share and no number") or not asked:
+        return
+    number, share = float(asked[1]), asked[2] == "%"
+    pieces = Counter(piece.kind for piece in plan.pieces)
+    spares = Counter(plan.cut_piece[name].kind for name in plan.spare_of)
+    for kind, count in sorted(pieces.items()):
+        wanted = ceil(round(count * number / 100.0, 9)) if share else number
+        tally.at(f"kind {kind}").equal("the number of its spares", spares[kind], wanted)
+    if plan.cut.labels == "kinds":
+        for name, origin in plan.spare_of.items():
+            _check_labels(plan.cut_piece[name], plan.piece[origin], tally.at(f"piece {name}"))
 
 
 def _check_labels(piece: Piece, other: Piece, place: Place) -> None:

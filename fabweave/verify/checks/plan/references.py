@@ -32,7 +32,7 @@ def _check_unique(plan: CrossingMap, tally: Tally) -> None:
         ("thread ids", [thread.id for thread in plan.threads]),
         ("thread labels", [thread.label for thread in plan.threads]),
         ("crossing ids", [crossing.id for crossing in plan.crossings]),
-        ("piece ids", [piece.id for piece in plan.pieces]),
+        ("piece ids", [piece.id for piece in plan.to_cut]),
         ("joint ids", [joint.id for joint in plan.joints]),
         ("step numbers", [step.step for step in plan.steps]),
     ):
@@ -77,7 +77,6 @@ def _check_pieces(plan: CrossingMap, tally: Tally) -> None:
     for piece in plan.pieces:
         place = tally.at(f"piece {piece.id}")
         place.expect(piece.thread in plan.thread, f"there is no thread {piece.thread}")
-        place.expect(piece.sheet in plan.sheet, f"there is no sheet {piece.sheet}")
         joints = [*piece.joints, *(station.joint for station in piece.stations)]
         lost = [key for key in joints if key is not None and key not in plan.joint]
         place.expect(not lost, f"there is no joint {lost[:3]}")
@@ -86,6 +85,9 @@ def _check_pieces(plan: CrossingMap, tally: Tally) -> None:
                 station.crossing in plan.crossing and station.partner in plan.piece,
                 f"crossing {station.crossing} or partner {station.partner} does not exist",
             )
+    for piece in plan.to_cut:
+        place = tally.at(f"piece {piece.id}")
+        place.expect(piece.sheet in plan.sheet, f"there is no sheet {piece.sheet}")
     for joint in plan.joints:
         tally.at(f"joint {joint.id}").expect(
             joint.crossing in plan.crossing and all(key in plan.piece for key in joint.pieces),

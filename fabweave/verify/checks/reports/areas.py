@@ -47,7 +47,7 @@ def check_areas(job: Job, tally: Tally) -> None:
             row, {"width_mm": sheet.width_mm, "height_mm": sheet.height_mm}, within=_SIZE_MM
         )
     totals, place = waste["totals"], report.at("totals")
-    placed = [piece for piece in plan.pieces if piece.sheet in plan.sheet]
+    placed = [piece for piece in plan.to_cut if piece.sheet in plan.sheet]
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
     figures = sum_areas(job.areas[piece.id] for piece in placed)
     _check_budget(totals, area, figures, len(placed), place)
@@ -95,7 +95,7 @@ def _check_piece_rows(plan: CrossingMap, job: Job, rows: Rows, tally: Tally) -> 
     }
     names, masses, areas = [], [], []
     for row in rows:
-        piece = plan.piece.get(row["id"])
+        piece = plan.cut_piece.get(row["id"])
         if piece is None:
             continue
         place = tally.at("pieces.csv", f"piece {piece.id}")
@@ -144,7 +144,7 @@ def _check_masses(
         for record in records
     }
     if job.map is not None and weights:
-        sheets = [job.map.sheet[job.map.piece[name].sheet] for name in names]
+        sheets = [job.map.sheet[job.map.cut_piece[name].sheet] for name in names]
         weight = np.array([weights[sheet.material, sheet.thickness_mm] for sheet in sheets])
     table = tally.at("pieces.csv")
     table.expect(np.all(weight > 0.0), "the pieces weigh nothing")

@@ -37,15 +37,15 @@ def check_comparison(plan: CrossingMap, job: Job, waste: Mapping[str, Any], plac
     place.number("kept_mm2", told["kept_mm2"], kept, within=_AREA_MM2 + _SHARE * kept)
     place.number("gross", told["gross"], used / whole, within=_UTILISATION)
     place.number("net", told["net"], used / (whole - kept), within=_UTILISATION)
-    outlines = [piece.outline for piece in plan.pieces]
+    outlines = [piece.outline for piece in plan.to_cut]
     around = sum(float(np.prod(least_rectangle(outline))) for outline in outlines)
     rectangles = told["rectangles"]
     place.at("rectangles").number(
         "area_mm2", rectangles["area_mm2"], around, within=_AREA_MM2 + _SHARE * around
     )
     area = sum(polygon_area(outline) for outline in outlines)
-    boxes = [(piece.thread, least_rectangle(piece.outline)) for piece in plan.pieces]
-    _check_way(plan, job, told["rectangles"], boxes, place.at("rectangles"))
+    boxes = [(piece.thread, least_rectangle(piece.outline)) for piece in plan.to_cut]
+    _check_way(plan, job, told["rectangles"], boxes, used, place.at("rectangles"))
     strips = job.model or {}
     whole_threads = [
         (thread.id, least_rectangle(develop_thread(strips[thread.label]).reshape(-1, 2)))
@@ -57,13 +57,36 @@ def check_comparison(plan: CrossingMap, job: Job, waste: Mapping[str, Any], plac
     here.number(
         "area_mm2", told["strips"]["area_mm2"], around, within=_AREA_MM2 + _UNFOLDED * around
     )
-    _check_way(plan, job, told["strips"], whole_threads, here)
+    # No whole thread has a spare.
+    woven = sum_areas(job.areas[name] for name in plan.piece).piece_mm2
+    _check_way(plan, job, told["strips"], whole_threads, woven, here)
     place.expect(
         told["bound_mm2"] >= area and told["gross"] <= told["best"] + _UTILISATION,
         "a layout is said to be better than the best",
     )
+    grain = told.get("grain")
+    place.expect(
+        grain is None or plan.from_grain_deg == 90.0,
+        "it is told what lying across the grain costs, and pieces need not",
+    )
+    for name, way in (grain or {}).items():
+        _check_rough(plan, used, way, place.at("grain", name))
     if len({(sheet.material, sheet.thickness_mm) for sheet in plan.sheets}) == 1:
         _check_bound(plan, told, used, place)
+
+
+def _check_rough(plan: CrossingMap, used: float, way: Mapping[str, Any], place: Place) -> None:
+    """Check what is told of a rough nesting, which is not repeated, against what could be.
+
+    Its sheets are of the sizes that there are, and hold the pieces.
+    """
+    sizes = [sheet.area_mm2 for sheet in plan.sheets]
+    place.number("utilisation", way["utilisation"], used / way["area_mm2"], within=_UTILISATION)
+    place.expect(
+        used <= way["area_mm2"] and way["sheets"] * min(sizes) <= way["area_mm2"] + _AREA_MM2,
+        f"{way['sheets']} sheets of {way['area_mm2']:g} mm² would not hold the pieces, or are "
+        "smaller than those that are used",
+    )
 
 
 def _check_bound(plan: CrossingMap, told: Mapping[str, Any], used: float, place: Place) -> None:
@@ -71,7 +94,7 @@ def _check_bound(plan: CrossingMap, told: Mapping[str, Any], used: float, place:
     gap = plan.gap_mm
     room = sum(
         float(shapely.Polygon(piece.outline).buffer(gap / 2, quad_segs=32).area)
-        for piece in plan.pieces
+        for piece in plan.to_cut
     )
     place.number("bound_mm2", told["bound_mm2"], room, within=_ARCS * room)
     sheet = max(plan.sheets, key=lambda one: one.area_mm2)
@@ -87,12 +110,13 @@ def _check_way(
     job: Job,
     way: Mapping[str, Any],
     boxes: Sequence[tuple[int, Floats]],
+    used: float,
     place: Place,
 ) -> None:
     """Fill shelves of the largest sheet of each material with rectangles of threads, naively."""
     sheets, too_large, area = 0, 0, 0.0
     for keys in _nested_apart(plan, job):
-        own = [piece.sheet for piece in plan.pieces if piece.thread in keys]
+        own = [piece.sheet for piece in plan.to_cut if piece.thread in keys]
         sheet = max((plan.sheet[number] for number in own), key=lambda one: one.area_mm2)
         gap = min((job.supplies[key].gap_mm or plan.gap_mm for key in keys), default=plan.gap_mm)
         sides = [side - 2 * plan.margin_mm for side in (sheet.width_mm, sheet.height_mm)]
@@ -100,7 +124,6 @@ def _check_way(
         sheets, too_large, area = sheets + count, too_large + left, area + count * sheet.area_mm2
     place.number("sheets", way["sheets"], sheets)
     place.number("too_large", way["too_large"], too_large)
-    used = sum_areas(job.areas.values()).piece_mm2
     share = None if too_large or area == 0.0 else used / area
     place.number("utilisation", way["utilisation"], share, within=_UTILISATION)
 
@@ -108,7 +131,7 @@ def _check_way(
 def _nested_apart(plan: CrossingMap, job: Job) -> list[set[int]]:
     """Return the threads that share sheets with one another, for each lot of sheets."""
     lots: dict[object, set[int]] = {}
-    for piece in plan.pieces:
+    for piece in plan.to_cut:
         sheet = plan.sheet[piece.sheet]
         key = sheet.material, sheet.thickness_mm, job.supplies[piece.thread].gap_mm
         lots.setdefault(key, set()).add(piece.thread)

@@ -140,6 +140,8 @@ def _figures(plan: CrossingMap, waste: dict[str, Any]) -> Iterator[str]:
     yield counted(len(plan.threads), "thread")
     yield counted(len(plan.crossings), "crossing")
     yield f"{counted(len(plan.pieces), 'piece')} of {kinds}"
+    if plan.spare_of:
+        yield counted(len(plan.spare_of), "spare")
     yield counted(len(plan.joints), "joint")
     yield f"{counted(len(plan.sheets), 'sheet')}, {used:.0%} used"
     yield f"{time_words(estimate['machine_s'])} of the machine"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.verify.checks.reports.manual_drawings import and_spares
 from fabweave.verify.checks.reports.page import material_of, title_of
 from fabweave.verify.crossing_map import CrossingMap, Piece
 from fabweave.verify.measure.joint_kinds import KINDS, kind_of
@@ -58,7 +59,8 @@ def check_cover(job: Job, plan: CrossingMap, text: RunningText) -> None:
     _line(
         text,
         "Made of",
-        f"{counted(len(plan.pieces), 'piece')} on {counted(len(plan.sheets), 'sheet')}, "
+        f"{counted(len(plan.pieces), 'piece')}{and_spares(len(plan.spare_of))} on "
+        f"{counted(len(plan.sheets), 'sheet')}, "
         f"{counted(len(plan.threads), 'thread')}, {counted(len(plan.crossings), 'crossing')}, "
         f"{counted(len(plan.joints), 'joint')}",
     )

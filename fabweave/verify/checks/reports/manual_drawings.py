@@ -28,6 +28,10 @@ _SAME_POINTS = 0.05
 _SOME = ", the part with pieces"
 #: Around the pieces on a part of a sheet so much is drawn, too.
 _AROUND_MM = 2.0
+_SPARES = (
+    " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
+    "that kind that breaks."
+)
 
 
 def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) -> None:
@@ -43,7 +47,7 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
     text = RunningText([said for page in pages for said in page.texts], place)
     figures = [figure for page in pages for figure in page.figures]
     kinds: dict[int, list[Piece]] = {}
-    for piece in plan.pieces:
+    for piece in plan.to_cut:
         kinds.setdefault(piece.kind, []).append(piece)
     parts = list(kinds.values())
     if not place.equal("the number of drawn pieces", len(figures), len(parts)):
@@ -54,12 +58,14 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
         for figure, alike in zip(figures, parts, strict=True)
     ]
     scale = float(np.median(scales))
+    spares = and_spares(len(plan.spare_of))
     text.block(
         *(
-            f"{counted(len(plan.pieces), 'piece')} of {counted(len(parts), 'kind')}, engraved face "
-            f"up, drawn at a scale of {words}. Pieces of one kind are cut alike: they are drawn "
-            "once, and their ids stand by sheet. Where there is only one, its place is that of its "
-            "middle on the sheet, in mm from the left edge and from the lower edge."
+            f"{counted(len(plan.pieces), 'piece')}{spares} of {counted(len(parts), 'kind')}, "
+            f"engraved face up, drawn at a scale of {words}. Pieces of one kind are cut alike: "
+            "they are drawn once, and their ids stand by sheet. Where there is only one, its "
+            "place is that of its middle on the sheet, in mm from the left edge and from the lower "
+            "edge." + (_SPARES if spares else "")
             for words in _scale_words(scale)
         )
     )
@@ -71,7 +77,7 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
         text.block(name)
         length = float(np.ptp(figure[:, 0])) / scale
         stations = counted(len(piece.stations), "station")
-        times = f"x {len(alike)}: " if several else ""
+        times = f"x {_times(plan, alike)}: " if several else ""
         said = text.match(rf"{times}(\d+) mm, {stations}", f"{times}{length:.0f} mm, {stations}")
         if said is not None:
             here.number("its length", float(said[1]), length, within=_SAME_MM + _SCALE * length)
@@ -80,6 +86,23 @@ def check_parts(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) ->
         else:
             _check_spot(plan, piece, text, here)
     text.end()
+
+
+def _times(plan: CrossingMap, alike: Sequence[Piece]) -> str:
+    """Return how many pieces of a kind are woven, and how many are spares."""
+    spares = sum(piece.id in plan.spare_of for piece in alike)
+    return f"{len(alike) - spares}{and_spares(spares)}"
+
+
+def and_spares(count: int) -> str:
+    """Return what is said of spares after a number of pieces.
+
+    Examples
+    --------
+    >>> and_spares(0), and_spares(1), and_spares(2)
+    ('', ' and 1 spare', ' and 2 spares')
+    """
+    return f" and {counted(count, 'spare')}" if count else ""
 
 
 def _check_spots(plan: CrossingMap, alike: Sequence[Piece], text: RunningText) -> None:
@@ -212,7 +235,7 @@ def _check_part(
         text.block(_ticks(sheet))
     boxes = np.array([(f.min(axis=0), f.max(axis=0)) for f in page.figures[1:]]).reshape(-1, 4)
     for name in said:
-        drawn = (plan.piece[name].placed(plan.piece[name].outline) - low) * scale
+        drawn = (plan.cut_piece[name].placed(plan.cut_piece[name].outline) - low) * scale
         if quarter:
             drawn = np.column_stack([(high - low)[1] * scale - drawn[:, 1], drawn[:, 0]])
         drawn = drawn + corner
@@ -237,7 +260,9 @@ def _window(
     low, high = np.zeros(2), size.copy()
     if cut and names:
         axis = int(np.argmax(size))
-        corners = np.concatenate([plan.piece[n].placed(plan.piece[n].outline) for n in names])
+        corners = np.concatenate(
+            [plan.cut_piece[n].placed(plan.cut_piece[n].outline) for n in names]
+        )
         low[axis] = corners[:, axis].min() - _AROUND_MM
         high[axis] = corners[:, axis].max() + _AROUND_MM
     return low, high

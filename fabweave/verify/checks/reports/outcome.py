@@ -21,6 +21,7 @@ def check_outcome(job: Job, tally: Tally) -> None:
     place = tally.at("job.toml", "outcome")
     for name in ("threads", "crossings", "pieces", "joints", "sheets"):
         place.number(name, outcome.get(name), len(getattr(plan, name)))
+    place.number("spares", outcome.get("spares", 0), len(plan.spare_of))
     area = sum(sheet.area_mm2 for sheet in plan.sheets)
     share = sum_areas(job.areas.values()).piece_mm2 / area if area else 0.0
     place.number("utilisation", outcome.get("utilisation"), share, within=UTILISATION)

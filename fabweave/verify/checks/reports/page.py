@@ -243,6 +243,13 @@ def _comparison(told: dict[str, Any], totals: dict[str, Any]) -> Iterator[Seen]:
         way, large = told[key], told[key]["too_large"]
         count = f"{counted(large, 'does', 'do')} not fit" if large else way["sheets"]
         ways.append((name, way["area_mm2"], count, way["utilisation"]))
+    for name, key in (
+        ("nested roughly, across the grain as here", "across"),
+        ("nested roughly, at any angle", "free"),
+    ):
+        if told.get("grain") is not None:
+            way = told["grain"][key]
+            ways.append((name, way["area_mm2"], way["sheets"], way["utilisation"]))
     for name, mm2, count, share in ways:
         used = "" if share is None else f"{share:.1%}"
         yield from row(name, f"{mm2 / 1e6:.2f}", count, used, "")

@@ -71,7 +71,7 @@ def _check_ribbons(
 def _check_limit(job: Job, target: dict[str, Any], flaw: dict[str, Any], place: Place) -> None:
     """Check a limit against the entry that job.toml has of a target of the user's own."""
     rule, limit = flaw.get("rule"), stated_number(flaw, "limit_mm")
-    piece = required(job.map).piece.get(flaw.get("piece", ""))
+    piece = required(job.map).cut_piece.get(flaw.get("piece", ""))
     thick = job.supplies[piece.thread].thickness_mm if piece is not None else None
 
     def least(what: str) -> float:
@@ -110,7 +110,7 @@ def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], place: Place) -> None:
             f"sheet {flaw.get('sheet')} has no side of {value} mm",
         )
         return
-    piece = plan.piece.get(name or "")
+    piece = plan.cut_piece.get(name or "")
     if piece is None or piece.sheet != flaw.get("sheet"):
         place.fail(f"there is no piece {name} on sheet {flaw.get('sheet')}")
         return

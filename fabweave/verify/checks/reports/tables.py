@@ -66,9 +66,9 @@ def _check_crossings(plan: CrossingMap, rows: Rows, place: Place) -> None:
 
 def _check_pieces(plan: CrossingMap, rows: Rows, place: Place) -> None:
     """Check the identifying columns of pieces.csv."""
-    place.each_once("pieces", [row["id"] for row in rows], plan.piece)
+    place.each_once("pieces", [row["id"] for row in rows], plan.cut_piece)
     for row in rows:
-        piece = plan.piece.get(row["id"])
+        piece = plan.cut_piece.get(row["id"])
         if piece is None:
             continue
         here, thread = place.at(f"piece {piece.id}"), plan.thread[piece.thread]
@@ -78,6 +78,7 @@ def _check_pieces(plan: CrossingMap, rows: Rows, place: Place) -> None:
         )
         holes = len(plan.holes[piece.id]) + len(piece.slots)
         names = {"sheet": piece.sheet, "kind": piece.kind, "holes": holes}
+        here.equal("spare_of", row.get("spare_of", ""), plan.spare_of.get(piece.id, ""))
         _check_cells(row, names, {}, 0.0, here)
 
 

@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "7be6aa778ded495de210cdfbfda06b04ee1279d322a3fda394ff2d231e260b67"
+FRAME = "4ff5cb81777196a7a0c145469e499047d4a5142c5d4237697036cdcf86077d3e"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
@@ -31,7 +31,7 @@ COARSE_MM = 0.1
 
 
 def check_viewer(job: Job, tally: Tally) -> None:
-    """Check assembly.html against the crossing map and the model."""
+    """Check assembly.html against the crossing map, the model and the hours of waste.json."""
     viewer, plan, place = job.viewer, required(job.map), tally.at("assembly.html")
     if viewer is None:
         place.expect(len(plan.crossings) > MOST_VIEWED, "not checked, because it could not be read")
@@ -44,6 +44,10 @@ def check_viewer(job: Job, tally: Tally) -> None:
     for key in sorted({*viewer.plan, *(job.document or {})}):
         where = _difference(viewer.plan.get(key), (job.document or {}).get(key), key)
         place.expect(where is None, f"it differs from crossing_map.json in {where}")
+    if job.waste is not None:
+        # Another check counts these hours afresh.
+        hands = (job.waste.get("estimate") or {}).get("assembly")
+        place.expect(viewer.hands == hands, "it takes other hours than waste.json")
     if place.equal(
         "the numbers of pieces in space, with rungs, with panels and with colours,",
         (len(viewer.counts), len(viewer.panels), len(viewer.colours)),

@@ -37,7 +37,7 @@ def check_exposure(job: Job, tally: Tally) -> None:
     hidden = job.options.get("labels") in ("hidden", "kinds")
     outside = job.options.get("label_side", "outside") == "outside"
     stated = ((job.waste or {}).get("totals") or {}).get("engrave_seen_mm")
-    for piece in plan.pieces:
+    for piece in plan.to_cut:
         place = tally.at(f"piece {piece.id}")
         for label in piece.labels:
             place.expect(
@@ -63,10 +63,13 @@ def check_exposure(job: Job, tally: Tally) -> None:
             ink = _ink(piece, drawing)
             if not len(ink.points):
                 continue
-            if not here.expect(piece.id in developments, "it is no part of the model"):
+            name = plan.spare_of.get(piece.id, piece.id)
+            if not here.expect(name in developments, "it is no part of the model"):
                 continue
-            bare = ~_covered(ink.points, piece, plan, developments)
-            seen += float(ink.length_mm[bare].sum())
+            bare = ~_covered(ink.points, plan.piece[name], plan, developments)
+            # What is engraved on spares is seen only if they are put in.
+            if piece.id in plan.piece:
+                seen += float(ink.length_mm[bare].sum())
             _check_hidden(piece, ink, bare, here)
     report.number("engrave_seen_mm", stated, seen, within=SEEN_MM + SEEN_SHARE * seen)
 

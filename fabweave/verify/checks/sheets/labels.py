@@ -48,7 +48,7 @@ def check_labels(job: Job, tally: Tally) -> None:
     tally.at("job.toml").expect(
         side in ("outside", "inside"), f"labels are {side!r}, which is no side of a piece"
     )
-    for piece in plan.pieces:
+    for piece in plan.to_cut:
         place = tally.at(f"piece {piece.id}")
         _check_words(piece, plan, str(wanted), place)
         _check_stations(piece, place)
@@ -75,6 +75,8 @@ def check_labels(job: Job, tally: Tally) -> None:
 def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> None:
     """Check that a piece tells all it should, once: in a label, or among what was dropped."""
     pairs = _facts(piece, plan, wanted)
+    if piece.id in plan.spare_of and wanted not in ("kinds", "none"):
+        wanted = "numbers"  # whom a spare crosses depends on the place that it is put in
     expected = {fact for pair in pairs for fact in pair if _is_wanted(fact, piece, wanted)}
     ways: dict[tuple[str, int | None, str], tuple[_Fact, ...]] = {}
     for fact, more in pairs:

@@ -42,7 +42,7 @@ def check_service(job: Job, tally: Tally) -> None:
     _check_quantities(plan, service, folder.at(TABLE))
     for row in service.rows:
         place = folder.at(row["file"])
-        members = [plan.piece.get(name) for name in row["pieces"].split()]
+        members = [plan.cut_piece.get(name) for name in row["pieces"].split()]
         pieces = [piece for piece in members if piece is not None]
         if not place.expect(
             members and len(pieces) == len(members), f"it is for {row['pieces']!r}, no pieces"
@@ -61,9 +61,9 @@ def check_service(job: Job, tally: Tally) -> None:
 def _check_quantities(plan: CrossingMap, service: Service, place: Place) -> None:
     """Check that every piece is asked for once, with others of its kind, in one row a kind."""
     named = chain.from_iterable(row["pieces"].split() for row in service.rows)
-    place.same("pieces", named, plan.piece)
+    place.same("pieces", named, plan.cut_piece)
     total = sum(int(row["quantity"]) for row in service.rows)
-    place.equal("the sum of quantities", total, len(plan.pieces))
+    place.equal("the sum of quantities", total, len(plan.to_cut))
     kinds = Counter((row["kind"], row["material"], row["thickness_mm"]) for row in service.rows)
     place.expect(max(kinds.values(), default=1) == 1, "a kind has more than one file")
 

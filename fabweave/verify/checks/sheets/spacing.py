@@ -17,7 +17,7 @@ ROUNDING_MM = 1e-3
 def check_sheets(job: Job, tally: Tally) -> None:
     """Check that placed pieces keep the margin and the gap, by exact distances."""
     plan = required(job.map)
-    for piece in plan.pieces:
+    for piece in plan.to_cut:
         tally.at(f"piece {piece.id}").expect(piece.sheet in plan.sheet, "it is on no sheet")
     for sheet in plan.sheets:
         pieces = plan.on_sheet(sheet.number)
