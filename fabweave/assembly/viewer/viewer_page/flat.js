@@ -72,7 +72,7 @@ function middleOnSheet(piece, sheet) {
 
 /** The height of letters on a sheet, by the room that a piece has. */
 function letterHeight(plan, sheet) {
-  const count = plan.pieces.filter((piece) => piece.sheet === sheet.sheet).length;
+  const count = [...plan.pieces, ...plan.spares].filter((piece) => piece.sheet === sheet.sheet).length;
   return Math.min(sheet.width_mm / 46, Math.sqrt((sheet.width_mm * sheet.height_mm) / Math.max(count, 1)) / 5);
 }
 
@@ -96,11 +96,17 @@ function sheetDrawing(plan, number) {
     const place = placing(piece, sheet), [x, y] = middleOnSheet(piece, sheet);
     return [`<g data-piece="${escaped(piece.id)}"><path style="fill:${plan.colour[index]}" d="${
       pathOf(piece.outline.map(place))}"/><text x="${x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${
-      size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(piece.id)}</text></g>`];
+      size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(plan.bears(piece))}</text></g>`];
+  });
+  const spares = plan.spares.filter((spare) => spare.sheet === sheet.sheet).map((spare) => {
+    const place = placing(spare, sheet), [x, y] = middleOnSheet(spare, sheet);
+    return `<g class="spare"><title>Spare: of the kind of ${escaped(spare.of)}</title><path d="${pathOf(spare.outline.map(place))}"/><text x="${
+      x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${
+      (0.2 * size).toFixed(1)}">${escaped(plan.bears(spare))}</text></g>`;
   });
   return `<svg class="sheet" viewBox="${-wide * 0.005} ${-high - wide * 0.005} ${wide * 1.01} ${high + wide * 0.01}"
     stroke-width="${wide / 700}" role="img" aria-label="${escaped(sheet.name)}">${stockDrawing(plan, sheet)}${
-    drawn.join("")}<g id="finder"></g></svg>`;
+    drawn.join("")}${spares.join("")}<g id="finder"></g></svg>`;
 }
 
 /** Ring pieces on a sheet, and name them in letters that can be read at any size. */
@@ -110,6 +116,6 @@ function finder(plan, sheet, pieces, zoom) {
     const [x, y] = middleOnSheet(piece, sheet), above = y + 2.6 * size < sheet.height_mm ? 1 : -1;
     return `<circle cx="${x}" cy="${-y}" r="${size}" stroke-width="${0.12 * size}"/>
       <text x="${Math.max(size, Math.min(sheet.width_mm - size, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
-      stroke-width="${0.25 * size}">${escaped(piece.id)}</text>`;
+      stroke-width="${0.25 * size}">${escaped(plan.bears(piece))}</text>`;
   }).join("");
 }

@@ -71,7 +71,7 @@
   }
 
   function chips(ids) {
-    return ids.map((id) => `<button type="button" class="chip" data-piece="${escaped(id)}">${escaped(id)}</button>`).join(" ");
+    return ids.map((id) => `<button type="button" class="chip" data-piece="${escaped(id)}">${escaped(plan.taken(plan.pieces[plan.pieceAt.get(id)]))}</button>`).join(" ");
   }
 
   function showPiece() {
@@ -85,7 +85,7 @@
     }
     const piece = plan.pieces[chosen], thread = plan.thread(piece), bunch = plan.bunchName(thread);
     const size = [0, 1].map((k) => piece.outline.map((point) => point[k])).map((values) => Math.max(...values) - Math.min(...values));
-    panel.innerHTML = `<h2><span class="swatch" style="background:${plan.colour[chosen]}"></span>${escaped(piece.id)}</h2>
+    panel.innerHTML = `<h2><span class="swatch" style="background:${plan.colour[chosen]}"></span>${escaped(plan.taken(piece))}</h2>
       <p>Piece ${thread.pieces.indexOf(piece.id) + 1} of ${thread.pieces.length} of thread ${escaped(thread.label)}${
         bunch && ` (${bunch})`}, ${size[0].toFixed(0)} × ${size[1].toFixed(0)} mm.
         <button type="button" class="link" data-sheet="${plan.sheetAt.get(piece.sheet)}">Sheet ${piece.sheet}</button>,
@@ -313,7 +313,7 @@
 
   window.addEventListener("beforeprint", () => showSheet(codes(), true));
   by("slider").max = last;
-  by("facts").textContent = `${plan.pieces.length} pieces, ${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
+  by("facts").textContent = `${plan.pieces.length} pieces, ${plan.spares.length ? `${plan.spares.length} spare${plan.spares.length === 1 ? "" : "s"}, ` : ""}${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
   // Bunches are named by their colours where no colour is that of two.
   const bunches = new Map(), bunchOf = new Map();
   let told = true;

@@ -5,6 +5,8 @@ function readPlan(text) {
   const data = JSON.parse(text);
   const { pieces, joints, steps, threads, sheets } = data.plan;
   const pieceAt = new Map(pieces.map((piece, index) => [piece.id, index]));
+  const spares = (data.plan.spares || []).map((spare) => ({ ...pieces[pieceAt.get(spare.of)], ...spare }));
+  const byKind = data.plan.cut.labels === "kinds";
   const threadOf = new Map(threads.map((thread, index) => [thread.id, index]));
   const jointOf = new Map(joints.map((joint) => [joint.id, joint]));
   const sheetAt = new Map(sheets.map((sheet, index) => [sheet.sheet, index]));
@@ -89,13 +91,17 @@ function readPlan(text) {
     const ofThread = thread ? group(`Thread ${thread.label}`, thread.pieces.map((id) => pieceAt.get(id))) : [];
     const begun = piecesWhere(({ id }) => id.toUpperCase().startsWith(label)).map((piece) => ({ piece, why: where(piece) }));
     // Where pieces bear their kinds, that is what K3 means.
-    const first = data.plan.cut.labels === "kinds" ? [...ofKind, ...exact] : [...exact, ...ofKind];
+    const first = byKind ? [...ofKind, ...exact] : [...exact, ...ofKind];
     const all = [...first, ...ofThread, ...begun], met = new Set();
     return all.filter(({ piece }) => piece === undefined || (!met.has(piece) && met.add(piece))).slice(0, most);
   }
 
+  /** What a piece bears, and what is to be taken for its place: where only kinds are told, any of its kind. */
+  const bears = (piece) => (byKind ? `K${piece.kind}` : piece.id);
+  const taken = (piece) => (byKind ? `${piece.id}: any K${piece.kind}${piece.turned ? ", arrow back" : ""}` : piece.id);
+
   return {
-    data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, colour, jointOf, sheetAt,
+    spares, bears, taken, data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, colour, jointOf, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
     bunchName, distances, mate, search,
   };

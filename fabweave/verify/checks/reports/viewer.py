@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "7be6aa778ded495de210cdfbfda06b04ee1279d322a3fda394ff2d231e260b67"
+FRAME = "072ec171e4dab4e913bf3adb7a26ecc6d0f5bcd9ad59bf003fd2ef9b871a0796"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
