@@ -1,19 +1,25 @@
 """Say how many sheets a few large pieces take, by nesting them roughly."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.flat.piece import Piece
 from fabweave.flat.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_sheets
 from fabweave.nest.effort import ROUGH
 from fabweave.nest.nesting import nest
+from fabweave.report.comparison import GrainCost, RoughWay
 from fabweave.stock.material import Material
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies
+
+#: More pieces are not nested a second and a third time to tell what the grain costs.
+MOST_PIECES = 500
 
 
 def rough_nesting(
@@ -58,6 +64,41 @@ def rough_nesting(
         return sum_sheets(found)
 
     return needed
+
+
+def grain_cost(
+    pieces: Sequence[Piece], settings: Settings, supplies: Supplies, bunches: IntArray
+) -> GrainCost | None:
+    """Return what it costs that pieces lie across the grain; None where they need not.
+
+    The pieces are nested roughly, as they must lie and at any angle. It is not told of more than
+    ``MOST_PIECES``, which would take minutes, nor where the stock has no room for such a nesting.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    settings : Settings
+        Complete.
+    supplies : Supplies
+    bunches : (T,) int array
+        The bunch of each thread.
+    """
+    if not parse_rotations(settings.rotations).across or len(pieces) > MOST_PIECES:
+        return None
+    outlines = [piece.outline for piece in pieces]
+    supply_of = supplies.of(bunches)[[piece.thread for piece in pieces]]
+    used = sum(piece.net_area_mm2 for piece in pieces)
+    ways = []
+    for rotations in (settings.rotations, "free"):
+        needed = rough_nesting(replace(settings, rotations=rotations), supplies)(
+            outlines, supply_of
+        )
+        if needed is None:
+            return None
+        area = round(needed.area_mm2, 3)
+        share = round(used / area, 6)
+        ways.append(RoughWay(area_mm2=area, sheets=round(needed.count), utilisation=share))
+    return GrainCost(across=ways[0], free=ways[1])
 
 
 def sheet_price(sheet: SheetSize, material: Material) -> float:

@@ -22,6 +22,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
+from fabweave.report.comparison import GrainCost
 from fabweave.report.costs.costs import Costs
 from fabweave.report.verdict import Verdict, judge
 from fabweave.ribbon.rules.finding import Finding
@@ -158,6 +159,8 @@ class Job(PlannedJob):
         Times and money: what waste.json, the manual and the terminal say.
     notes : tuple of str
         What a maker should know.
+    grain_cost : GrainCost or None
+        What it costs that pieces lie across the grain; None where they need not.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     """
@@ -177,6 +180,7 @@ class Job(PlannedJob):
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
     notes: tuple[str, ...]
+    grain_cost: GrainCost | None = None
     given_mesh: PolyMesh | None = None
 
     @property

@@ -177,6 +177,7 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
         ribbons=woven.ribbons,
         engrave_seen_mm=job.engrave_seen_mm,
         spares=len(job.spared),
+        grain=job.grain_cost,
     )
 
 

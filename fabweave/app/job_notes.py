@@ -14,9 +14,11 @@ from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
 from fabweave.flat.pieces import PieceSet
 from fabweave.nest.layout import Layout
+from fabweave.report.grain import grain_notes
 from fabweave.report.notes import all_notes, fastening_notes
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.report.splitting import splitting_reason
+from fabweave.stock.rotations import parse_rotations
 
 #: What is moved by less than this is as it was.
 _TOLD_MM = 1e-3
@@ -55,6 +57,12 @@ def job_notes(
         *_spare_notes(planned),
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),
+        *grain_notes(
+            woven.ribbons,
+            planned.check.limits,
+            planned.supplies.materials,
+            parse_rotations(settings.rotations),
+        ),
         order_note(order, steps),
         *layout.notes,
         *code_notes(drawings),

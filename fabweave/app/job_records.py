@@ -8,6 +8,7 @@ from fabweave.assembly.manual.cover import Facts
 from fabweave.assembly.map_builder import build_crossing_map
 from fabweave.assembly.viewer.page import viewer_page
 from fabweave.assembly.viewer.space import space_record
+from fabweave.core.records import to_json
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
@@ -87,4 +88,5 @@ def job_viewer(job: Job, crossing_map: CrossingMap) -> str:
         title=job.woven.title,
         colours=rung_colours(ribbons, job.colours)[rungs],
         view_deg=(view.azimuth_deg, view.elevation_deg),
+        hands=to_json(job.costs.assembly),
     )

@@ -1,6 +1,7 @@
 """Build the pieces of an object whose strips are known, and tell what they would cost."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,9 +12,13 @@ from fabweave.app.woven_object import WovenObject
 from fabweave.cut.labels.marks import mark_pieces
 from fabweave.flat.joint.fastening import fastened_crossings, holds_itself, parse_fastening
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.report.costs.costs import Costs, planned_costs
-from fabweave.stock.material import min_bend_radius_mm
+from fabweave.report.grain import grain_findings, tight_along
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.bending import min_bend_radius_mm
+from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
 
 
@@ -59,6 +64,23 @@ def joined_pieces(
         holed=holed,
         supply=supplies.of(woven.bunches),
     )
+
+
+def with_grain(
+    check: RibbonCheck, joined: JoinedObject, pieces: Sequence[Piece], settings: Settings
+) -> RibbonCheck:
+    """Return a check that also says which tight bends may lie off the line across the grain."""
+    woven = joined.woven
+    found = grain_findings(
+        pieces,
+        joined.plan.runs,
+        woven.weave.threads,
+        tight_along(woven.ribbons, check.limits),
+        parse_rotations(settings.rotations),
+        woven.labels,
+        woven.ribbons.centre,
+    )
+    return replace(check, findings=(*check.findings, *found))
 
 
 def pieces_costs(

@@ -43,7 +43,8 @@ from fabweave.mesh.resize import (
     turned_upright,
 )
 from fabweave.mesh.seams import weld_seams
-from fabweave.mesh.shapes.catalogue import PREFIX, is_shape, parse_shape
+from fabweave.mesh.shapes.catalogue import is_shape, parse_shape
+from fabweave.mesh.shapes.titles import object_title
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise
@@ -131,11 +132,10 @@ def load_mesh(
     unit: str | None = None
     unit_mm = 1.0
     up: Up = "z"
-    title = Path(settings.mesh).stem
     if given_mesh is not None:
         mesh = given_mesh
     elif is_shape(settings.mesh):
-        mesh, title, unit = parse_shape(settings.mesh), settings.mesh.removeprefix(PREFIX), "mm"
+        mesh, unit = parse_shape(settings.mesh), "mm"
     else:
         file = read_mesh(settings.mesh)
         mesh, unit, unit_mm, up = file.mesh, file.unit, file.unit_mm or 1.0, file.up
@@ -184,7 +184,7 @@ def load_mesh(
     return LoadedMesh(
         mesh=mesh,
         halfedges=halfedges,
-        title=title,
+        title=object_title(settings.mesh, settings.title),
         notes=tuple(notes),
         n_old_vertices=n_old_vertices,
         clashes=len(clashes),

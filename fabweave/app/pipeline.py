@@ -11,19 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fabweave.app.foretold_sheets import grain_cost
 from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
-from fabweave.app.joined_pieces import joined_pieces
+from fabweave.app.joined_pieces import joined_pieces, with_grain
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.nest_job import nest_pieces
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.remake_command import command_text, usual_settings
-from fabweave.app.request import complete_settings, hole_rules
+from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import weave_mesh
 from fabweave.app.woven_object import WovenObject, lay_object
@@ -216,6 +217,7 @@ def plan_job(
     InputError, CannotMakeError
         As for :func:`make_job`; ``NotMakeableError`` if it cannot be built, and is not forced.
     """
+    settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
     rules = hole_rules(settings, supplies)
     joined = split_object(woven, settings, supplies, rules, progress)
     woven = joined.woven
@@ -224,6 +226,7 @@ def plan_job(
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
     pieces = joined_pieces(joined, settings, supplies, rules)
+    check = with_grain(check, joined, pieces.pieces, settings)
     spares = spared(pieces.kinds.number, settings.spares)
     planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, spares)
     if planned.verdict.stops and not settings.force:
@@ -354,6 +357,7 @@ def draw_job(
             calibration=settings.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
+        grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
         given_mesh=given_mesh,
     )
 

@@ -5,19 +5,26 @@ from dataclasses import replace
 from pathlib import Path
 
 from fabweave.app.settings import Settings
+from fabweave.core.arrays import IntArray
 from fabweave.core.errors import InputError
 from fabweave.cut.kerfed_sheets import check_kerf
 from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.report.grain import tight_along
+from fabweave.ribbon.project import Ribbons
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.per_bunch import by_bunch
+from fabweave.stock.ribbon_limits import thread_limits
+from fabweave.stock.rotations import AUTO, parse_rotations
 from fabweave.stock.sheet_text import check_stock
 from fabweave.stock.supplies import Supplies
 from fabweave.stock.supply_plan import parse_materials, plan_supplies
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
+#: How pieces lie where bends ask for it; as pieces are wavy, some places are off by more.
+ACROSS = "across:10deg"
 
 
 def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
@@ -37,6 +44,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         settings.sheets,
         settings.materials,
     )
+    if parse_rotations(settings.rotations).across:
+        supplies = supplies.across()
     check_kerf(settings.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     # What cannot be is refused before the work, though it is needed only later.
     hole_rules(settings, supplies)
@@ -53,6 +62,34 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         ),
         supplies,
     )
+
+
+def chosen_grain(
+    ribbons: Ribbons, bunches: IntArray, settings: Settings, supplies: Supplies
+) -> tuple[Settings, Supplies]:
+    """Lay pieces across the grain if that is left to fabweave, and bends ask for it.
+
+    They do where a ribbon must bend, from crossing to crossing, more tightly than a strip along the
+    grain can, if its material bends better across.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        As wide as asked.
+    bunches : (T,) int array
+        The bunch of each thread.
+    settings, supplies
+        Complete.
+
+    Returns
+    -------
+    Settings, Supplies
+        The same, or with rotations ``across:10deg`` and the radius of strips that lie so.
+    """
+    limits = thread_limits(supplies, bunches)
+    if settings.rotations != AUTO or not tight_along(ribbons, limits).any():
+        return settings, supplies
+    return replace(settings, rotations=ACROSS), supplies.across()
 
 
 def _is_sold_for(hole_mm: float, supplies: Supplies) -> bool:

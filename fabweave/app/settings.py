@@ -60,6 +60,7 @@ class Settings:
     """
 
     mesh: str
+    title: str | None = default("title")
     up: Up | None = default("up")
     weld: bool | None = default("weld")
     bodies: str = default("bodies")

@@ -1,5 +1,6 @@
 """Weave the mesh of a job: threads, bunches, and who is on top where they cross."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from fabweave.app.mesh_source import LoadedMesh
@@ -13,6 +14,7 @@ from fabweave.mesh.resize import largest_dimension
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
+from fabweave.weave.symmetry import find_weave_symmetry
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.twill.tied import Tie, rotation_ties
@@ -115,6 +117,8 @@ def weave_mesh(
             ties=_ties(source, threads, settings),
             progress=progress,
         )
+        if settings.pattern == "twill" and settings.twill_symmetry > 1:
+            result = _with_rotations(result, source)
     if threads.n_crossings == 0:
         raise CannotMakeError(
             "no threads cross on this mesh, because no edge lies between two faces; weaving needs "
@@ -128,6 +132,16 @@ def _ties(source: LoadedMesh, threads: Threads, settings: Settings) -> tuple[Tie
     if settings.pattern != "twill" or settings.twill_symmetry == 1:
         return ()
     return rotation_ties(source.mesh, source.halfedges, threads, settings.twill_symmetry)
+
+
+def _with_rotations(result: WeaveResult, source: LoadedMesh) -> WeaveResult:
+    """Count the rotations that carry a twill onto itself: it may keep more than were asked for."""
+    group = find_weave_symmetry(
+        source.mesh, source.halfedges, result.weave, reflections=False
+    ).group
+    count = group.n_rotations
+    note = f"{count} rotations carry the twill onto itself, with the one that leaves all in place"
+    return replace(result, rotations=count, notes=(*result.notes, note))
 
 
 def _weave_listed(path: Path, halfedges: Halfedges, threads: Threads) -> WeaveResult:

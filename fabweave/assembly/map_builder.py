@@ -117,7 +117,9 @@ def build_crossing_map(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
             rotations=RotationRecord(
-                step_deg=layout.rotations.step_deg, tolerance_deg=layout.rotations.tolerance_deg
+                step_deg=layout.rotations.step_deg,
+                tolerance_deg=layout.rotations.tolerance_deg,
+                from_grain_deg=layout.rotations.from_grain_deg or None,
             ),
             notes=layout.notes,
             recorded=layout.recorded,
@@ -150,6 +152,7 @@ def _weave_record(result: WeaveResult) -> WeaveRecord:
         at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
         warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
         labels=None if result.label is None else tuple(result.label.tolist()),
+        rotations=result.rotations,
     )
 
 

@@ -62,6 +62,7 @@ def design(
         from fabweave.app.design.page import best_of, design_json
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
+        from fabweave.mesh.shapes.titles import object_title
 
     settings = job_settings(mesh, options)
     executors = processes(os.cpu_count() or 1) if cluster is None else cluster_at(cluster)
@@ -69,7 +70,7 @@ def design(
         tried = run_design(settings, output, progress, count=tries, executors=executors)
     candidates = [one.candidate for one in tried]
     if as_json:
-        click.echo(design_json(Path(settings.mesh).stem, tried), nl=False)
+        click.echo(design_json(object_title(settings.mesh, settings.title), tried), nl=False)
     elif not quiet:
         _tell(candidates, best_of(candidates), output)
 

@@ -20,7 +20,8 @@ from fabweave.cut.labels.texts import (
     UNDER_SIGN,
 )
 from fabweave.cut.notes.notes import sheet_notes
-from fabweave.stock.material import Material, hole_edge_mm, min_bend_radius_mm, min_hole_mm
+from fabweave.stock.bending import min_bend_radius_mm
+from fabweave.stock.material import Material, hole_edge_mm, min_hole_mm
 
 #: Holes of the ladder are so much smaller and larger than the one that is wanted.
 LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)

@@ -10,7 +10,8 @@ class WeaveRecord:
 
     ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
     where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
-    each crossing.
+    each crossing. ``rotations`` is how many carry the weave onto itself, the one that leaves all in
+    place among them, where a twill was to keep some.
     """
 
     pattern: str
@@ -20,14 +21,19 @@ class WeaveRecord:
     at_least_broken: int | None = optional(default=None)
     warp: tuple[int, ...] | None = optional(default=None)
     labels: tuple[int, ...] | None = optional(default=None)
+    rotations: int | None = optional(default=None)
 
 
 @record
 class RotationRecord:
-    """The angles at which pieces may lie: multiples of a step, None for any, give or take."""
+    """The angles at which pieces may lie: multiples of a step, None for any, give or take.
+
+    They count from the grain, or from so many degrees off it.
+    """
 
     step_deg: float | None
     tolerance_deg: float
+    from_grain_deg: float | None = optional()
 
 
 @record

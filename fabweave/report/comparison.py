@@ -9,7 +9,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
-from fabweave.core.records import record
+from fabweave.core.records import optional, record
 from fabweave.flat.piece import Piece
 from fabweave.flat.unfold.development import unfold_threads
 from fabweave.nest.allotment import Allotment
@@ -35,6 +35,23 @@ class NaiveWay:
 
 
 @record
+class RoughWay:
+    """Sheets that the pieces take when they are nested roughly, and the share that they fill."""
+
+    area_mm2: float
+    sheets: int
+    utilisation: float
+
+
+@record
+class GrainCost:
+    """What it costs that pieces lie across the grain: both ways nested roughly, so alike."""
+
+    free: RoughWay
+    across: RoughWay
+
+
+@record
 class Comparison:
     """How the sheets are used, beside what could be; holes are waste everywhere.
 
@@ -42,7 +59,8 @@ class Comparison:
     kept as offcuts, ``kept_mm2``. ``bound_mm2`` is what pieces take with half the gap around, so
     that no layout at that gap could use less, ``bound_sheets`` so many of the largest sheets used,
     within their margins, and ``best`` the share of pieces in these. ``rectangles`` has the least
-    rectangles of the pieces on shelves, ``strips`` those of whole threads, not cut.
+    rectangles of the pieces on shelves, ``strips`` those of whole threads, not cut. ``grain`` has
+    what lying across the grain costs, where pieces do.
     """
 
     gross: float
@@ -53,6 +71,7 @@ class Comparison:
     best: float
     rectangles: NaiveWay
     strips: NaiveWay
+    grain: GrainCost | None = optional(default=None)
 
 
 def compare_use(
@@ -64,6 +83,7 @@ def compare_use(
     offcuts: Sequence[KeptOffcut],
     *,
     spares: int = 0,
+    grain: GrainCost | None = None,
 ) -> Comparison:
     """Measure what could be, on the largest sheet that is used of each material.
 
@@ -79,6 +99,8 @@ def compare_use(
     offcuts : sequence of KeptOffcut
     spares : int
         How many of the last pieces are spares, which no whole thread has.
+    grain : GrainCost, optional
+        What it costs that pieces lie across the grain.
     """
     kept = sum(offcut.area_mm2 for offcut in offcuts)
     outlines = [shapely.Polygon(piece.outline) for piece in pieces]
@@ -122,6 +144,7 @@ def compare_use(
         best=round(used / bound_area, 6),
         rectangles=_naive(boxes, counts[0], used),
         strips=_naive(strips, counts[1], used - sum(p.net_area_mm2 for p in pieces[woven:])),
+        grain=grain,
     )
 
 
@@ -141,6 +164,16 @@ def _naive(sizes: FloatArray, counts: FloatArray | IntArray, used_mm2: float) ->
         too_large=int(too_large),
         utilisation=None if too_large else round(used_mm2 / area, 6),
     )
+
+
+def _grain_ways(told: GrainCost | None) -> list[tuple[str, RoughWay]]:
+    """Return the names of both ways of laying pieces, with what they take."""
+    if told is None:
+        return []
+    return [
+        ("nested roughly, across the grain as here", told.across),
+        ("nested roughly, at any angle", told.free),
+    ]
 
 
 def comparison_section(told: Comparison, sums: SheetSums) -> str:
@@ -172,6 +205,10 @@ def comparison_section(told: Comparison, sums: SheetSums) -> str:
                 ("naive: the pieces' rectangles on shelves", told.rectangles),
                 ("naive: whole threads, not cut, in their rectangles", told.strips),
             )
+        ),
+        *(
+            (name, f"{way.area_mm2 / 1e6:.2f}", str(way.sheets), way.utilisation)
+            for name, way in _grain_ways(told.grain)
         ),
     ]
     rows = "".join(

@@ -9,7 +9,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import KINDS, WANTED_HEIGHT_MM
-from fabweave.flat.joint.fastening import STIFF_T, TIGHT_SHARE
+from fabweave.flat.joint.fastening import STIFF_T
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.flat.pieces import PieceSet
@@ -89,9 +89,9 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
     note += agree(len(piece_set.fastened), "{n} [crossing|crossings]")
     if asked is None:
         note += (
-            f", as the weave holds itself: half of its ribbons are at least {TIGHT_SHARE:g} times "
-            "as wide as crossings are apart, and no material bends tighter than "
-            f"{STIFF_T:g} thicknesses. --fasten all fastens every crossing"
+            ". The weave holds itself: most of its ribbons are wider than half the way from one "
+            f"crossing to the next, and no material bends tighter than {STIFF_T:g} times its "
+            "thickness. --fasten all fastens every crossing"
         )
     return [note]
 

@@ -20,8 +20,9 @@ from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import FAR, Finding, FindingRecord, finding_record, sentence
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.bending import min_bend_radius_mm
 from fabweave.stock.forming import forming_advice
-from fabweave.stock.material import Material, min_bend_radius_mm
+from fabweave.stock.material import Material
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 
@@ -81,13 +82,17 @@ def hole_findings(
 
 @record
 class LimitRecord:
-    """What one material takes, and the clearance between ribbons; what is not said is left out."""
+    """What one material takes, and the clearance between ribbons; what is not said is left out.
+
+    ``bend_along_mm`` is the radius of strips along the grain, where pieces lie across it.
+    """
 
     thickness_mm: float | None = optional(default=None)
     bend_mm: float | None = optional(default=None)
     width_mm: float | None = optional(default=None)
     twist_deg: float | None = optional(default=None)
     clearance_mm: float | None = optional(default=None)
+    bend_along_mm: float | None = optional(default=None)
 
 
 @record
@@ -193,11 +198,13 @@ def read_ribbon_report(path: Path) -> RibbonReport:
 
 def _limit_record(limits: Limits) -> LimitRecord:
     """Return what one material takes."""
+    bend, along = (round(float(np.max(each)), 4) for each in (limits.bend_mm, limits.along_mm))
     return LimitRecord(
         thickness_mm=float(np.max(limits.thickness_mm)),
-        bend_mm=round(float(np.max(limits.bend_mm)), 4),
+        bend_mm=bend,
         width_mm=float(np.max(limits.width_mm)),
         twist_deg=round(float(np.max(limits.twist_deg)), 4),
+        bend_along_mm=along if along > bend else None,
     )
 
 

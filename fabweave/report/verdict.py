@@ -19,7 +19,7 @@ VERDICT = "fabweave.verdict/1"
 #: Up to this share of its places a rule may be broken: there the material is coaxed, damped,
 #: scored or tried first. These are a maker's estimates, not measurements.
 COAXED = {"width": 0.02, "bend": 0.10, "crease": 0.10, "twist": 0.25, "layers": 0.10,
-          "clearance": 0.10}  # fmt: skip
+          "clearance": 0.10, "grain": 0.10}  # fmt: skip
 #: Up to this share of the places may be far from what is needed, or one place; but none may be far
 #: too narrow, as a ribbon breaks there.
 FAR_SHARE = 0.005
@@ -34,6 +34,7 @@ VERDICTS = {"makeable": "Yes.", "with care": "Yes, with care.", "not makeable": 
 _CARE = {
     "width": "handle them with tweezers",
     "bend": "damp or roll the strip there before it is woven",
+    "grain": "damp or roll the strip there before it is woven",
     "crease": "soften the crease by rolling, or score it",
     "twist": "ease the strip in slowly, or narrow it there by hand",
     "layers": "the layers press on one another: do not fasten there before all are in place",

@@ -23,7 +23,7 @@ from fabweave.report.accounts import (
     Totals,
     sum_sheets,
 )
-from fabweave.report.comparison import Comparison, compare_use
+from fabweave.report.comparison import Comparison, GrainCost, compare_use
 from fabweave.report.costs.costs import Costs
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.report.splitting import SplittingRecord
@@ -125,6 +125,7 @@ def waste_report(
     ribbons: Ribbons,
     engrave_seen_mm: float | None = None,
     spares: int = 0,
+    grain: GrainCost | None = None,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -142,6 +143,8 @@ def waste_report(
         Whole threads, as wide as they are cut.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
+    grain : GrainCost, optional
+        What it costs that pieces lie across the grain.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -170,7 +173,7 @@ def waste_report(
         totals=_rounded(totals),
         estimate=costs,
         comparison=compare_use(
-            totals.sums, pieces, ribbons, layout, allotment, offcuts, spares=spares
+            totals.sums, pieces, ribbons, layout, allotment, offcuts, grain=grain, spares=spares
         ),
         notes=tuple(notes),
         offcuts=tuple(offcuts),

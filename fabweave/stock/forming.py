@@ -1,6 +1,7 @@
 """Tell how tightly a material bends once it is softened, where that is known."""
 
-from fabweave.stock.material import Material, radius_of_table
+from fabweave.stock.bending import radius_of_table
+from fabweave.stock.material import Material
 
 
 def formed_radius_mm(material: Material) -> float | None:
@@ -14,9 +15,12 @@ def formed_radius_mm(material: Material) -> float | None:
     >>> formed_radius_mm(material_named("card")) is None
     True
     """
-    if not material.formed_table_mm:
+    table = material.formed_table_mm
+    if material.laid_across and material.formed_across_table_mm:
+        table = material.formed_across_table_mm
+    if not table:
         return None
-    return radius_of_table(material.formed_table_mm, material.thickness_mm)
+    return radius_of_table(table, material.thickness_mm)
 
 
 def forming_advice(material: Material, wanted_mm: float) -> str | None:

@@ -36,6 +36,12 @@ def _bend_table(told: Any) -> tuple[tuple[float, float], ...] | None:
     return rows if rising else None
 
 
+def _table_key(name: str, example: str) -> Key:
+    """Return the key of such a table."""
+    expected = f"a list of [thickness, radius] in order of thickness, such as {example}"
+    return Key(name, expected, _bend_table)
+
+
 #: What an entry of materials.toml has: ours and those of users. ``Material`` says what it means.
 KEYS: tuple[Key, ...] = (
     line_key("title", 200, required=True),
@@ -46,16 +52,10 @@ KEYS: tuple[Key, ...] = (
     pair_key("sheet_mm", "[600.0, 400.0]", 1, 20_000, required=True),
     Key("metal", "true or false", lambda value: value if isinstance(value, bool) else None, True),
     number_key("min_bend_radius_t", 0.01, 100_000),
-    Key(
-        "bend_table_mm",
-        "a list of [thickness, radius] in order of thickness, such as [[0.9, 51.0], [1.8, 132.0]]",
-        _bend_table,
-    ),
-    Key(
-        "formed_table_mm",
-        "a list of [thickness, radius] in order of thickness, such as [[0.9, 13.0], [1.8, 38.0]]",
-        _bend_table,
-    ),
+    _table_key("bend_table_mm", "[[0.9, 51.0], [1.8, 132.0]]"),
+    _table_key("formed_table_mm", "[[0.9, 13.0], [1.8, 38.0]]"),
+    _table_key("across_table_mm", "[[0.9, 28.0], [1.8, 81.0]]"),
+    _table_key("formed_across_table_mm", "[[0.9, 2.5], [1.8, 10.0]]"),
     line_key("formed", 100),
     Key(
         "machine",
@@ -112,6 +112,9 @@ class Material:
         Else thickness and tightest bend in millimetres, in order of thickness.
     formed_table_mm : tuple of (float, float)
         Thickness and tightest bend once it is softened, where known.
+    across_table_mm, formed_across_table_mm : tuple of (float, float)
+        The same for strips that lie across the grain of the face, so that the line about which
+        they bend runs along it; none if the material has no grain that counts.
     formed : str
         How it is softened, such as ``soaked in hot water and dried on a form``.
     metal : bool
@@ -134,6 +137,8 @@ class Material:
         What a person should know before cutting it.
     colour : str or None
         How it looks in pictures, as ``#rrggbb``, where known.
+    laid_across : bool
+        Whether pieces lie across its grain, so that the tables for that hold.
     """
 
     name: str
@@ -147,6 +152,8 @@ class Material:
     min_bend_radius_t: float | None = None
     bend_table_mm: tuple[tuple[float, float], ...] = ()
     formed_table_mm: tuple[tuple[float, float], ...] = ()
+    across_table_mm: tuple[tuple[float, float], ...] = ()
+    formed_across_table_mm: tuple[tuple[float, float], ...] = ()
     formed: str = ""
     machine: str | None = None
     speed_mm_s: Span | None = None
@@ -162,6 +169,7 @@ class Material:
     assumed: tuple[str, ...] = ()
     notes: str = ""
     colour: str | None = None
+    laid_across: bool = False
 
     @property
     def rgb(self) -> tuple[int, int, int]:
@@ -317,39 +325,6 @@ def machine_of(material: Material) -> Machine:
         if getattr(material, name) is not None
     }
     return replace(machine, **own)
-
-
-def min_bend_radius_mm(material: Material) -> float:
-    """Return the tightest radius to which the material bends without damage, in millimetres.
-
-    Examples
-    --------
-    >>> min_bend_radius_mm(material_named("spring-shim-0.2"))
-    20.0
-    >>> min_bend_radius_mm(with_thickness(material_named("birch-veneer"), 1.78))
-    132.0
-    """
-    if material.min_bend_radius_t is not None:
-        return material.min_bend_radius_t * material.thickness_mm
-    return radius_of_table(material.bend_table_mm, material.thickness_mm)
-
-
-def radius_of_table(table: tuple[tuple[float, float], ...], thickness: float) -> float:
-    """Return the radius that a table has for a thickness, in millimetres.
-
-    It is read piecewise linearly; outside it the ratio of radius to thickness is kept.
-
-    Examples
-    --------
-    >>> radius_of_table(((1.0, 50.0), (2.0, 120.0)), 1.5), radius_of_table(((1.0, 50.0),), 0.5)
-    (85.0, 25.0)
-    """
-    if thickness <= table[0][0]:
-        return table[0][1] * thickness / table[0][0]
-    for (t0, r0), (t1, r1) in itertools.pairwise(table):
-        if thickness <= t1:
-            return r0 + (r1 - r0) * (thickness - t0) / (t1 - t0)
-    return table[-1][1] * thickness / table[-1][0]
 
 
 def min_hole_mm(material: Material) -> float:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.stock.material import Material, min_bend_radius_mm, with_thickness
+from fabweave.stock.bending import along_radius_mm, min_bend_radius_mm
+from fabweave.stock.material import Material, with_thickness
 from fabweave.stock.per_bunch import by_bunch, format_by_bunch
 from fabweave.stock.supplies import Supplies
 
@@ -30,6 +31,8 @@ class Limits:
         How far it may be twisted over a length that equals its width.
     clearance_mm : float
         Air between ribbons that do not cross; that is wanted, not what the material takes.
+    along_mm : float or (T,) float array
+        The tightest radius of a strip that lies along the grain; 0 if the grain does not count.
     """
 
     thickness_mm: float | FloatArray
@@ -37,6 +40,7 @@ class Limits:
     width_mm: float | FloatArray
     twist_deg: float | FloatArray
     clearance_mm: float = 0.0
+    along_mm: float | FloatArray = 0.0
 
     def of(self, threads: IntArray) -> "Limits":
         """Return the limits of some threads, one after another."""
@@ -46,6 +50,7 @@ class Limits:
             by_thread(self.width_mm, threads),
             by_thread(self.twist_deg, threads),
             self.clearance_mm,
+            by_thread(self.along_mm, threads),
         )
 
     def between(self, first: IntArray, second: IntArray) -> float | FloatArray:
@@ -99,6 +104,7 @@ def ribbon_limits(material: Material, clearance_mm: float = 0.0) -> Limits:
         width_mm=max(thickness, _FRAGILE_MM),
         twist_deg=twist_limit_deg(thickness, bend),
         clearance_mm=clearance_mm,
+        along_mm=along_radius_mm(material),
     )
 
 
@@ -122,11 +128,11 @@ def thread_limits(supplies: Supplies, bunches: IntArray, clearance_mm: float = 0
     each = [ribbon_limits(material, clearance_mm) for material in supplies.materials]
     if len(each) == 1:
         return each[0]
-    thickness, bend, width, twist = (
+    thickness, bend, width, twist, along = (
         np.array([getattr(limits, name) for limits in each])
-        for name in ("thickness_mm", "bend_mm", "width_mm", "twist_deg")
+        for name in ("thickness_mm", "bend_mm", "width_mm", "twist_deg", "along_mm")
     )
-    return Limits(thickness, bend, width, twist, clearance_mm).of(supplies.of(bunches))
+    return Limits(thickness, bend, width, twist, clearance_mm, along).of(supplies.of(bunches))
 
 
 def thickness_for_bend(material: Material, radius_mm: float) -> float | None:

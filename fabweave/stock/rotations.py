@@ -1,4 +1,4 @@
-"""Angles at which pieces may stand on a sheet: any, right angles, or along the grain."""
+"""Angles at which pieces may stand on a sheet: any, right angles, along or across the grain."""
 
 import re
 from dataclasses import dataclass, replace
@@ -8,11 +8,14 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 
-_GRAIN = re.compile(r"grain(?::\s*(?P<degrees>[\d.]+)\s*(?:deg|°)?)?")
+_GRAIN = re.compile(r"(?P<way>grain|across)(?::\s*(?P<degrees>[\d.]+)\s*(?:deg|°)?)?")
 #: The step of a rule for grain.
 HALF_TURN_DEG = 180.0
+QUARTER_TURN_DEG = 90.0
 #: A wider tolerance is refused.
 MOST_TOLERANCE_DEG = 45.0
+#: Any angle, unless bends ask for pieces that lie across the grain.
+AUTO = "auto"
 
 
 @dataclass(frozen=True)
@@ -29,21 +32,30 @@ class Rotations:
     tolerance_deg : float
         Less than half the step.
     base_deg : float
-        The direction of the sheet's grain; 0 is along its width.
+        The direction from which angles count: that of the sheet's grain, 0 along its width, and
+        ``from_grain_deg`` more.
+    from_grain_deg : float
+        90 for pieces that lie across the grain, else 0.
     """
 
     step_deg: float | None = None
     tolerance_deg: float = 0.0
     base_deg: float = 0.0
+    from_grain_deg: float = 0.0
 
     @property
     def fixed(self) -> bool:
         """Whether a piece must not turn a little."""
         return self.step_deg is not None and self.tolerance_deg == 0.0
 
+    @property
+    def across(self) -> bool:
+        """Whether pieces lie across the grain."""
+        return self.from_grain_deg != 0.0
+
     def along(self, grain_deg: float | None) -> "Rotations":
         """Return the same rule on a sheet whose grain runs this way."""
-        return replace(self, base_deg=grain_deg or 0.0)
+        return replace(self, base_deg=(grain_deg or 0.0) + self.from_grain_deg)
 
     def angles_deg(self, count: int) -> FloatArray:
         """Return angles to try: so many of a turn, as far as they are allowed, degrees.
@@ -117,7 +129,9 @@ FREE = Rotations()
 
 
 def parse_rotations(text: str) -> Rotations:
-    """Return the rule that a text such as ``free``, ``90``, ``180`` or ``grain:5deg`` means.
+    """Return the rule that a text such as ``free``, ``90`` or ``across:20deg`` means.
+
+    ``auto`` means any angle, where nobody chose another rule.
 
     Raises
     ------
@@ -127,10 +141,12 @@ def parse_rotations(text: str) -> Rotations:
     Examples
     --------
     >>> parse_rotations("grain:5deg")
-    Rotations(step_deg=180.0, tolerance_deg=5.0, base_deg=0.0)
+    Rotations(step_deg=180.0, tolerance_deg=5.0, base_deg=0.0, from_grain_deg=0.0)
+    >>> parse_rotations("across:20deg").along(30.0).angles_deg(24).tolist()[:3]
+    [100.0, 110.0, 120.0]
     """
     word = text.strip().lower()
-    if word == "free":
+    if word in (AUTO, "free"):
         return FREE
     if word.removesuffix("deg").removesuffix("°").strip() in ("90", "180"):
         return Rotations(float(word.removesuffix("deg").removesuffix("°")))
@@ -141,8 +157,9 @@ def parse_rotations(text: str) -> Rotations:
         except ValueError:
             tolerance = np.inf
         if tolerance <= MOST_TOLERANCE_DEG:
-            return Rotations(HALF_TURN_DEG, tolerance)
+            turned = QUARTER_TURN_DEG if grain["way"] == "across" else 0.0
+            return Rotations(HALF_TURN_DEG, tolerance, turned, turned)
     raise InputError(
-        f"rotations {text!r} must be free, 90, 180, or grain with a tolerance such as grain:5deg "
-        f"(at most grain:{MOST_TOLERANCE_DEG:g}deg)"
+        f"rotations {text!r} must be auto, free, 90, 180, or grain or across with a tolerance "
+        f"such as grain:5deg (at most {MOST_TOLERANCE_DEG:g}deg)"
     )

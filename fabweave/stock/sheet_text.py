@@ -14,6 +14,8 @@ from fabweave.stock.sheet_size import SheetSize
 MAX_SIDE_MM = 20_000.0
 #: Nobody has more sheets of one size.
 MOST_SHEETS = 1_000_000
+#: What knife plotters cut of a sheet on a mat, by the mat's inches: half an inch less each way.
+MATS_MM = {"mat-12x12": (290.0, 290.0), "mat-12x24": (290.0, 595.0)}
 _STOCK = re.compile(r"(?P<size>[^:*]*?)\s*(?:[:*]\s*(?P<quantity>.*?))?\s*")
 _PAIR = re.compile(r"(?P<width>[^x×]+)[x×](?P<height>[^x×]+)", re.IGNORECASE)
 _BARE = re.compile(r"\s*[\d.eE+-]+\s*")
@@ -25,7 +27,8 @@ def parse_stock(text: str) -> SheetSize:
 
     The unit may stand once, at the end, for both sides; no unit means millimetres. A number
     after ``:`` or ``*`` says how many such sheets there are; without it there are enough. The name
-    of a bunch and ``=`` before it say that the sheet is for that one only.
+    of a bunch and ``=`` before it say that the sheet is for that one only. The mats of knife
+    plotters go by their names, ``mat-12x12`` and ``mat-12x24``.
 
     Parameters
     ----------
@@ -51,12 +54,17 @@ def parse_stock(text: str) -> SheetSize:
     457.2
     >>> parse_stock("weft=600x400mm").bunch
     'weft'
+    >>> format_stock(parse_stock("mat-12x24:2"))
+    '290x595mm:2'
     """
     if "=" in text:
         bunch, _, size = text.partition("=")
         bunch = bunch.strip().lower()
         bunch_number(bunch)
         return replace(parse_stock(size), bunch=bunch)
+    name, *rest = text.partition(":")
+    if (mat := MATS_MM.get(name.strip().lower())) is not None:
+        text = f"{mat[0]:g}x{mat[1]:g}mm{''.join(rest)}"
     stock = _STOCK.fullmatch(text)
     pair = _PAIR.fullmatch(stock["size"]) if stock else None
     if stock is None or pair is None:

@@ -1,13 +1,14 @@
 """Say what each bunch of threads is cut from: a material, its sheets, and the gap on them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
+from fabweave.stock.bending import laid_across
 from fabweave.stock.material import Material
 from fabweave.stock.per_bunch import NAMED, ByBunch, bunch_number
 from fabweave.stock.sheet_size import SheetSize
@@ -110,6 +111,15 @@ class Supplies:
             (bunch_number(name), name, supply) for supply in self.each for name in supply.bunches
         ]
         return sorted(numbered, key=lambda entry: entry[0])
+
+    def across(self) -> "Supplies":
+        """Return the same with all pieces across the grain, where a material has one."""
+        return replace(
+            self,
+            each=tuple(
+                replace(supply, material=laid_across(supply.material)) for supply in self.each
+            ),
+        )
 
     def of(self, bunches: IntArray) -> IntArray:
         """Return which supply each thread is cut from, (T,).

@@ -285,6 +285,8 @@ class CrossingMap:
     #: The angles that pieces may have: multiples of the step from the grain on; None for any.
     step_deg: float | None
     tolerance_deg: float
+    #: From where angles count: so far from the grain.
+    from_grain_deg: float
     cut: Cut
     sheets: tuple[Sheet, ...]
     threads: tuple[Thread, ...]
@@ -301,6 +303,8 @@ class CrossingMap:
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
+    #: How many rotations carry the weave onto itself, where some were asked for.
+    rotations: int | None = None
     thread: dict[int, Thread] = field(default_factory=dict)
     crossing: dict[int, Crossing] = field(default_factory=dict)
     piece: dict[str, Piece] = field(default_factory=dict)

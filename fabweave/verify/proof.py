@@ -9,6 +9,7 @@ import numpy as np
 from fabweave.verify.checks.model.bends import check_bends
 from fabweave.verify.checks.model.clearance import check_clearance
 from fabweave.verify.checks.model.colours import check_colours
+from fabweave.verify.checks.model.grain import check_grain
 from fabweave.verify.checks.model.space import check_space
 from fabweave.verify.checks.model.unfolding import check_unfolding
 from fabweave.verify.checks.plan.fastening import check_fastening
@@ -83,6 +84,7 @@ _TASKS = (
     _Task("colours", ("map", "model"), check_colours),
     _Task("clearance", ("map", "model", "ribbons"), check_clearance),
     _Task("bends", ("map", "model", "ribbons"), check_bends),
+    _Task("grain", ("map", "model", "ribbons"), check_grain),
     _Task("piece-order", ("map",), check_piece_order),
     _Task("joints", ("map", "model"), check_joints),
     _Task("kinds", ("map",), check_kinds),

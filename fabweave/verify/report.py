@@ -22,6 +22,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "space": "in the model the over strand stands outside the under strand at each crossing",
         "colours": "in the model the two strands of a crossing have colours that differ",
         "clearance": "ribbons are nowhere nearer to one another than is said",
+        "grain": "bends that want it lie across the grain, and what is said of others is so",
         "bends": "ribbons are nowhere narrower, bent or twisted more than is said",
         "piece-order": "pieces carry their thread's stations in order and share only joints",
         "joints": "joined pieces, superposed, lap hole on hole, butt, or hold one another",

@@ -41,6 +41,8 @@ class WeaveResult:
         Which threads are the warp of a fabric.
     label : (X,) int array or None
         The label of each crossing of a fabric, modulo its repeat.
+    rotations : int or None
+        How many rotations carry a twill that was to keep some onto itself.
     """
 
     weave: Weave
@@ -48,6 +50,7 @@ class WeaveResult:
     twill: Twill | None = None
     warp: BoolArray | None = None
     label: IntArray | None = None
+    rotations: int | None = None
 
 
 def parse_pattern(text: str) -> str:
@@ -213,10 +216,10 @@ def _kept_note(twill: Twill, kept: Kept) -> str:
     """Say how good a twill is that keeps rotations of the mesh."""
     broken = twill.weave.broken
     if not broken.total:
-        return f"symmetric twill: exact, and {kept.least} or more rotations keep it"
+        return f"symmetric twill: exact, with {kept.least} rotations or more kept"
     free = "an exact one exists" if not kept.free.total else f"{kept.free.total} are broken"
     return (
         f"symmetric twill: {broken.total} of {twill.n_conditions} conditions are broken "
-        f"({broken.edge} edge, {broken.face} face, {broken.vertex} vertex), where {kept.least} or "
-        f"more rotations are to keep the weave; {free} where none need to"
+        f"({broken.edge} edge, {broken.face} face, {broken.vertex} vertex), with {kept.least} "
+        f"rotations or more kept; {free} where none need to be"
     )

@@ -25,7 +25,7 @@ from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.presets import preset_named
 from fabweave.cut.write.dxf import DXF_VERSIONS
-from fabweave.cut.write.template import PAPERS_MM
+from fabweave.cut.write.tiles import PAPERS_MM
 from fabweave.nest.effort import effort_named
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.material import material_named
@@ -93,6 +93,7 @@ NO_NUMBERS = ("1", b"1", math.nan, math.inf, -math.inf, -1.0, True, 1j, 10**400)
 #: For every field, values that no job can be made with.
 SPOILT = {
     "mesh": (None, "", " ", 3, "a\0b"),
+    "title": ("", " ", 3, "a" * 81, "a\0b", "a\ud800"),
     "up": ("up", "Z", 2),
     "weld": ("yes", 1),
     "bodies": ("some", "0", 3, None),
@@ -138,7 +139,7 @@ SPOILT = {
                (SheetSize(9.0, 9.0, bunch="woof"),), (SheetSize("9", 9.0),), None),
     "margin_mm": (*NO_NUMBERS, None),
     "gap_mm": (*NO_NUMBERS, (("warp", -1.0),), ("warp", 1.0), (("warp", math.nan),)),
-    "rotations": ("45", "grain:80deg", 90, None),
+    "rotations": ("45", "grain:80deg", "across:46", 90, None),
     "effort": ("utmost", None),
     "seed": (-1, 2**63, 0.0, "0", None),
     "layout": ("", 3),
@@ -259,6 +260,7 @@ SHEETS = st.builds(
 #: For every option, what may be typed.
 TYPED = {
     "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
+    "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
     "bodies": st.sampled_from(["all", "largest", "12"]),
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
@@ -293,7 +295,9 @@ TYPED = {
     "stock": st.just("FOLDER/stock.toml"),
     "margin": LENGTHS | st.just("0mm"),
     "gap": _by_bunch(LENGTHS | st.just("0")),
-    "rotations": st.sampled_from(["free", "90", "180 deg", "grain", "Grain: 5°", "grain:12.5deg"]),
+    "rotations": st.sampled_from(
+        ["free", "auto", "90", "180 deg", "grain", "Grain: 5°", "across:12.5deg"]
+    ),
     "seed": st.integers(0, 2**63 - 1).map(str),
     "layout": st.just("crossing_map.json"),
     "preset": st.sampled_from(["boxes", "epilog", "trotec"]),
@@ -376,7 +380,8 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
 def changed(folder) -> Settings:
     """Return settings none of which are their defaults."""
     return settings_from_options(
-        "shape:torus", up="y", weld=False, bodies="largest", size="40cm", remesh="quads",
+        "shape:torus", title="Fruit bowl", up="y", weld=False, bodies="largest", size="40cm",
+        remesh="quads",
         handle="0:9", along="curvature", irregular="fewest", refine="loop:1", symmetrise=True,
         fair=3, leave_out="top:8cm",
         pattern="twill", twill_weights="2/2", twill_symmetry=2, boundary="turn",

@@ -18,6 +18,16 @@ def test_a_flat_sheet_is_flat_however_it_is_rounded():
     assert outcome_of(79) == ("proved", "")
 
 
+def test_where_strands_meet_is_known_on_slanting_triangles():
+    # Flat triangles far from regular: the mean of the portals is not where the strands meet.
+    assert outcome_of(50175) == ("proved", "")
+
+
+def test_ribbons_that_run_through_themselves_by_nothing_are_counted_either_way():
+    # Cross-lines of blocks meet the border of facets exactly; rounding says which side of it.
+    assert outcome_of(30146) == ("proved", "")
+
+
 def test_a_long_lap_that_ends_askew_is_proved():
     # Its last cross-line slants across the ribbon, with an end farther from the crossing than
     # half the lap and half the width there.

@@ -2,157 +2,30 @@
 
 import math
 import random
-import shutil
 
 import numpy as np
 import pytest
 from PIL import Image
-from viewer_scene import make_page, shoot, triangles_of
-
-from fabweave.verify.read.viewer import read_viewer
+from pypdf import PdfReader
+from viewer_tab import CHROMIUM, Scene, Tab, chromium
 
 pytestmark = pytest.mark.apt
 playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is absent")
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 SIZES = {"laptop": (1280, 800), "tablet": (1024, 768), "phone": (390, 844)}
-#: Where the size does not matter: fewer pixels are drawn sooner.
-SMALL = (860, 600)
 
 
 @pytest.fixture(scope="module")
 def browser():
     if CHROMIUM is None:
         pytest.skip("there is no chromium here")
-    with playwright.sync_playwright() as tool:
-        started = tool.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+    with playwright.sync_playwright() as tool, chromium(tool) as started:
         yield started
-        started.close()
-
-
-class Scene:
-    """A page on disk, its plan, and its strips as the verifier reads them."""
-
-    def __init__(self, folder, shape, size_mm, **settings):
-        page, self.plan, _ = make_page(shape, size_mm, **settings)
-        self.path = folder / "assembly.html"
-        self.path.write_text(page, encoding="utf-8")
-        self.read = read_viewer(self.path)
-        self.corners, self.owner = triangles_of(self.read)
-        self.ids = [piece.id for piece in self.plan.pieces]
-        self.step_of = {id_: step.number for step in self.plan.steps for id_ in step.pieces}
-
-    def piece(self, label):
-        return self.plan.pieces[self.ids.index(label)]
 
 
 @pytest.fixture(scope="module")
 def torus(tmp_path_factory):
     return Scene(tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0)
-
-
-class Tab:
-    """An open page, with all that went wrong in it."""
-
-    def __init__(self, browser, scene, size=SMALL, script=None, **options):
-        width, height = size
-        self.context = browser.new_context(
-            viewport={"width": width, "height": height}, offline=True,
-            reduced_motion="reduce", **options,
-        )  # fmt: skip
-        self.page = self.context.new_page()
-        self.wrong, self.requests, self.scene = [], [], scene
-        self.page.on("console", self._told)
-        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        if script:
-            self.page.add_init_script(script)
-        self.page.goto(scene.path.as_uri())
-        self.page.wait_for_function("window.fabweave !== undefined")
-
-    def _told(self, message):
-        if message.type in ("error", "warning") and "GPU stall" not in message.text:
-            self.wrong.append(message.text)
-
-    def close(self):
-        self.context.close()
-        assert self.wrong == []
-        assert self.requests == [self.scene.path.as_uri()] * len(self.requests)
-
-    def chosen(self):
-        return self.page.evaluate("document.body.dataset.piece")
-
-    def settle(self):
-        """Wait until turning has ended and labels stand."""
-        self.page.wait_for_timeout(450)
-        self.page.evaluate("fabweave.draw()")
-
-    def go_to(self, step):
-        self.page.evaluate(
-            "step => { const s = document.getElementById('slider'); s.value = step;"
-            "s.dispatchEvent(new Event('input')); }", step,
-        )  # fmt: skip
-        self.settle()
-
-    def look(self):
-        """Take over the camera, for rays of our own."""
-        lens = self.page.evaluate(
-            "[fabweave.lens.projectionMatrix.elements, fabweave.lens.matrixWorldInverse.elements]"
-        )
-        project, view = (np.array(matrix).reshape(4, 4).T for matrix in lens)
-        self.back = np.linalg.inv(project @ view)
-        self.box = self.page.locator("#object").bounding_box()
-
-    def ray(self, x, y):
-        """Return where the ray of a point of the canvas begins, and its way."""
-        back, box = self.back, self.box
-        flat = (2 * x / box["width"] - 1, 1 - 2 * y / box["height"])
-        ends = [back @ (*flat, depth, 1.0) for depth in (-1.0, 1.0)]
-        near, far = (end[:3] / end[3] for end in ends)
-        return near, (far - near) / np.linalg.norm(far - near)
-
-    def seen(self, x, y, visible):
-        """Return what our own rays meet in a pixel; None where its neighbours see other things."""
-        met = set()
-        for dx, dy in ((0.5, 0.5), (-1.5, -1.5), (2.5, -1.5), (-1.5, 2.5), (2.5, 2.5)):
-            origin, way = self.ray(x + dx, y + dy)
-            far = shoot(self.scene.corners, origin, way)
-            far = np.where(visible[self.scene.owner], far, np.inf)
-            first = int(np.argmin(far))
-            if np.isinf(far[first]):
-                met.add("")
-                continue
-            piece = self.scene.owner[first]
-            # The layers of a lap, and strips that touch, are a matter of depth's precision.
-            near = far[self.scene.owner != piece] - far[first] < 1.0
-            met.add(None if np.any(near) else self.scene.ids[piece])
-        return met.pop() if len(met) == 1 else None
-
-    def points(self, visible, wanted, seed):
-        """Return points of the canvas and what is seen there, by our own rays."""
-        dice = random.Random(seed)  # noqa: S311 - no secret
-        self.look()
-        box, found = self.box, []
-        while len(found) < wanted:
-            x = int(dice.uniform(0.05, 0.95) * box["width"])
-            y = int(dice.uniform(0.15, 0.9) * box["height"])
-            label = self.seen(x, y, visible)
-            if label is not None and (label or dice.random() < 0.15):
-                found.append((x, y, label))
-        return found
-
-    def tap(self, x, y):
-        self.page.locator("#object").click(position={"x": x, "y": y})
 
 
 @pytest.fixture
@@ -204,7 +77,7 @@ def test_colours_are_those_of_the_threads_and_earlier_steps_are_faded(tab, torus
             [int(number_of[piece.id][k : k + 2], 16) for k in (1, 3, 5)], float
         )
     whole = pixels_of(tab, tmp_path / "whole.png")
-    paper = whole[-60, -60]
+    paper = whole[-60, 20]
     spots = [p for p in tab.points(all_of(torus), 40, seed=5) if p[2]]
     good = 0
     for x, y, label in spots:
@@ -564,8 +437,10 @@ def test_every_size_has_room_for_everything(browser, torus, tmp_path, size, sche
         low = page.locator(f"#panel-{name}").bounding_box()
         assert low["height"] >= 180
         assert low["y"] + low["height"] <= high + 1
-    for button in page.locator("button:visible:not(.link):not(.chip)").all()[:20]:
+    for button in page.locator("button:visible:not(.link, .chip, #pad *)").all()[:20]:
         assert button.bounding_box()["height"] >= 43
+    for button in page.locator("#pad button").all():
+        assert min(button.bounding_box()[side] for side in ("width", "height")) >= 24
     opened.close()
 
 
@@ -574,13 +449,30 @@ def test_paper_shows_piece_sheet_and_object(browser, torus, tmp_path):
     opened.page.fill("#query", "B2")
     opened.page.keyboard.press("Enter")
     opened.settle()
-    opened.page.emulate_media(media="print")
-    for shown in ("#panel-piece", "#panel-sheet", "#object", "#step-text"):
-        assert opened.page.locator(shown).is_visible()
-    for hidden in ("#query", "#tab-piece", "#slider", "#panel-steps"):
-        assert not opened.page.locator(hidden).is_visible()
     opened.page.pdf(path=tmp_path / "print.pdf", format="A4")
-    assert (tmp_path / "print.pdf").read_bytes().startswith(b"%PDF")
+    pages = PdfReader(tmp_path / "print.pdf").pages
+    text = " ".join(page.extract_text() for page in pages)
+    assert torus.plan.steps[0].pieces[0] in text
+    assert "Sheet 1 of" in text
+    assert "A3, A, #12" not in text
+    # The object is a picture of its own, at 300 dots an inch over 165 mm, on white, and not blank.
+    pictures = [np.asarray(image.image.convert("RGB"), float) for image in pages[0].images]
+    object_ = max(pictures, key=np.size)
+    assert object_.shape[1] >= 1950
+    assert np.all(object_[0] == 255.0)
+    assert np.all(object_[-1] == 255.0)
+    chroma = np.ptp(object_, axis=2)
+    assert np.mean(chroma > 60) > 0.002
+    assert np.mean(chroma > 10) > 0.1
+    # What was chosen is named in it, in white on black.
+    assert np.mean(object_.max(axis=2) < 40) > 0.002
+    # Afterwards the page is as it was.
+    assert opened.page.locator("#picture").get_attribute("src") is None
+    opened.page.emulate_media(media="print")
+    for shown in ("#panel-piece", "#panel-sheet", "#step-text"):
+        assert opened.page.locator(shown).is_visible()
+    for hidden in ("#query", "#tab-piece", "#slider", "#panel-steps", "#pad", "#play", "#object"):
+        assert not opened.page.locator(hidden).is_visible()
     opened.close()
 
 

@@ -43,6 +43,7 @@ def test_without_three_the_page_is_made_all_the_same(torus, monkeypatch):
         title="t",
         colours=black(job),
         view_deg=(0, 0),
+        hands={},
     )
     assert '<script id="three"></script>' in page
     assert len(page_data(page)["plan"]["pieces"]) == len(job.piece_set.pieces)
@@ -67,7 +68,7 @@ def test_titles_cannot_break_out(torus):
     space = space_of(job)
     colours = black(job)
     evil = "</script><script>alert(1)</script>{{DATA}}\u2028&amp;"
-    page = viewer_page(crossing_map, space, title=evil, colours=colours, view_deg=(0, 0))
+    page = viewer_page(crossing_map, space, title=evil, colours=colours, view_deg=(0, 0), hands={})
     assert page.count("<script") == torus[0].count("<script")
     assert page_data(page)["title"] == evil
     assert "&lt;/script&gt;&lt;script&gt;alert(1)&lt;/script&gt;{{DATA}}" in page

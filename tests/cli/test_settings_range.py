@@ -43,7 +43,7 @@ def test_what_nobody_means_is_refused(command, options, words, tmp_path, capsys)
     ("options", "words"),
     [
         (("--stock", "no/such/stock.toml"), "cannot read the stock in no/such/stock.toml"),
-        (("--rotations", "45"), "rotations '45' must be free, 90, 180, or grain"),
+        (("--rotations", "45"), "rotations '45' must be auto, free, 90, 180, or grain"),
     ],
 )
 def test_stock_and_angles_that_mean_nothing_are_wrong_usage(options, words, capsys) -> None:

@@ -11,7 +11,7 @@ from irregular_meshes import lumpy_ball, pieces_of
 from fabweave.core.arc_path import straight_path
 from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces
-from fabweave.cut.labels.placement import CLEAR_MM, COVER_MM, WORD_SPACE_MM
+from fabweave.cut.labels.placement import CLEAR_MM, COVER_MM, WORD_SPACE_MM, covers_of
 from fabweave.cut.labels.texts import (
     ARROW,
     HIDDEN_HEIGHTS_MM,
@@ -314,6 +314,19 @@ def test_an_id_without_a_cover_is_small_and_in_sight_and_told():
     ink = shapely.MultiLineString(list(label.strokes))
     covers = shapely.union_all([shapely.Polygon(cover) for cover in piece.covers])
     assert seen_mm([piece], [marks]) == pytest.approx(ink.difference(covers).length)
+
+
+def test_a_cover_that_runs_through_itself_by_a_rounding_still_hides():
+    # Such a cover killed a job of random_jobs.py (seed 50220): no union of it could be found.
+    piece = covered(strip(), 12.0)
+    first, *others = piece.covers
+    hair = first[-1] + np.array([[0.0, 1e-9], [1e-9, -1e-9], [-1e-9, 0.0]])
+    piece = replace(piece, covers=(np.concatenate([first, hair]), *others))
+    assert not shapely.Polygon(piece.covers[0]).is_valid
+    assert all(cover.is_valid for cover in covers_of(piece))
+    shown, smooth = (marked(one, labels="hidden") for one in (piece, covered(strip(), 12.0)))
+    assert [one.text for one in shown.labels] == [one.text for one in smooth.labels]
+    assert seen_mm([piece], [shown]) == 0.0
 
 
 @pytest.mark.parametrize("labels", ["hidden", "full", "numbers"])

@@ -78,6 +78,7 @@ OPTIONAL = {
     ("layout", "recorded"),
     ("pieces", "hidden"),
     ("crossings", "fastened"),
+    ("cut", "labels"),
 }
 
 

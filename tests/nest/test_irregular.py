@@ -40,7 +40,8 @@ def require_kept(layout, pieces, sheet, rotations=FREE):
         for defect in sheet.defects:
             assert polygon.distance(shapely.Polygon(defect)) >= GAP - 1e-6
         if rotations.step_deg is not None:
-            aside = (placement.rotation_deg - (sheet.grain_deg or 0.0)) % rotations.step_deg
+            middle = (sheet.grain_deg or 0.0) + (90.0 if rotations.across else 0.0)
+            aside = (placement.rotation_deg - middle) % rotations.step_deg
             assert min(aside, rotations.step_deg - aside) <= rotations.tolerance_deg + 1e-6
     assert check_layout(layout, pieces) == []
 
@@ -68,7 +69,7 @@ def test_pieces_keep_the_margin_inside_and_the_gap_from_defects(piece_sets, kind
     assert all(one.outline == sheet.outline for one in layout.sheets)
 
 
-@pytest.mark.parametrize("text", ["90", "180", "grain:8deg"])
+@pytest.mark.parametrize("text", ["90", "180", "grain:8deg", "across:8deg"])
 @pytest.mark.parametrize("effort", ["quick", pytest.param("normal", marks=pytest.mark.slow)])
 def test_every_effort_keeps_the_angles(piece_sets, text, effort):
     pieces, rotations = strips(piece_sets, 24, 2), parse_rotations(text)
@@ -160,5 +161,5 @@ def test_the_usable_area_of_an_outline_is_what_the_margin_leaves():
     "text", ["", "45", "free:5", "grain:-1", "grain:46", "grain:1.2.3", "grain:5mm", "270", "nan"]
 )
 def test_rotations_that_mean_nothing_are_refused(text):
-    with pytest.raises(ValueError, match="must be free, 90, 180, or grain"):
+    with pytest.raises(ValueError, match="must be auto, free, 90, 180, or grain"):
         parse_rotations(text)

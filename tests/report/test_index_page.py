@@ -51,7 +51,7 @@ def test_files_come_in_the_order_in_which_they_are_needed(finished):
 def test_it_tells_what_was_made(finished):
     page = unescape((finished(*OCTAHEDRON) / "index.html").read_text("utf-8"))
     text = " ".join(re.sub(r"<[^>]+>", " ", page.partition("</style>")[2]).split())
-    assert text.startswith("octahedron Can it be built? Yes.")
+    assert text.startswith("Octahedron Can it be built? Yes.")
     for words in (
         "Weave plain weave, exact", "Size 90 × 90 × 90 mm", "Material Card, 300 g/m², 0.4 mm",
         "4 threads 12 crossings 8 pieces of", "8 joints 1 sheet,",

@@ -114,6 +114,8 @@ SPOILT = [
     ({"min_bend_radius_t": None}, "its bend radius is missing; write min_bend_radius_t"),
     ({"bend_table_mm": [[2.0, 9.0], [1.0, 5.0]]}, "in order of thickness"),
     ({"bend_table_mm": []}, "in order of thickness"),
+    ({"across_table_mm": [[1.0, 9.0, 2.0]]}, "in order of thickness"),
+    ({"formed_across_table_mm": 2.5}, "in order of thickness"),
     ({"formed_table_mm": [[2.0, 9.0], [1.0, 5.0]]}, "in order of thickness"),
     ({"formed": ""}, "formed is '', but must be a line of text"),
     ({"speed_mm_s": [1.0, 2.0, 3.0]}, "speed_mm_s is"),

@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
+from fabweave.cut.preflight.targets import target_named
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.sheet_text import check_stock, format_stock, parse_stock, usable_size
 
@@ -70,3 +73,16 @@ def test_margin_must_leave_something():
 def test_impossible_stock_is_refused(sheets):
     with pytest.raises(InputError):
         check_stock(sheets, 1)
+
+
+@pytest.mark.parametrize("name", ["mat-12x12", "mat-12x24"])
+def test_a_mat_is_a_sheet_within_its_inches_that_its_target_takes(name):
+    sheet = parse_stock(name)
+    assert parse_stock(f"warp={name.upper()} :2") == replace(sheet, quantity=2, bunch="warp")
+    inches = [float(side) for side in name.removeprefix("mat-").split("x")]
+    # Half an inch is left, and no more than an inch.
+    for side, inch in zip((sheet.width_mm, sheet.height_mm), inches, strict=True):
+        assert 25.4 * (inch - 1.0) < side <= 25.4 * (inch - 0.5)
+    target = target_named(name)
+    assert sorted(target.sheet_mm) == sorted((sheet.width_mm, sheet.height_mm))
+    assert target.hole_mm == 6.0

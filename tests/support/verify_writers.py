@@ -615,6 +615,8 @@ def viewer_data(specimen, plan, *, edit=None):
     whole = [[round(float(x)) for x in point] for point in (corners - low) / step]
     data = {
         "schema": "fabweave.viewer/1",
+        # Specimens have no estimate.
+        "hands": None,
         "plan": rounded(plan, 3),
         "colours": colours,
         "space": {
@@ -658,7 +660,7 @@ def shipped_page():
         from_right="",
     )
     return viewer_page(crossing_map, space, title="", colours=np.zeros((0, 3), np.uint8),
-                       view_deg=(0.0, 0.0))  # fmt: skip
+                       view_deg=(0.0, 0.0), hands={})  # fmt: skip
 
 
 def write_manual(specimen, folder, *, edit=None):

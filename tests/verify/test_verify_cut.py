@@ -11,9 +11,11 @@ from fabweave.app.settings import Settings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints
+from fabweave.cut.write import template
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.svg import svg_text
 from fabweave.cut.write.template import template_pdf
+from fabweave.cut.write.tiles import Tiles, Window, page_tiles
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify import verify_job
 
@@ -143,11 +145,10 @@ def shrunk(drawing):
     [
         (shrunk, "a4"),
         (lambda drawing: replace(drawing, pieces=drawing.pieces[1:]), "a4"),
-        (lambda drawing: replace(drawing, width_mm=drawing.width_mm - 300.0), "a4"),
         (lambda drawing: replace(drawing, height_mm=drawing.height_mm + 5.0), "sheet"),
         (lambda drawing: with_entities(drawing, lambda one: moved(one, Layer.CUT_OUTER)), "sheet"),
     ],
-    ids=["shrunk", "piece-lost", "tiles-lost", "page-too-large", "outline-moved"],
+    ids=["shrunk", "piece-lost", "page-too-large", "outline-moved"],
 )
 def test_a_sheet_at_full_size_that_is_wrong_is_found(job, spoil, paper):
     made, folder = job
@@ -161,6 +162,22 @@ def test_a_sheet_at_full_size_that_is_wrong_is_found(job, spoil, paper):
     assert "templates" not in failed(folder)
     (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(spoil(made.drawings[0]), paper))
     assert "templates" in failed(folder)
+
+
+@pytest.mark.parametrize("pieces", ["whole", "parted"])
+def test_a_page_that_is_lost_is_found(job, pieces, monkeypatch):
+    made, folder = job
+    tiles = page_tiles(made.drawings[0], "a4")
+    if pieces == "parted":
+        # Two halves of each piece, without a lap.
+        low = Window(0.0, 0.0, 287.0, 196.0)
+        tiles = Tiles(tuple(low._replace(left=287.0 * x, low=196.0 * y)
+                            for x in range(-1, 4) for y in range(-1, 4)), ())  # fmt: skip
+    else:
+        tiles = Tiles(tiles.windows[:-1], ())
+    monkeypatch.setattr(template, "page_tiles", lambda *_: tiles)
+    (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(made.drawings[0], "a4"))
+    assert failed(folder) == {"templates"}
 
 
 @pytest.mark.parametrize("data", [b"", b"%PDF-1.4\n%%EOF\n", b"no PDF"])

@@ -53,7 +53,7 @@ def test_what_may_hide_or_lead_away_is_refused(folder, first, other, tmp_path):
     text = (folder / "index.html").read_text("utf-8")
     path = tmp_path / "index.html"
     path.write_text(text, encoding="utf-8")
-    assert read_page(path, STYLE, _TAGS, _ATTRIBUTES)[0] == Seen("title", "octahedron")
+    assert read_page(path, STYLE, _TAGS, _ATTRIBUTES)[0] == Seen("title", "Octahedron")
     assert first in text
     path.write_text(text.replace(first, other, 1), encoding="utf-8")
     with pytest.raises(ReadError):

@@ -1,11 +1,18 @@
 """Kinds are proved: what does not cover its namesake is found."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fabweave.mesh.io.files import mesh_bytes
+from fabweave.mesh.shapes.grids import torus
 from fabweave.verify import verify_job
+from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.read.job_files import load_job
+from fabweave.verify.statement import Tally
 
 
 def respoken(folder, change):

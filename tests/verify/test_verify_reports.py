@@ -15,6 +15,7 @@ from fabweave.verify.checks.reports.materials import check_materials
 from fabweave.verify.checks.reports.outcome import check_outcome
 from fabweave.verify.checks.reports.page import check_page
 from fabweave.verify.checks.reports.verdict import check_verdict
+from fabweave.verify.checks.reports.viewer import check_viewer
 from fabweave.verify.checks.sheets.offcuts import check_offcuts
 from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.checks.sheets.templates import check_templates
@@ -26,7 +27,7 @@ CHECKS = {
     "areas": check_areas, "bends": check_bends, "code": check_code, "estimate": check_estimate,
     "manual": check_manual, "materials": check_materials, "offcuts": check_offcuts,
     "outcome": check_outcome, "page": check_page, "templates": check_templates,
-    "unfolding": check_unfolding, "verdict": check_verdict,
+    "unfolding": check_unfolding, "verdict": check_verdict, "viewer": check_viewer,
 }  # fmt: skip
 
 
@@ -90,6 +91,20 @@ def test_nothing_on_the_page_on_material_can_be_another(read):
         for other in ([Seen(tag, f"{text}0")], [], [page[at], Seen(tag, text)]):
             shown = (*page[:at], *other, *page[at + 1 :])
             assert findings("page", replace(read, waste_page=shown)), (tag, text, other)
+
+
+@pytest.mark.parametrize(
+    ("way", "value"),
+    [
+        (("hours", 1), lambda hours: hours + 0.1),
+        (("practised_h",), 0.0),
+        (("actions", 0, "each_s"), 6.0),
+        (("actions",), []),
+    ],
+)
+def test_the_viewer_takes_the_hours_of_the_estimate(read, way, value):
+    viewer = replace(read.viewer, hands=spoilt(read.viewer.hands, way, value))
+    assert findings("viewer", replace(read, viewer=viewer))
 
 
 def spoilt(document, way, value):

@@ -173,7 +173,7 @@ CHANGES = [
     (lambda j: j.settings["job"].update(rotations="90"), "as in job.toml, '90'"),
     (
         lambda j: j.plan["layout"]["rotations"].update(tolerance_deg=0.0),
-        "with its tolerance, is (180.0, 0.0), but should be (180.0,",
+        "with its tolerance, and from the grain, is (180.0, 0.0, 0.0), but should be (180.0,",
     ),
     (
         lambda j: j.waste["sheets"][0].update(price=9.0),

@@ -48,6 +48,7 @@ SPOILED = {
     "step lost": put("plan", "steps", value=lambda steps: steps[:-1]),
     "more than the map": put("plan", "extra", value=1),
     "crossings lost": lambda data: data["plan"].pop("crossings"),
+    "hours of nothing": put("hands", value={"hours": [1.0, 2.0]}),
     "colours of a piece lost": put("colours", value=lambda colours: colours[1:]),
     "colour is none": put("colours", 0, 0, 0, value="red; x"),
     "another colour": put("colours", 0, 0, 0, value="#0072b8"),
@@ -73,6 +74,7 @@ def test_spoiled_data(job, specimen, name, kind):
 UNREADABLE = {
     "other schema": put("schema", value="fabweave.viewer/2"),
     "no space": lambda data: data.pop("space"),
+    "no hours": lambda data: data.pop("hands"),
     "rungs cut off": put("space", "rungs", value=lambda text: text[:-16]),
     "no base64": put("space", "rungs", value="??"),
     "counts that do not add up": put("space", "counts", 0, value=lambda n: n + 1),

@@ -48,6 +48,14 @@ def test_what_may_hide_or_lead_away_is_refused(page, first, other, tmp_path):
         read_waste_page(path)
 
 
+def test_another_name_than_that_of_the_job_is_found_on_every_page(finished, tmp_path):
+    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
+    for name in ("waste.html", "index.html", "assembly.html"):
+        path = folder / name
+        path.write_text(path.read_text("utf-8").replace("Octahedron", "Vase"), encoding="utf-8")
+    assert set(verify_job(folder).failed) >= {"page", "manual"}
+
+
 @pytest.mark.parametrize(
     ("first", "other"),
     [("<td>sheet_01<", "<td>sheet_02<"), ("<td>8<", "<td>9<"), (" %<", "9 %<")],

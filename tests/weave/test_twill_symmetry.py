@@ -76,7 +76,7 @@ def test_a_cube_after_a_step_keeps_its_rotations(least, broken) -> None:
     assert result.twill.kept is not None
     assert result.twill.kept.free.total == 16
     assert result.notes[0].startswith(f"symmetric twill: {broken} of 264 conditions are broken")
-    assert "16 are broken where none need to" in result.notes[0]
+    assert "16 are broken where none need to be" in result.notes[0]
     assert result.notes[1].startswith("no exact twill exists")
 
 
@@ -87,7 +87,7 @@ def test_a_torus_keeps_half_its_rotations_exactly(least) -> None:
     result, kept = symmetric(mesh, least)
     assert result.weave.exact
     assert least <= kept <= 24
-    assert result.notes == (f"symmetric twill: exact, and {least} or more rotations keep it",)
+    assert result.notes == (f"symmetric twill: exact, with {least} rotations or more kept",)
 
 
 @pytest.mark.slow
@@ -95,4 +95,4 @@ def test_a_torus_with_all_its_rotations_is_no_twill() -> None:
     result, kept = symmetric(parse_shape("shape:torus?m=24&n=12"), 48)
     assert kept == 48
     assert result.weave.broken.total > 0
-    assert "an exact one exists where none need to" in result.notes[0]
+    assert "an exact one exists where none need to be" in result.notes[0]

@@ -16,6 +16,7 @@ from fabweave.core.messages import few_of
 from fabweave.core.output_files import write_files
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.titles import object_title
 
 #: What a search leaves in its folder beside the candidates.
 FILES = ("design.html", "design.json", "design.csv")
@@ -54,7 +55,7 @@ def run_design(
     check_folder(folder)
     designs = plan_designs(asked, count, progress, given)
     tried = explore(asked, designs, folder / CANDIDATES, progress, executors=executors, given=given)
-    title = Path(asked.mesh).stem
+    title = object_title(asked.mesh, asked.title)
     texts = (design_page(title, tried), design_json(title, tried), design_csv(tried))
     write_files({folder / name: text.encode() for name, text in zip(FILES, texts, strict=True)})
     return tried

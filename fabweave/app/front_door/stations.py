@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from fabweave.app.job import PlannedJob
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
 from fabweave.app.pipeline import nest_job, plan_job
-from fabweave.app.request import complete_settings
+from fabweave.app.request import chosen_grain, complete_settings
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.app.woven_mesh import WovenMesh, weave_mesh
 from fabweave.app.woven_object import WovenObject, keep_clear, lay_object
@@ -64,6 +64,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.symmetrise,
         settings.fair,
         settings.leave_out,
+        settings.title,
         settings.course,
         settings.pattern == "triaxial",
         settings.seed if settings.remesh else None,
@@ -204,8 +205,9 @@ def with_ribbons(known: Stations, options: Mapping[str, Any]) -> Stations:
 def with_pieces(known: Stations, options: Mapping[str, Any]) -> Stations:
     """Split threads into pieces, with more options."""
     known = with_ribbons(known, options)
-    settings, supplies = completed(known)
-    planned = known.planned or plan_job(there(known.ribbons), settings, supplies)
+    ribbons = there(known.ribbons)
+    settings, supplies = chosen_grain(ribbons.ribbons, ribbons.bunches, *completed(known))
+    planned = known.planned or plan_job(ribbons, settings, supplies)
     # Options that pieces do not depend on, such as those of files, may be others.
     return replace(known, planned=replace(planned, settings=settings, supplies=supplies))
 

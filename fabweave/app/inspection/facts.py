@@ -13,9 +13,9 @@ from fabweave.app.design.search import explore
 from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, split_object
-from fabweave.app.joined_pieces import joined_pieces, pieces_costs
+from fabweave.app.joined_pieces import joined_pieces, pieces_costs, with_grain
 from fabweave.app.refinement_remedy import try_refinement
-from fabweave.app.request import complete_settings, hole_rules
+from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
@@ -38,6 +38,7 @@ from fabweave.mesh.remesh.coarse import paired_quads
 from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.report.costs.texts import cost_rows
+from fabweave.report.grain import grain_notes
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
@@ -45,6 +46,7 @@ from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_text import format_stock
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
@@ -119,6 +121,7 @@ def inspect_mesh(
     """
     settings, supplies = complete_settings(settings)
     woven = weave_object(settings, supplies, progress, given_mesh)
+    settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
     threads = woven.weave.threads
     depth = _depth(threads.n_crossings, thorough=thorough)
     left_out: list[str] = []
@@ -143,6 +146,8 @@ def inspect_mesh(
     if depth == Depth.SEARCHED:
         progress("refinements as remedy", 0, 1)
         check = try_refinement(check, woven, settings, supplies)
+        if joined is not None:
+            check = with_grain(check, joined, piece_set.pieces, settings)
         progress("widths", 0, 1)
         notes += width_notes(woven, settings, supplies)
     else:
@@ -164,7 +169,16 @@ def inspect_mesh(
         "costs": costs,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
-            "notes": [*notes, *ribbon_notes(check, supplies.materials)],
+            "notes": [
+                *notes,
+                *ribbon_notes(check, supplies.materials),
+                *grain_notes(
+                    woven.ribbons,
+                    check.limits,
+                    supplies.materials,
+                    parse_rotations(settings.rotations),
+                ),
+            ],
         },
         "verdict": _verdict(woven, check, pieces),
         "designs": [to_json(one.candidate) for one in designs],

@@ -147,7 +147,8 @@ CUTTING_OPTIONS = (
         SHEETS,
         sheets(),
         "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them; repeat it for several sizes. "
-        "For one bunch only: weft=600x400mm.",
+        "For one bunch only: weft=600x400mm. mat-12x12 and mat-12x24 are what knife plotters cut "
+        "of a mat.",
         default=(),
         otherwise="the material's",
         holder="sheets",
@@ -182,14 +183,15 @@ CUTTING_OPTIONS = (
         SHEETS,
         text(
             "RULE",
-            "a text such as 'grain:5deg'",
+            "a text such as 'grain:5deg' or 'across:10deg'",
             "fabweave.stock.rotations.parse_rotations",
             form=lambda told: "".join(told.lower().replace("°", "deg").split()),
         ),
         "At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from the "
-        "grain on); or grain:5deg (their length along the grain, up to 5 degrees off). Grain runs "
-        "along a sheet's width unless the list of stock says otherwise.",
-        default="free",
+        "grain on); grain:5deg (their length along the grain, up to 5 degrees off) or across:10deg "
+        "(across it: so plywood bends better). auto is free, or across:10deg where bends ask for "
+        "that. Grain runs along a sheet's width unless the list of stock says otherwise.",
+        default="auto",
     ),
     Option(
         "effort",
@@ -375,8 +377,8 @@ CUTTING_OPTIONS = (
         "template",
         CUTTER,
         choice(("sheet", "a4", "a3", "letter", "none")),
-        "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or tiled on "
-        "paper to be pasted together.",
+        "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or on as few "
+        "pages of paper as show all pieces, those whole that fit.",
         default="sheet",
         making=True,
     ),

@@ -24,6 +24,8 @@ Words: TypeAlias = Callable[[], Iterable[str]]
 LEAST_MM, MOST_MM = 0.001, 1e6
 #: TOML holds whole numbers up to this.
 MOST_WHOLE = 2**63 - 1
+#: A name that people give stands in one line.
+_LONGEST_LINE = 80
 
 
 def load(place: str) -> Any:
@@ -300,6 +302,18 @@ def text(
         return form(value)
 
     return Kind(metavar, expected, accept, as_it_is, words=words, textual=True)
+
+
+def line(metavar: str, expected: str) -> Kind:
+    """Return the kind of names that people give: a line of at most 80 characters, in UTF-8."""
+
+    def accept(value: Any) -> str | None:
+        if not isinstance(value, str):
+            return None
+        told = " ".join(value.split())
+        return told if told.isprintable() and 0 < len(told) <= _LONGEST_LINE else None
+
+    return Kind(metavar, expected, accept, as_it_is)
 
 
 def value_of(metavar: str, example: str, parser: str, type_: str) -> Kind:

@@ -7,6 +7,7 @@ from fabweave.app.options.kinds import (
     flag,
     length,
     length_by_bunch,
+    line,
     load,
     number,
     place,
@@ -34,6 +35,14 @@ OBJECT_OPTIONS = (
         MESH,
         place("MESH", "a file, or a shape such as shape:torus?m=24&n=12"),
         "What is woven: an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape.",
+    ),
+    Option(
+        "title",
+        MESH,
+        line("NAME", "a line of text of at most 80 characters"),
+        "What to call the object, such as Fruit bowl: in the manual, the viewer, the pages, and "
+        "in the margin of the sheets.",
+        otherwise="made of the name of the mesh",
     ),
     Option(
         "up",

@@ -23,7 +23,21 @@ SCHEMA = "fabweave.viewer/1"
 _DECIMALS = 3
 
 #: Our own scripts, in the order in which they build on one another.
-_SCRIPTS = ("plan.js", "camera.js", "space.js", "flat.js", "page.js")
+_SCRIPTS = (
+    "plan.js",
+    "hands.js",
+    "colours.js",
+    "camera.js",
+    "shaders.js",
+    "strips.js",
+    "flight.js",
+    "tags.js",
+    "space.js",
+    "flat.js",
+    "panels.js",
+    "finding.js",
+    "page.js",
+)
 
 #: three.js as trimesh carries it, from its licence to the end of its one expression.
 _THREE = re.compile(
@@ -40,6 +54,7 @@ def viewer_page(
     title: str,
     colours: Colours,
     view_deg: tuple[float, float],
+    hands: dict[str, Any],
 ) -> str:
     """Return the viewer as one HTML file that needs nothing else, neither files nor a network.
 
@@ -54,6 +69,9 @@ def viewer_page(
         The colour of each rung of all pieces, one after another.
     view_deg : (float, float)
         Azimuth and elevation of the first view.
+    hands : dict
+        What hands do, how often and how long, and the hours of all, as ``waste.json`` has it under
+        ``estimate.assembly``: what is left to do is told from it.
 
     Returns
     -------
@@ -68,6 +86,7 @@ def viewer_page(
         "job": hashlib.sha256(_compact(shown).encode()).hexdigest()[:16],
         "colours": _colour_runs(colours, space),
         "view_deg": list(view_deg),
+        "hands": hands,
         "plan": shown,
         "space": to_json(space),
     }

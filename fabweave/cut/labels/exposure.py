@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from fabweave.cut.labels.marks import Marks
+from fabweave.cut.labels.placement import covers_of
 from fabweave.flat.piece import Piece
 
 
@@ -36,5 +37,5 @@ def _seen_of_piece(piece: Piece, strokes: Sequence[np.ndarray]) -> float:
     if not strokes:
         return 0.0
     lines = shapely.multilinestrings([shapely.linestrings(stroke) for stroke in strokes])
-    covers = shapely.union_all([shapely.Polygon(cover) for cover in piece.covers])
+    covers = shapely.union_all(covers_of(piece))
     return float(shapely.length(shapely.difference(lines, covers)))

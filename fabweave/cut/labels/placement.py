@@ -188,10 +188,18 @@ def _free_regions(
 def covered_rooms(pieces: Sequence[Piece]) -> npt.NDArray[Any]:
     """Return the part of each piece that strands cover, well inside of its border."""
     bounds = offsets_of(np.array([len(piece.covers) for piece in pieces]))
-    covers = [shapely.Polygon(cover) for piece in pieces for cover in piece.covers]
-    inner = shapely.buffer(np.array(covers, dtype=object), -COVER_MM, join_style="mitre")
+    covers = np.array([cover for piece in pieces for cover in covers_of(piece)], dtype=object)
+    inner = shapely.buffer(covers, -COVER_MM, join_style="mitre")
     rooms = [shapely.union_all(inner[start:end]) for start, end in pairwise(bounds.tolist())]
     return np.array(rooms, dtype=object)
+
+
+def covers_of(piece: Piece) -> list[Any]:
+    """Return what strands cover of a piece, as valid polygons.
+
+    A cover that is almost cut in two may run through itself by a rounding once it was turned.
+    """
+    return [shapely.make_valid(shapely.Polygon(cover)) for cover in piece.covers]
 
 
 def _hidden_regions(pieces: Sequence[Piece], free: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -4,17 +4,20 @@ import io
 from collections.abc import Callable
 
 import numpy as np
+from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
 
+from fabweave.core.arrays import FloatArray
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.cut.write.tiles import BORDER_MM, FOOT_MM, Tiles, Window, overlap, page_tiles
 
-#: Paper to tile on: width and height in millimetres, upright.
-PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
-#: Printers leave so much of the paper white, and tiles lap by it, millimetres.
-_BORDER_MM = 10.0
 _POINTS = 72.0 / 25.4
 _FORM = "sheet"
+#: Size of texts in points, how far they stand above the edge of the paper, and the bar to measure.
+_TEXT, _TEXT_UP_MM, _BAR_MM = 9.5, 5.2, 50.0
+#: Crosses: half their size, and the width of their lines.
+_CROSS_MM = (4.0, 0.2)
 #: How each layer is drawn: grey from 0 (black), and the width of the line in millimetres.
 _INK = {
     Layer.ENGRAVE_LABEL: (0.25, 0.18),
@@ -32,18 +35,19 @@ def template_pdf(drawing: SheetDrawing, paper: str = "sheet") -> bytes:
     ----------
     drawing : SheetDrawing
     paper : str
-        ``"sheet"`` for one page as large as the sheet, or one of ``PAPERS_MM``: pages that show
-        the sheet row by row from its lower left corner, each lapping its neighbours by 10 mm,
-        with crosses at the corners of what it shows to lay them together by.
+        ``"sheet"`` for one page as large as the sheet, or one of ``PAPERS_MM``: as few pages of it
+        as show all pieces, upright or on their side, with the pieces that fit whole. Pages that
+        show parts of one piece have crosses with the same number, to be laid on one another.
 
     Examples
     --------
-    >>> tiles("a4", 600.0, 400.0)
-    (4, 2)
+    >>> sheet = SheetDrawing("sheet_01", 600.0, 400.0, (), ())
+    >>> template_pdf(sheet, "a4")[:5]
+    b'%PDF-'
     """
     file = io.BytesIO()
-    size = (drawing.width_mm, drawing.height_mm) if paper == "sheet" else PAPERS_MM[paper]
-    canvas = Canvas(file, pagesize=tuple(_POINTS * side for side in size), invariant=1)
+    whole = (drawing.width_mm, drawing.height_mm)
+    canvas = Canvas(file, pagesize=tuple(_POINTS * side for side in whole), invariant=1)
     canvas.setTitle(f"{drawing.name}, full size")
     canvas.setCreator("fabweave")
     canvas.beginForm(_FORM, 0, 0, drawing.width_mm * _POINTS, drawing.height_mm * _POINTS)
@@ -53,60 +57,66 @@ def template_pdf(drawing: SheetDrawing, paper: str = "sheet") -> bytes:
         canvas.doForm(_FORM)
         canvas.showPage()
     else:
-        columns, rows = tiles(paper, drawing.width_mm, drawing.height_mm)
-        for row in range(rows):
-            for column in range(columns):
-                _tile(canvas, drawing, paper, (column, row), (columns, rows))
+        tiles = page_tiles(drawing, paper)
+        for number in range(len(tiles.windows)):
+            _tile(canvas, drawing.name, tiles, number)
     canvas.save()
     return file.getvalue()
 
 
-def tiles(paper: str, width_mm: float, height_mm: float) -> tuple[int, int]:
-    """Return how many columns and rows of a paper a sheet takes."""
-    wide, high = (side - 2.0 * _BORDER_MM for side in PAPERS_MM[paper])
-    # All but the first show so much that the one before does not.
-    columns, rows = (
-        1 + max(0, int(np.ceil((whole - shown) / (shown - _BORDER_MM) - 1e-9)))
-        for whole, shown in ((width_mm, wide), (height_mm, high))
-    )
-    return columns, rows
-
-
-def _tile(
-    canvas: Canvas,
-    drawing: SheetDrawing,
-    paper: str,
-    at: tuple[int, int],
-    counts: tuple[int, int],
-) -> None:
-    """Draw the part of the sheet that one page shows."""
-    wide, high = (side - 2.0 * _BORDER_MM for side in PAPERS_MM[paper])
-    left, low = (
-        place * (shown - _BORDER_MM) for place, shown in zip(at, (wide, high), strict=True)
+def _tile(canvas: Canvas, name: str, tiles: Tiles, number: int) -> None:
+    """Draw the part of the sheet that one page shows, and how to lay it to others."""
+    window, count = tiles.windows[number], len(tiles.windows)
+    canvas.setPageSize(
+        (
+            _POINTS * (window.wide + 2.0 * BORDER_MM),
+            _POINTS * (window.high + BORDER_MM + FOOT_MM),
+        )
     )
     canvas.saveState()
-    window = canvas.beginPath()
-    window.rect(*(_POINTS * side for side in (_BORDER_MM, _BORDER_MM, wide, high)))
-    canvas.clipPath(window, stroke=0)
-    canvas.translate(_POINTS * (_BORDER_MM - left), _POINTS * (_BORDER_MM - low))
+    seen = canvas.beginPath()
+    seen.rect(*(_POINTS * side for side in (BORDER_MM, FOOT_MM, window.wide, window.high)))
+    canvas.clipPath(seen, stroke=0)
+    shift = BORDER_MM - window.left, FOOT_MM - window.low
+    canvas.translate(*(_POINTS * side for side in shift))
     canvas.doForm(_FORM)
     canvas.restoreState()
-    arm, mid = 4.0 * _POINTS, _POINTS * _BORDER_MM
-    canvas.setLineWidth(0.2 * _POINTS)
-    # Half the lap inside what is shown: on the page beside, the same place has a cross, too.
-    inset = mid + mid / 2.0
-    for x in (inset, mid + wide * _POINTS - mid / 2.0):
-        for y in (inset, mid + high * _POINTS - mid / 2.0):
-            canvas.line(x - arm, y, x + arm, y)
-            canvas.line(x, y - arm, x, y + arm)
-    canvas.setFont("Helvetica", 9)
-    canvas.drawString(
-        mid,
-        mid / 2.0 - 3.0,
-        f"{drawing.name}: column {at[0] + 1} of {counts[0]}, row {at[1] + 1} of {counts[1]} from "
-        "the bottom. Print at 100 %; check the bar of 100 mm; lay cross on cross.",
-    )
+    canvas.setFont("Helvetica", _TEXT)
+    canvas.setLineWidth(_CROSS_MM[1] * _POINTS)
+    for at, pair in enumerate(tiles.pairs, start=1):
+        if number in pair:
+            for place in _crosses(*(tiles.windows[page] for page in pair)):
+                _cross(canvas, str(at), place[0] + shift[0], place[1] + shift[1])
+    foot, arm = _POINTS * _TEXT_UP_MM, _POINTS
+    told = f"{name}, page {number + 1} of {count}, to print at 100 %"
+    canvas.drawString(_POINTS * BORDER_MM, foot, told)
+    start = _POINTS * BORDER_MM + stringWidth(told, "Helvetica", _TEXT) + 3.0 * arm
+    end = start + _POINTS * _BAR_MM
+    canvas.line(start, foot + arm, end, foot + arm)
+    for x in (start, end):
+        canvas.line(x, foot, x, foot + 2.0 * arm)
+    laid = "; lay cross on cross of one number" if tiles.pairs else ""
+    canvas.drawString(end + 2.0 * arm, foot, f"{_BAR_MM:g} mm{laid}")
     canvas.showPage()
+
+
+def _crosses(first: Window, second: Window) -> FloatArray:
+    """Return where two pages have crosses: near opposite corners of what both show."""
+    left, low, right, top = overlap(first, second).tolist()
+    inset = _CROSS_MM[0] + 0.5
+    if right - left < top - low:
+        x = (left + right) / 2.0
+        return np.array([[x, low + inset], [x, top - inset]])
+    y = (low + top) / 2.0
+    return np.array([[left + inset, y], [right - inset, y]])
+
+
+def _cross(canvas: Canvas, name: str, x_mm: float, y_mm: float) -> None:
+    """Draw a cross on a page, with its number beside it."""
+    x, y, arm = _POINTS * x_mm, _POINTS * y_mm, _POINTS * _CROSS_MM[0]
+    canvas.line(x - arm, y, x + arm, y)
+    canvas.line(x, y - arm, x, y + arm)
+    canvas.drawString(x + 2.0, y + 2.0, name)
 
 
 def _draw(canvas: Canvas, drawing: SheetDrawing) -> None:

@@ -48,6 +48,7 @@ SHAPES: tuple[Shape, ...] = (
         "a cube of 6 n² squares",
         (count("n", "squares along each side", 1, most=800), _SIZE),
         grids.cube,
+        "Cube, 6 times {n} by {n}",
     ),
     Shape("octahedron", "8 triangles", (_SIZE,), partial(_sized, solids.octahedron)),
     Shape("icosahedron", "20 triangles", (_SIZE,), partial(_sized, solids.icosahedron)),
@@ -62,6 +63,7 @@ SHAPES: tuple[Shape, ...] = (
             length("tube", "radius of the tube", 15.0),
         ),
         _ring_and_tube,
+        "Torus, {m} by {n}",
     ),
     Shape(
         "sphere",
@@ -71,6 +73,7 @@ SHAPES: tuple[Shape, ...] = (
             length("radius", "radius", 50.0),
         ),
         grids.sphere,
+        "Sphere, 6 times {n} by {n}",
     ),
     Shape(
         "tube",
@@ -82,6 +85,7 @@ SHAPES: tuple[Shape, ...] = (
             length("height", "height", 100.0),
         ),
         grids.tube,
+        "Tube, {m} by {n}",
     ),
     Shape(
         "hemisphere",
@@ -91,6 +95,7 @@ SHAPES: tuple[Shape, ...] = (
             length("radius", "radius", 50.0),
         ),
         grids.hemisphere,
+        "Hemisphere, {n} rows",
     ),
     Shape(
         "hypar",
@@ -102,6 +107,7 @@ SHAPES: tuple[Shape, ...] = (
             length("height", "how far the high corners are above the low ones", 40.0),
         ),
         grids.hypar,
+        "Saddle, {m} by {n}",
     ),
     Shape(
         "knot",
@@ -115,6 +121,7 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         knot,
+        "Torus knot, {p} by {q}",
     ),
     Shape(
         "slit",
@@ -127,6 +134,7 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         slit_sum,
+        "Surface of genus {genus}",
     ),
     Shape(
         "bipyramid",
@@ -139,6 +147,7 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         _bipyramid,
+        "Bipyramid with handles",
     ),
     Shape(
         "regular",
@@ -151,6 +160,7 @@ SHAPES: tuple[Shape, ...] = (
             _SIZE,
         ),
         regular,
+        "Regular surface of genus {genus}, {face} by {valence}",
     ),
 )
 
@@ -192,6 +202,29 @@ def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
     >>> mesh.n_vertices, mesh.n_faces
     (288, 288)
     """
+    shape, values = _described(text, shapes)
+    return shape.make(values)
+
+
+def shape_title(text: str) -> str:
+    """Return what a person would call the shape that a text describes.
+
+    Raises
+    ------
+    InputError
+        If the name or a parameter is wrong.
+
+    Examples
+    --------
+    >>> shape_title("shape:torus"), shape_title("shape:sphere?n=4&radius=9")
+    ('Torus, 24 by 12', 'Sphere, 6 times 4 by 4')
+    """
+    shape, values = _described(text, SHAPES)
+    return shape.called(values)
+
+
+def _described(text: str, shapes: Iterable[Shape]) -> tuple[Shape, dict[str, str]]:
+    """Return the shape that a text names, and the parameters that it gives."""
     if not is_shape(text):
         raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")
     name, mark, query = text.removeprefix(PREFIX).partition("?")
@@ -205,4 +238,4 @@ def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
             what = "is given twice" if key in values else "should read name=value"
             raise InputError(f"the shape {name}: {pair[:40]!r} {what}; try {by_name[name].example}")
         values[key] = value
-    return by_name[name].make(values)
+    return by_name[name], values

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from string import Formatter
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
@@ -79,12 +80,16 @@ class Shape:
         Its parameters in order.
     build : callable
         Takes the parameters by name, counts as int, and returns the mesh in millimetres.
+    title : str
+        What a person would call it, with parameters in braces; what follows a comma is left out
+        where they are 1. Without one it is called by its name.
     """
 
     name: str
     text: str
     parameters: tuple[Parameter, ...]
     build: Callable[..., PolyMesh]
+    title: str = ""
 
     @property
     def example(self) -> str:
@@ -106,7 +111,31 @@ class Shape:
         >>> SHAPES[5].make({"m": "6", "n": "4"}).n_faces
         24
         """
-        values = values or {}
+        return self.build(**self._arguments(values or {}))
+
+    def called(self, values: Mapping[str, str]) -> str:
+        """Return what a person would call the shape with these parameters.
+
+        Raises
+        ------
+        InputError
+            If a name or a value is wrong.
+
+        Examples
+        --------
+        >>> from fabweave.mesh.shapes.catalogue import SHAPES
+        >>> SHAPES[5].called({"m": "6"}), SHAPES[1].called({}), SHAPES[0].called({})
+        ('Torus, 6 by 12', 'Cube', 'Tetrahedron')
+        """
+        arguments = self._arguments(values)
+        told = self.title or self.name.capitalize()
+        name, _, numbers = told.partition(", ")
+        counts = {key for _, key, _, _ in Formatter().parse(numbers) if key}
+        plain = all(arguments[key] == 1 for key in counts)
+        return (name if plain else told).format(**arguments)
+
+    def _arguments(self, values: Mapping[str, str]) -> dict[str, float]:
+        """Return all parameters; those that are not given take their defaults."""
         known = [item.name for item in self.parameters]
         unknown = [name for name in values if name not in known]
         if unknown:
@@ -122,4 +151,4 @@ class Shape:
                 arguments[item.name] = default if given is None else item.parse(given)
             except InputError as error:
                 raise InputError(f"the shape {self.name}: {error}") from None
-        return self.build(**arguments)
+        return arguments

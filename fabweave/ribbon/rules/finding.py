@@ -17,7 +17,8 @@ class Finding:
     Parameters
     ----------
     rule : str
-        ``width``, ``bend``, ``twist``, ``crease``, ``layers``, ``clearance`` or ``hole``.
+        ``width``, ``bend``, ``twist``, ``crease``, ``layers``, ``clearance``, ``hole`` or
+        ``grain``.
     severity : "refuse" or "warn"
         Whether the object cannot be made, or can with care.
     value, limit : float
@@ -118,6 +119,8 @@ def statement(finding: Finding) -> str:
         f"{limit}{unit}",
         "clearance": f"only {value}{unit} from middle to middle {where}, but ribbons need "
         f"{limit}{unit}",
+        "grain": f"a tight bend may lie {value}{unit} off the line across the grain {where}, but "
+        f"strips bend better only up to {limit}{unit} off",
     }[finding.rule]
     if finding.rule == "clearance" and finding.value == 0:
         what = f"ribbons pass through each other {where}"

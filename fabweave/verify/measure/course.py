@@ -73,7 +73,11 @@ def portal_points(mesh: LoadedMesh, sides: Ints) -> Floats:
 
 
 def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
-    """Return normals, middles and the ways of both strands for sides of inner edges."""
+    """Return normals, middles and the ways of both strands for sides of inner edges.
+
+    The middle is where the two ways meet, seen along the normal, in the plane through the mean of
+    the quad's corners.
+    """
     tail, head = mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]
     here, there = mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]
     area = np.cross(head - tail, here - there)
@@ -81,11 +85,20 @@ def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
     beyond = mesh.twin[sides]
     enters, leaves = portal_points(mesh, mesh.prev[sides]), portal_points(mesh, mesh.prev[beyond])
     comes, goes = portal_points(mesh, sides), portal_points(mesh, beyond)
+    normal = area / np.maximum(size, 1e-300)[:, None]
+    forward, backward = leaves - enters, goes - comes
+    # Cramer's rule for enters + s forward = comes + t backward, in the plane.
+    over = np.einsum("ij,ij->i", np.cross(forward, backward), normal)
+    met = np.abs(over) > 1e-12 * np.maximum(size, 1e-300)
+    safe, between = np.where(met, over, 1.0), comes - enters
+    share = np.where(met, np.einsum("ij,ij->i", np.cross(between, backward), normal) / safe, 0.5)
+    meeting = enters + share[:, None] * forward
+    height = np.einsum("ij,ij->i", (tail + head + here + there) / 4.0 - meeting, normal)
     return EdgeQuads(
-        normal=area / np.maximum(size, 1e-300)[:, None],
-        middle=(enters + leaves + comes + goes) / 4.0,
-        forward=leaves - enters,
-        backward=goes - comes,
+        normal=normal,
+        middle=meeting + height[:, None] * normal,
+        forward=forward,
+        backward=backward,
         size=np.linalg.norm(head - tail, axis=1) + np.linalg.norm(here - there, axis=1),
     )
 

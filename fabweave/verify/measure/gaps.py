@@ -7,7 +7,7 @@ from fabweave.verify.measure.course import Flags
 
 _SIDES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 #: What stands out of a plane by less touches it only; the model is rounded to 32 bits.
-_GRAZING_MM = 1e-4
+GRAZING_MM = 1e-4
 
 
 def triangle_gaps(first: Floats, second: Floats, reach_mm: float) -> Floats:
@@ -44,7 +44,9 @@ def triangle_gaps(first: Floats, second: Floats, reach_mm: float) -> Floats:
     return gap
 
 
-def triangles_cut(first: Floats, second: Floats, own: Flags, others: Flags) -> Flags:
+def triangles_cut(
+    first: Floats, second: Floats, own: Flags, others: Flags, slack_mm: float = 0.0
+) -> Flags:
     """Tell which triangles have a side that runs through the other triangle.
 
     Parameters
@@ -52,10 +54,23 @@ def triangles_cut(first: Floats, second: Floats, own: Flags, others: Flags) -> F
     first, second : (N, 3, 3) float arrays
     own, others : (N, 3) bool arrays
         Which corners both have in common; sides that end there are passed over.
+    slack_mm : float
+        A line that passes a triangle's border by less still runs through it; or, if negative, must
+        pass so far within.
 
     Returns
     -------
     (N,) bool array
+
+    Examples
+    --------
+    A side that runs through the very corner of a triangle may cut it, or not:
+
+    >>> flat = np.array([[[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]])
+    >>> upright = np.array([[[0.0, 0, -1], [0, 0, 1], [-3, -3, 0]]])
+    >>> none = np.zeros((1, 3), dtype=bool)
+    >>> [bool(triangles_cut(flat, upright, none, none, slack)[0]) for slack in (0.001, -0.001)]
+    [True, False]
     """
     cut = np.zeros(len(first), dtype=bool)
     for triangle, far, common in ((first, second, others), (second, first, own)):
@@ -64,18 +79,21 @@ def triangles_cut(first: Floats, second: Floats, own: Flags, others: Flags) -> F
         size = np.maximum(np.sqrt(dot(area, area)), 1e-300)
         height = [dot(far[:, k] - a, area) / size for k in range(3)]
         for i, j, _ in _SIDES:
-            through = np.minimum(height[i], height[j]) < -_GRAZING_MM
-            through &= np.maximum(height[i], height[j]) > _GRAZING_MM
+            through = np.minimum(height[i], height[j]) < -GRAZING_MM
+            through &= np.maximum(height[i], height[j]) > GRAZING_MM
             rows = np.flatnonzero(through & ~common[:, i] & ~common[:, j])
             if not len(rows):
                 continue
             p, q = far[rows, i], far[rows, j]
             # The line passes all three sides of the triangle on one hand: three equal signs.
             way = q - p
-            hand = [
-                dot(way, np.cross(u[rows] - p, v[rows] - p)) for u, v in ((a, b), (b, c), (c, a))
-            ]
-            cut[rows] |= (np.minimum.reduce(hand) >= 0) | (np.maximum.reduce(hand) <= 0)
+            hand = []
+            for u, v in ((a, b), (b, c), (c, a)):
+                beside = np.cross(way, (v - u)[rows])
+                apart = np.maximum(np.sqrt(dot(beside, beside)), 1e-300)
+                hand.append(dot(way, np.cross(u[rows] - p, v[rows] - p)) / apart)
+            cut[rows] |= np.minimum.reduce(hand) >= -slack_mm
+            cut[rows] |= np.maximum.reduce(hand) <= slack_mm
     return cut
 
 

@@ -9,7 +9,7 @@ import shapely
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.course import Flags
-from fabweave.verify.measure.gaps import triangle_gaps, triangles_cut
+from fabweave.verify.measure.gaps import GRAZING_MM, triangle_gaps, triangles_cut
 from fabweave.verify.read.glb import Strip
 
 #: So many steps are looked up at once, and so many pairs of facets measured.
@@ -53,12 +53,16 @@ class Near:
         Thread and part of either.
     gap_mm : (N,) float array
         0 where they run through each other.
+    sure_mm : (N,) float array
+        The same, but infinite where two that follow each other run through each other by no more
+        than a rounding.
     parting : (N,) bool array
         Whether they part from one crossing.
     """
 
     parts: Ints
     gap_mm: Floats
+    sure_mm: Floats
     parting: Flags
 
 
@@ -128,17 +132,21 @@ def near_parts(steps: Steps, reach_mm: float) -> Near:
     Near
         Each pair of parts once.
     """
-    keys, gaps, parting = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0)], [np.zeros(0, bool)]
+    keys, gaps, parting = (
+        [np.zeros((0, 4), dtype=np.int64)],
+        [np.zeros((0, 2))],
+        [np.zeros(0, bool)],
+    )
     for one, other in _step_pairs(steps, reach_mm):
         beside, kept, parts = _relation(steps, one, other)
-        gap = np.full(len(one), np.inf)
+        gap = np.full((len(one), 2), np.inf)
         # Each of the two facets of one step against each of the other's.
         for k in (0, 1):
             for m in (0, 1):
                 for rows, measure in ((kept, _gaps), (beside, _cuts)):
                     found = measure(steps, one[rows], k, other[rows], m, reach_mm)
                     gap[rows] = np.minimum(gap[rows], found)
-        near = np.flatnonzero(gap <= reach_mm)
+        near = np.flatnonzero(gap[:, 0] <= reach_mm)
         key = np.column_stack((steps.thread[one], steps.part[one],
                                steps.thread[other], steps.part[other]))[near]  # fmt: skip
         swap = (key[:, 0] > key[:, 2]) | ((key[:, 0] == key[:, 2]) & (key[:, 1] > key[:, 3]))
@@ -146,11 +154,11 @@ def near_parts(steps: Steps, reach_mm: float) -> Near:
         gaps.append(gap[near])
         parting.append(parts[near])
     key, which = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
-    least = np.full(len(key), np.inf)
+    least = np.full((len(key), 2), np.inf)
     np.minimum.at(least, which.ravel(), np.concatenate(gaps))
     from_one = np.zeros(len(key), dtype=bool)
     from_one[which.ravel()] = np.concatenate(parting)
-    return Near(key, least, from_one)
+    return Near(key, least[:, 0], least[:, 1], from_one)
 
 
 def _step_pairs(steps: Steps, reach_mm: float) -> Iterator[tuple[Ints, Ints]]:
@@ -187,20 +195,25 @@ def _gaps(steps: Steps, one: Ints, k: int, other: Ints, m: int, reach_mm: float)
         gap[rows] = triangle_gaps(
             steps.corner[one[rows], k], steps.corner[other[rows], m], reach_mm
         )
-    return gap
+    return gap[:, None]
 
 
 def _cuts(steps: Steps, one: Ints, k: int, other: Ints, m: int, _reach_mm: float) -> Floats:
-    """Return 0 for facets that run through each other though they meet in a corner only."""
+    """Return 0 for facets that run through each other though they meet in a corner only.
+
+    In two columns: with those that may do so, and with those only that surely do.
+    """
     a, b = steps.vertex[one, k], steps.vertex[other, m]
     shared = a[:, :, None] == b[:, None, :]
     loose = np.flatnonzero(shared.sum(axis=(1, 2)) < 2)
-    cut = triangles_cut(
-        steps.corner[one[loose], k],
-        steps.corner[other[loose], m],
-        shared[loose].any(axis=2),
-        shared[loose].any(axis=1),
-    )
-    gap = np.full(len(one), np.inf)
-    gap[loose[cut]] = 0.0
+    gap = np.full((len(one), 2), np.inf)
+    for column, slack_mm in enumerate((GRAZING_MM, -GRAZING_MM)):
+        cut = triangles_cut(
+            steps.corner[one[loose], k],
+            steps.corner[other[loose], m],
+            shared[loose].any(axis=2),
+            shared[loose].any(axis=1),
+            slack_mm,
+        )
+        gap[loose[cut], column] = 0.0
     return gap

@@ -62,11 +62,15 @@ def read_crossing_map(path: Path) -> CrossingMap:
         ),
         warp=tuple(node.integer() for node in weave.items_of("warp")),
         labels=tuple(node.integer() for node in weave.items_of("labels")),
+        rotations=weave["rotations"].integer() if weave.has("rotations") else None,
         margin_mm=layout["margin_mm"].number(),
         gap_mm=layout["gap_mm"].number(),
         recorded=layout["recorded"].flag() if layout.has("recorded") else None,
         step_deg=rotations["step_deg"].maybe(Node.number),
         tolerance_deg=rotations["tolerance_deg"].number(),
+        from_grain_deg=(
+            rotations["from_grain_deg"].number() if rotations.has("from_grain_deg") else 0.0
+        ),
         cut=_cut(root["cut"]),
         sheets=sheets,
         threads=tuple(node.record(Thread) for node in root["threads"].items()),

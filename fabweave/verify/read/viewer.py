@@ -37,6 +37,8 @@ class Viewer:
     ----------
     plan : dict
         The crossing map as the page has it.
+    hands : object
+        What hands do and how long, by which the page tells the time that is left.
     colours : list of (R,) str arrays
         The colour of each rung of each piece.
     frame : str
@@ -56,6 +58,7 @@ class Viewer:
     """
 
     plan: dict[str, Any]
+    hands: Any
     colours: list[npt.NDArray[np.str_]]
     frame: str
     three: str
@@ -105,6 +108,7 @@ def _viewer(parts: re.Match[str], document: dict[str, Any]) -> Viewer:
         raise ReadError("it has no plan or no colours")
     return Viewer(
         plan=document["plan"],
+        hands=document["hands"],
         colours=[_colours(runs) for runs in document["colours"]],
         frame=_sha256("\n".join(parts.group("a", "b", "c", "d", "e"))),
         three=_sha256(parts["three"]),

@@ -9,8 +9,15 @@ function sideSign(over) {
     over ? '<circle r="6.5" class="over"/>' : '<circle r="5.5" class="under"/>'}</svg>`;
 }
 
-/** Draw a flat piece with its stations, the partner at each, its joints and its direction. */
-function pieceDrawing(plan, index, chosen) {
+/** What a station is at a step: made now, not there before a later one, or neither. */
+function stationTime(plan, step, station) {
+  if (!step) return "";
+  if (step.crossings.includes(station.crossing) || step.over.includes(station.crossing) || step.under.includes(station.crossing)) return " now";
+  return plan.stepOf[plan.pieceAt.get(station.partner)] >= step.step ? " later" : "";
+}
+
+/** Draw a flat piece with its stations, the partner at each, its joints and its direction; those of a step stand out. */
+function pieceDrawing(plan, index, chosen, step) {
   const piece = plan.pieces[index], stations = piece.stations;
   const xs = piece.outline.map(([x]) => x), ys = piece.outline.map(([, y]) => y);
   const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
@@ -22,35 +29,35 @@ function pieceDrawing(plan, index, chosen) {
     .map((station) => `<circle class="hole" cx="${station.x}" cy="${-station.y}" r="${station.hole_mm / 2}"/>`);
   const line = stations.map(({ x, y }) => `${x} ${-y}`).join("L");
   const dots = stations.map((station, k) => `
-    <g class="station${station.over ? " over" : " under"}${k === chosen ? " chosen" : ""}" data-station="${k}"
+    <g class="station${station.over ? " over" : " under"}${stationTime(plan, step, station)}${k === chosen ? " chosen" : ""}" data-station="${k}"
        transform="translate(${station.x} ${-station.y})">
-      <circle class="reach" r="${2 * r}"/><circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
+      <circle class="reach" r="${2 * r}"/><circle class="halo" r="${1.5 * r}"/><circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
       <text font-size="${11 * unit}" dy="${3.9 * unit}">${k}</text></g>`);
-  const names = stations.map((station) => `<text class="partner" x="${station.x}" y="${-low + 15 * unit}"
-    font-size="${11 * unit}">${escaped(station.partner)}</text>`);
+  const names = stations.map((station) => `<g class="partner${stationTime(plan, step, station)}" role="link" tabindex="0" data-piece="${escaped(station.partner)}">
+    <rect x="${station.x - 14 * unit}" y="${-low + 2 * unit}" width="${28 * unit}" height="${20 * unit}"/>
+    <text x="${station.x}" y="${-low + 15 * unit}" font-size="${11 * unit}">${escaped(plan.bears(plan.pieceAt.get(station.partner)))}</text></g>`);
   const ends = [[0, left], [1, right]].flatMap(([end, x]) => piece.joints[end] === null ? [] : [
-    `<text class="joint" x="${x}" y="${-high - 7 * unit}" font-size="${12 * unit}"
-      text-anchor="${end ? "end" : "start"}">#${piece.joints[end]} &#8594; ${escaped(plan.mate(piece, piece.joints[end]))}</text>`]);
+    `<g role="link" tabindex="0" data-piece="${escaped(plan.mate(piece, piece.joints[end]))}"><text class="joint" x="${x}" y="${-high - 7 * unit}" font-size="${12 * unit}"
+      text-anchor="${end ? "end" : "start"}">#${piece.joints[end]} &#8594; ${escaped(plan.nameOf(plan.mate(piece, piece.joints[end])))}</text></g>`]);
   const way = `<text class="way" x="${(left + right) / 2}" y="${-high - 7 * unit}" font-size="${12 * unit}">${
-    escaped(piece.id)} &#9654;</text>`;
+    escaped(plan.bears(index))} &#9654;</text>`;
   const box = [left - pad, -high - 24 * unit, right - left + 2 * pad, high - low + 46 * unit];
   return `<div class="scroll"><svg class="piece" viewBox="${box.join(" ")}" style="width:clamp(${0.85 * shownWide}px, 100%, ${shownWide}px)" role="img"
-    aria-label="Piece ${escaped(piece.id)}, flat"><path class="outline" style="fill:${plan.colour[index]}"
+    aria-label="Piece ${escaped(plan.named(index))}, flat"><path class="outline" style="fill:${plan.colour[index]}"
     d="${pathOf(piece.outline)}"/>${holes.join("")}<path class="line" d="M${line}" stroke-width="${1.5 * unit}"
     stroke-dasharray="${4 * unit} ${3 * unit}"/>${dots.join("")}${names.join("")}${ends.join("")}${way}</svg></div>`;
 }
 
 /** List a piece's stations: how far along, over or under which piece, joint and mate. */
-function stationTable(plan, index, chosen) {
+function stationTable(plan, index, chosen, step) {
   const piece = plan.pieces[index], far = plan.distances(piece);
   const rows = piece.stations.map((station, k) => `
-    <tr data-station="${k}"${k === chosen ? ' class="chosen"' : ""}><td>${k}</td><td>${far[k].toFixed(1)}</td>
+    <tr data-station="${k}" class="${stationTime(plan, step, station)}${k === chosen ? " chosen" : ""}"><td>${k}</td><td>${far[k].toFixed(1)}</td>
       <td>${sideSign(station.over)}${station.over ? "over" : "under"}</td>
-      <td><button type="button" class="link" data-piece="${escaped(station.partner)}">${escaped(station.partner)}</button></td>
-      <td>${station.joint === null ? "" : `#${station.joint} <button type="button" class="link" data-piece="${
-        escaped(plan.mate(piece, station.joint))}">${escaped(plan.mate(piece, station.joint))}</button>`}</td>
+      <td>${plan.link(station.partner)}</td>
+      <td>${station.joint === null ? "" : `#${station.joint} ${plan.link(plan.mate(piece, station.joint))}`}</td>
       <td>${station.hole_mm === null ? "" : station.hole_mm}</td></tr>`);
-  return `<div class="scroll"><table><thead><tr><th>No.</th><th>mm</th><th>passes</th><th>piece</th><th>joint, mate</th><th>hole</th></tr></thead>
+  return `<div class="scroll"><table><thead><tr><th>No.</th><th>mm</th><th>passes</th><th>piece</th><th>joint</th><th>hole</th></tr></thead>
     <tbody>${rows.join("")}</tbody></table></div>`;
 }
 
@@ -96,13 +103,13 @@ function sheetDrawing(plan, number) {
     const place = placing(piece, sheet), [x, y] = middleOnSheet(piece, sheet);
     return [`<g data-piece="${escaped(piece.id)}"><path style="fill:${plan.colour[index]}" d="${
       pathOf(piece.outline.map(place))}"/><text x="${x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${
-      size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(plan.bears(piece))}</text></g>`];
+      size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(plan.bears(index))}</text></g>`];
   });
   const spares = plan.spares.filter((spare) => spare.sheet === sheet.sheet).map((spare) => {
     const place = placing(spare, sheet), [x, y] = middleOnSheet(spare, sheet);
-    return `<g class="spare"><title>Spare: of the kind of ${escaped(spare.of)}</title><path d="${pathOf(spare.outline.map(place))}"/><text x="${
+    return `<g class="spare"><title>A spare of the kind of ${escaped(spare.of)}</title><path d="${pathOf(spare.outline.map(place))}"/><text x="${
       x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${
-      (0.2 * size).toFixed(1)}">${escaped(plan.bears(spare))}</text></g>`;
+      (0.2 * size).toFixed(1)}">${escaped(plan.spareName(spare))}</text></g>`;
   });
   return `<svg class="sheet" viewBox="${-wide * 0.005} ${-high - wide * 0.005} ${wide * 1.01} ${high + wide * 0.01}"
     stroke-width="${wide / 700}" role="img" aria-label="${escaped(sheet.name)}">${stockDrawing(plan, sheet)}${
@@ -116,6 +123,6 @@ function finder(plan, sheet, pieces, zoom) {
     const [x, y] = middleOnSheet(piece, sheet), above = y + 2.6 * size < sheet.height_mm ? 1 : -1;
     return `<circle cx="${x}" cy="${-y}" r="${size}" stroke-width="${0.12 * size}"/>
       <text x="${Math.max(size, Math.min(sheet.width_mm - size, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
-      stroke-width="${0.25 * size}">${escaped(plan.bears(piece))}</text>`;
+      stroke-width="${0.25 * size}">${escaped(plan.nameOf(piece.id))}</text>`;
   }).join("");
 }

@@ -5,15 +5,13 @@ function readPlan(text) {
   const data = JSON.parse(text);
   const { pieces, joints, steps, threads, sheets } = data.plan;
   const pieceAt = new Map(pieces.map((piece, index) => [piece.id, index]));
-  const spares = (data.plan.spares || []).map((spare) => ({ ...pieces[pieceAt.get(spare.of)], ...spare }));
-  const byKind = data.plan.cut.labels === "kinds";
   const threadOf = new Map(threads.map((thread, index) => [thread.id, index]));
   const jointOf = new Map(joints.map((joint) => [joint.id, joint]));
+  const crossingOf = new Map(data.plan.crossings.map((crossing) => [crossing.id, crossing]));
+  const jointsAt = groupedBy(joints, (joint) => joint.crossing);
   const sheetAt = new Map(sheets.map((sheet, index) => [sheet.sheet, index]));
   const stepOf = new Int32Array(pieces.length).fill(-1);
   steps.forEach((step, index) => step.pieces.forEach((id) => (stepOf[pieceAt.get(id)] = index)));
-  // Flat, a piece has the colour that most of it has.
-  const colour = data.colours.map((runs) => runs.reduce((most, run) => (run[1] > most[1] ? run : most))[0]);
 
   /** Name the bunch of a thread for people: with two, warp and weft. */
   const bunches = new Set(threads.map((thread) => thread.bunch));
@@ -41,6 +39,33 @@ function readPlan(text) {
     return ends === piece.id ? begins : ends;
   }
 
+  // Where pieces bear their kinds, those are what a person finds on them.
+  const byKind = data.plan.cut.labels === "kinds";
+  const bears = (piece) => (byKind ? `K${pieces[piece].kind}` : pieces[piece].id);
+  const named = (piece) => (byKind ? `K${pieces[piece].kind} (${pieces[piece].id})` : pieces[piece].id);
+  const nameOf = (id) => named(pieceAt.get(id));
+  // What lies on the sheets besides, and is woven nowhere.
+  const spares = (data.plan.spares || []).map((spare) => ({ ...pieces[pieceAt.get(spare.of)], ...spare }));
+  const spareName = (spare) => (byKind ? `K${spare.kind}` : spare.id);
+  /** What is to be taken for a place: one of its kind, perhaps with its arrow against the thread. */
+  const takenFor = (id) => nameOf(id) + (byKind && pieces[pieceAt.get(id)].turned ? ", arrow back" : "");
+
+  /** A piece's name as a link to it. */
+  const link = (id) => `<button type="button" class="link" data-piece="${escaped(id)}">${escaped(nameOf(id))}</button>`;
+
+  /** A text with something else for each name of a piece, and for all the rest. */
+  const retold = (text, name, rest) => text.split(/([A-Za-z]+\d+)/).map((part, k) => (k % 2 && pieceAt.has(part) ? name(part) : rest(part))).join("");
+  const linked = (text) => retold(text, link, escaped);
+  const told = (text) => retold(text, nameOf, (part) => part);
+
+  /** Where fasteners are set for good at a step: the crossing, its pieces, and how many there. */
+  function fastenings(step) {
+    return step.fasten.map((id) => crossingOf.get(id)).filter((crossing) => crossing.fastened).map((crossing) => {
+      const holes = (jointsAt.get(crossing.id) || []).reduce((sum, joint) => sum + joint.holes.length, 0);
+      return { ...crossing, count: Math.max(holes, 1) };
+    });
+  }
+
   /** Those pieces of which something is true. */
   const piecesWhere = (holds) => pieces.flatMap((piece, index) => (holds(piece) ? [index] : []));
 
@@ -60,7 +85,7 @@ function readPlan(text) {
       return joint ? [...new Set(joint.pieces)].map((id) => ({ piece: pieceAt.get(id), why: `joint #${number}` })) : [];
     },
     CROSSING: (number) => {
-      const crossing = data.plan.crossings.find(({ id }) => id === number);
+      const crossing = crossingOf.get(number);
       return !crossing ? [] : ["over", "under"].map((way) => ({
         piece: pieceAt.get(crossing[way].piece), station: crossing[way].station,
         why: `${way} at crossing ${number}, station ${crossing[way].station}`,
@@ -68,7 +93,7 @@ function readPlan(text) {
     },
     KIND: (number) => group(`Kind ${number}`, piecesWhere(({ kind }) => kind === number)),
     SHEET: (number) => group(`Sheet ${number}`, piecesWhere(({ sheet }) => sheet === number), sheetAt.get(number)),
-    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: steps[number - 1].pieces.join(", ") }] : []),
+    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: steps[number - 1].pieces.map(nameOf).join(", ") }] : []),
   };
 
   /**
@@ -96,15 +121,24 @@ function readPlan(text) {
     return all.filter(({ piece }) => piece === undefined || (!met.has(piece) && met.add(piece))).slice(0, most);
   }
 
-  /** What a piece bears, and what is to be taken for its place: where only kinds are told, any of its kind. */
-  const bears = (piece) => (byKind ? `K${piece.kind}` : piece.id);
-  const taken = (piece) => (byKind ? `${piece.id}: any K${piece.kind}${piece.turned ? ", arrow back" : ""}` : piece.id);
-
   return {
-    spares, bears, taken, data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, colour, jointOf, sheetAt,
+    /** The colour of each piece, flat. */
+    colour: [],
+    data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, distances, mate, search,
+    bunchName, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
   };
+}
+
+/** Values in lists by what a key says of them, in the order in which they come. */
+function groupedBy(values, keyOf) {
+  const lists = new Map();
+  for (const value of values) {
+    const key = keyOf(value);
+    if (lists.has(key)) lists.get(key).push(value);
+    else lists.set(key, [value]);
+  }
+  return lists;
 }
 
 /** Keep what was done between visits, where the browser lets us. */

@@ -45,7 +45,7 @@ def check_clearance(job: Job, tally: Tally) -> None:
     if finding := finding_about("clearance", ribbons, place):
         _check_finding(finding, near, wanted, place.at("clearance"))
         return
-    for at in np.flatnonzero(near.gap_mm < wanted - GAP_MM).tolist():
+    for at in np.flatnonzero(near.sure_mm < wanted - GAP_MM).tolist():
         tally.fail(
             f"{_names(plan, near, at)} are {near.gap_mm[at]:.3f} mm apart, middle to middle, "
             f"where {wanted[at]:g} mm are wanted, and ribbons.json does not say so"
@@ -78,19 +78,22 @@ def _thicknesses(plan: CrossingMap, ribbons: dict[str, Any]) -> dict[int, float]
 def _check_finding(finding: dict[str, Any], near: Near, wanted: Floats, place: Place) -> None:
     """Check a finding about clearance."""
     value, limit, count = (stated_number(finding, key) for key in ("value", "limit", "count"))
-    share = float((near.gap_mm / wanted).min(initial=np.inf))
+    least, sure = (
+        limit * float((gap_mm / wanted).min(initial=np.inf))
+        for gap_mm in (near.gap_mm, near.sure_mm)
+    )
     place.at_most(
         "short_of_mm",
-        abs(value - share * limit),
+        max(least - value, value - sure),
         GAP_MM,
         f"the nearest ribbons are said to be {value:g} mm apart where {limit:g} mm are wanted; in "
-        f"the model they are {share * limit:.4f} mm apart: {{}} off",
+        f"the model they are {least:.4f} mm apart: {{}} off",
     )
     place.expect(
         bool(np.any(np.abs(wanted - limit) < GAP_MM)),
         f"{limit:g} mm are said to be wanted between ribbons where nothing is near",
     )
-    fewest = np.count_nonzero(near.gap_mm < wanted - GAP_MM)
+    fewest = np.count_nonzero(near.sure_mm < wanted - GAP_MM)
     most = np.count_nonzero(near.gap_mm < wanted + GAP_MM)
     place.expect(
         fewest <= count <= most,

@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap, Strand
 from fabweave.verify.measure.fabric import check_fabric
+from fabweave.verify.measure.symmetry import count_rotations
 from fabweave.verify.measure.twill import broken_conditions
 from fabweave.verify.measure.walks import LoadedMesh, Pass, edge_keys
 from fabweave.verify.read.job_files import Job, required
@@ -134,6 +135,28 @@ def check_pattern(job: Job, tally: Tally) -> None:
     for name, claimed, counted in zip(("edge", "face", "vertex"), plan.broken, counts, strict=True):
         weave.equal(f"the number of broken {name} conditions", claimed, counted)
     weave.equal("exact", plan.exact, sum(counts) == 0)
+    if plan.pattern == "twill":
+        _check_rotations(job, sense, tally)
+
+
+def _check_rotations(job: Job, sense: dict[int, bool], tally: Tally) -> None:
+    """Check that as many rotations carry the weave onto itself as are asked for, and told."""
+    plan, asked = required(job.map), job.options.get("twill_symmetry", 1)
+    if plan.rotations is None and asked == 1:
+        return
+    wanted, told = tally.at("job.toml", "twill_symmetry"), plan.rotations or 0
+    if wanted.expect(type(asked) is int and asked >= 1, f"{asked!r} is no number of rotations"):
+        tally.at("crossing_map.json", "weave").expect(
+            told >= asked,
+            f"its rotations are {plan.rotations}, but job.toml asks for {asked} or more",
+        )
+    found = count_rotations(required(job.mesh), sense, told)
+    tally.count(len(sense))
+    tally.at("crossing_map.json", "weave").expect(
+        found >= told,
+        f"its rotations are {told}, but only {found} carry the mesh onto itself, over and under "
+        "kept",
+    )
 
 
 def _senses(

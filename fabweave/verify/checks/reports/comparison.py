@@ -64,8 +64,29 @@ def check_comparison(plan: CrossingMap, job: Job, waste: Mapping[str, Any], plac
         told["bound_mm2"] >= area and told["gross"] <= told["best"] + _UTILISATION,
         "a layout is said to be better than the best",
     )
+    grain = told.get("grain")
+    place.expect(
+        grain is None or plan.from_grain_deg == 90.0,
+        "it is told what lying across the grain costs, and pieces need not",
+    )
+    for name, way in (grain or {}).items():
+        _check_rough(plan, used, way, place.at("grain", name))
     if len({(sheet.material, sheet.thickness_mm) for sheet in plan.sheets}) == 1:
         _check_bound(plan, told, used, place)
+
+
+def _check_rough(plan: CrossingMap, used: float, way: Mapping[str, Any], place: Place) -> None:
+    """Check what is told of a rough nesting, which is not repeated, against what could be.
+
+    Its sheets are of the sizes that there are, and hold the pieces.
+    """
+    sizes = [sheet.area_mm2 for sheet in plan.sheets]
+    place.number("utilisation", way["utilisation"], used / way["area_mm2"], within=_UTILISATION)
+    place.expect(
+        used <= way["area_mm2"] and way["sheets"] * min(sizes) <= way["area_mm2"] + _AREA_MM2,
+        f"{way['sheets']} sheets of {way['area_mm2']:g} mm² would not hold the pieces, or are "
+        "smaller than those that are used",
+    )
 
 
 def _check_bound(plan: CrossingMap, told: Mapping[str, Any], used: float, place: Place) -> None:

@@ -269,12 +269,13 @@ def _check_bends(job: Job, entries: dict[str, Any], tally: Tally) -> None:
         if entry is None or supply.thickness_mm is None:
             continue
         stated = record.get("limits", job.ribbons["limits"]).get("bend_mm")
-        wanted = _tightest_mm(entry, supply.thickness_mm)
+        across = job.map.from_grain_deg == 90.0 and "across_table_mm" in entry
+        wanted = _tightest_mm(entry, supply.thickness_mm, across=across)
         place = tally.at("ribbons.json", f"thread {record.get('thread')}").against("job.toml")
         place.number("bend_mm", stated, wanted, within=_ROUNDED_MM)
 
 
-def _tightest_mm(entry: dict[str, Any], thickness_mm: float) -> float:
+def _tightest_mm(entry: dict[str, Any], thickness_mm: float, *, across: bool = False) -> float:
     """Return the tightest radius by an entry's rule; beyond a table its end's ratio is kept.
 
     Examples
@@ -283,9 +284,10 @@ def _tightest_mm(entry: dict[str, Any], thickness_mm: float) -> float:
     >>> [_tightest_mm(table, thickness) for thickness in (0.5, 1.5, 4.0)]
     [25.0, 85.0, 240.0]
     """
-    if "min_bend_radius_t" in entry:
+    if "min_bend_radius_t" in entry and not across:
         return float(entry["min_bend_radius_t"] * thickness_mm)
-    thick, radius = np.array(entry["bend_table_mm"], dtype=np.float64).T
+    table = entry["across_table_mm" if across else "bend_table_mm"]
+    thick, radius = np.array(table, dtype=np.float64).T
     inside = float(np.clip(thickness_mm, thick[0], thick[-1]))
     return float(np.interp(inside, thick, radius)) * thickness_mm / inside
 

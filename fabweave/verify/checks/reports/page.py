@@ -4,12 +4,12 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from itertools import zip_longest
-from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
 from fabweave.verify.checks.reports.page_costs import costs_shown
 from fabweave.verify.checks.reports.page_splitting import splitting_shown
 from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.measure.titles import titles_of
 from fabweave.verify.measure.words import ANSWERS, counted
 from fabweave.verify.read.job_files import LIKENESS, Job, required
 from fabweave.verify.read.offcuts import STOCK
@@ -18,7 +18,6 @@ from fabweave.verify.statement import Place, Tally
 
 #: What the sentence at the head of the page calls the materials.
 _MATERIAL = re.compile(r"\d+ pieces? of (.+), on \d+ sheets?: ")
-_SHAPE = "shape:"
 
 
 def check_page(job: Job, tally: Tally) -> None:
@@ -26,12 +25,9 @@ def check_page(job: Job, tally: Tally) -> None:
     page, waste, plan = required(job.waste_page), required(job.waste), required(job.map)
     place = tally.at("waste.html").against("waste.json")
     title = title_of(job)
-    if mesh := job.options.get("mesh"):
-        names = [mesh.removeprefix(_SHAPE)]
-        if not mesh.startswith(_SHAPE):
-            # It may have been made on another system.
-            names = [PurePosixPath(mesh).stem, PureWindowsPath(mesh).stem]
-        place.expect(title in names, f"its title is {title!r}, but the mesh is called {names[0]!r}")
+    if job.options.get("mesh"):
+        names = titles_of(job.options)
+        place.expect(title in names, f"its title is {title!r}, but should be {names[0]!r}")
     _check_entries(job, page, title, place)
     wanted = map(spaced, _wanted(job, plan, waste, title))
     shown = (one for one in page if one.tag != "pre")
@@ -247,6 +243,13 @@ def _comparison(told: dict[str, Any], totals: dict[str, Any]) -> Iterator[Seen]:
         way, large = told[key], told[key]["too_large"]
         count = f"{counted(large, 'does', 'do')} not fit" if large else way["sheets"]
         ways.append((name, way["area_mm2"], count, way["utilisation"]))
+    for name, key in (
+        ("nested roughly, across the grain as here", "across"),
+        ("nested roughly, at any angle", "free"),
+    ):
+        if told.get("grain") is not None:
+            way = told["grain"][key]
+            ways.append((name, way["area_mm2"], way["sheets"], way["utilisation"]))
     for name, mm2, count, share in ways:
         used = "" if share is None else f"{share:.1%}"
         yield from row(name, f"{mm2 / 1e6:.2f}", count, used, "")

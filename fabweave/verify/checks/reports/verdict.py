@@ -23,6 +23,7 @@ BROKEN = {
     "twist": 0.25,
     "layers": 0.10,
     "clearance": 0.10,
+    "grain": 0.10,
 }
 FAR = 0.005
 #: Narrower ribbons want care; widths are rounded to a thousandth.
@@ -31,6 +32,7 @@ NARROW_MM, _ROUNDED_MM = 4.0, 5e-4
 CARE_WORDS = {
     "width": "handle them with tweezers",
     "bend": "damp or roll the strip there before it is woven",
+    "grain": "damp or roll the strip there before it is woven",
     "crease": "soften the crease by rolling, or score it",
     "twist": "ease the strip in slowly, or narrow it there by hand",
     "layers": "the layers press on one another: do not fasten there before all are in place",

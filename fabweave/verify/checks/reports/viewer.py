@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "072ec171e4dab4e913bf3adb7a26ecc6d0f5bcd9ad59bf003fd2ef9b871a0796"
+FRAME = "d6c69c20328f74365bca54b68603b2a5ed25c5f8e3bcc6246d2f6d25f8a5a5f2"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
@@ -31,7 +31,7 @@ COARSE_MM = 0.1
 
 
 def check_viewer(job: Job, tally: Tally) -> None:
-    """Check assembly.html against the crossing map and the model."""
+    """Check assembly.html against the crossing map, the model and the hours of waste.json."""
     viewer, plan, place = job.viewer, required(job.map), tally.at("assembly.html")
     if viewer is None:
         place.expect(len(plan.crossings) > MOST_VIEWED, "not checked, because it could not be read")
@@ -44,6 +44,10 @@ def check_viewer(job: Job, tally: Tally) -> None:
     for key in sorted({*viewer.plan, *(job.document or {})}):
         where = _difference(viewer.plan.get(key), (job.document or {}).get(key), key)
         place.expect(where is None, f"it differs from crossing_map.json in {where}")
+    if job.waste is not None:
+        # Another check counts these hours afresh.
+        hands = (job.waste.get("estimate") or {}).get("assembly")
+        place.expect(viewer.hands == hands, "it takes other hours than waste.json")
     if place.equal(
         "the numbers of pieces in space, with rungs, with panels and with colours,",
         (len(viewer.counts), len(viewer.panels), len(viewer.colours)),

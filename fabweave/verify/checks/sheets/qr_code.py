@@ -25,7 +25,7 @@ _DIGEST = "# sha256 "
 _UNSAID = {
     "bodies": "all", "fair": 0, "pattern": "plain", "boundary": "end", "width": "auto",
     "smooth": 3, "crossing": 0.7, "clearance": "0.1mm", "prefer": "balanced", "kinds": "auto",
-    "joint": "rivet", "symmetrise": False, "slots": False, "rotations": "free", "seed": 0,
+    "joint": "rivet", "symmetrise": False, "slots": False, "rotations": "auto", "seed": 0,
     "colours": "safe", "profile": "maker", "strict": False, "force": False, "labels": "hidden",
     "label_side": "outside", "paper": "a4", "cut_order": "short", "template": "sheet",
 }  # fmt: skip

@@ -17,7 +17,7 @@ _SAME_MM = 1e-3
 _DRAWN_MM = 0.2
 _ANGLE_DEG = 1e-5
 _PLAIN = re.compile(r"([\d.]+)x([\d.]+)mm(?::(\d+))?")
-_GRAIN = re.compile(r"grain(?::([\d.]+)deg)?")
+_GRAIN = re.compile(r"(grain|across)(?::([\d.]+)deg)?")
 
 
 def check_stock(job: Job, tally: Tally) -> None:
@@ -119,18 +119,18 @@ def _check_shape(sheet: Sheet, place: Place) -> None:
 
 def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
     """Check that pieces stand at allowed angles, and that the settings allow the same."""
-    step, tolerance = plan.step_deg, plan.tolerance_deg
+    step, tolerance, aslant = plan.step_deg, plan.tolerance_deg, plan.from_grain_deg
     if "rotations" in options:
         text = str(options["rotations"]).strip().lower()
         grain = _GRAIN.fullmatch(text)
-        wanted: tuple[float | None, float] = (None, 0.0)
+        wanted: tuple[float | None, float, float] = (None, 0.0, 0.0)
         if grain is not None:
-            wanted = (180.0, float(grain[1] or 0.0))
-        elif text != "free":
-            wanted = (float(text.removesuffix("deg")), 0.0)
+            wanted = (180.0, float(grain[2] or 0.0), 90.0 if grain[1] == "across" else 0.0)
+        elif text not in ("auto", "free"):
+            wanted = (float(text.removesuffix("deg")), 0.0, 0.0)
         tally.at("crossing_map.json").against(f"job.toml, {text!r}").equal(
-            "the angle by which pieces may be turned, with its tolerance,",
-            (step, tolerance),
+            "the angle by which pieces may be turned, with its tolerance, and from the grain,",
+            (step, tolerance, aslant),
             wanted,
         )
     if step is None:
@@ -140,7 +140,7 @@ def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> N
         grain_deg = (sheet.grain_deg if sheet is not None else None) or 0.0
         # A mirrored sheet is turned over: its angles run the other way.
         turn = piece.rotation_deg if piece.mirror_mm is None else -piece.rotation_deg
-        aside = abs((turn - grain_deg + step / 2.0) % step - step / 2.0)
+        aside = abs((turn - grain_deg - aslant + step / 2.0) % step - step / 2.0)
         tally.at(f"piece {piece.id}").at_most(
             "angle_deg",
             aside,

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
-from fabweave.verify.drawing import Floats
+from fabweave.verify.drawing import Flags, Floats
 from fabweave.verify.measure.words import PAPERS_MM
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.template import Template
@@ -14,8 +14,12 @@ from fabweave.verify.statement import Place, Tally
 _SAME_MM = 0.01
 #: Sizes of paper are told in hundredths of points.
 _PAPER_MM = 0.1
-#: Printers leave so much of the paper white.
-_BORDER_MM = 10.0
+#: Printers leave so much of the paper white: on the left, at the foot, in all across, in all up.
+_LEFT_MM, _FOOT_MM, _ACROSS_MM, _UP_MM = 5.0, 9.0, 10.0, 14.0
+#: Around a piece so much is shown, and around each place of a piece that no page holds.
+_AROUND_MM, _NEAR_MM = 0.9, 4.9
+#: Places of outlines are looked at so far apart.
+_APART_MM = 2.0
 
 
 def check_templates(job: Job, tally: Tally) -> None:
@@ -31,8 +35,9 @@ def check_templates(job: Job, tally: Tally) -> None:
             continue
         place = tally.at(f"{sheet.name}.pdf")
         _check_paper(sheet, template, paper, place.against("job.toml"))
-        _check_pages(sheet, template, place)
-        _check_points(plan.on_sheet(sheet.number), plan, template, place)
+        pieces = plan.on_sheet(sheet.number)
+        _check_pages(sheet, pieces, template, place, whole=paper == "sheet")
+        _check_points(pieces, plan, template, place)
 
 
 def _check_paper(sheet: Sheet, template: Template, paper: str, place: Place) -> None:
@@ -44,12 +49,14 @@ def _check_paper(sheet: Sheet, template: Template, paper: str, place: Place) -> 
     place.expect(off < _PAPER_MM, f"a page has not the size of {paper!r}")
 
 
-def _check_pages(sheet: Sheet, template: Template, place: Place) -> None:
-    """Check that one page is the sheet, or that all together show all of it."""
+def _check_pages(
+    sheet: Sheet, pieces: list[Piece], template: Template, place: Place, *, whole: bool
+) -> None:
+    """Check that one page is the sheet, or that all together show every piece, and how."""
     size = np.array([sheet.width_mm, sheet.height_mm])
-    whole = len(template.pages) == 1 and not np.any(template.origins)
-    border = 0.0 if whole else _BORDER_MM
-    seen = np.column_stack([np.full_like(template.pages, border), template.pages - 2.0 * border])
+    corner = np.zeros(2) if whole else np.array([_LEFT_MM, _FOOT_MM])
+    spent = np.zeros(2) if whole else np.array([_ACROSS_MM, _UP_MM])
+    seen = np.column_stack([np.tile(corner, (len(template.pages), 1)), template.pages - spent])
     place.at_most(
         "window_mm",
         float(np.abs(template.windows - seen).max()),
@@ -57,22 +64,46 @@ def _check_pages(sheet: Sheet, template: Template, place: Place) -> None:
         "a page shows the sheet through a window that is off by {}",
     )
     if whole:
-        off = float(np.abs(template.pages[0] - size).max())
-        place.at_most("page_mm", off, _SAME_MM, "its page and the sheet differ by {} in size")
+        off = float(np.abs(np.concatenate([template.pages - size, template.origins])).max())
+        place.at_most("page_mm", off, _SAME_MM, "its page and the sheet differ by {}")
+        place.equal("the number of pages", len(template.pages), 1)
         return
-    low = _BORDER_MM - template.origins
-    high = low + template.pages[: len(low)] - 2.0 * _BORDER_MM
-    for axis in (0, 1):
-        # Between the edges of pages everything has to be on one of them, row by row.
-        edges = np.unique(np.concatenate((low[:, axis], high[:, axis])).round(3))
-        middles = np.concatenate(([0.0], (edges[1:] + edges[:-1]) / 2.0, [size[axis]]))
-        middles = middles[(middles >= 0.0) & (middles <= size[axis])]
-        seen = (low[:, axis, None] <= middles + _SAME_MM) & (
-            middles - _SAME_MM <= high[:, axis, None]
+    low = corner - template.origins
+    high = low + template.pages - spent
+    for piece in pieces:
+        outline = _followed(piece.placed(piece.outline))
+        box = np.concatenate([outline.min(axis=0) - _AROUND_MM, outline.max(axis=0) + _AROUND_MM])
+        if _on_one(box[None], low, high).all():
+            continue
+        # All that is near a place of its outline is on one page, so that there is a lap.
+        near = np.concatenate(
+            [
+                np.maximum(outline - _NEAR_MM, box[:2]),
+                np.minimum(outline + _NEAR_MM, box[2:]),
+            ],
+            axis=1,
         )
-        place.expect(seen.any(axis=0).all(), "its pages do not show all of the sheet")
-    columns, rows = (len(np.unique(template.origins[:, axis].round(3))) for axis in (0, 1))
-    place.equal("the number of pages in all rows", len(low), columns * rows)
+        place.expect(
+            _on_one(near, low, high).all(), f"its pages do not show all of piece {piece.id}"
+        )
+
+
+def _followed(outline: Floats) -> Floats:
+    """Return places along an outline."""
+    ends = np.roll(outline, -1, axis=0)
+    counts = np.ceil(np.hypot(*(ends - outline).T) / _APART_MM).astype(np.int64) + 1
+    return np.concatenate(
+        [
+            start + (end - start) * np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
+            for start, end, count in zip(outline, ends, counts.tolist(), strict=True)
+        ]
+    )
+
+
+def _on_one(boxes: Floats, low: Floats, high: Floats) -> Flags:
+    """Return which boxes are within the window of some page."""
+    inside = (low[:, None] <= boxes[:, :2] + _SAME_MM) & (boxes[:, 2:] - _SAME_MM <= high[:, None])
+    return np.asarray(inside.all(axis=2).any(axis=0))
 
 
 def _check_points(pieces: list[Piece], plan: CrossingMap, template: Template, place: Place) -> None:

@@ -1,0 +1,85 @@
+"""The better radius of plywood counts only where pieces lie across the grain, and bends do, too."""
+
+import json
+import shutil
+
+import pytest
+
+from fabweave.verify import verify_job
+
+GRAINED = (
+    "shape:cube", "--refine", "catmull-clark:1", "--size", "130mm", "--material", "birch-veneer",
+    "--rotations", "across:40deg", "--effort", "quick", "--force",
+)  # fmt: skip
+
+
+@pytest.fixture
+def grained(finished, tmp_path):
+    """Return a copy of a job whose pieces lie across the grain, some bends aslant."""
+    return shutil.copytree(finished(*GRAINED), tmp_path / "job")
+
+
+def told(folder):
+    return {check.name: str(check.findings) for check in verify_job(folder).checks if not check.ok}
+
+
+def edit(folder, name, change):
+    path = folder / name
+    document = json.loads(path.read_text("utf-8"))
+    change(document)
+    path.write_text(json.dumps(document), "utf-8")
+
+
+def finding(ribbons):
+    return next(one for one in ribbons["findings"] if one["rule"] == "grain")
+
+
+@pytest.mark.slow
+def test_a_true_job_passes_and_tells_what_the_grain_costs(grained):
+    assert told(grained) == {}
+    waste = json.loads((grained / "waste.json").read_text("utf-8"))
+    cost = waste["comparison"]["grain"]
+    assert cost["free"]["sheets"] <= cost["across"]["sheets"]
+    page = (grained / "waste.html").read_text("utf-8")
+    assert "nested roughly, across the grain as here" in page
+
+
+SPOILT = [
+    ("ribbons.json", lambda d: d["findings"].remove(finding(d)), "grain", "and no finding says so"),
+    ("ribbons.json", lambda d: finding(d).update(count=3), "grain", "3 bends are said to lie"),
+    ("ribbons.json", lambda d: finding(d).update(value=50.0), "grain", "value is 50, but should"),
+    ("ribbons.json", lambda d: finding(d).update(limit=60.0), "grain", "limit is 60, but should"),
+    ("ribbons.json", lambda d: d["limits"].update(bend_along_mm=20.0), "grain", "more tightly"),
+    ("ribbons.json", lambda d: d["limits"].pop("bend_along_mm"), "grain", "0 to 0 do"),
+    (
+        "crossing_map.json",
+        lambda d: d["layout"]["rotations"].pop("from_grain_deg"),
+        "grain",
+        "pieces need not lie across it",
+    ),
+    (
+        "crossing_map.json",
+        lambda d: d["layout"]["rotations"].pop("from_grain_deg"),
+        "stock",
+        "from the nearest of the angles",
+    ),
+    (
+        "waste.json",
+        lambda d: d["comparison"]["grain"]["free"].update(sheets=40),
+        "areas",
+        "40 sheets of",
+    ),
+    (
+        "waste.json",
+        lambda d: d["comparison"]["grain"]["across"].update(utilisation=0.9),
+        "areas",
+        "utilisation is 0.9, but should",
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "change", "check", "words"), SPOILT)
+def test_another_word_about_the_grain_is_found(grained, name, change, check, words):
+    edit(grained, name, change)
+    assert words in told(grained)[check]
