@@ -121,8 +121,9 @@ function finder(plan, sheet, pieces, zoom) {
   const size = sheet.width_mm / 22 / zoom;
   return pieces.map((piece) => {
     const [x, y] = middleOnSheet(piece, sheet), above = y + 2.6 * size < sheet.height_mm ? 1 : -1;
+    const name = plan.nameOf(piece.id), half = Math.max(size, 0.31 * size * name.length);
     return `<circle cx="${x}" cy="${-y}" r="${size}" stroke-width="${0.12 * size}"/>
-      <text x="${Math.max(size, Math.min(sheet.width_mm - size, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
-      stroke-width="${0.25 * size}">${escaped(plan.nameOf(piece.id))}</text>`;
+      <text x="${Math.max(half, Math.min(sheet.width_mm - half, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
+      stroke-width="${0.25 * size}">${escaped(name)}</text>`;
   }).join("");
 }

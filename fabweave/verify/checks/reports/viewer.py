@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "d6c69c20328f74365bca54b68603b2a5ed25c5f8e3bcc6246d2f6d25f8a5a5f2"
+FRAME = "d0c6775b7a5b7fa0ccd0e372488f5ccc2f90249bdcc6a2a83ff22e0248c53948"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
