@@ -14,6 +14,7 @@ from fabweave.flat.joint.fastening import fastened_crossings, holds_itself, pars
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.flat.split.preferences import KIND_PRICES
 from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.report.grain import grain_findings, tight_along
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -63,6 +64,7 @@ def joined_pieces(
         fastened=fastened,
         holed=holed,
         supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[settings.kinds] is not None,
     )
 
 

@@ -77,12 +77,11 @@ def build_pieces(
     fastened: BoolArray | None = None,
     holed: BoolArray | None = None,
     supply: IntArray | None = None,
+    fit: bool = False,
 ) -> PieceSet:
     """Build every piece with its stations, holes and joints.
 
-    Pieces that are the same but for less than the play of a fastener are made equal to the first
-    of them, where joints are laps that fasteners or glue hold; else those that are the same but
-    for rounding.
+    Pieces that are the same but for rounding are made equal to the first of them.
 
     One hole diameter serves the whole job: the largest of ``rules`` for which nine crossings of
     ten have room in all their layers; failing that, the smallest that fits anywhere.
@@ -107,6 +106,9 @@ def build_pieces(
     supply : (T,) int array, optional
         What each thread is cut from; pieces of different supplies are different. By default all
         are from one.
+    fit : bool
+        Whether pieces that differ by less than the play of a fastener are made equal, too, where
+        joints are laps that fasteners or glue hold.
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     cut = cut_strips(ribbons, weave, runs, plan) if cut is None else cut
@@ -133,7 +135,7 @@ def build_pieces(
         )
         for index in range(len(numbers))
     )
-    loose = all(kind.laps and kind.shape is None for kind in kinds)
+    loose = fit and all(kind.laps and kind.shape is None for kind in kinds)
     fit_mm = FIT_MM if loose else _ROUNDED_MM
     of_piece = None if supply is None else supply[runs.thread].tolist()
     same = compare_pieces(pieces, of_piece, same_mm=max(fit_mm, SAME_MM))
