@@ -8,15 +8,13 @@ import numpy as np
 from fabweave.app.joined_object import JoinedObject
 from fabweave.app.request import chosen_holes
 from fabweave.app.settings import Settings
-from fabweave.app.woven_mesh import WovenMesh
 from fabweave.app.woven_object import WovenObject
-from fabweave.core.arrays import IntArray
 from fabweave.cut.labels.marks import mark_pieces
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.fastening import fastened_crossings, holds_itself, parse_fastening
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.flat.split.preferences import KIND_PRICES
 from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.report.grain import grain_findings, tight_along
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -65,6 +63,8 @@ def joined_pieces(
         cut=joined.cut,
         fastened=fastened,
         holed=holed,
+        supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[settings.kinds] is not None,
     )
 
 
@@ -85,19 +85,12 @@ def with_grain(
     return replace(check, findings=(*check.findings, *found))
 
 
-def kinds_of(pieces: Sequence[Piece], woven: WovenMesh, supplies: Supplies) -> IntArray:
-    """Return which kind each piece is of, from 1: congruent ones of one material are of one."""
-    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
-    return piece_kinds(pieces, supply.tolist())
-
-
 def pieces_costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> Costs:
     """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
     pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
     of_thread = supplies.of(woven.bunches)
-    kinds = kinds_of(pieces, woven, supplies) if settings.labels == "kinds" else None
-    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, kinds)
+    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, piece_set.kinds)
     materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
     return planned_costs(piece_set, marks, materials, calibration=settings.calibrate)
