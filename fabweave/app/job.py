@@ -161,6 +161,10 @@ class Job(PlannedJob):
         What a maker should know.
     grain_cost : GrainCost or None
         What it costs that pieces lie across the grain; None where they need not.
+    rim_layout : Layout or None
+        Where the pieces of rings lie, on sheets of their own; None without rings.
+    rim_drawings : tuple of SheetDrawing
+        These sheets.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     """
@@ -181,6 +185,8 @@ class Job(PlannedJob):
     costs: Costs
     notes: tuple[str, ...]
     grain_cost: GrainCost | None = None
+    rim_layout: Layout | None = None
+    rim_drawings: tuple[SheetDrawing, ...] = ()
     given_mesh: PolyMesh | None = None
 
     @property

@@ -12,10 +12,11 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerf_notes
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
+from fabweave.cut.rim_sheets import rim_notes
 from fabweave.flat.pieces import PieceSet
 from fabweave.nest.layout import Layout
 from fabweave.report.grain import grain_notes
-from fabweave.report.notes import all_notes, fastening_notes
+from fabweave.report.notes import all_notes, fastening_notes, hanging_notes
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.report.splitting import splitting_reason
 from fabweave.stock.rotations import parse_rotations
@@ -52,6 +53,8 @@ def job_notes(
             seen_mm=seen_mm,
             hardware=settings.hardware,
         ),
+        *rim_notes(pieces.rings),
+        *hanging_notes(pieces, woven.weave, woven.labels),
         f"pieces: {reason}",
         *_fit_notes(pieces),
         *_spare_notes(planned),

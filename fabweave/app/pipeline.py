@@ -19,7 +19,7 @@ from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.joined_pieces import joined_pieces, with_grain
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.nest_job import nest_pieces
+from fabweave.app.nest_job import nest_pieces, ring_sheets
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
@@ -333,6 +333,7 @@ def draw_job(
     woven = planned.woven
     hidden = settings.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
+    rim = ring_sheets(pieces.rings, settings, planned.supplies, woven.title)
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -359,6 +360,8 @@ def draw_job(
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
+        rim_layout=rim[0],
+        rim_drawings=rim[1],
         given_mesh=given_mesh,
     )
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, last_tenth
-from fabweave.assembly.weave_record import weave_record
 from fabweave.core.arc_path import Path
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.cut.drawing import SheetDrawing
@@ -34,7 +33,7 @@ from fabweave.flat.crossing_map import (
     StrandRecord,
     ThreadRecord,
 )
-from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord
+from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, weave_record
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
@@ -229,6 +228,7 @@ def _crossings(
             over=strand(crossing, 1),
             under=strand(crossing, 0),
             fastened=bool(piece_set.fastened[crossing]),
+            hang=True if piece_set.hanging is not None and piece_set.hanging[crossing] else None,
         )
         for crossing, (edge, position) in enumerate(zip(edges, positions, strict=True))
     )

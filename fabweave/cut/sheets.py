@@ -81,7 +81,7 @@ def draw_sheets(
     ]
     count, left = len(layout.sheets), {offcut.sheet: offcut for offcut in offcuts}
     legend = _legend(marks, mirrored=mirrored)
-    suffixes = [f" {_lettered(caption)}" if caption else "" for caption in captions] or [""] * count
+    suffixes = [f" {lettered(caption)}" if caption else "" for caption in captions] or [""] * count
     return tuple(
         SheetDrawing(
             name=sheet_name(number),
@@ -91,7 +91,7 @@ def draw_sheets(
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
                 [
-                    f"{_lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}",
+                    f"{lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}",
                     *warnings,
                     *legend,
                 ],
@@ -127,7 +127,7 @@ def _notes(
     return (*notes, *stock_notes(sheet, offcut))
 
 
-def _lettered(title: str) -> str:
+def lettered(title: str) -> str:
     """Return a job's title with ? in place of characters that cannot be lettered."""
     known = set(characters())
     return "".join(sign if sign in known else "?" for sign in title.upper())

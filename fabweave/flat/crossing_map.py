@@ -91,7 +91,8 @@ class StrandRecord:
 class CrossingRecord:
     """A crossing: the ends of its edge in the woven mesh, its place in space, and both strands.
 
-    ``fastened`` says whether a fastener goes through it.
+    ``fastened`` says whether a fastener goes through it, ``hang`` whether it carries something
+    besides the weave.
     """
 
     id: int
@@ -100,6 +101,7 @@ class CrossingRecord:
     over: StrandRecord
     under: StrandRecord
     fastened: bool | None = optional()
+    hang: bool | None = optional()
 
 
 @record

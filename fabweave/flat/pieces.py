@@ -16,6 +16,7 @@ from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import Frame, resting_frame
 from fabweave.flat.piece import Joint, Piece, Slot
+from fabweave.flat.rim_ring import RimRing
 from fabweave.flat.split.runs import Runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -46,6 +47,10 @@ class PieceSet:
         Which pieces are the same; those that are, are equal to the last digit but for what is
         engraved, if they were as near as ``fit_mm``.
     fit_mm : float
+    rings : tuple of RimRing
+        The rings around openings.
+    hanging : (X,) bool array or None
+        The crossings that carry something besides the weave, if that is known.
     """
 
     pieces: tuple[Piece, ...]
@@ -56,6 +61,8 @@ class PieceSet:
     fastened: BoolArray
     kinds: Kinds
     fit_mm: float
+    rings: tuple[RimRing, ...] = ()
+    hanging: BoolArray | None = None
 
     @property
     def fitted_mm(self) -> FloatArray:

@@ -33,6 +33,8 @@ class Crossing:
     under: Strand
     #: Whether a fastener goes through it; where that is not stated, one does if it has a hole.
     fastened: bool | None = None
+    #: Whether it carries something besides the weave.
+    hang: bool | None = None
 
 
 @dataclass(frozen=True)

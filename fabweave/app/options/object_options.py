@@ -173,6 +173,15 @@ OBJECT_OPTIONS = (
         "rim, or turn back (--boundary turn). --size counts as it was before.",
     ),
     Option(
+        "rim",
+        MESH,
+        choice(("none", "ring")),
+        "ring lays a ring around each round opening of --leave-out, over the ends of the threads: "
+        "a band in pieces R1, R2 and so on, in the folder rim, that the fasteners of the crossings "
+        "beside the rim go through.",
+        default="none",
+    ),
+    Option(
         "pattern",
         WEAVE,
         text(
