@@ -52,8 +52,6 @@ class PlannedJob:
         Where threads are cut.
     piece_set : PieceSet
         Pieces, joints and holes.
-    kinds : (N,) int array
-        Which kind each piece is of, from 1: congruent pieces of one material are of one kind.
     spared : (S,) int array
         Which pieces are cut once more, as spares: the first of their kinds.
     """
@@ -65,8 +63,12 @@ class PlannedJob:
     check: RibbonCheck
     split_plan: SplitPlan
     piece_set: PieceSet
-    kinds: IntArray
     spared: IntArray
+
+    @property
+    def kinds(self) -> IntArray:
+        """Which kind each piece is of, from 1: congruent pieces of one material are of one."""
+        return self.piece_set.kinds.number
 
     @property
     def to_cut(self) -> tuple[Piece, ...]:

@@ -9,12 +9,10 @@ from fabweave.app.joined_object import JoinedObject
 from fabweave.app.nest_job import rings_fit
 from fabweave.app.request import chosen_holes
 from fabweave.app.settings import Settings
-from fabweave.app.woven_mesh import WovenMesh
 from fabweave.app.woven_object import WovenObject
-from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray
 from fabweave.core.errors import InputError
 from fabweave.cut.labels.marks import mark_pieces
-from fabweave.flat.congruence import piece_kinds
 from fabweave.flat.joint.fastening import (
     beside_edges,
     fastened_crossings,
@@ -26,6 +24,7 @@ from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.rim_ring import RimRing, plan_ring
+from fabweave.flat.split.preferences import KIND_PRICES
 from fabweave.mesh.openings.leave_out import Opening
 from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.report.grain import grain_findings, tight_along
@@ -87,6 +86,8 @@ def joined_pieces(
         cut=joined.cut,
         fastened=fastened,
         holed=holed,
+        supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[settings.kinds] is not None,
     )
     rings = _rings(ringed(woven, settings), beside, piece_set, woven, settings, supplies)
     return replace(piece_set, rings=rings, hanging=hanging)
@@ -179,19 +180,12 @@ def with_grain(
     return replace(check, findings=(*check.findings, *found))
 
 
-def kinds_of(pieces: Sequence[Piece], woven: WovenMesh, supplies: Supplies) -> IntArray:
-    """Return which kind each piece is of, from 1: congruent ones of one material are of one."""
-    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
-    return piece_kinds(pieces, supply.tolist())
-
-
 def pieces_costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> Costs:
     """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
     pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
     of_thread = supplies.of(woven.bunches)
-    kinds = kinds_of(pieces, woven, supplies) if settings.labels == "kinds" else None
-    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, kinds)
+    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, piece_set.kinds)
     materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
     return planned_costs(piece_set, marks, materials, calibration=settings.calibrate)

@@ -13,7 +13,6 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label
 from fabweave.cut.notes.qr_code import code_of
-from fabweave.flat.congruence import turned_pieces
 from fabweave.flat.crossing_map import (
     AssemblyRecord,
     CodeRecord,
@@ -60,7 +59,6 @@ def build_crossing_map(
     labels: Sequence[str],
     ribbons: Ribbons,
     piece_set: PieceSet,
-    kinds: IntArray,
     spared: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
@@ -85,8 +83,6 @@ def build_crossing_map(
         The name of each thread.
     ribbons : Ribbons
     piece_set : PieceSet
-    kinds : (N,) int array
-        Which kind each piece is of.
     spared : (S,) int array
         Which piece each spare is a copy of.
     marks : sequence of Marks
@@ -132,7 +128,7 @@ def build_crossing_map(
         sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=mirrored),
         threads=_threads(weave, bunches, labels, piece_set),
         crossings=_crossings(halfedges, weave, ribbons, piece_set, owners),
-        pieces=_pieces(piece_set, kinds, marks, layout, owners),
+        pieces=_pieces(piece_set, marks, layout, owners),
         spares=_spares(piece_set.pieces, spared, marks, layout),
         joints=_joints(piece_set),
         assembly=AssemblyRecord(
@@ -240,20 +236,20 @@ def _crossings(
 
 def _pieces(
     piece_set: PieceSet,
-    kinds: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
     owners: Owners,
 ) -> tuple[PieceRecord, ...]:
     """Return the pieces with their outline, stations, labels and placement."""
     pieces, records = piece_set.pieces, []
-    turned = turned_pieces(pieces, kinds)
+    kinds, fitted = piece_set.kinds, np.round(piece_set.fitted_mm, _DECIMALS)
     for index, piece in enumerate(pieces):
         records.append(
             PieceRecord(
                 id=piece.id,
-                kind=int(kinds[index]),
-                turned=True if turned[index] else None,
+                kind=int(kinds.number[index]),
+                turned=True if kinds.turned[index] else None,
+                fitted_mm=float(fitted[index]) or None,
                 thread=piece.thread,
                 sheet=layout.placements[index].sheet + 1,
                 placement=_placement(layout.placements[index]),

@@ -179,13 +179,15 @@ class PieceRecord:
     """A piece in its own coordinates, with its place on a sheet.
 
     Pieces of one ``kind`` are congruent; one that is ``turned`` covers the first of its kind when
-    it is turned end for end. ``joints`` are those at its first and its last station; ``path`` is
-    what is cut, ``outline`` a polygon near it.
+    it is turned end for end, and one that is ``fitted_mm`` was moved so far to be equal to it.
+    ``joints`` are those at its first and its last station; ``path`` is what is cut, ``outline`` a
+    polygon near it.
     """
 
     id: str
     kind: int
     turned: bool | None = optional()
+    fitted_mm: float | None = optional()
     thread: int
     sheet: int
     placement: PlacementRecord

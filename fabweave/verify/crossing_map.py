@@ -153,6 +153,8 @@ class Piece:
     mirror_mm: float | None = None
     #: Whether it covers the first piece of its kind when it is turned end for end.
     turned: bool = False
+    #: How far it is said to be from its own development, to be equal to others of its kind.
+    fitted_mm: float = 0.0
 
     @property
     def points(self) -> Floats:
