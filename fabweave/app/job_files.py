@@ -25,6 +25,7 @@ from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.preflight.violations import flaw_lines
+from fabweave.cut.rim_sheets import FOLDER, RECORD, TEXT, rim_record, rim_text
 from fabweave.cut.service import PieceMaterial, kind_files, write_kind_files
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes
@@ -83,6 +84,12 @@ def write_job(
     written += [
         start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
+    if job.rim_layout is not None:
+        rim = directory / FOLDER
+        rim.mkdir()
+        written += [start(_write_sheet, rim, drawing, job.settings) for drawing in job.rim_drawings]
+        _write(rim / RECORD, json_text(to_json(rim_record(job.piece_set.rings, job.rim_layout))))
+        _write(rim / TEXT, rim_text(job.piece_set.rings))
     crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
     written.append(
         start(

@@ -31,7 +31,6 @@ def job_map(job: Job) -> CrossingMap:
         woven.labels,
         woven.ribbons,
         job.piece_set,
-        job.kinds,
         job.spared,
         (*job.marks, *job.spare_marks),
         job.layout,

@@ -1,5 +1,6 @@
 """Draw the pieces and sheets of the manual: parts list, sheet pages, and how to read a piece."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -227,7 +228,8 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
     for sheet, drawing in zip(crossing_map.sheets, drawings, strict=True):
         titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
         drawn = drawn_pieces(drawing)
-        keys = sorted(drawn, key=_natural)
+        names = {piece.piece_id: piece.title for piece in drawing.pieces}
+        keys = _tick_texts(names)
         rows = -(-len(keys) // _tick_columns(book, keys))
         # A short list of pieces stands below its sheet, a long one on pages of its own.
         reserved = 60.0 + 15.0 * (rows if rows <= _SHORT_LIST else 0)
@@ -254,7 +256,7 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
             draw_stock(book, sheet, margin_mm, frame.at, (tile.low, tile.low + tile.size))
             for key in tile.pieces:
                 book.line(frame.at(drawn[key].outline), width=0.5, closed=True, fill=0.92)
-            _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles)
+            _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles, names)
             book.y = frame.bottom - 4.0
             write_stock(book, sheet)
         if rows > _SHORT_LIST:
@@ -303,9 +305,13 @@ def _tiles(
 
 
 def _write_titles(
-    book: Book, frame: "_Frame", drawn: dict[str, DrawnPiece], titles: dict[str, Title]
+    book: Book,
+    frame: "_Frame",
+    drawn: dict[str, DrawnPiece],
+    titles: dict[str, Title],
+    names: Mapping[str, str],
 ) -> None:
-    """Write the id of each piece, never on its head: inside it, or across it where it is narrow."""
+    """Write each piece's name, never on its head: inside it, or across it where it is narrow."""
     narrow: dict[str, FloatArray] = {}
     for key, piece in drawn.items():
         title = titles.get(key) or Title(0.0, 0.0, height_mm=0.0)
@@ -315,9 +321,9 @@ def _write_titles(
             continue
         angle = upright(title.angle_deg + (90.0 if frame.quarter else 0.0))
         ((x, y),) = frame.at(np.array([[title.x, title.y]])).tolist()
-        book.text(x, y, key, size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
+        book.text(x, y, names[key], size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
     for key, (x, y, angle) in place_across(narrow).items():
-        book.plate(x, y, key, angle_deg=angle)
+        book.plate(x, y, names[key], angle_deg=angle)
 
 
 def fitting_scale(book: Book, size: FloatArray, reserved: float) -> float:
@@ -346,6 +352,21 @@ class _Frame:
         if self.quarter:
             x, y = self._wide - y, x
         return np.column_stack((x + self._book.left, y + self.bottom))
+
+
+def _tick_texts(names: Mapping[str, str]) -> list[str]:
+    """Return what is ticked off of a sheet: each piece, or each kind with its number.
+
+    Examples
+    --------
+    >>> _tick_texts({"A10": "A10", "A2": "A2"}), _tick_texts({"A1": "K1", "B1": "K2", "A2": "K1"})
+    (['A2', 'A10'], ['K1 x 2', 'K2 x 1'])
+    """
+    by_kind = any(key != name for key, name in names.items())
+    counts = Counter(names.values())
+    return [
+        f"{name} x {counts[name]}" if by_kind else name for name in sorted(counts, key=_natural)
+    ]
 
 
 def write_ticks(book: Book, name: str, keys: Sequence[str]) -> None:

@@ -159,7 +159,7 @@ def png_bytes(
     letterer.heading(drawing)
     for piece in drawing.pieces:
         if piece.piece_id in titles:
-            letterer.title(piece.piece_id, titles[piece.piece_id])
+            letterer.title(piece.title, titles[piece.piece_id])
     return png_encoded(letterer.image)
 
 

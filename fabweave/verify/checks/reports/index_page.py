@@ -170,6 +170,7 @@ def _cut(
             "For a service: each kind of piece in a file of its own, and how many to order.",
             "service/",
         ),
+        ("The ring around each opening, to cut as well; rim.txt says how it is laid.", "rim/"),
         (
             "What is left and worth keeping, and a list of it for the --stock of a later job.",
             "offcuts/",

@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "4ff5cb81777196a7a0c145469e499047d4a5142c5d4237697036cdcf86077d3e"
+FRAME = "d9cf42a6b70dd91d8b333567c91768a5e19abb3fe76276ddea58b50ea6183869"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
