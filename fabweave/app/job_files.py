@@ -1,7 +1,7 @@
 """Write the files of a job into a folder."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +77,8 @@ def write_job(
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
     sheets.mkdir()
-    written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
+    ids = _lettered_ids(job)
+    written = [start(_write_sheet, sheets, drawing, job.settings, ids) for drawing in job.drawings]
     if job.kerfed:
         (directory / CUT_FOLDER).mkdir()
     written += [
@@ -117,13 +118,27 @@ def write_job(
     return check
 
 
-def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
+def _lettered_ids(job: Job) -> dict[str, float]:
+    """Return how high ids are engraved, of pieces on which they are."""
+    marks = (*job.marks, *job.spare_marks)
+    return {
+        piece.id: label.height_mm
+        for piece, own in zip(job.to_cut, marks, strict=True)
+        for label in own.labels
+        if "id" in label.kinds and label.text.startswith(piece.id)
+    }
+
+
+def _write_sheet(
+    folder: Path, drawing: SheetDrawing, settings: Settings, ids: Mapping[str, float]
+) -> None:
     """Write one sheet as DXF, SVG, picture, and PDF at full size."""
     _write_cuts(folder, drawing, settings)
     if settings.template != "none":
         template = template_pdf(drawing, settings.template)
         (folder / f"{drawing.name}.pdf").write_bytes(template)
-    (folder / f"{drawing.name}.png").write_bytes(png_bytes(drawing, colours=settings.preset))
+    picture = png_bytes(drawing, colours=settings.preset, lettered=ids)
+    (folder / f"{drawing.name}.png").write_bytes(picture)
 
 
 def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
