@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, last_tenth
+from fabweave.assembly.weave_record import weave_record
 from fabweave.core.arc_path import Path
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.cut.drawing import SheetDrawing
@@ -34,7 +35,7 @@ from fabweave.flat.crossing_map import (
     StrandRecord,
     ThreadRecord,
 )
-from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, WeaveRecord
+from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
@@ -116,7 +117,7 @@ def build_crossing_map(
     if [placement.piece for placement in layout.placements] != list(range(len(marks))):
         raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(
-        weave=_weave_record(weave_result),
+        weave=weave_record(weave_result),
         layout=LayoutRecord(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
@@ -142,21 +143,6 @@ def build_crossing_map(
             last_tenth=round(last_tenth(steps), 3),
         ),
         steps=tuple(steps),
-    )
-
-
-def _weave_record(result: WeaveResult) -> WeaveRecord:
-    """Return what the map says about the weave."""
-    weave, twill = result.weave, result.twill
-    return WeaveRecord(
-        pattern=weave.pattern,
-        exact=weave.exact,
-        broken=weave.broken,
-        voted=None if twill is None else twill.voted,
-        at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
-        warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
-        labels=None if result.label is None else tuple(result.label.tolist()),
-        rotations=result.rotations,
     )
 
 

@@ -219,6 +219,14 @@ def test_how_open_a_weave_is_stands_for_its_width() -> None:
     assert Settings("shape:cube").panel_share == 0.7
 
 
+@pytest.mark.parametrize(
+    ("told", "pattern"),
+    [("tabby", "plain"), ("serge", "twill"), ("denim", "3/1"), ("2/2/3", "2/2/-1")],
+)
+def test_names_of_weavers_stand_for_patterns(told, pattern) -> None:
+    assert Settings("shape:cube", pattern=told).pattern == pattern
+
+
 def test_numbers_of_other_kinds_are_held_as_plain_ones() -> None:
     settings = Settings(
         "shape:cube", size_mm=400, fair=np.int64(3), scale=None, kerf_mm=np.float32(0.25),
@@ -271,7 +279,7 @@ TYPED = {
     "fair": st.integers(0, 1000).map(str),
     "leave_out": st.sampled_from(["top:8cm", "Bottom: 80mm, top:1in", "13, 12", "FOLDER/list.txt"]),
     "pattern": st.sampled_from(
-        ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]
+        ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2", "serge", "denim"]
     ),
     "twists": st.just("own.csv"),
     "twill_weights": st.sampled_from(["1/1", "2/2", "0.1/10", "1.50 / 3"]),
