@@ -88,7 +88,7 @@ function makePanels(by, plan, clock, state) {
         <li data-step="${k + 1}"><label><input type="checkbox" aria-label="Step ${k + 1} done"></label>
         <button type="button" data-step="${k + 1}"><b>${k + 1}</b> ${escaped(plan.told(step.text))}</button></li>`).join("")}</ol>`;
     }
-    by("progress").textContent = `${state.done.size} of ${last} steps done. ${leftText()}`;
+    by("progress").textContent = `${state.done.size} of ${last} steps done. ${leftText()} Sorting is not counted.`;
     panel.querySelector("progress").value = state.done.size;
     const rows = panel.querySelector("ol").children;
     for (const step of [...shown.done, ...state.done])
