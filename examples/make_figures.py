@@ -170,7 +170,9 @@ def figure_12() -> Iterator[Tile]:
 def figure_13() -> Iterator[Tile]:
     """Show regular meshes."""
     return exact_ones(
-        "shape:regular?face=8&valence=4&genus=3", "shape:regular?face=4&valence=8&genus=2"
+        "shape:regular?face=16&valence=4&genus=4",
+        "shape:regular?face=8&valence=8&genus=7",
+        "shape:cage?faces=4",
     )
 
 

@@ -52,8 +52,6 @@ class PlannedJob:
         Where threads are cut.
     piece_set : PieceSet
         Pieces, joints and holes.
-    kinds : (N,) int array
-        Which kind each piece is of, from 1: congruent pieces of one material are of one kind.
     spared : (S,) int array
         Which pieces are cut once more, as spares: the first of their kinds.
     """
@@ -65,8 +63,12 @@ class PlannedJob:
     check: RibbonCheck
     split_plan: SplitPlan
     piece_set: PieceSet
-    kinds: IntArray
     spared: IntArray
+
+    @property
+    def kinds(self) -> IntArray:
+        """Which kind each piece is of, from 1: congruent pieces of one material are of one."""
+        return self.piece_set.kinds.number
 
     @property
     def to_cut(self) -> tuple[Piece, ...]:
@@ -159,6 +161,10 @@ class Job(PlannedJob):
         What a maker should know.
     grain_cost : GrainCost or None
         What it costs that pieces lie across the grain; None where they need not.
+    rim_layout : Layout or None
+        Where the pieces of rings lie, on sheets of their own; None without rings.
+    rim_drawings : tuple of SheetDrawing
+        These sheets.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     """
@@ -179,6 +185,8 @@ class Job(PlannedJob):
     costs: Costs
     notes: tuple[str, ...]
     grain_cost: GrainCost | None = None
+    rim_layout: Layout | None = None
+    rim_drawings: tuple[SheetDrawing, ...] = ()
     given_mesh: PolyMesh | None = None
 
     @property

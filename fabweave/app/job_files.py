@@ -1,7 +1,7 @@
 """Write the files of a job into a folder."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.preflight.violations import flaw_lines
+from fabweave.cut.rim_sheets import FOLDER, RECORD, TEXT, rim_record, rim_text
 from fabweave.cut.service import PieceMaterial, kind_files, write_kind_files
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes
@@ -76,12 +77,19 @@ def write_job(
     progress("files", 0, len(job.drawings))
     sheets = directory / "sheets"
     sheets.mkdir()
-    written = [start(_write_sheet, sheets, drawing, job.settings) for drawing in job.drawings]
+    ids = _lettered_ids(job)
+    written = [start(_write_sheet, sheets, drawing, job.settings, ids) for drawing in job.drawings]
     if job.kerfed:
         (directory / CUT_FOLDER).mkdir()
     written += [
         start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
     ]
+    if job.rim_layout is not None:
+        rim = directory / FOLDER
+        rim.mkdir()
+        written += [start(_write_sheet, rim, drawing, job.settings) for drawing in job.rim_drawings]
+        _write(rim / RECORD, json_text(to_json(rim_record(job.piece_set.rings, job.rim_layout))))
+        _write(rim / TEXT, rim_text(job.piece_set.rings))
     crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
     written.append(
         start(
@@ -110,13 +118,27 @@ def write_job(
     return check
 
 
-def _write_sheet(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
+def _lettered_ids(job: Job) -> dict[str, float]:
+    """Return how high ids are engraved, of pieces on which they are."""
+    marks = (*job.marks, *job.spare_marks)
+    return {
+        piece.id: label.height_mm
+        for piece, own in zip(job.to_cut, marks, strict=True)
+        for label in own.labels
+        if "id" in label.kinds and label.text.startswith(piece.id)
+    }
+
+
+def _write_sheet(
+    folder: Path, drawing: SheetDrawing, settings: Settings, ids: Mapping[str, float]
+) -> None:
     """Write one sheet as DXF, SVG, picture, and PDF at full size."""
     _write_cuts(folder, drawing, settings)
     if settings.template != "none":
         template = template_pdf(drawing, settings.template)
         (folder / f"{drawing.name}.pdf").write_bytes(template)
-    (folder / f"{drawing.name}.png").write_bytes(png_bytes(drawing, colours=settings.preset))
+    picture = png_bytes(drawing, colours=settings.preset, lettered=ids)
+    (folder / f"{drawing.name}.png").write_bytes(picture)
 
 
 def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:

@@ -12,12 +12,17 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import kerf_notes
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
+from fabweave.cut.rim_sheets import rim_notes
+from fabweave.flat.pieces import PieceSet
 from fabweave.nest.layout import Layout
 from fabweave.report.grain import grain_notes
-from fabweave.report.notes import all_notes, fastening_notes
+from fabweave.report.notes import all_notes, fastening_notes, hanging_notes
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.report.splitting import splitting_reason
 from fabweave.stock.rotations import parse_rotations
+
+#: What is moved by less than this is as it was.
+_TOLD_MM = 1e-3
 
 
 def job_notes(
@@ -48,7 +53,10 @@ def job_notes(
             seen_mm=seen_mm,
             hardware=settings.hardware,
         ),
+        *rim_notes(pieces.rings),
+        *hanging_notes(pieces, woven.weave, woven.labels),
         f"pieces: {reason}",
+        *_fit_notes(pieces),
         *_spare_notes(planned),
         *width_notes(woven, settings, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),
@@ -68,6 +76,20 @@ def job_notes(
             service=settings.profile == "service",
         ),
         *extent_notes(woven.weave.threads.n_crossings, len(steps)),
+    )
+
+
+def _fit_notes(pieces: PieceSet) -> tuple[str, ...]:
+    """Say how far pieces were moved to be equal to others, if it was more than rounding."""
+    fitted = pieces.fitted_mm[pieces.fitted_mm > _TOLD_MM]
+    if not len(fitted):
+        return ()
+    note = agree(
+        len(fitted), "kinds: {n} [piece was|pieces were] made equal to others, from which "
+    )
+    return (
+        note + agree(len(fitted), "[it differs|they differ]") + f" by up to {fitted.max():.3f} mm: "
+        "less than the play of fasteners in their holes",
     )
 
 

@@ -8,7 +8,6 @@ from fabweave.assembly.manual.cover import Facts
 from fabweave.assembly.map_builder import build_crossing_map
 from fabweave.assembly.viewer.page import viewer_page
 from fabweave.assembly.viewer.space import space_record
-from fabweave.core.records import to_json
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
@@ -17,6 +16,7 @@ from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.camera import choose_view
 from fabweave.picture.strand_colours import crossing_colours
 from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.report.costs.assembly_time import step_seconds
 from fabweave.report.costs.texts import cost_rows
 from fabweave.report.verdict import verdict_words
 
@@ -31,7 +31,6 @@ def job_map(job: Job) -> CrossingMap:
         woven.labels,
         woven.ribbons,
         job.piece_set,
-        job.kinds,
         job.spared,
         (*job.marks, *job.spare_marks),
         job.layout,
@@ -89,5 +88,8 @@ def job_viewer(job: Job, crossing_map: CrossingMap) -> str:
         title=job.woven.title,
         colours=rung_colours(ribbons, job.colours)[rungs],
         view_deg=(view.azimuth_deg, view.elevation_deg),
-        hands=to_json(job.costs.assembly),
+        hands={
+            "seconds": [round(seconds, 1) for seconds in step_seconds(crossing_map)],
+            "hours": list(job.costs.assembly.hours),
+        },
     )

@@ -158,6 +158,7 @@ def remake(
     supplies: Supplies,
     rules: Sequence[HoleRule],
     size_mm: float,
+    repeats: Repeats | None,
 ) -> WovenObject:
     """Plan the pieces of an object at another size, and lay its ribbons for them, as a job does.
 
@@ -171,10 +172,11 @@ def remake(
         As for :func:`split_object`.
     size_mm : float
         The largest dimension that it gets.
+    repeats : Repeats or None
+        Which stretches repeat others, as at any size.
     """
     other = resized(woven, size_mm)
     ribbons = lay_ribbons(other.source, other.weave, settings, supplies.thickness_mm(other.bunches))
-    repeats = object_repeats(other, settings, supplies)
     try:
         plan = plan_pieces(
             ribbons,
@@ -193,15 +195,22 @@ def remake(
 
 
 def check_joined(
-    woven: WovenObject, settings: Settings, supplies: Supplies, depth: Depth = Depth.SEARCHED
+    woven: WovenObject,
+    settings: Settings,
+    supplies: Supplies,
+    depth: Depth = Depth.SEARCHED,
+    repeats: Repeats | None = None,
 ) -> RibbonCheck:
-    """Check the ribbons of an object, and confirm the sizes that are proposed on what is made."""
+    """Check the ribbons of an object, and confirm the sizes that are proposed on what is made.
+
+    ``repeats`` are those of :class:`JoinedObject`: which stretches are cut alike at any size.
+    """
     rules = hole_rules(settings, supplies)
     return check_object(
         woven,
         settings,
         supplies,
-        lambda size: remake(woven, settings, supplies, rules, size),
+        lambda size: remake(woven, settings, supplies, rules, size, repeats),
         depth,
     )
 

@@ -6,23 +6,39 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.app.joined_object import JoinedObject
+from fabweave.app.nest_job import rings_fit
 from fabweave.app.request import chosen_holes
 from fabweave.app.settings import Settings
-from fabweave.app.woven_mesh import WovenMesh
 from fabweave.app.woven_object import WovenObject
-from fabweave.core.arrays import IntArray
+from fabweave.core.arrays import BoolArray
+from fabweave.core.errors import InputError
 from fabweave.cut.labels.marks import mark_pieces
-from fabweave.flat.congruence import piece_kinds
-from fabweave.flat.joint.fastening import fastened_crossings, holds_itself, parse_fastening
+from fabweave.flat.joint.fastening import (
+    beside_edges,
+    fastened_crossings,
+    holds_itself,
+    parse_fastening,
+)
+from fabweave.flat.joint.hanging import hanging_crossings, parse_hanging
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.flat.rim_ring import RimRing, plan_ring
+from fabweave.flat.split.preferences import KIND_PRICES
+from fabweave.mesh.openings.leave_out import Opening
 from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.report.grain import grain_findings, tight_along
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.bending import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
+
+#: A ring is not cut into more pieces to make them fit on a sheet.
+MOST_RING_PIECES = 12
+#: Vertices of a rim are on its circle to this, but for those that are told to be off it.
+_ON_RIM_MM = 1e-3
+#: Of the places of crossings in the map.
+POSITION_DECIMALS = 6
 
 
 def chosen_fastening(woven: WovenObject, settings: Settings, supplies: Supplies) -> str:
@@ -49,12 +65,17 @@ def joined_pieces(
         woven.halfedges,
         joined.joints.crossing,
     )
+    beside = [beside_opening(woven, opening) for opening in ringed(woven, settings)]
+    for crossings in beside:
+        fastened |= crossings
+    hanging = hung(woven, settings)
+    fastened |= hanging
     holes, holed = chosen_holes(settings), fastened
     if holes == "all":
         holed = np.ones_like(fastened)
     elif holes == "alike" and joined.repeats is not None:
         holed = joined.repeats.alike(joined.plan.runs, woven.weave.threads, fastened)
-    return build_pieces(
+    piece_set = build_pieces(
         woven.ribbons,
         woven.weave,
         joined.plan.runs,
@@ -65,7 +86,81 @@ def joined_pieces(
         cut=joined.cut,
         fastened=fastened,
         holed=holed,
+        supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[settings.kinds] is not None,
     )
+    rings = _rings(ringed(woven, settings), beside, piece_set, woven, settings, supplies)
+    return replace(piece_set, rings=rings, hanging=hanging)
+
+
+def hung(woven: WovenObject, settings: Settings) -> BoolArray:
+    """Return the crossings that carry something, (X,)."""
+    if settings.hang is None:
+        return np.zeros(woven.weave.threads.n_crossings, dtype=np.bool_)
+    # As the map tells where they are: of two that are as high, both choose the same.
+    places = woven.ribbons.centre.round(POSITION_DECIMALS)
+    return hanging_crossings(parse_hanging(settings.hang), places)
+
+
+def ringed(woven: WovenObject, settings: Settings) -> tuple[Opening, ...]:
+    """Return the openings that get a ring.
+
+    Raises
+    ------
+    InputError
+        If rings are asked for, and no opening is round.
+    """
+    if settings.rim == "none":
+        return ()
+    round_ones = tuple(one for one in woven.source.openings if one.diameter_mm is not None)
+    if not round_ones:
+        raise InputError(
+            "a ring needs a round opening; say --leave-out top:80mm, too, or leave out --rim ring"
+        )
+    return round_ones
+
+
+def beside_opening(woven: WovenObject, opening: Opening) -> BoolArray:
+    """Return which crossings lie beside the rim of a round opening, (X,)."""
+    halfedges, vertices = woven.halfedges, woven.mesh.vertices
+    away = np.hypot(vertices[:, 0] - (opening.x_mm or 0.0), vertices[:, 1] - (opening.y_mm or 0.0))
+    near = np.abs(away - (opening.diameter_mm or 0.0) / 2.0) <= opening.off_mm + _ON_RIM_MM
+    rim = (halfedges.twin < 0) & near[halfedges.tail] & near[halfedges.tail[halfedges.next]]
+    return beside_edges(woven.weave.threads, halfedges, rim)
+
+
+def _rings(
+    openings: Sequence[Opening],
+    beside: Sequence[BoolArray],
+    piece_set: PieceSet,
+    woven: WovenObject,
+    settings: Settings,
+    supplies: Supplies,
+) -> tuple[RimRing, ...]:
+    """Plan a ring for each opening, of as few pieces as fit on a sheet of the first material."""
+    rings: list[RimRing] = []
+    rule, thickness = piece_set.rule, supplies.materials[0].thickness_mm
+    for opening, crossings in zip(openings, beside, strict=True):
+        held = np.flatnonzero(crossings & piece_set.fastened)
+        first = 1 + sum(len(ring.pieces) for ring in rings)
+        for count in range(2, MOST_RING_PIECES + 1):
+            ring = plan_ring(
+                opening.side,
+                held,
+                woven.ribbons.centre[held],
+                (opening.x_mm or 0.0, opening.y_mm or 0.0),
+                opening.diameter_mm or 0.0,
+                count=count,
+                first=first,
+                hole_mm=rule.hole_mm if rule is not None else 0.0,
+                edge_mm=rule.edge_mm if rule is not None else 0.0,
+                thickness_mm=thickness,
+                clearance_mm=settings.clearance_mm,
+            )
+            if count == MOST_RING_PIECES or rings_fit(ring, settings, supplies):
+                break
+        rings.append(ring)
+    return tuple(rings)
 
 
 def with_grain(
@@ -85,19 +180,12 @@ def with_grain(
     return replace(check, findings=(*check.findings, *found))
 
 
-def kinds_of(pieces: Sequence[Piece], woven: WovenMesh, supplies: Supplies) -> IntArray:
-    """Return which kind each piece is of, from 1: congruent ones of one material are of one."""
-    supply = supplies.of(woven.bunches)[[piece.thread for piece in pieces]]
-    return piece_kinds(pieces, supply.tolist())
-
-
 def pieces_costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> Costs:
     """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
     pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
     of_thread = supplies.of(woven.bunches)
-    kinds = kinds_of(pieces, woven, supplies) if settings.labels == "kinds" else None
-    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, kinds)
+    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, piece_set.kinds)
     materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
     return planned_costs(piece_set, marks, materials, calibration=settings.calibrate)

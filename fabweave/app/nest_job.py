@@ -16,13 +16,19 @@ from fabweave.core.arrays import (
     offsets_of,
 )
 from fabweave.core.parallel.executors import Executors, here
+from fabweave.cut.drawing import SheetDrawing
+from fabweave.cut.rim_sheets import draw_rim_sheets
 from fabweave.flat.piece import Piece
+from fabweave.flat.rim_ring import RimRing
 from fabweave.nest.fits import fits_stock
 from fabweave.nest.layout import Layout
 from fabweave.nest.nesting import nest
 from fabweave.nest.recorded_layout import read_layout, require_kept
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
+
+#: Arcs of rings are nested as chords that are off by this at most, millimetres.
+FLAT_MM = 0.01
 
 
 def nest_pieces(
@@ -103,6 +109,49 @@ def nest_pieces(
         for part, supply in zip(parts, supplies.each, strict=True)
     ]
     return joined(named, groups)
+
+
+def rings_fit(ring: RimRing, settings: Settings, supplies: Supplies) -> bool:
+    """Return whether each piece of a ring fits on a sheet of the first material, alone."""
+    supply = supplies.each[0]
+    return bool(
+        fits_stock(
+            [piece.path.flattened(FLAT_MM) for piece in ring.pieces],
+            settings.as_nested(supply.sheets),
+            margin_mm=settings.margin_mm,
+            gap_mm=supply.gap_mm,
+            effort=settings.effort,
+            rotations=parse_rotations(settings.rotations),
+        ).all()
+    )
+
+
+def ring_sheets(
+    rings: Sequence[RimRing], settings: Settings, supplies: Supplies, title: str
+) -> tuple[Layout | None, tuple[SheetDrawing, ...]]:
+    """Nest the pieces of rings on sheets of their own, of the first material, and draw these.
+
+    Without rings there is no layout.
+
+    Raises
+    ------
+    CannotMakeError
+        If a piece fits no sheet, or sheets run out.
+    """
+    pieces = [piece for ring in rings for piece in ring.pieces]
+    if not pieces:
+        return None, ()
+    supply = supplies.each[0]
+    layout = nest(
+        [piece.path.flattened(FLAT_MM) for piece in pieces],
+        supply.sheets,
+        margin_mm=settings.margin_mm,
+        gap_mm=supply.gap_mm,
+        effort="quick",
+        ids=[piece.id for piece in pieces],
+        rotations=parse_rotations(settings.rotations),
+    )
+    return layout, draw_rim_sheets(rings, layout, title)
 
 
 def outlines_with_place(

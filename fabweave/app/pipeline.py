@@ -17,9 +17,9 @@ from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
 from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
-from fabweave.app.joined_pieces import joined_pieces, kinds_of, with_grain
+from fabweave.app.joined_pieces import joined_pieces, with_grain
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.nest_job import nest_pieces
+from fabweave.app.nest_job import nest_pieces, ring_sheets
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.refinement_remedy import try_refinement
@@ -37,6 +37,7 @@ from fabweave.core.parallel.workers import Start, at_once, side_workers
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares
+from fabweave.cut.labels.texts import kind_name
 from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets
 from fabweave.flat.spares import spared
@@ -221,16 +222,13 @@ def plan_job(
     joined = split_object(woven, settings, supplies, rules, progress)
     woven = joined.woven
     progress("checks", 0, 1)
-    check = check_joined(woven, settings, supplies, depth)
+    check = check_joined(woven, settings, supplies, depth, joined.repeats)
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
     pieces = joined_pieces(joined, settings, supplies, rules)
     check = with_grain(check, joined, pieces.pieces, settings)
-    kinds = kinds_of(pieces.pieces, woven, supplies)
-    spares = spared(kinds, settings.spares)
-    planned = PlannedJob(
-        settings, supplies, rules, woven, check, joined.plan, pieces, kinds, spares
-    )
+    spares = spared(pieces.kinds.number, settings.spares)
+    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, spares)
     if planned.verdict.stops and not settings.force:
         raise NotMakeableError(planned.verdict)
     return planned
@@ -241,7 +239,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
     crossings = planned.weave.threads.n_crossings
     source = woven.source
-    kinds = planned.kinds if settings.labels == "kinds" else None
+    kinds = planned.piece_set.kinds
     return SideWork(
         marks=start(mark_pieces, pieces, crossings, settings.labels, settings.label_side, kinds),
         portrait=start(portrait_png, woven.ribbons, planned.colours),
@@ -315,6 +313,9 @@ def draw_job(
         title=planned.woven.title,
         captions=allotment.captions(),
         mirrored=planned.mirrored,
+        names=[kind_name(kind) for kind in planned.kinds[planned.origins].tolist()]
+        if settings.labels == "kinds"
+        else (),
         offcuts=offcuts,
         cool=settings.cut_order == "cool",
         warnings=[
@@ -332,6 +333,7 @@ def draw_job(
     woven = planned.woven
     hidden = settings.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
+    rim = ring_sheets(pieces.rings, settings, planned.supplies, woven.title)
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -358,6 +360,8 @@ def draw_job(
         ),
         notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
+        rim_layout=rim[0],
+        rim_drawings=rim[1],
         given_mesh=given_mesh,
     )
 

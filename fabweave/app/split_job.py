@@ -27,6 +27,7 @@ from fabweave.flat.split.repeats import Repeats, find_repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
+from fabweave.mesh.symmetry.search import EXACT
 from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
@@ -36,7 +37,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
-from fabweave.weave.symmetry import find_weave_symmetry, symmetry_tolerance
+from fabweave.weave.symmetry import NEARLY, find_weave_symmetry
 
 #: The shortest of the lengths that are compared, in crossings.
 _FEW_CROSSINGS = 6
@@ -153,10 +154,12 @@ def object_repeats(woven: WovenMesh, settings: Settings, supplies: Supplies) -> 
     if KIND_PRICES[settings.kinds] is None:
         return None
     mesh, halfedges = woven.mesh, woven.halfedges
-    tolerance = symmetry_tolerance(mesh, halfedges)
-    symmetry = find_weave_symmetry(
-        mesh, halfedges, woven.weave, tolerance=tolerance, reflections=False
-    )
+    for tolerance in (EXACT, NEARLY):
+        symmetry = find_weave_symmetry(
+            mesh, halfedges, woven.weave, tolerance=tolerance, reflections=False
+        )
+        if symmetry.group.order > 1:
+            break
     repeats = find_repeats(symmetry, supplies.of(woven.bunches))
     return repeats if repeats.repeat else None
 

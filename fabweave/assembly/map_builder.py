@@ -13,7 +13,6 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label
 from fabweave.cut.notes.qr_code import code_of
-from fabweave.flat.congruence import turned_pieces
 from fabweave.flat.crossing_map import (
     AssemblyRecord,
     CodeRecord,
@@ -34,7 +33,7 @@ from fabweave.flat.crossing_map import (
     StrandRecord,
     ThreadRecord,
 )
-from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, WeaveRecord
+from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, weave_record
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
@@ -60,7 +59,6 @@ def build_crossing_map(
     labels: Sequence[str],
     ribbons: Ribbons,
     piece_set: PieceSet,
-    kinds: IntArray,
     spared: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
@@ -85,8 +83,6 @@ def build_crossing_map(
         The name of each thread.
     ribbons : Ribbons
     piece_set : PieceSet
-    kinds : (N,) int array
-        Which kind each piece is of.
     spared : (S,) int array
         Which piece each spare is a copy of.
     marks : sequence of Marks
@@ -116,7 +112,7 @@ def build_crossing_map(
     if [placement.piece for placement in layout.placements] != list(range(len(marks))):
         raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(
-        weave=_weave_record(weave_result),
+        weave=weave_record(weave_result),
         layout=LayoutRecord(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
@@ -132,7 +128,7 @@ def build_crossing_map(
         sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=mirrored),
         threads=_threads(weave, bunches, labels, piece_set),
         crossings=_crossings(halfedges, weave, ribbons, piece_set, owners),
-        pieces=_pieces(piece_set, kinds, marks, layout, owners),
+        pieces=_pieces(piece_set, marks, layout, owners),
         spares=_spares(piece_set.pieces, spared, marks, layout),
         joints=_joints(piece_set),
         assembly=AssemblyRecord(
@@ -142,21 +138,6 @@ def build_crossing_map(
             last_tenth=round(last_tenth(steps), 3),
         ),
         steps=tuple(steps),
-    )
-
-
-def _weave_record(result: WeaveResult) -> WeaveRecord:
-    """Return what the map says about the weave."""
-    weave, twill = result.weave, result.twill
-    return WeaveRecord(
-        pattern=weave.pattern,
-        exact=weave.exact,
-        broken=weave.broken,
-        voted=None if twill is None else twill.voted,
-        at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
-        warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
-        labels=None if result.label is None else tuple(result.label.tolist()),
-        rotations=result.rotations,
     )
 
 
@@ -247,6 +228,7 @@ def _crossings(
             over=strand(crossing, 1),
             under=strand(crossing, 0),
             fastened=bool(piece_set.fastened[crossing]),
+            hang=True if piece_set.hanging is not None and piece_set.hanging[crossing] else None,
         )
         for crossing, (edge, position) in enumerate(zip(edges, positions, strict=True))
     )
@@ -254,20 +236,20 @@ def _crossings(
 
 def _pieces(
     piece_set: PieceSet,
-    kinds: IntArray,
     marks: Sequence[Marks],
     layout: Layout,
     owners: Owners,
 ) -> tuple[PieceRecord, ...]:
     """Return the pieces with their outline, stations, labels and placement."""
     pieces, records = piece_set.pieces, []
-    turned = turned_pieces(pieces, kinds)
+    kinds, fitted = piece_set.kinds, np.round(piece_set.fitted_mm, _DECIMALS)
     for index, piece in enumerate(pieces):
         records.append(
             PieceRecord(
                 id=piece.id,
-                kind=int(kinds[index]),
-                turned=True if turned[index] else None,
+                kind=int(kinds.number[index]),
+                turned=True if kinds.turned[index] else None,
+                fitted_mm=float(fitted[index]) or None,
                 thread=piece.thread,
                 sheet=layout.placements[index].sheet + 1,
                 placement=_placement(layout.placements[index]),

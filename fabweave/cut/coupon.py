@@ -20,7 +20,7 @@ from fabweave.cut.labels.texts import (
     UNDER_SIGN,
 )
 from fabweave.cut.notes.notes import sheet_notes
-from fabweave.stock.bending import min_bend_radius_mm
+from fabweave.stock.bending import laid_across, min_bend_radius_mm
 from fabweave.stock.material import Material, hole_edge_mm, min_hole_mm
 
 #: Holes of the ladder are so much smaller and larger than the one that is wanted.
@@ -171,9 +171,16 @@ TEXT     Letters {", ".join(f"{height:g}" for height in _heights())} mm high. If
          which engraves only the ids. A disc (over) and a ring (under) are to be told apart.
 BEND     Bend the strip between its ticks around something {2 * coupon.bend_mm:.1f} mm in diameter,
          along and across the grain. It must not crack. The rule for this material is a radius
-         of {min_bend_radius_mm(material):.1f} mm. If it cracks, use a thinner sheet or a larger
-         --size.
+         of {min_bend_radius_mm(material):.1f} mm{_across(material)}. If it cracks, use a thinner
+         sheet or a larger --size.
 """
+
+
+def _across(material: Material) -> str:
+    """Say what strips across the grain take, where that is another radius."""
+    if not material.across_table_mm:
+        return ""
+    return f", and of {min_bend_radius_mm(laid_across(material)):.1f} mm across the grain"
 
 
 def _heights() -> tuple[float, ...]:

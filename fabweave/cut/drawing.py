@@ -71,10 +71,19 @@ Entity: TypeAlias = Polyline | Circle
 
 @dataclass(frozen=True)
 class PieceDrawing:
-    """All entities of one piece in sheet coordinates: engraving, then holes, then the outline."""
+    """All entities of one piece in sheet coordinates: engraving, then holes, then the outline.
+
+    ``name`` is what people call it by what it bears, where that is not its id.
+    """
 
     piece_id: str
     entities: tuple[Entity, ...]
+    name: str = ""
+
+    @property
+    def title(self) -> str:
+        """What people call it."""
+        return self.name or self.piece_id
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Draw sheets: every piece where it stands, with its marks, holes and outline."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,6 +34,7 @@ def draw_sheets(
     captions: Sequence[str] = (),
     mirrored: bool = False,
     cool: bool = False,
+    names: Sequence[str] = (),
     offcuts: Sequence[Offcut] = (),
     warnings: Sequence[str] = (),
 ) -> tuple[SheetDrawing, ...]:
@@ -53,6 +55,8 @@ def draw_sheets(
         sheet's width minus x, so that the insides are engraved. Notes are not mirrored.
     cool : bool
         Whether pieces side by side are not to be cut one after another (``spread_heat``).
+    names : sequence of str
+        What people call each piece, where that is not its id.
     offcuts : sequence of Offcut
         What is left of sheets, one at most of each, as it is drawn.
     warnings : sequence of str
@@ -72,12 +76,12 @@ def draw_sheets(
         placed[placement.sheet].append(placement)
     widths = [sheet.width_mm if mirrored else None for sheet in layout.sheets]
     drawings = [
-        _draw_pieces(pieces, marks, placements, width, cool=cool)
+        _draw_pieces(pieces, marks, placements, width, names, cool=cool)
         for placements, width in zip(placed, widths, strict=True)
     ]
     count, left = len(layout.sheets), {offcut.sheet: offcut for offcut in offcuts}
     legend = _legend(marks, mirrored=mirrored)
-    suffixes = [f" {_lettered(caption)}" if caption else "" for caption in captions] or [""] * count
+    suffixes = [f" {lettered(caption)}" if caption else "" for caption in captions] or [""] * count
     return tuple(
         SheetDrawing(
             name=sheet_name(number),
@@ -87,7 +91,7 @@ def draw_sheets(
             notes=_notes(
                 sheet.mirrored() if mirrored else sheet,
                 [
-                    f"{_lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}",
+                    f"{lettered(title)} SHEET {number}/{count}{suffixes[number - 1]}",
                     *warnings,
                     *legend,
                 ],
@@ -123,7 +127,7 @@ def _notes(
     return (*notes, *stock_notes(sheet, offcut))
 
 
-def _lettered(title: str) -> str:
+def lettered(title: str) -> str:
     """Return a job's title with ? in place of characters that cannot be lettered."""
     known = set(characters())
     return "".join(sign if sign in known else "?" for sign in title.upper())
@@ -149,6 +153,7 @@ def _draw_pieces(
     marks: Sequence[Marks],
     placements: Sequence[Placement],
     mirror_mm: float | None,
+    names: Sequence[str],
     *,
     cool: bool,
 ) -> list[PieceDrawing]:
@@ -161,13 +166,19 @@ def _draw_pieces(
     order, backwards = short_route(ends)
     if cool:
         order, backwards = spread_heat(order, backwards)
-    return [
+    drawn = [
         draw_piece(pieces[placement.piece], marks[placement.piece], placement, mirror_mm, way)
         for placement, way in zip(
             (placements[at] for at in order.tolist()),
             np.where(backwards, -1.0, 1.0).tolist(),
             strict=True,
         )
+    ]
+    if not names:
+        return drawn
+    return [
+        replace(one, name=names[placements[at].piece])
+        for one, at in zip(drawn, order.tolist(), strict=True)
     ]
 
 

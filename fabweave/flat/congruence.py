@@ -1,20 +1,50 @@
 """Recognise pieces that are the same, so that they are cut and named as several of one kind."""
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.piece import Piece
 
 #: Pieces of one kind differ by no more than this when they are superposed.
 SAME_MM = 0.02
+#: Pieces whose stations are farther apart are not looked at any closer.
+_FAR_MM = 0.2
 
 
-def piece_kinds(pieces: Sequence[Piece], stuff: Sequence[int] | None = None) -> IntArray:
-    """Give each piece the number of its kind, from 1 in the order of their first piece.
+@frozen_value
+class Kinds:
+    """Which pieces are the same.
+
+    Parameters
+    ----------
+    number : (N,) int array
+        The kind of each, from 1 in the order of their first piece.
+    turned : (N,) bool array
+        Whether it must be turned end for end to cover the first piece of its kind. Of those that
+        cover it either way, none.
+    off_mm : (N,) float array
+        How far it is from the first piece of its kind when it is laid on it.
+    """
+
+    number: IntArray
+    turned: BoolArray
+    off_mm: FloatArray
+
+    @property
+    def first(self) -> IntArray:
+        """The first piece of each kind, (K,)."""
+        return np.unique(self.number, return_index=True)[1]
+
+
+def compare_pieces(
+    pieces: Sequence[Piece], stuff: Sequence[int] | None = None, *, same_mm: float = SAME_MM
+) -> Kinds:
+    """Tell which pieces are the same.
 
     Two pieces are of one kind if a motion of the plane takes the outline, the stations with their
     holes and their over and under, all other holes and the slots of one to those of the other;
@@ -27,38 +57,36 @@ def piece_kinds(pieces: Sequence[Piece], stuff: Sequence[int] | None = None) -> 
     stuff : sequence of int, optional
         What each is cut from: pieces of different stuff are of different kinds. By default all
         are of one.
-
-    Returns
-    -------
-    (N,) int array
+    same_mm : float
+        By how much pieces of one kind may differ.
     """
     first_of: list[int] = []
     buckets: dict[tuple[int, ...], list[int]] = {}
-    kinds = np.zeros(len(pieces), dtype=np.int64)
+    kinds, turned = np.zeros(len(pieces), dtype=np.int64), np.zeros(len(pieces), dtype=np.bool_)
+    off = np.zeros(len(pieces))
     for index, piece in enumerate(pieces):
-        key = np.append(0 if stuff is None else stuff[index], _invariants(piece))
-        for nearby in _cells(key):
-            same = next(
-                (n for n in buckets.get(nearby, ()) if superpose(piece, pieces[first_of[n]])), None
-            )
-            if same is not None:
-                kinds[index] = same + 1
+        key = np.append(0 if stuff is None else stuff[index], _invariants(piece, same_mm))
+        near = (one for cell in _cells(key) for one in buckets.get(cell, ()))
+        for kind, backwards in product(near, (False, True)):
+            apart = apart_mm(piece, pieces[first_of[kind]], backwards=backwards)
+            if apart <= same_mm:
+                kinds[index], turned[index], off[index] = kind + 1, backwards, apart
                 break
         else:
             buckets.setdefault(tuple(np.floor(key).astype(int).tolist()), []).append(len(first_of))
             first_of.append(index)
             kinds[index] = len(first_of)
-    return kinds
+    return Kinds(kinds, turned, off)
 
 
-def _invariants(piece: Piece) -> npt.NDArray[np.float64]:
+def _invariants(piece: Piece, same_mm: float) -> npt.NDArray[np.float64]:
     """Return numbers that no motion changes; those of one kind differ by less than one."""
     points = piece.points
     span = float(np.hypot(*(points[-1] - points[0])))
     ring = shapely.LinearRing(piece.outline)
     reach = float(shapely.Point(points.mean(axis=0)).hausdorff_distance(ring))
     counts = (len(points), int(piece.over.sum()), len(piece.more_holes), len(piece.slots))
-    return np.array([*counts, span / (4 * SAME_MM), reach / (4 * SAME_MM)])
+    return np.array([*counts, span / (4 * same_mm), reach / (4 * same_mm)])
 
 
 def _cells(key: npt.NDArray[np.float64]) -> list[tuple[int, ...]]:
@@ -72,32 +100,6 @@ def _cells(key: npt.NDArray[np.float64]) -> list[tuple[int, ...]]:
     ]
 
 
-def superpose(piece: Piece, other: Piece) -> bool:
-    """Say whether a piece is of the same kind as another."""
-    return any(_agrees(piece, other, backwards=way) for way in (False, True))
-
-
-def turned_pieces(pieces: Sequence[Piece], kinds: IntArray) -> BoolArray:
-    """Say which pieces must be turned end for end to cover the first one of their kind, (N,).
-
-    Of those that cover it either way, none.
-
-    Parameters
-    ----------
-    pieces : sequence of Piece
-    kinds : (N,) int array
-        The kind of each, from 1 in the order of their first piece.
-    """
-    _, first = np.unique(kinds, return_index=True)
-    return np.array(
-        [
-            at != first[kind - 1] and not _agrees(piece, pieces[first[kind - 1]], backwards=False)
-            for at, (piece, kind) in enumerate(zip(pieces, kinds.tolist(), strict=True))
-        ],
-        dtype=np.bool_,
-    )
-
-
 def motion_onto(piece: Piece, other: Piece, *, backwards: bool) -> tuple[complex, complex]:
     """Return the turn and the shift that take a piece nearest to another, as complex numbers.
 
@@ -109,29 +111,42 @@ def motion_onto(piece: Piece, other: Piece, *, backwards: bool) -> tuple[complex
     return complex(turn), complex(w.mean() - turn * z.mean())
 
 
-def _agrees(piece: Piece, other: Piece, *, backwards: bool) -> bool:
-    """Say whether a piece covers another, station by station from one end or from the other."""
+def apart_mm(piece: Piece, other: Piece, *, backwards: bool) -> float:
+    """Return how far a piece is from another when it is laid on it; infinite if it cannot be.
+
+    Station lies on station, or, if it is turned end for end, the first on the last. Pieces with
+    other holes, or another over and under, cannot be laid on one another.
+    """
     way = slice(None, None, -1 if backwards else 1)
-    if not np.array_equal(piece.over[way], other.over):
-        return False
+    if len(piece.points) != len(other.points) or not np.array_equal(piece.over[way], other.over):
+        return np.inf
     if not np.array_equal(np.round(piece.hole_mm[way], 3), np.round(other.hole_mm, 3), True):
-        return False
+        return np.inf
+    if len(piece.more_holes) != len(other.more_holes) or len(piece.slots) != len(other.slots):
+        return np.inf
     # The stations and their rails decide the motion.
     turn, shift = motion_onto(piece, other, backwards=backwards)
     source, target = _facing(piece, other, backwards=backwards)
-    if np.abs(turn * source + shift - target).max() > SAME_MM:
-        return False
+    worst = float(np.abs(turn * source + shift - target).max())
+    if worst > _FAR_MM:
+        return np.inf
 
     def moved(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        placed = turn * (points[:, 0] + 1j * points[:, 1]) + shift
-        return np.column_stack((placed.real, placed.imag))
+        return moved_by(points, turn, shift)
 
-    if not _same_holes(moved(piece.more_holes[:, 1:3]), piece, other):
-        return False
-    if _apart(moved(piece.outline), other.outline) > SAME_MM:
-        return False
+    worst = max(
+        worst,
+        _holes_apart(moved(piece.more_holes[:, 1:3]), piece, other),
+        _apart(moved(piece.outline), other.outline),
+    )
     ours, theirs = ([slot.path.flattened(SAME_MM / 2) for slot in p.slots] for p in (piece, other))
-    return all(min(_apart(moved(slot), twin) for twin in theirs) <= SAME_MM for slot in ours)
+    return max([worst, *(min(_apart(moved(slot), twin) for twin in theirs) for slot in ours)])
+
+
+def moved_by(points: FloatArray, turn: complex, shift: complex) -> FloatArray:
+    """Return points, (..., 2), after a turn and a shift that are complex numbers."""
+    placed = turn * (points[..., 0] + 1j * points[..., 1]) + shift
+    return np.stack((placed.real, placed.imag), axis=-1)
 
 
 def _facing(
@@ -150,13 +165,13 @@ def _marks(piece: Piece) -> npt.NDArray[np.complex128]:
     return np.asarray(marks[..., 0] + 1j * marks[..., 1])
 
 
-def _same_holes(places: npt.NDArray[np.float64], piece: Piece, other: Piece) -> bool:
-    """Say whether holes away from the stations coincide, in size as well."""
+def _holes_apart(places: npt.NDArray[np.float64], piece: Piece, other: Piece) -> float:
+    """Return how far holes away from the stations are from those of another piece, by size, too."""
     if not len(places):
-        return True
+        return 0.0
     off = np.hypot(*(places[:, None] - other.more_holes[None, :, 1:3]).transpose(2, 0, 1))
     wide = np.abs(piece.more_holes[:, None, 3] - other.more_holes[None, :, 3])
-    return bool(np.all(((off <= SAME_MM) & (wide <= 1e-3)).any(axis=1)))
+    return float(np.where(wide <= 1e-3, off, np.inf).min(axis=1).max())
 
 
 def _apart(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> float:

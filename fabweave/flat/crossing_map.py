@@ -91,7 +91,8 @@ class StrandRecord:
 class CrossingRecord:
     """A crossing: the ends of its edge in the woven mesh, its place in space, and both strands.
 
-    ``fastened`` says whether a fastener goes through it.
+    ``fastened`` says whether a fastener goes through it, ``hang`` whether it carries something
+    besides the weave.
     """
 
     id: int
@@ -100,6 +101,7 @@ class CrossingRecord:
     over: StrandRecord
     under: StrandRecord
     fastened: bool | None = optional()
+    hang: bool | None = optional()
 
 
 @record
@@ -177,13 +179,15 @@ class PieceRecord:
     """A piece in its own coordinates, with its place on a sheet.
 
     Pieces of one ``kind`` are congruent; one that is ``turned`` covers the first of its kind when
-    it is turned end for end. ``joints`` are those at its first and its last station; ``path`` is
-    what is cut, ``outline`` a polygon near it.
+    it is turned end for end, and one that is ``fitted_mm`` was moved so far to be equal to it.
+    ``joints`` are those at its first and its last station; ``path`` is what is cut, ``outline`` a
+    polygon near it.
     """
 
     id: str
     kind: int
     turned: bool | None = optional()
+    fitted_mm: float | None = optional()
     thread: int
     sheet: int
     placement: PlacementRecord

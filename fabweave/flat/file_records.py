@@ -1,7 +1,10 @@
 """Hold what the crossing map says of the weave, the layout and the files for the cutter."""
 
+import numpy as np
+
 from fabweave.core.records import optional, record
 from fabweave.weave.twill.conditions import Broken
+from fabweave.weave.weave_pattern import WeaveResult
 
 
 @record
@@ -22,6 +25,21 @@ class WeaveRecord:
     warp: tuple[int, ...] | None = optional(default=None)
     labels: tuple[int, ...] | None = optional(default=None)
     rotations: int | None = optional(default=None)
+
+
+def weave_record(result: WeaveResult) -> WeaveRecord:
+    """Return what the map says about the weave."""
+    weave, twill = result.weave, result.twill
+    return WeaveRecord(
+        pattern=weave.pattern,
+        exact=weave.exact,
+        broken=weave.broken,
+        voted=None if twill is None else twill.voted,
+        at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
+        warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
+        labels=None if result.label is None else tuple(result.label.tolist()),
+        rotations=result.rotations,
+    )
 
 
 @record

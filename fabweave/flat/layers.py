@@ -9,9 +9,17 @@ _DECIMALS = 6
 
 
 def count_layers(piece_set: PieceSet) -> IntArray:
-    """Return how many layers lie on one another at each crossing, (X,): three at a lap."""
+    """Return how many layers lie on one another at each crossing, (X,): three at a lap.
+
+    Those of rings around openings count, too.
+    """
     return np.bincount(
-        np.concatenate([piece.crossings for piece in piece_set.pieces]),
+        np.concatenate(
+            [
+                *(piece.crossings for piece in piece_set.pieces),
+                *(ring.crossings for ring in piece_set.rings),
+            ]
+        ),
         minlength=len(piece_set.room_mm),
     )
 
@@ -25,4 +33,6 @@ def grips_mm(piece_set: PieceSet) -> FloatArray:
     thread = np.repeat([piece.thread for piece in piece_set.pieces], stations)
     crossing = np.concatenate([piece.crossings for piece in piece_set.pieces])
     grip = np.bincount(crossing, piece_set.plan.thickness_mm[thread], len(piece_set.room_mm))
+    for ring in piece_set.rings:
+        grip = grip + ring.thickness_mm * np.bincount(ring.crossings, minlength=len(grip))
     return np.asarray(np.round(grip, _DECIMALS))

@@ -6,7 +6,9 @@ import numpy as np
 
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.flat.congruence import SAME_MM, Kinds, compare_pieces
 from fabweave.flat.covers import covered_parts
+from fabweave.flat.equal_pieces import FIT_MM, equal_pieces
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
 from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
 from fabweave.flat.joint.holes import HoleRule
@@ -14,9 +16,13 @@ from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import Frame, resting_frame
 from fabweave.flat.piece import Joint, Piece, Slot
+from fabweave.flat.rim_ring import RimRing
 from fabweave.flat.split.runs import Runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
+
+#: Pieces that rotations carry onto one another differ by less; the files by no more than a digit.
+_ROUNDED_MM = 1e-3
 
 
 @frozen_value
@@ -37,6 +43,14 @@ class PieceSet:
         What was asked of the joints, and what they have room for.
     fastened : (X,) bool array
         Through which crossings a fastener goes.
+    kinds : Kinds
+        Which pieces are the same; those that are, are equal to the last digit but for what is
+        engraved, if they were as near as ``fit_mm``.
+    fit_mm : float
+    rings : tuple of RimRing
+        The rings around openings.
+    hanging : (X,) bool array or None
+        The crossings that carry something besides the weave, if that is known.
     """
 
     pieces: tuple[Piece, ...]
@@ -45,6 +59,16 @@ class PieceSet:
     room_mm: FloatArray
     plan: JointPlan
     fastened: BoolArray
+    kinds: Kinds
+    fit_mm: float
+    rings: tuple[RimRing, ...] = ()
+    hanging: BoolArray | None = None
+
+    @property
+    def fitted_mm(self) -> FloatArray:
+        """How far each piece was moved to be equal to others, (N,): 0 where it was not."""
+        off = self.kinds.off_mm
+        return np.where(off <= self.fit_mm, off, 0.0)
 
 
 def build_pieces(
@@ -59,8 +83,12 @@ def build_pieces(
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
     holed: BoolArray | None = None,
+    supply: IntArray | None = None,
+    fit: bool = False,
 ) -> PieceSet:
     """Build every piece with its stations, holes and joints.
+
+    Pieces that are the same but for rounding are made equal to the first of them.
 
     One hole diameter serves the whole job: the largest of ``rules`` for which nine crossings of
     ten have room in all their layers; failing that, the smallest that fits anywhere.
@@ -82,6 +110,12 @@ def build_pieces(
     fastened, holed
         Which crossings are to take a fastener, and which are to have holes, as for
         :func:`fabweave.flat.joint.drill.drill`.
+    supply : (T,) int array, optional
+        What each thread is cut from; pieces of different supplies are different. By default all
+        are from one.
+    fit : bool
+        Whether pieces that differ by less than the play of a fastener are made equal, too, where
+        joints are laps that fasteners or glue hold.
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     cut = cut_strips(ribbons, weave, runs, plan) if cut is None else cut
@@ -108,8 +142,15 @@ def build_pieces(
         )
         for index in range(len(numbers))
     )
+    loose = fit and all(kind.laps and kind.shape is None for kind in kinds)
+    fit_mm = FIT_MM if loose else _ROUNDED_MM
+    of_piece = None if supply is None else supply[runs.thread].tolist()
+    same = compare_pieces(pieces, of_piece, same_mm=max(fit_mm, SAME_MM))
+    pieces = equal_pieces(pieces, same, fit_mm)
     joints = _join(pieces, plan, kinds)
-    return PieceSet(pieces, joints, drilled.rule, drilled.room_mm, plan, drilled.fastened)
+    return PieceSet(
+        pieces, joints, drilled.rule, drilled.room_mm, plan, drilled.fastened, same, fit_mm
+    )
 
 
 def _piece(

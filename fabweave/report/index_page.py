@@ -7,6 +7,7 @@ from fabweave.core.arrays import frozen_value
 from fabweave.core.messages import agree
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import WeaveRecord
+from fabweave.report.charts import charts
 from fabweave.report.costs.costs import Costs
 from fabweave.report.costs.money import price_text
 from fabweave.report.costs.texts import hours_text, time_text
@@ -44,6 +45,11 @@ th { width: 6rem; overflow-wrap: normal }
 .files img { max-width: 17rem }
 .bar { background: #e4e0d8; height: .7rem; margin: .2rem 0 }
 .bar span { display: block; height: 100%; background: #0072b2 }
+h3 { font-size: 1.1rem; margin: 1rem 0 .3rem }
+.charts { display: grid; gap: 0 1.5rem;
+  grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)) }
+svg { display: block; width: 100%; max-width: 22rem; height: auto }
+svg text { font: 15px system-ui, sans-serif }
 @page { size: A4; margin: 12mm }
 @media print {
   body { font-size: 10pt; line-height: 1.3; margin: 0; max-width: none; padding: 0 }
@@ -56,7 +62,9 @@ th { width: 6rem; overflow-wrap: normal }
   .sheets li { padding: .3rem } .sheets a, .files a { padding: 0 .3rem 0 0 }
   .files { grid-template-columns: repeat(3, 1fr) } .files img { max-width: 40mm }
   .bar, .bar span, .figures li, .verdict { print-color-adjust: exact }
-  li, tr, .portrait { break-inside: avoid }
+  h3 { font-size: 10pt; margin: .4rem 0 .1rem; break-after: avoid }
+  .charts { grid-template-columns: repeat(3, 1fr) }
+  li, tr, .portrait, svg { break-inside: avoid }
 }
 .with-care { border-color: #e69f00 } .not-makeable { border-color: #d55e00 }
 """
@@ -165,6 +173,7 @@ def index_page(
         "<h2>2 Build</h2>",
         *_listed(_BUILD, there),
         "<h2>3 Material</h2>",
+        *charts(report),
         *_listed(_MATERIAL, there),
         "<h2>4 Check</h2>",
         *_listed(_CHECK, there),
@@ -254,6 +263,7 @@ def _cut(
             "For a service: each kind of piece in a file of its own, and how many to order.",
             "service/",
         ),
+        ("The ring around each opening, to cut as well; rim.txt says how it is laid.", "rim/"),
         (
             "What is left and worth keeping, and a list of it for the --stock of a later job.",
             "offcuts/",

@@ -96,6 +96,38 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
     return [note]
 
 
+def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> list[str]:
+    """Name the crossings that carry something, and what goes through them.
+
+    Parameters
+    ----------
+    piece_set : PieceSet
+    weave : Weave
+    labels : sequence of str
+        Names of the threads.
+    """
+    if piece_set.hanging is None or not piece_set.hanging.any():
+        return []
+    threads = weave.threads
+    named, lacking = [], []
+    for crossing in np.flatnonzero(piece_set.hanging).tolist():
+        passes = np.flatnonzero(threads.crossing == crossing)
+        upper, lower = threads.thread_of_pass[passes[np.argsort(~weave.over[passes])]].tolist()
+        named.append(f"{crossing} ({labels[upper]} over {labels[lower]})")
+        if not piece_set.fastened[crossing]:
+            lacking.append(str(crossing))
+    hole = piece_set.rule.hole_mm if piece_set.rule is not None else 0.0
+    note = agree(len(named), "hang: crossing[|s] ") + ", ".join(named)
+    note += agree(
+        len(named), " [takes|take] what it hangs from or stands on, through [a hole|holes]"
+    )
+    note += f" of {hole:g} mm"
+    if lacking:
+        note += f"; there is no room for one at {', '.join(lacking)}: choose others, or a smaller "
+        note += "--hole"
+    return [note]
+
+
 def _weave_notes(weave: Weave) -> list[str]:
     """Count threads and crossings; say which threads there is nothing to weave with."""
     threads = weave.threads

@@ -33,6 +33,8 @@ class Crossing:
     under: Strand
     #: Whether a fastener goes through it; where that is not stated, one does if it has a hole.
     fastened: bool | None = None
+    #: Whether it carries something besides the weave.
+    hang: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,8 @@ class Piece:
     mirror_mm: float | None = None
     #: Whether it covers the first piece of its kind when it is turned end for end.
     turned: bool = False
+    #: How far it is said to be from its own development, to be equal to others of its kind.
+    fitted_mm: float = 0.0
 
     @property
     def points(self) -> Floats:

@@ -41,6 +41,7 @@ from fabweave.verify.checks.sheets.lines import check_lines
 from fabweave.verify.checks.sheets.looks import check_looks
 from fabweave.verify.checks.sheets.offcuts import check_offcuts
 from fabweave.verify.checks.sheets.qr_code import check_code
+from fabweave.verify.checks.sheets.rim import check_rim
 from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.checks.sheets.spacing import check_sheets
 from fabweave.verify.checks.sheets.stock import check_stock
@@ -105,6 +106,7 @@ _TASKS = (
     _Task("service", ("map",), check_service),
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map", "waste"), check_offcuts),
+    _Task("rim", ("map", "mesh"), check_rim),
     _Task("simple", ("map",), check_simple),
     _Task("bom", ("map", "model", "waste"), check_bom),
     _Task("areas", ("map", "piece_rows", "waste"), check_areas),

@@ -44,6 +44,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "stock": "sheets, angles and prices are those of the stock in the settings",
         "offcuts": "what is kept of sheets is free, worth what is said, drawn, and listed as stock",
+        "rim": "rings around openings lie hole on hole on the crossings beside them, all round",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "bom": "fasteners, glue and tape to buy are those that the pieces take",
         "areas": "lengths, areas, masses and waste are what the outlines and sheets give",

@@ -17,7 +17,7 @@ from fabweave.app.settings import Settings, job_toml
 from fabweave.app.woven_object import weave_object
 from fabweave.cli.main import main
 from fabweave.core.errors import InputError
-from fabweave.flat.congruence import piece_kinds
+from fabweave.flat.congruence import compare_pieces
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.heights import crossing_heights
@@ -409,8 +409,8 @@ def test_bunches_of_the_torus_are_those_that_the_map_tells(made) -> None:
 def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
     job, _ = made
     piece = job.piece_set.pieces[0]
-    assert piece_kinds([piece, piece]).tolist() == [1, 1]
-    assert piece_kinds([piece, piece, piece], [0, 1, 0]).tolist() == [1, 2, 1]
+    assert compare_pieces([piece, piece]).number.tolist() == [1, 1]
+    assert compare_pieces([piece, piece, piece], [0, 1, 0]).number.tolist() == [1, 2, 1]
 
 
 @pytest.mark.slow

@@ -154,6 +154,8 @@ SPOILT = {
     "strict": ("yes", 0, None),
     "force": ("yes", 0, None),
     "labels": ("some", None),
+    "hang": ("", "top:0", "left", "bottom:3:4", "-1", 3),
+    "rim": ("round", None),
     "label_side": ("both", None),
     "paper": ("a3", None),
     "kerf_mm": (*NO_NUMBERS, None),
@@ -219,6 +221,14 @@ def test_how_open_a_weave_is_stands_for_its_width() -> None:
     assert Settings("shape:cube").panel_share == 0.7
 
 
+@pytest.mark.parametrize(
+    ("told", "pattern"),
+    [("tabby", "plain"), ("serge", "twill"), ("denim", "3/1"), ("2/2/3", "2/2/-1")],
+)
+def test_names_of_weavers_stand_for_patterns(told, pattern) -> None:
+    assert Settings("shape:cube", pattern=told).pattern == pattern
+
+
 def test_numbers_of_other_kinds_are_held_as_plain_ones() -> None:
     settings = Settings(
         "shape:cube", size_mm=400, fair=np.int64(3), scale=None, kerf_mm=np.float32(0.25),
@@ -269,9 +279,10 @@ TYPED = {
     "along": st.sampled_from(["x", "curvature", "own.txt"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
     "fair": st.integers(0, 1000).map(str),
+    "hang": st.sampled_from(["top", "Bottom: 3", "12, top:2"]),
     "leave_out": st.sampled_from(["top:8cm", "Bottom: 80mm, top:1in", "13, 12", "FOLDER/list.txt"]),
     "pattern": st.sampled_from(
-        ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2"]
+        ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2", "serge", "denim"]
     ),
     "twists": st.just("own.csv"),
     "twill_weights": st.sampled_from(["1/1", "2/2", "0.1/10", "1.50 / 3"]),
@@ -383,7 +394,7 @@ def changed(folder) -> Settings:
         "shape:torus", title="Fruit bowl", up="y", weld=False, bodies="largest", size="40cm",
         remesh="quads",
         handle="0:9", along="curvature", irregular="fewest", refine="loop:1", symmetrise=True,
-        fair=3, leave_out="top:8cm",
+        fair=3, leave_out="top:8cm", rim="ring", hang="top, bottom:3",
         pattern="twill", twill_weights="2/2", twill_symmetry=2, boundary="turn",
         course="straight",
         material="warp=felt,weft=card", thickness="2mm",

@@ -137,6 +137,16 @@ def test_a_turned_title_reads_along_its_direction(sheet):
         assert abs((turned - angle_deg + 90.0) % 180.0 - 90.0) < 5.0
 
 
+def test_an_id_that_is_engraved_and_can_be_read_is_not_written_again(sheet):
+    ids = {piece.piece_id: 2.5 for piece in sheet.pieces}
+    untitled = png_bytes(sheet, pixels_per_mm=4.0, titles={})
+    assert png_bytes(sheet, pixels_per_mm=4.0, lettered=ids) == untitled
+    # In a smaller picture the same letters are a smudge.
+    smaller = png_bytes(sheet, pixels_per_mm=2.0, lettered=ids)
+    assert smaller == png_bytes(sheet, pixels_per_mm=2.0)
+    assert smaller != png_bytes(sheet, pixels_per_mm=2.0, titles={})
+
+
 def test_titles_found_by_ourselves_change_neither_size_nor_outlines(sheet):
     frame = preview_frame(sheet, pixels_per_mm=SCALE)
     image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE))

@@ -108,9 +108,9 @@ def test_pieces_are_the_thread_and_its_laps(mesh, rule):
         assert joint.kind in (rule.kind, GLUE)
         assert (joint.lap_mm > 0) == joint.kind.laps
         ends = onto(made, joint)(b.rails[0])
-        assert np.abs(ends - a.rails[-1]).max() < 1e-9
+        assert np.abs(ends - a.rails[-1]).max() < 3e-6  # places have six decimals
         holes = onto(made, joint)(joint.holes[:, 1])
-        assert np.abs(holes - joint.holes[:, 0]).max(initial=0.0) < 1e-9
+        assert np.abs(holes - joint.holes[:, 0]).max(initial=0.0) < 3e-6
         if a is b:
             share = np.nan  # a ring of one piece cannot be laid on itself as a whole
             continue

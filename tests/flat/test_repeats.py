@@ -12,7 +12,7 @@ from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import settings_from_options
 from fabweave.app.split_job import object_repeats
 from fabweave.app.woven_object import weave_object
-from fabweave.flat.congruence import piece_kinds
+from fabweave.flat.congruence import compare_pieces
 from fabweave.flat.split.repeats import Repeats, find_repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.mesh.halfedge import build_halfedges
@@ -150,7 +150,7 @@ def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
     classes = len(pieces)
     if repeats is not None:
         classes = len(np.unique(repeats.classes(joined.plan.runs), axis=0))
-    return len(pieces), int(piece_kinds(pieces).max()), classes
+    return len(pieces), int(compare_pieces(pieces).number.max()), classes
 
 
 @pytest.mark.parametrize(

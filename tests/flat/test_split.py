@@ -105,7 +105,7 @@ def test_joints_superpose_exactly(name):
     _, _, _, made = split(shape_at(name))
     assert made.joints
     for joint in made.joints:
-        assert np.abs(joint_offset(made, joint)).max() < 1e-9
+        assert np.abs(joint_offset(made, joint)).max() < 3e-6  # places have six decimals
         a, b = (made.pieces[index] for index in joint.pieces)
         assert a.crossings[-1] == b.crossings[0] == joint.crossing
         assert a.end_joint == b.start_joint == joint.id

@@ -1,13 +1,19 @@
 """The page that opens a job leads to all its files, in the order in which they are needed."""
 
+import json
 import re
+import shutil
+import subprocess
 from html import unescape
 
+import numpy as np
+import pypdf
 import pytest
 from jobs import OCTAHEDRON
 
 import fabweave as fw
 
+CHROMIUM = shutil.which("chromium")
 #: What is not linked: the page itself.
 LEFT_OUT = {"index.html"}
 
@@ -62,3 +68,59 @@ def test_it_tells_what_was_made(finished):
 def test_it_loads_nothing_and_runs_nothing(finished):
     page = (finished(*OCTAHEDRON) / "index.html").read_text("utf-8")
     assert not re.search(r"<script|<link|<iframe|@import|url\(|://", page)
+
+
+def test_charts_show_the_figures_to_scale(finished):
+    folder = finished(*OCTAHEDRON)
+    page = (folder / "index.html").read_text("utf-8")
+    waste = json.loads((folder / "waste.json").read_text("utf-8"))
+    bars = re.findall(r'<text [^>]*>([^<]+)</text><polyline points="([-\d., ]+)"', page)
+    reach = {}
+    for text, points in bars:
+        x = [float(pair.split(",")[0]) / 300.0 for pair in points.split()]
+        reach[unescape(text).partition(":")[0]] = min(x), max(x)
+    used = waste["totals"]["utilisation"]
+    # What becomes of the sheets adds up to all of them.
+    ends = [reach[name] for name in ("pieces", "offcuts worth keeping", "waste, holes too")]
+    assert ends[0] == pytest.approx((0.0, used), abs=2e-4)
+    assert ends[1][0] == pytest.approx(used, abs=2e-4)
+    assert ends[2] == pytest.approx((ends[1][1], 1.0), abs=3e-3)
+    assert reach["at the very best"][1] == pytest.approx(waste["comparison"]["best"], abs=2e-4)
+    # Times are to one scale, from the least to the most.
+    estimate = waste["estimate"]
+    hours = [3600.0 * end for end in estimate["assembly"]["hours"]]
+    for name, span in (("cutting", estimate["cut_s"]), ("hands", hours)):
+        most = max(hours[1], estimate["cut_s"][1], estimate["travel_s"][1])
+        wanted = [end / most for end in span]
+        assert reach[name][0] == pytest.approx(wanted[0], abs=2e-4)
+        assert reach[name][1] == pytest.approx(max(wanted[1], wanted[0] + 1 / 300), abs=3e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+def test_charts_are_printed_in_colour_and_text_is_large_enough(finished, tmp_path):
+    page = finished(*OCTAHEDRON) / "index.html"
+    subprocess.run(
+        [CHROMIUM, "--headless", "--no-sandbox", "--no-pdf-header-footer",
+         f"--user-data-dir={tmp_path / 'profile'}", f"--print-to-pdf={tmp_path / 'page.pdf'}",
+         page.as_uri()],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    reader = pypdf.PdfReader(tmp_path / "page.pdf")
+    assert len(reader.pages) <= 2
+    sizes, text = set(), ""
+    for printed in reader.pages:
+
+        def keep(told, turn, place, _, size, sizes=sizes):
+            if told.strip():
+                scale = np.array(turn).reshape(3, 2)[:2] @ np.eye(2)
+                letters = np.array(place).reshape(3, 2)[:2] @ scale
+                sizes.add(round(size * abs(np.linalg.det(letters)) ** 0.5, 1))
+
+        text += printed.extract_text(visitor_text=keep)
+    assert "What becomes of the sheets" in text
+    assert "waste, holes too" in text
+    assert min(sizes) >= 7.9  # points
+    # Blue of the bars, which no printer's saving of backgrounds leaves out.
+    drawn = b"".join(printed.get_contents().get_data() for printed in reader.pages)
+    assert re.search(rb"0 \.44\d* \.69\d* rg", drawn)

@@ -8,7 +8,7 @@ import numpy as np
 from verify_specimen import placed
 
 from fabweave.verify.checks.reports.manual import MAP, SECTIONS, TABLES
-from fabweave.verify.checks.reports.manual_cover import PROCEED, VIEWER
+from fabweave.verify.checks.reports.manual_cover import LOOSE, PROCEED, TABLE, TAKE, VIEWER
 from fabweave.verify.checks.reports.manual_steps import BOXES, PICTURED
 
 #: Points in a millimetre of what is drawn, and how many millimetres one stands for.
@@ -58,8 +58,24 @@ def cover(specimen, plan, verdict):
         TITLE, f"Yes, with care. {told}{more}", "Buildable?",
         " x ".join(f"{length:.0f}" for length in size) + " mm", "Size",
         f"{many(len(plan['pieces']), 'piece')} on {many(len(plan['sheets']), 'sheet')}, {counts}",
-        "Made of", "; ".join(tools), "Tools", PROCEED + VIEWER, "How to proceed",
+        "Made of", TABLE, f"the {many(len(plan['sheets']), 'sheet')}, cut", "Sheets",
+        "; ".join(tools), "Tools", PROCEED, TAKE, "1", f"Sort them: {piles(plan)}.", "2",
+        f"Follow the steps.{VIEWER}", "3", LOOSE, "4",
     ]  # fmt: skip
+
+
+def piles(plan):
+    kinds = plan["cut"].get("labels") == "kinds"
+    names = [piece.get("kind") for piece in plan["pieces"]]
+    counts = [len(thread["pieces"]) for thread in plan["threads"]]
+    counts = sorted(map(names.count, set(names)) if kinds else counts)
+    of = many(counts[0], "piece") if counts[0] == counts[-1] else f"{counts[0]} to {counts[-1]} "
+    of = of if counts[0] == counts[-1] else f"{of}pieces"
+    end = "the letters of an id name its thread"
+    if kinds:
+        end = "any piece of a pile fits any of its places"
+    word = "kind" if kinds else "thread"
+    return f"{many(len(counts), 'pile')}, one for each {word}, of {of}; {end}"
 
 
 def legend(plan):
@@ -68,27 +84,29 @@ def legend(plan):
     )
     kinds = {one["kind"] for one in piece["labels"]}
     name, first = piece["id"], piece["stations"][0]
-    numbers = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
-    texts = sorted({numbers[kind] for kind in kinds} | {"4", "5"})
+    numbers = {"id": "1", "joint": "2"}
+    ways = {one["station"] is not None and piece["stations"][one["station"]]["over"]
+            for one in piece["labels"] if one["kind"] in ("partner", "sign")}  # fmt: skip
+    texts = [numbers[kind] for kind in numbers if kind in kinds] + ["3"] * len(ways) + ["4", "5"]
     side = "inside" if any(sheet.get("mirrored") for sheet in plan["sheets"]) else "outside"
-    texts += [f"Piece {name} of this object", f"This is the {side} of the object.", "Engraved face"]
+    texts += [f"Piece {name} of this object", "Engraved face", f"This is the {side} of the object."]
     if "id" in kinds:
-        texts += [f"{name}: the letters name the thread, and the number counts its pieces. The "
-                  "arrow points along the thread; stations are counted in its direction, from 0.",
-                  "1 Id"]  # fmt: skip
+        texts += ["1 Id", f"{name}: the letters name the thread, and the number counts its pieces. "
+                  "The arrow points along the thread; stations are counted in its direction, from "
+                  "0."]  # fmt: skip
     if "joint" in kinds:
         key = next(key for key in piece["joints"] if key is not None)
         pair = next(joint["pieces"] for joint in plan["joints"] if joint["id"] == key)
         mate = next((other for other in pair if other != name), name)
-        texts += [f"#{key}>{mate}: joint {key} joins this end to piece {mate}.", "2 Joint"]
+        texts += ["2 Joint", f"#{key}>{mate}: joint {key} joins this end to piece {mate}."]
     over = "over" if first["over"] else "under"
-    texts += ["Beside a crossing stands the piece that is met there: with a disc before its id "
-              "where this piece passes over, with a ring where it passes under. At its first "
-              f"station, {name} passes {over} {first['partner']}.", "3 Crossing"]  # fmt: skip
+    texts += ["3 Crossing", "Beside a crossing stands the piece that is met there: with a disc "
+              "before its id where this piece passes over, with a ring where it passes under. At "
+              f"its first station, {name} passes {over} {first['partner']}."]  # fmt: skip
     return [
         *texts,
-        "A fastener goes through all layers of the crossing: line up their holes.",
         "5 Hole",
+        "A fastener goes through all layers of the crossing: line up their holes.",
     ]
 
 

@@ -678,7 +678,8 @@ SIGNS = {"●": _sign(24, "B"), "○": _sign(24, "S"), "⊕": _sign(20, "S")}
 def write_manual(specimen, folder, *, edit=None):
     """Write the manual; ``edit`` changes the list of the texts of all pages."""
     pages = manual_pages(specimen, json.loads((folder / "verdict.json").read_text()))
-    heads = [f"{TITLE}, page {number}" for number in range(1, len(pages) + 1)]
+    count = len(pages)
+    heads = [f"{TITLE}, page {number} / {count}" for number in range(1, count + 1)]
     texts = [text for head, (name, own, _) in zip(heads, pages, strict=True)
              for text in (name, head, *own)]  # fmt: skip
     if edit is not None:

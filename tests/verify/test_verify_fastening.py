@@ -1,9 +1,12 @@
 """What is said to be fastened is proved: the check objects to every crossing that is not so."""
 
+import json
+import shutil
 from dataclasses import replace
 
 import pytest
 
+from fabweave.verify import verify_job
 from fabweave.verify.checks.plan.fastening import check_fastening
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.statement import Tally
@@ -62,3 +65,27 @@ def test_settings_that_say_something_else_are_found(job, fasten):
 def test_older_maps_that_do_not_say_it_are_left_alone(job):
     crossings = tuple(replace(one, fastened=None) for one in job.map.crossings)
     assert findings(with_map(job, crossings=crossings)) == ()
+
+
+HUNG = ("shape:sphere?n=3", "--size", "150mm", "--hang", "top,bottom:3", "--effort", "quick")
+
+
+@pytest.mark.slow
+def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finished, tmp_path):
+    folder = shutil.copytree(finished(*HUNG), tmp_path / "job")
+    assert verify_job(folder).ok
+    path = folder / "crossing_map.json"
+    plan = json.loads(path.read_text("utf-8"))
+    hung = [one for one in plan["crossings"] if one.get("hang")]
+    assert len(hung) == 4
+    assert all(one["fastened"] for one in hung)
+    notes = json.loads((folder / "waste.json").read_text("utf-8"))["notes"]
+    (note,) = [note for note in notes if note.startswith("hang:")]
+    assert all(f" {one['id']} (" in note for one in hung)
+    del hung[0]["hang"]
+    other = next(one for one in plan["crossings"] if not one.get("hang"))
+    other["hang"] = True
+    path.write_text(json.dumps(plan), "utf-8")
+    (check,) = [one for one in verify_job(folder).checks if one.name == "fastened"]
+    assert f"lack {hung[0]['id']}" in str(check.findings)
+    assert f"have {other['id']}" in str(check.findings)

@@ -47,6 +47,8 @@ def findings(job):
         (">DXF<", "><"),
         ("DXF</a> <a", "DXF <a"),
         ("</li>", "</p>"),
+        ("<polyline ", "<polyline fill-opacity='0' "),
+        ('fill="#0072b2"', 'fill="#ffffff"'),
     ],
 )
 def test_what_may_hide_or_lead_away_is_refused(folder, first, other, tmp_path):

@@ -1,11 +1,18 @@
 """Kinds are proved: what does not cover its namesake is found."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fabweave.mesh.io.files import mesh_bytes
+from fabweave.mesh.shapes.grids import torus
 from fabweave.verify import verify_job
+from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.read.job_files import load_job
+from fabweave.verify.statement import Tally
 
 
 def respoken(folder, change):
@@ -72,3 +79,45 @@ def test_pieces_without_a_kind_are_malformed(job):
     del plan["pieces"][0]["kind"]
     path.write_text(json.dumps(plan))
     assert not verify_job(folder).ok
+
+
+@pytest.fixture(scope="module")
+def uneven(tmp_path_factory) -> Path:
+    """A torus whose vertices are off by less than a ten-thousandth of its size."""
+    path = tmp_path_factory.mktemp("uneven") / "torus.obj"
+    mesh = torus(12, 6, 35.0, 15.0)
+    noise = np.random.default_rng(5).uniform(-2e-3, 2e-3, mesh.vertices.shape)
+    path.write_bytes(mesh_bytes(path, mesh.with_vertices(mesh.vertices + noise)))
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", ["rivet:2", "glue"])
+def test_what_differs_by_less_than_a_fastener_s_play_is_made_equal(finished, uneven, joint):
+    folder = finished(str(uneven), "--size", "300mm", "--joint", joint, "--kinds", "fewest",
+                      "--effort", "quick", "--sheet", "400x300mm")  # fmt: skip
+    job = load_job(folder, Tally("files"))
+    pieces = job.map.pieces
+    assert len({piece.kind for piece in pieces}) <= 4
+    fitted = max(pieces, key=lambda piece: piece.fitted_mm)
+    assert 0.005 < fitted.fitted_mm <= 0.04
+    first = {piece.kind: piece for piece in reversed(pieces)}
+    for piece in pieces:
+        theirs, turned = first[piece.kind].path, piece.turned
+        corner = theirs[:, :2].max(axis=0) + theirs[:, :2].min(axis=0)
+        same = corner - theirs[:, :2] if turned else theirs[:, :2]
+        assert np.abs(piece.path[:, :2] - same).max() <= (2e-6 if turned else 0.0)
+
+    def found(change) -> str:
+        changed = tuple(change(piece) if piece is fitted else piece for piece in pieces)
+        lookups = {name: {} for name in ("thread", "crossing", "piece", "joint", "sheet")}
+        tally = Tally("unfolding")
+        check_unfolding(replace(job, map=replace(job.map, pieces=changed, **lookups)), tally)
+        return " ".join(map(str, tally.result().findings))
+
+    assert found(lambda piece: piece) == ""
+    # No more than a fastener's play may be claimed, and no more than was claimed may be off.
+    assert "fitted to others by" in found(lambda piece: replace(piece, fitted_mm=0.3))
+    stations = list(fitted.stations)
+    stations[0] = replace(stations[0], y=stations[0].y + 0.15)
+    assert "a station stands" in found(lambda piece: replace(piece, stations=tuple(stations)))

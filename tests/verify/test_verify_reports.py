@@ -97,9 +97,10 @@ def test_nothing_on_the_page_on_material_can_be_another(read):
     ("way", "value"),
     [
         (("hours", 1), lambda hours: hours + 0.1),
-        (("practised_h",), 0.0),
-        (("actions", 0, "each_s"), 6.0),
-        (("actions",), []),
+        (("hours",), []),
+        (("seconds", 0), lambda seconds: seconds + 0.2),
+        (("seconds",), lambda seconds: seconds[:-1]),
+        (("seconds",), None),
     ],
 )
 def test_the_viewer_takes_the_hours_of_the_estimate(read, way, value):

@@ -114,6 +114,8 @@ def piece_view(settings: Settings) -> tuple[Any, ...]:
         settings.hole_mm,
         settings.holes,
         settings.fasten,
+        settings.rim,
+        settings.hang,
         settings.hardware,
         settings.slots,
         settings.sheets,

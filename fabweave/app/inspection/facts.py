@@ -13,7 +13,7 @@ from fabweave.app.design.search import explore
 from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, split_object
-from fabweave.app.joined_pieces import joined_pieces, kinds_of, pieces_costs, with_grain
+from fabweave.app.joined_pieces import joined_pieces, pieces_costs, with_grain
 from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
@@ -130,7 +130,7 @@ def inspect_mesh(
     if joined is not None and depth == Depth.SEARCHED:
         progress("costs", 0, 1)
         piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
-        pieces["kinds"] = int(kinds_of(piece_set.pieces, woven, supplies).max(initial=0))
+        pieces["kinds"] = int(piece_set.kinds.number.max(initial=0))
         planned = pieces_costs(piece_set, woven, settings, supplies)
         costs = {"told": dict(cost_rows(planned)), **to_json(planned)}
     elif joined is not None:

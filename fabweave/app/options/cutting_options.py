@@ -1,29 +1,21 @@
 """Name the options that decide what is cut, and the files: pieces, sheets, search and drawings."""
 
-from collections.abc import Iterable
-
-from fabweave.app.options.file_kinds import calibration, layout, library, preset, sheets, stock_list
+from fabweave.app.options.file_kinds import layout, sheets, stock_list
 from fabweave.app.options.kinds import (
     MOST_MM,
     MOST_WHOLE,
     choice,
     flag,
-    hairline,
     length,
     length_by_bunch,
     load,
     text,
-    value_of,
     whole,
 )
-from fabweave.app.options.option import CUTTER, MANUAL, RIBBONS, SEARCH, SHEETS, WEAVE, Option
+from fabweave.app.options.option import SEARCH, SHEETS, WEAVE, Option
 
 #: No side of a sheet is longer.
 _LONGEST_SHEET_MM = 20_000.0
-
-
-def _target_names() -> Iterable[str]:
-    return (target.name for target in load("fabweave.cut.preflight.targets.targets")())
 
 
 #: In the order in which job.toml has them.
@@ -101,6 +93,20 @@ CUTTING_OPTIONS = (
         "Which crossings take a fastener: joints; all; rim, the joints and the crossings next to "
         "the boundary; every:2, the joints and one crossing of two; or none, and joints are glued.",
         otherwise="joints where the weave holds itself (fabweave guide joints), else all",
+        making=True,
+    ),
+    Option(
+        "hang",
+        SHEETS,
+        text(
+            "WHERE",
+            "a text such as 'top' or 'bottom:3'",
+            "fabweave.flat.joint.hanging.parse_hanging",
+            form=lambda told: "".join(told.lower().split()),
+        ),
+        "Crossings that carry something, and take a hole and a fastener for it: top (a cord or a "
+        "hook at the topmost), bottom:3 (three feet around the middle), or numbers of crossings, "
+        "with commas. The map marks them, and notes name them.",
         making=True,
     ),
     Option(
@@ -226,169 +232,5 @@ CUTTING_OPTIONS = (
         "material's own. The two strands of a crossing always differ. hue-circle and hue-range: "
         "one for each thread, from the whole circle or a part of it.",
         default="safe",
-    ),
-    Option(
-        "profile",
-        CUTTER,
-        choice(("maker", "service")),
-        "Who cuts: a maker, from the nested sheets; or a service, which wants a file for each "
-        "distinct piece with nothing in it but cuts, and a table of quantities: they come besides "
-        "the sheets, in the folder service.",
-        default="maker",
-        making=True,
-    ),
-    Option(
-        "preset",
-        CUTTER,
-        preset(),
-        "Colours of the layers, as a program knows them: {choices}; or a file of your own "
-        "(fabweave guide machines shows one), which job.toml then holds.",
-        default="lightburn",
-        making=True,
-    ),
-    Option(
-        "dxf",
-        CUTTER,
-        choice(("R2010", "R2000", "R12")),
-        "Version of the DXF files; R12 for very old machines (it cannot carry units).",
-        default="R2010",
-        making=True,
-    ),
-    Option(
-        "svg_units",
-        CUTTER,
-        choice(("mm", "px96")),
-        "What a coordinate of the SVG counts: millimetres; or pixels of 1/96 inch, for programs "
-        "that open the others at a wrong size.",
-        default="mm",
-        making=True,
-    ),
-    Option(
-        "hairline",
-        CUTTER,
-        hairline(),
-        "Width of the lines in the SVG, e.g. 0.1mm or 0.001in, or as a preset has it: drivers cut "
-        "thin lines and take thicker ones for pictures.",
-        otherwise="the preset's, 0.025mm",
-        making=True,
-    ),
-    Option(
-        "target",
-        CUTTER,
-        text(
-            "NAME",
-            "one of {choices}, or of your own",
-            words=_target_names,
-            form=lambda told: told.strip().lower(),
-        ),
-        "Whose rules for holes, webs, gaps and sizes the pieces are checked against: {choices}; "
-        "fabweave targets tells them. The default are rules of practice.",
-        default="default",
-        making=True,
-    ),
-    Option(
-        "targets",
-        CUTTER,
-        library("target", "fabweave.cut.preflight.targets"),
-        "Rules of those who cut for you, which --target may name, with the same entries as ours "
-        "(see examples/targets.toml); repeat it for several files.",
-        default=(),
-        otherwise="targets.toml in the configuration folder, if it is there",
-        making=True,
-    ),
-    Option(
-        "strict",
-        CUTTER,
-        flag(),
-        "Refuse a job that breaks a rule of the material or the target.",
-        default=False,
-        making=True,
-    ),
-    Option(
-        "force",
-        RIBBONS,
-        flag(),
-        "Make the job although it cannot be built from its material: sheets and notes then say so.",
-        default=False,
-        making=True,
-    ),
-    Option(
-        "labels",
-        CUTTER,
-        choice("fabweave.cut.labels.texts.LABELS"),
-        "What is engraved: hidden (id, arrow, joints, who crosses at the ends and at every third "
-        "crossing; only where a strand covers it when the object is woven), brief (the same, "
-        "wherever there is room), full (all crossings), numbers (the pieces' ids alone), kinds (K3 "
-        "on all pieces of kind 3, any of which fits any of their places), or none.",
-        default="hidden",
-        making=True,
-    ),
-    Option(
-        "label_side",
-        CUTTER,
-        choice("fabweave.cut.labels.texts.SIDES"),
-        "Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
-        default="outside",
-        making=True,
-    ),
-    Option(
-        "paper",
-        MANUAL,
-        choice(("a4", "letter")),
-        "Paper of the assembly manual.",
-        default="a4",
-        making=True,
-    ),
-    Option(
-        "kerf",
-        CUTTER,
-        length(10.0, zero=""),  # as an entry of materials.toml
-        "Width of the line that the beam burns: the sheets to cut, with outlines moved outward and "
-        "holes inward by half of it, go to the folder cut; those in sheets stay nominal. Leave it "
-        "out for services, which take it off themselves.",
-        default=0.0,
-        otherwise="none taken off",
-        making=True,
-    ),
-    Option(
-        "micro_joints",
-        CUTTER,
-        value_of(
-            "N[:WIDTH]",
-            "4:0.3mm",
-            "fabweave.cut.micro_joints.parse_micro_joints",
-            "fabweave.cut.micro_joints.MicroJoints",
-        ),
-        "Leave so many bridges in each outline, 0.25 mm wide unless said, so that pieces stay in "
-        "the sheet until they are broken out; in the sheets of the folder cut.",
-        otherwise="none",
-        making=True,
-    ),
-    Option(
-        "cut_order",
-        CUTTER,
-        choice(("short", "cool")),
-        "Order of the pieces on a sheet: with short ways from one to the next, or cool, where no "
-        "piece follows its neighbour, for what warps or melts.",
-        default="short",
-        making=True,
-    ),
-    Option(
-        "template",
-        CUTTER,
-        choice(("sheet", "a4", "a3", "letter", "none")),
-        "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or on as few "
-        "pages of paper as show all pieces, those whole that fit.",
-        default="sheet",
-        making=True,
-    ),
-    Option(
-        "calibrate",
-        CUTTER,
-        calibration(),
-        "Multiply the estimated times of the machine, as one job was measured: a number, or the "
-        "folder of a finished job and what the machine took for all of its sheets.",
-        default=1.0,
-        otherwise="1, which is nothing measured",
     ),
 )

@@ -23,6 +23,10 @@ def _tidy_materials(told: str) -> str:
     return tidy
 
 
+def _usual_pattern(told: str) -> str:
+    return str(load("fabweave.weave.weave_pattern.parse_pattern")(told))
+
+
 def _tidy_weights(told: str) -> str:
     tidy: str = load("fabweave.weave.twill.weights.tidy_weights")(told)
     return tidy
@@ -169,12 +173,22 @@ OBJECT_OPTIONS = (
         "rim, or turn back (--boundary turn). --size counts as it was before.",
     ),
     Option(
+        "rim",
+        MESH,
+        choice(("none", "ring")),
+        "ring lays a ring around each round opening of --leave-out, over the ends of the threads: "
+        "a band in pieces R1, R2 and so on, in the folder rim, that the fasteners of the crossings "
+        "beside the rim go through.",
+        default="none",
+    ),
+    Option(
         "pattern",
         WEAVE,
         text(
             "PATTERN",
             "a text such as 'twill' or '3/1'",
             "fabweave.weave.weave_pattern.parse_pattern",
+            form=_usual_pattern,
         ),
         "How strands go over and under: plain (on every mesh); kagome (plain weave on triangles, "
         "the open basket); twill (2/2, exact where one exists, "

@@ -7,12 +7,13 @@ code and on the reference page. Whoever adds one gives ``Settings`` its field, a
 from dataclasses import field
 from typing import Any
 
+from fabweave.app.options.cutter_options import CUTTER_OPTIONS
 from fabweave.app.options.cutting_options import CUTTING_OPTIONS
 from fabweave.app.options.object_options import OBJECT_OPTIONS
 from fabweave.app.options.option import Option
 
 #: All options, in the order in which job.toml has them.
-OPTIONS: tuple[Option, ...] = (*OBJECT_OPTIONS, *CUTTING_OPTIONS)
+OPTIONS: tuple[Option, ...] = (*OBJECT_OPTIONS, *CUTTING_OPTIONS, *CUTTER_OPTIONS)
 
 
 def option_named(name: str) -> Option:

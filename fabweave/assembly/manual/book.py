@@ -18,12 +18,12 @@ PAPERS = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
 MARGIN, _HEADING = 36.0, 26.0
 _PLAIN, _BOLD = "Helvetica", "Helvetica-Bold"
 #: Text that is read at arm's length, and the distance of its lines as a multiple of its size.
-TEXT, SMALL = 10.0, 9.0
+TEXT, SMALL = 10.0, 9.5
 LEADING = 1.25
 #: Signs are polygons, told apart by their corners.
 SIGN_CORNERS, COMPLETE_CORNERS, RING_CORNERS = 24, 20, 28
 #: Names that stand across what they name.
-PLATE = 8.0
+PLATE = 9.5
 
 
 class Book:
@@ -34,6 +34,9 @@ class Book:
     paper : {"a4", "letter"}
     title : str
         It stands at the head of each page.
+    of_pages : int
+        How many pages there will be, which each says; 0 for a book that is written only to count
+        them, without pictures.
 
     Examples
     --------
@@ -43,14 +46,14 @@ class Book:
     b'%PDF-'
     """
 
-    def __init__(self, paper: str, title: str) -> None:
+    def __init__(self, paper: str, title: str, of_pages: int = 0) -> None:
         self.width, self.height = PAPERS[paper]
         self.left, self.right = MARGIN, self.width - MARGIN
         self.foot, self.top = MARGIN, self.height - MARGIN - _HEADING
         #: Where the next text or drawing on the page may begin.
         self.y = self.top
-        self.n_pages = 0
-        self._n_images = 0
+        self.n_pages, self._of_pages = 0, of_pages
+        self._n_images = self._n_entries = 0
         self._title = printable(title)
         self._file = io.BytesIO()
         # Invariant: neither a date nor a random id is written. Pages are packed by what the
@@ -71,13 +74,19 @@ class Book:
         self.y = self.top
         head = self.height - MARGIN - 10.0
         self.text(self.left, head, section, size=13.0, bold=True)
-        self.text(self.right, head, f"{self._title}, page {self.n_pages}", size=SMALL, align=1.0)
+        at = f"{self._title}, page {self.n_pages} / {self._of_pages}"
+        self.text(self.right, head, at, size=SMALL, align=1.0)
         self.line([(self.left, head - 6.0), (self.right, head - 6.0)], width=0.8)
         if section != self._section:
             self._section = section
-            key = f"page{self.n_pages}"
-            self._canvas.bookmarkPage(key)
-            self._canvas.addOutlineEntry(printable(section), key)
+            self.entry(section)
+
+    def entry(self, name: str, level: int = 0) -> None:
+        """Name the page in the reader's contents: a section, or what stands in it (level 1)."""
+        self._n_entries += 1
+        key = f"entry{self._n_entries}"
+        self._canvas.bookmarkPage(key)
+        self._canvas.addOutlineEntry(printable(name), key, level, closed=level == 0)
 
     def room(self, height: float, section: str) -> None:
         """Begin a new page unless so much is left of this one."""
@@ -212,6 +221,8 @@ class Book:
         canvas = self._canvas
         self._n_images += 1
         name = f"picture{self._n_images}"
+        if not self._of_pages:
+            return
         document, pixels = canvas._doc, Pixels(name, picture)
         document.Reference(pixels, document.getXObjectName(name))
         document.addForm(name, pixels)

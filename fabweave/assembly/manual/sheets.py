@@ -1,12 +1,12 @@
 """Draw the pieces and sheets of the manual: parts list, sheet pages, and how to read a piece."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from fabweave.assembly.manual.book import (
     LEADING,
-    PLATE,
     SMALL,
     TEXT,
     Book,
@@ -23,13 +23,15 @@ from fabweave.flat.crossing_map import CrossingMap, PieceRecord
 
 PARTS, SHEETS = "Parts list", "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
-_MOST_TILES, _READABLE = 4, PLATE
+_MOST_TILES, _READABLE = 4, 8.0
 #: The largest titles, in points, and how many rows of ids are a short list.
 _LARGEST, _SHORT_LIST = 14.0, 8
 _TITLE_MM = 14.0
-#: Cells of the parts list: so many in a row, the space below a piece for two lines of text, and
-#: that beside it.
+#: Cells of the parts list: at most so many in a row, the space below a piece for two lines of text,
+#: and that beside it.
 _COLUMNS, _TEXTS, _BESIDE = 3, 40.0, 14.0
+#: Height of what is said above them.
+_INTRODUCED = 50.0
 _FLAT_MM = 0.1
 _SPARES = (
     " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
@@ -93,9 +95,26 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
     parts = list(kinds.values())
     own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
     level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
-    cell = (book.right - book.left) / _COLUMNS
-    scale = (cell - _BESIDE) / max(float(np.ptp(points[:, 0])) for points in level)
+    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
+    told = [_places(pieces, names, drawn) for pieces in parts]
     book.page(PARTS)
+    # Few kinds are drawn large: in as few columns as a page has room for.
+    for columns in range(1, _COLUMNS + 1):
+        cell = (book.right - book.left) / columns
+        scale = (cell - _BESIDE) / max(float(np.ptp(points[:, 0])) for points in level)
+        rows = [range(first, min(first + columns, len(parts)))
+                for first in range(0, len(parts), columns)]  # fmt: skip
+        places = [
+            [line for text in texts for line in wrapped(text, SMALL, cell - _BESIDE)]
+            for texts in told
+        ]
+        highs = [max(float(np.ptp(level[at][:, 1])) for at in row) * scale for row in rows]
+        deeps = [
+            _TEXTS + LEADING * SMALL * (max(len(places[at]) for at in row) - 1) for row in rows
+        ]
+        heights = [high + deep for high, deep in zip(highs, deeps, strict=True)]
+        if sum(heights) <= book.y - book.foot - _INTRODUCED:
+            break
     book.y = book.block(
         book.left,
         book.y,
@@ -110,26 +129,16 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
         size=SMALL,
     )
     book.y -= 8.0
-    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
-    for first in range(0, len(parts), _COLUMNS):
-        row = range(first, min(first + _COLUMNS, len(parts)))
-        places = [
-            [
-                line
-                for text in _places(parts[at], names, drawn)
-                for line in wrapped(text, SMALL, cell - _BESIDE)
-            ]
-            for at in row
-        ]
-        high = max(float(np.ptp(level[at][:, 1])) for at in row) * scale
-        deep = _TEXTS + LEADING * SMALL * (max(map(len, places)) - 1)
-        book.room(high + deep, PARTS)
-        for column, (at, lines) in enumerate(zip(row, places, strict=True)):
+    starts = page_starts(heights, book.y - book.foot, book.top - book.foot)
+    for number, row in enumerate(rows):
+        if number in starts:
+            book.page(PARTS)
+        for column, at in enumerate(row):
             points, piece, count = level[at], parts[at][0], len(parts[at])
             x = book.left + column * cell
-            shift = np.array([x, book.y - high]) - points.min(axis=0) * scale
+            shift = np.array([x, book.y - highs[number]]) - points.min(axis=0) * scale
             book.line(points * scale + shift, width=0.6, closed=True, fill=0.9)
-            y = book.y - high - 13.0
+            y = book.y - highs[number] - 13.0
             key = piece.id if count == 1 else f"Kind {piece.kind}"
             book.text(x, y, key, size=12.0, bold=True)
             book.text(
@@ -140,10 +149,38 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
                 + agree(len(piece.stations), "{n} [station|stations]"),
                 size=SMALL,
             )
-            for line in lines:
+            for line in places[at]:
                 y -= LEADING * SMALL
                 book.text(x, y, line, size=SMALL)
-        book.y -= high + deep
+        book.y -= heights[number]
+
+
+def page_starts(heights: Sequence[float], first: float, page: float) -> set[int]:
+    """Return the rows that begin a page: none is left over on a page of its own.
+
+    Parameters
+    ----------
+    heights : sequence of float
+        Of the rows, in points.
+    first, page : float
+        What is left of the page that they begin on, and the height of another.
+
+    Examples
+    --------
+    >>> sorted(page_starts([10.0] * 7, 20.0, 40.0)), sorted(page_starts([10.0] * 7, 30.0, 30.0))
+    ([2, 5], [3, 5])
+    """
+    starts: list[int] = []
+    left = first
+    for number, height in enumerate(heights):
+        if height > left:
+            starts.append(number)
+            left = page
+        left -= height
+    before = starts[-2] if len(starts) > 1 else 0
+    if starts and starts[-1] == len(heights) - 1 and starts[-1] - before > 1:
+        starts[-1] -= 1
+    return set(starts)
 
 
 def _times(pieces: Sequence[PieceRecord], own: set[str]) -> str:
@@ -191,13 +228,16 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
     for sheet, drawing in zip(crossing_map.sheets, drawings, strict=True):
         titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
         drawn = drawn_pieces(drawing)
-        keys = sorted(drawn, key=_natural)
+        names = {piece.piece_id: piece.title for piece in drawing.pieces}
+        keys = _tick_texts(names)
         rows = -(-len(keys) // _tick_columns(book, keys))
         # A short list of pieces stands below its sheet, a long one on pages of its own.
         reserved = 60.0 + 15.0 * (rows if rows <= _SHORT_LIST else 0)
         tiles = _tiles(book, drawing, drawn, titles, reserved)
         for number, tile in enumerate(tiles, start=1):
             book.page(SHEETS)
+            if number == 1:
+                book.entry(sheet.name, level=1)
             frame = _Frame(book, tile.low, tile.size, reserved)
             book.y -= 14.0
             part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
@@ -216,7 +256,7 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
             draw_stock(book, sheet, margin_mm, frame.at, (tile.low, tile.low + tile.size))
             for key in tile.pieces:
                 book.line(frame.at(drawn[key].outline), width=0.5, closed=True, fill=0.92)
-            _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles)
+            _write_titles(book, frame, {key: drawn[key] for key in tile.pieces}, titles, names)
             book.y = frame.bottom - 4.0
             write_stock(book, sheet)
         if rows > _SHORT_LIST:
@@ -265,9 +305,13 @@ def _tiles(
 
 
 def _write_titles(
-    book: Book, frame: "_Frame", drawn: dict[str, DrawnPiece], titles: dict[str, Title]
+    book: Book,
+    frame: "_Frame",
+    drawn: dict[str, DrawnPiece],
+    titles: dict[str, Title],
+    names: Mapping[str, str],
 ) -> None:
-    """Write the id of each piece, never on its head: inside it, or across it where it is narrow."""
+    """Write each piece's name, never on its head: inside it, or across it where it is narrow."""
     narrow: dict[str, FloatArray] = {}
     for key, piece in drawn.items():
         title = titles.get(key) or Title(0.0, 0.0, height_mm=0.0)
@@ -277,9 +321,9 @@ def _write_titles(
             continue
         angle = upright(title.angle_deg + (90.0 if frame.quarter else 0.0))
         ((x, y),) = frame.at(np.array([[title.x, title.y]])).tolist()
-        book.text(x, y, key, size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
+        book.text(x, y, names[key], size=size, bold=True, align=0.5, angle_deg=angle, middle=True)
     for key, (x, y, angle) in place_across(narrow).items():
-        book.plate(x, y, key, angle_deg=angle)
+        book.plate(x, y, names[key], angle_deg=angle)
 
 
 def fitting_scale(book: Book, size: FloatArray, reserved: float) -> float:
@@ -308,6 +352,21 @@ class _Frame:
         if self.quarter:
             x, y = self._wide - y, x
         return np.column_stack((x + self._book.left, y + self.bottom))
+
+
+def _tick_texts(names: Mapping[str, str]) -> list[str]:
+    """Return what is ticked off of a sheet: each piece, or each kind with its number.
+
+    Examples
+    --------
+    >>> _tick_texts({"A10": "A10", "A2": "A2"}), _tick_texts({"A1": "K1", "B1": "K2", "A2": "K1"})
+    (['A2', 'A10'], ['K1 x 2', 'K2 x 1'])
+    """
+    by_kind = any(key != name for key, name in names.items())
+    counts = Counter(names.values())
+    return [
+        f"{name} x {counts[name]}" if by_kind else name for name in sorted(counts, key=_natural)
+    ]
 
 
 def write_ticks(book: Book, name: str, keys: Sequence[str]) -> None:

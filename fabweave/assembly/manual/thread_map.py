@@ -13,14 +13,14 @@ MAP = "Threads and their pieces"
 #: A disc and a ring, of those that the fonts of a PDF have.
 _OVER, _UNDER = "•", "o"
 #: Least and greatest distance of crossings along a band, in points, and the band's half width.
-_PITCH, _WIDEST, _HALF = 10.5, 16.0, 4.5
+_PITCH, _WIDEST, _HALF = 9.9, 16.0, 4.5
 #: Above the middle of a band stand its pieces, then its joints; below it its crossings.
 _PIECES_UP, _JOINTS_UP, _CROSSINGS_DOWN = 12.0, 22.0, 11.0
 #: The least size of a name that has little room, in points.
-_LEAST = 6.0
+_LEAST = 8.0
 #: Height of a thread's heading, of what is above and below a band, and half the width of a strand
 #: that crosses it.
-_HEAD, _ABOVE, _BELOW, _STRAND = 18.0, 36.0, 46.0, 1.9
+_HEAD, _ABOVE, _BELOW, _STRAND = 14.0, 32.0, 40.0, 1.9
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from fabweave.assembly.extent import MOST_PICTURED
 from fabweave.assembly.manual.book import Book
-from fabweave.assembly.manual.cover import Facts, write_cover, write_legend
+from fabweave.assembly.manual.cover import Facts, write_cover
+from fabweave.assembly.manual.legend import write_legend
 from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.sheets import drawn_pieces, write_parts, write_sheets
 from fabweave.assembly.manual.step_pictures import WholePicture, step_pictures
@@ -52,7 +53,24 @@ def manual_pdf(
     bytes
         The same for the same input. Its texts are in the fonts that every reader has.
     """
-    book = Book(paper, facts.title)
+    n_pages = 0
+    # Pages say how many there are: the first time they are counted.
+    for _ in range(2):
+        book = Book(paper, facts.title, n_pages)
+        _write(book, crossing_map, facts, drawings, pictures, seconds)
+        n_pages = book.n_pages
+    return book.finish()
+
+
+def _write(
+    book: Book,
+    crossing_map: CrossingMap,
+    facts: Facts,
+    drawings: Sequence[SheetDrawing],
+    pictures: Sequence[WholePicture],
+    seconds: Sequence[float],
+) -> None:
+    """Write all pages."""
     write_cover(book, crossing_map, facts)
     write_legend(book, crossing_map, drawn_pieces(*drawings))
     write_map(book, crossing_map, facts.colours)
@@ -60,7 +78,6 @@ def manual_pdf(
     write_sheets(book, crossing_map, drawings)
     write_steps(book, crossing_map, pictures, seconds)
     write_tables(book, crossing_map)
-    return book.finish()
 
 
 def write_manual(

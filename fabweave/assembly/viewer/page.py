@@ -70,8 +70,8 @@ def viewer_page(
     view_deg : (float, float)
         Azimuth and elevation of the first view.
     hands : dict
-        What hands do, how often and how long, and the hours of all, as ``waste.json`` has it under
-        ``estimate.assembly``: what is left to do is told from it.
+        How long it takes: ``seconds`` of each step, half way from a quick to a slow maker, and
+        ``hours`` of the whole job, for both.
 
     Returns
     -------

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.cut.labels.lettering import place_text
 from fabweave.cut.labels.placement import CLEAR_MM, Spot, covered_rooms, find_spots
 from fabweave.cut.labels.texts import Label, Missing, Wish, kind_wishes, spare_wishes, wishes
-from fabweave.flat.congruence import motion_onto, turned_pieces
+from fabweave.flat.congruence import Kinds, motion_onto
 from fabweave.flat.piece import Piece
 from fabweave.flat.strand_owners import find_owners
 
@@ -34,7 +34,7 @@ def mark_pieces(
     n_crossings: int,
     labels: str = "full",
     side: str = "outside",
-    kinds: IntArray | None = None,
+    kinds: Kinds | None = None,
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
@@ -54,8 +54,8 @@ def mark_pieces(
         The face that is engraved and read, ``"outside"`` or ``"inside"``: on the inside letters
         are mirrored in the piece's coordinates, in which the outside is seen. Nothing that is
         engraved there need be covered to be hidden.
-    kinds : (N,) int array, optional
-        The kind of each piece; needed where only that is told.
+    kinds : Kinds, optional
+        Which pieces are the same; needed where only that is told.
 
     Returns
     -------
@@ -122,9 +122,9 @@ def mark_spares(
     )
 
 
-def _mark_kinds(pieces: Sequence[Piece], kinds: IntArray, *, mirrored: bool) -> tuple[Marks, ...]:
+def _mark_kinds(pieces: Sequence[Piece], kinds: Kinds, *, mirrored: bool) -> tuple[Marks, ...]:
     """Engrave the first piece of each kind, and all others at the same places."""
-    _, first = np.unique(kinds, return_index=True)
+    first = kinds.first
     leaders = [pieces[at] for at in first.tolist()]
     ticked = _inside(pieces, [piece.guides for piece in pieces], hidden=not mirrored)
     leading = [ticked[at] for at in first.tolist()]
@@ -134,10 +134,9 @@ def _mark_kinds(pieces: Sequence[Piece], kinds: IntArray, *, mirrored: bool) -> 
         _marks(wishes_of_kind, spots_of_kind, (), mirrored=mirrored)
         for wishes_of_kind, spots_of_kind in zip(wanted, spots, strict=True)
     ]
-    turned = turned_pieces(pieces, kinds)
     result = []
-    for at, (piece, kind) in enumerate(zip(pieces, (kinds - 1).tolist(), strict=True)):
-        turn, shift = motion_onto(piece, leaders[kind], backwards=bool(turned[at]))
+    for at, (piece, kind) in enumerate(zip(pieces, (kinds.number - 1).tolist(), strict=True)):
+        turn, shift = motion_onto(piece, leaders[kind], backwards=bool(kinds.turned[at]))
         labels = marked[kind].labels
         if at != first[kind]:
             labels = tuple(_carried(label, turn.conjugate(), shift) for label in labels)

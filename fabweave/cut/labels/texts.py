@@ -153,12 +153,23 @@ def wishes(
         yield Wish(words, station, choices, hidden)
 
 
+def kind_name(kind: int) -> str:
+    """Return what pieces of a kind bear where only that is told.
+
+    Examples
+    --------
+    >>> kind_name(3)
+    'K3'
+    """
+    return f"K{kind}"
+
+
 def kind_wishes(kind: int, *, hidden: bool) -> Iterator[Wish]:
     """Yield what a piece is to tell of which only the kind counts: ``K3``, and an arrow.
 
     The arrow is that of the first piece of the kind; in others the thread may run against it.
     """
-    name = f"K{kind}"
+    name = kind_name(kind)
     yield _id_wish(name, arrow=True, hidden=hidden)
     if hidden:
         yield _seen_id_wish(name)

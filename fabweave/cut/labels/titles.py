@@ -98,9 +98,9 @@ def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
             letters, spots = _lettering(strokes)
             low = np.minimum(depth, _clearance(middles, spots))
             everything = np.concatenate([obstacles, letters])
-            title = _largest(middles, low, along_deg, everything, piece.piece_id, sizes)
+            title = _largest(middles, low, along_deg, everything, piece.title, sizes)
         if title is None:
-            title = _largest(middles, depth, along_deg, obstacles, piece.piece_id, sizes)
+            title = _largest(middles, depth, along_deg, obstacles, piece.title, sizes)
     if title is None:
         point = area.representative_point()
         title = Title(float(point.x), float(point.y), 0.0, SMALLEST_TITLE_MM)

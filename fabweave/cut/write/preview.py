@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -28,6 +29,8 @@ _BAR_MM = 100.0
 _SUPERSAMPLING = 2
 _MAX_PIXELS = 100_000_000
 _PIXELS_PER_MM = 4.0
+# Letters as high as this can be read.
+_READABLE_PX = 9.0
 
 
 @dataclass(frozen=True)
@@ -105,12 +108,14 @@ def png_bytes(
     pixels_per_mm: float | None = None,
     titles: Mapping[str, Title] | None = None,
     colours: Preset | None = None,
+    lettered: Mapping[str, float] = MappingProxyType({}),
 ) -> bytes:
     """Return a picture of a sheet as the content of a PNG file.
 
     Pieces are filled lightly; outlines, holes and engraving have the colours that the laser
-    program shows. Each piece carries its id in large letters, along the piece where it is
-    widest. The heading names the sheet and its size; beside it stands a bar of 100 mm.
+    program shows. A piece whose engraved id cannot be read in the picture carries it in large
+    letters, along the piece where it is widest. The heading names the sheet and its size; beside
+    it stands a bar of 100 mm.
 
     Parameters
     ----------
@@ -122,6 +127,8 @@ def png_bytes(
         Where the ids stand; None finds places. A piece that is not in the mapping has none.
     colours : Preset or None
         The colours of the layers; None takes the default preset.
+    lettered : mapping from piece id to float
+        How high the letters of ids are that are engraved, millimetres.
 
     Raises
     ------
@@ -131,7 +138,12 @@ def png_bytes(
     check_drawing(drawing)
     frame = preview_frame(drawing, pixels_per_mm=pixels_per_mm)
     if titles is None:
-        titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM * frame.growth)
+        bare = [
+            piece
+            for piece in drawing.pieces
+            if lettered.get(piece.piece_id, 0.0) * frame.pixels_per_mm < _READABLE_PX
+        ]
+        titles = place_titles(bare, largest_mm=_TITLE_MM * frame.growth)
     factor = _SUPERSAMPLING
     if frame.width_px * frame.height_px * factor**2 > _MAX_PIXELS:
         factor = 1
@@ -147,7 +159,7 @@ def png_bytes(
     letterer.heading(drawing)
     for piece in drawing.pieces:
         if piece.piece_id in titles:
-            letterer.title(piece.piece_id, titles[piece.piece_id])
+            letterer.title(piece.title, titles[piece.piece_id])
     return png_encoded(letterer.image)
 
 

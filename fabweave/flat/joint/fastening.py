@@ -85,12 +85,28 @@ def fastened_crossings(
         nth = np.arange(len(over)) - first
         wanted[threads.crossing[over]] = nth % fastening.every == 0
     elif fastening.kind == "rim":
-        open_edge = halfedges.twin < 0
-        beside = open_edge[halfedges.next] | open_edge[halfedges.prev]
-        own = threads.crossing_halfedge
-        wanted = beside[own] | beside[halfedges.twin[own]]
+        wanted = beside_edges(threads, halfedges, halfedges.twin < 0)
     wanted[joints] = True
     return np.asarray(wanted)
+
+
+def beside_edges(threads: Threads, halfedges: Halfedges, edges: BoolArray) -> BoolArray:
+    """Say which crossings are those of edges that follow some edge around its face, or lead to it.
+
+    Parameters
+    ----------
+    threads : Threads
+    halfedges : Halfedges
+    edges : (H,) bool array
+        Half-edges, such as those of the boundary.
+
+    Returns
+    -------
+    (X,) bool array
+    """
+    beside = edges[halfedges.next] | edges[halfedges.prev]
+    own = threads.crossing_halfedge
+    return np.asarray(beside[own] | beside[halfedges.twin[own]])
 
 
 def holds_itself(ribbons: Ribbons, threads: Threads, bend_t: float) -> bool:

@@ -13,15 +13,18 @@ from fabweave.verify.read.waste_page import Seen, read_page
 
 INDEX, CONTENTS = "index.html", "contents.json"
 #: The SHA-256 of the page's style, which decides what of it is seen. A change there changes it.
-STYLE = "da55fd514f6d67a7fe3664fa015e784d4358c868662f3031c61c0f18af282661"
+STYLE = "820dc5476d47bbf606e377e8436822a3ee08a1a0e3a882dc0c6be407c33cf248"
 _TAGS = frozenset({
-    "html", "head", "body", "meta", "title", "style", "h1", "h2", "p", "table", "tr", "th", "td",
-    "div", "span", "ul", "li", "a", "img", "strong", "em", "br",
+    "html", "head", "body", "meta", "title", "style", "h1", "h2", "h3", "p", "table", "tr", "th",
+    "td", "div", "span", "ul", "li", "a", "img", "strong", "em", "br", "svg", "text", "polyline",
 })  # fmt: skip
 #: Those of links, pictures and bars are held to values of their own.
-_ATTRIBUTES = frozenset({"alt", "charset", "class", "content", "lang", "name"})
+_ATTRIBUTES = frozenset({
+    "alt", "aria-label", "charset", "class", "content", "fill", "lang", "name", "points", "role",
+    "viewbox", "x", "y",
+})  # fmt: skip
 #: Where a job has files.
-_FOLDERS = ("sheets", "cut", "service", "offcuts")
+_FOLDERS = ("sheets", "cut", "service", "rim", "offcuts")
 
 
 @dataclass(frozen=True)

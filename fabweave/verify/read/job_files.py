@@ -28,6 +28,7 @@ from fabweave.verify.read.kerfed_sheets import Ready, read_ready
 from fabweave.verify.read.manual import ManualPage, read_manual
 from fabweave.verify.read.offcuts import Offcuts, read_offcuts
 from fabweave.verify.read.pictures import check_shape, read_png
+from fabweave.verify.read.rim import Rim, read_rim
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.source_mesh import SourceMesh, read_source
@@ -95,6 +96,8 @@ class Job:
     service: Service | None = None
     #: What is in the folder of offcuts, if there is one.
     offcuts: Offcuts | None = None
+    #: The rings around openings, if there is such a folder.
+    rim: Rim | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -139,6 +142,10 @@ class Job:
             for station in piece.stations:
                 count, total = layers.get(station.crossing, (0, 0.0))
                 layers[station.crossing] = (count + 1, total + thick)
+        for ring in self.rim.rings if self.rim is not None else ():
+            for hole in (hole for piece in ring["pieces"] for hole in piece["holes"]):
+                count, total = layers.get(hole["crossing"], (0, 0.0))
+                layers[hole["crossing"]] = (count + 1, total + ring["thickness_mm"])
         return layers
 
     @cached_property
@@ -294,6 +301,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         if (directory / SERVICE).is_dir()
         else None,
         offcuts=read_offcuts(directory, read, _read_toml),
+        rim=read_rim(directory, read, lambda path: _read_lists(path, "fabweave.rim/1", "rings")),
     )
 
 

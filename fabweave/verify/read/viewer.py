@@ -38,7 +38,7 @@ class Viewer:
     plan : dict
         The crossing map as the page has it.
     hands : object
-        What hands do and how long, by which the page tells the time that is left.
+        Seconds of each step and hours of all, by which the page tells the time that is left.
     colours : list of (R,) str arrays
         The colour of each rung of each piece.
     frame : str

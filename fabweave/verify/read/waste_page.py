@@ -19,12 +19,13 @@ _PLAIN = frozenset({
 })  # fmt: skip
 #: Their texts stand for themselves; those of others belong to what is around them.
 _BLOCKS = frozenset({
-    "title", "style", "h1", "h2", "p", "th", "td", "li", "pre", "figcaption", "summary", "text",
+    "title", "style", "h1", "h2", "h3", "p", "th", "td", "li", "pre", "figcaption", "summary",
+    "text",
 })  # fmt: skip
 #: What is seen beside texts, with the attribute that says what.
 _SEEN = {
     "tr": "class", "img": "src", "a": "href", "polyline": "points", "circle": "", "span": "style",
-    "div": "class",
+    "div": "class", "svg": "viewbox",
 }  # fmt: skip
 _DRAWN = frozenset({
     "alt", "aria-label", "charset", "class", "content", "cx", "cy", "fill", "font-size", "height",

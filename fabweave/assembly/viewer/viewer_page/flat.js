@@ -79,7 +79,7 @@ function middleOnSheet(piece, sheet) {
 
 /** The height of letters on a sheet, by the room that a piece has. */
 function letterHeight(plan, sheet) {
-  const count = plan.pieces.filter((piece) => piece.sheet === sheet.sheet).length;
+  const count = [...plan.pieces, ...plan.spares].filter((piece) => piece.sheet === sheet.sheet).length;
   return Math.min(sheet.width_mm / 46, Math.sqrt((sheet.width_mm * sheet.height_mm) / Math.max(count, 1)) / 5);
 }
 
@@ -105,9 +105,15 @@ function sheetDrawing(plan, number) {
       pathOf(piece.outline.map(place))}"/><text x="${x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${
       size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${(0.2 * size).toFixed(1)}">${escaped(plan.bears(index))}</text></g>`];
   });
+  const spares = plan.spares.filter((spare) => spare.sheet === sheet.sheet).map((spare) => {
+    const place = placing(spare, sheet), [x, y] = middleOnSheet(spare, sheet);
+    return `<g class="spare"><title>A spare of the kind of ${escaped(spare.of)}</title><path d="${pathOf(spare.outline.map(place))}"/><text x="${
+      x.toFixed(1)}" y="${(-y).toFixed(1)}" font-size="${size.toFixed(1)}" dy="${(0.35 * size).toFixed(1)}" stroke-width="${
+      (0.2 * size).toFixed(1)}">${escaped(plan.spareName(spare))}</text></g>`;
+  });
   return `<svg class="sheet" viewBox="${-wide * 0.005} ${-high - wide * 0.005} ${wide * 1.01} ${high + wide * 0.01}"
     stroke-width="${wide / 700}" role="img" aria-label="${escaped(sheet.name)}">${stockDrawing(plan, sheet)}${
-    drawn.join("")}<g id="finder"></g></svg>`;
+    drawn.join("")}${spares.join("")}<g id="finder"></g></svg>`;
 }
 
 /** Ring pieces on a sheet, and name them in letters that can be read at any size. */
@@ -115,8 +121,9 @@ function finder(plan, sheet, pieces, zoom) {
   const size = sheet.width_mm / 22 / zoom;
   return pieces.map((piece) => {
     const [x, y] = middleOnSheet(piece, sheet), above = y + 2.6 * size < sheet.height_mm ? 1 : -1;
+    const name = plan.nameOf(piece.id), half = Math.max(size, 0.31 * size * name.length);
     return `<circle cx="${x}" cy="${-y}" r="${size}" stroke-width="${0.12 * size}"/>
-      <text x="${Math.max(size, Math.min(sheet.width_mm - size, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
-      stroke-width="${0.25 * size}">${escaped(plan.nameOf(piece.id))}</text>`;
+      <text x="${Math.max(half, Math.min(sheet.width_mm - half, x))}" y="${-y - above * 1.6 * size + 0.35 * size}" font-size="${size}"
+      stroke-width="${0.25 * size}">${escaped(name)}</text>`;
   }).join("");
 }

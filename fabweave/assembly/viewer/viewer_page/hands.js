@@ -1,30 +1,19 @@
-/** How long steps take in practised hands, by the job's own estimate, and what that is for a maker.
+/** How long steps take a maker, from quick to slow, by the job's own estimate.
  *
- * Fasteners are set where the last layer comes, other joints where their pieces meet; so all steps
- * together take what the estimate says of the whole. */
+ * The page holds seconds of each step half way between, and the hours of the whole job, from which
+ * the span about that is taken. Sorting comes before the steps, and is not among them. */
 function makeClock(plan) {
-  const { actions, practised_h: practised, hours } = plan.data.hands;
-  const each = (name) => actions.find(({ action }) => action === name)?.each_s ?? 0;
-  const setting = actions.filter(({ action }) => action.startsWith("fasten "));
-  const fasten = setting.reduce((sum, one) => sum + one.count * one.each_s, 0) / Math.max(1, setting.reduce((sum, one) => sum + one.count, 0));
-  const piece = each("sort") + each("find") + each("take"), align = each("align");
-  const seconds = plan.steps.map((step) => {
-    const fasteners = plan.fastenings(step).reduce((sum, { count }) => sum + count, 0);
-    const held = step.joints.map((id) => each(plan.jointOf.get(id).kind)).filter(Boolean);
-    return piece * step.pieces.length + each("over") * step.over.length + each("under") * step.under.length
-      + (fasten + align) * fasteners + held.reduce((sum, one) => sum + one + align, 0);
-  });
-  const whole = Math.max(practised * 3600, 1);
-  // A maker's pace, from quick to slow.
-  const span = (some) => hours.map((most) => (some * most * 3600) / whole);
+  const { seconds, hours } = plan.data.hands, middle = Math.sqrt(hours[0] * hours[1]) || 1;
+  const span = (some) => timeText(hours.map((end) => (some * end) / middle));
+  const sum = (some) => some.reduce((all, one) => all + one, 0);
   return {
     seconds,
     /** How long a step takes, in words. */
-    step: (number) => timeText(span(seconds[number - 1])),
-    /** How long everything takes. */
-    all: () => timeText(span(whole)),
+    step: (number) => span(seconds[number - 1]),
+    /** How long all steps take. */
+    all: () => span(sum(seconds)),
     /** How long the steps take that are not done. */
-    left: (done) => timeText(span(seconds.reduce((sum, one, k) => (done.has(k + 1) ? sum : sum + one), 0))),
+    left: (done) => span(sum(seconds.filter((_, k) => !done.has(k + 1)))),
   };
 }
 

@@ -313,7 +313,7 @@ const PLAY_MS = 2600;
   window.addEventListener("afterprint", () => by("picture").removeAttribute("src"));
   window.addEventListener("hashchange", readAddress);
   by("slider").max = last;
-  by("facts").textContent = `${plan.pieces.length} pieces, ${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
+  by("facts").textContent = `${plan.pieces.length} pieces, ${plan.spares.length ? `${plan.spares.length} spare${plan.spares.length === 1 ? "" : "s"}, ` : ""}${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
   if (space) {
     const dark = matchMedia("(prefers-color-scheme: dark)"), paper = () => space.paper(getComputedStyle(by("space")).getPropertyValue("--paper").trim());
     dark.addEventListener("change", paper);
@@ -329,5 +329,10 @@ const PLAY_MS = 2600;
   update();
   readAddress();
   // For those who test the page or build on it.
-  window.fabweave = { plan, state, clock, get lens() { return space && space.lens; }, draw: () => space && space.draw(), codes };
+  window.fabweave = {
+    plan, state, clock, codes,
+    get lens() { return space && space.lens; },
+    draw: () => space && space.draw(),
+    pick: (x, y) => (space ? space.pick(x, y) : -1),
+  };
 })();

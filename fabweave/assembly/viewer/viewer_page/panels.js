@@ -1,7 +1,7 @@
 /** What to do at a step: its pieces, its text, what is fastened for good, and how long it takes. */
 function stepCard(plan, clock, number) {
   const step = plan.steps[number - 1];
-  const chips = step.pieces.map((id) => `<button type="button" class="chip" data-piece="${escaped(id)}">${escaped(plan.nameOf(id))}</button>`);
+  const chips = step.pieces.map((id) => `<button type="button" class="chip" data-piece="${escaped(id)}">${escaped(plan.takenFor(id))}</button>`);
   const places = plan.fastenings(step).map((crossing) => {
     const joint = (plan.jointsAt.get(crossing.id) || [])[0];
     const side = ({ piece }) => (joint && joint.pieces.includes(piece) ? [...new Set(joint.pieces)] : [piece]).map(plan.link).join(" and ");
@@ -88,7 +88,7 @@ function makePanels(by, plan, clock, state) {
         <li data-step="${k + 1}"><label><input type="checkbox" aria-label="Step ${k + 1} done"></label>
         <button type="button" data-step="${k + 1}"><b>${k + 1}</b> ${escaped(plan.told(step.text))}</button></li>`).join("")}</ol>`;
     }
-    by("progress").textContent = `${state.done.size} of ${last} steps done. ${leftText()}`;
+    by("progress").textContent = `${state.done.size} of ${last} steps done. ${leftText()} Sorting is not counted.`;
     panel.querySelector("progress").value = state.done.size;
     const rows = panel.querySelector("ol").children;
     for (const step of [...shown.done, ...state.done])

@@ -44,6 +44,11 @@ function readPlan(text) {
   const bears = (piece) => (byKind ? `K${pieces[piece].kind}` : pieces[piece].id);
   const named = (piece) => (byKind ? `K${pieces[piece].kind} (${pieces[piece].id})` : pieces[piece].id);
   const nameOf = (id) => named(pieceAt.get(id));
+  // What lies on the sheets besides, and is woven nowhere.
+  const spares = (data.plan.spares || []).map((spare) => ({ ...pieces[pieceAt.get(spare.of)], ...spare }));
+  const spareName = (spare) => (byKind ? `K${spare.kind}` : spare.id);
+  /** What is to be taken for a place: one of its kind, perhaps with its arrow against the thread. */
+  const takenFor = (id) => nameOf(id) + (byKind && pieces[pieceAt.get(id)].turned ? ", arrow back" : "");
 
   /** A piece's name as a link to it. */
   const link = (id) => `<button type="button" class="link" data-piece="${escaped(id)}">${escaped(nameOf(id))}</button>`;
@@ -121,7 +126,7 @@ function readPlan(text) {
     colour: [],
     data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, distances, mate, search, bears, named, nameOf, link, linked, told, fastenings,
+    bunchName, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
   };
 }
 

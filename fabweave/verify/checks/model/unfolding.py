@@ -16,6 +16,8 @@ from fabweave.verify.statement import Place, Tally
 STATION_MM = 0.02
 OUTLINE_MM = 0.12
 LENGTH_MM = 0.02
+#: Less than half of the least play of a fastener, which is 0.1 mm: two pieces meet there.
+FIT_MM = 0.041
 
 
 def check_unfolding(job: Job, tally: Tally) -> None:
@@ -39,12 +41,14 @@ def check_unfolding(job: Job, tally: Tally) -> None:
 def _check_piece(
     piece: Piece, development: Development, ends: tuple[Reach, Reach], place: Place
 ) -> None:
-    """Check one piece against its development."""
+    """Check one piece against its development; what is fitted may be as far off as is said."""
     stations = piece.points
+    place.at_most("fitted_mm", piece.fitted_mm, FIT_MM, "it is fitted to others by {}")
+    slack_mm = development.slack_mm + piece.fitted_mm
     place.at_most(
         "station_mm",
         farthest(development.stations, stations),
-        STATION_MM + development.slack_mm,
+        STATION_MM + slack_mm,
         "a station stands {} from where the unfolded model has it",
     )
     if len(stations) > 1:
@@ -54,7 +58,7 @@ def _check_piece(
         place.at_most(
             "length_mm",
             abs(float(change[worst])),
-            LENGTH_MM + development.slack_mm,
+            LENGTH_MM + slack_mm + piece.fitted_mm,
             f"stations {worst} and {worst + 1} are {{}} "
             + ("further apart" if change[worst] > 0.0 else "nearer to each other")
             + " than in the model",
@@ -77,7 +81,7 @@ def _check_piece(
     place.at_most(
         "outline_mm",
         float(np.max(outside)),
-        OUTLINE_MM + development.slack_mm,
+        OUTLINE_MM + slack_mm,
         "its outline leaves the unfolded ribbon by {}",
     )
 

@@ -121,7 +121,7 @@ def check_layers(plan: CrossingMap, developments: dict[str, Development], tally:
                 there = _lifted(np.array(centres), development.panels[at], panel)
                 crossing = piece.stations[at].crossing
                 layers.setdefault(crossing, []).append(
-                    (piece.id, there, panel, development.slack_mm)
+                    (piece.id, there, panel, development.slack_mm + piece.fitted_mm)
                 )
     for crossing, strands in layers.items():
         place = tally.at(f"crossing {crossing}")

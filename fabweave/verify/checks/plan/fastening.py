@@ -1,16 +1,23 @@
 """Check that fasteners go through the crossings that were to take one, and through no others."""
 
 import re
+from typing import Any
 
 import numpy as np
 from scipy.cluster.hierarchy import DisjointSet
 
 from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.measure.course import Flags
 from fabweave.verify.measure.walks import LoadedMesh
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally, stated_number
 
 _EVERY = re.compile(r"every:(\d+)")
+#: Vertices of a rim are on its circle to this, but for those that are told to be off it.
+_ON_RIM_MM = 2e-3
+#: Heights and directions that differ by less are the same.
+_LEVEL_MM, _SAME_TURN = 1e-3, 1e-6
 
 
 def check_fastening(job: Job, tally: Tally) -> None:
@@ -28,6 +35,15 @@ def check_fastening(job: Job, tally: Tally) -> None:
         wanted is not None, f"{asked!r} does not say which crossings are fastened"
     ):
         return
+    if job.options.get("rim", "none") == "ring":
+        mesh = required(job.mesh)
+        openings = [one for one in (outcome or {}).get("openings", []) if "diameter_mm" in one]
+        edges = set[tuple[int, int]]().union(*(ring_edges(mesh, one) for one in openings))
+        around = {one.id for one in plan.crossings if tuple(sorted(one.edge)) in edges}
+        wanted = (wanted or set()) | around
+    hung = {crossing.id for crossing in plan.crossings if crossing.hang}
+    _check_hung(str(job.options.get("hang", "")), plan, hung, tally.at("crossings that carry"))
+    wanted = (wanted or set()) | hung
     drilled = {
         station.crossing
         for piece in plan.pieces
@@ -45,6 +61,37 @@ def check_fastening(job: Job, tally: Tally) -> None:
             due or not there or crossing.id in allowed,
             "it has holes, but is not to be fastened",
         )
+
+
+def _check_hung(asked: str, plan: CrossingMap, hung: set[int], place: Place) -> None:
+    """Check that the crossings that carry something are those that the settings ask for."""
+    parts = [part for part in asked.split(",") if part]
+    points = np.array([one.position for one in plan.crossings]).reshape(-1, 3)
+    names = np.array([one.id for one in plan.crossings], dtype=np.int64)
+    due = {int(part) for part in parts if part.isdigit()}
+    for part in parts:
+        side, _, count = part.partition(":")
+        if side.isdigit():
+            continue
+        due |= set(_around(points, names, int(count or 1), 1.0 if side == "top" else -1.0))
+    place.same("something", hung, due)
+
+
+def _around(points: Floats, names: Ints, count: int, up: float) -> list[int]:
+    """Return the highest crossing, or of several sectors that of each, well off the middle."""
+    offset = points[:, :2] - (points[:, :2].min(axis=0) + points[:, :2].max(axis=0)) / 2.0
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    share = (np.arctan2(offset[:, 1], offset[:, 0]) / (2.0 * np.pi) + _SAME_TURN) % 1.0
+    found = []
+    for number in range(count):
+        there = np.ones(len(points), dtype=bool)
+        if count > 1:
+            there = (np.floor(share * count) == number) & (away >= away.max() / 3.0)
+        rows = np.flatnonzero(there)
+        if len(rows):
+            heights = np.rint(up * points[rows, 2] / _LEVEL_MM)
+            found.append(int(names[rows[np.argmax(heights)]]))
+    return found
 
 
 def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:
@@ -78,7 +125,8 @@ def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
         return {crossing.id for crossing in plan.crossings}
     wanted = {joint.crossing for joint in plan.joints}
     if asked == "rim":
-        rim = _beside_the_boundary(required(job.mesh))
+        mesh = required(job.mesh)
+        rim = _beside(mesh, mesh.twin < 0)
         wanted |= {one.id for one in plan.crossings if tuple(sorted(one.edge)) in rim}
     elif every is not None:
         for thread in plan.threads:
@@ -89,9 +137,27 @@ def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
     return wanted
 
 
-def _beside_the_boundary(mesh: LoadedMesh) -> set[tuple[int, int]]:
-    """Return the edges that follow, or are followed by, an edge of the boundary around a face."""
-    bare = mesh.twin < 0
+def ring_edges(mesh: LoadedMesh, opening: dict[str, Any]) -> set[tuple[int, int]]:
+    """Return the edges beside the rim of a round opening, by their ends.
+
+    Parameters
+    ----------
+    mesh : LoadedMesh
+        The woven mesh.
+    opening : dict
+        What job.toml tells of it.
+    """
+    x, y, diameter, off = (
+        stated_number(opening, key) for key in ("x_mm", "y_mm", "diameter_mm", "off_mm")
+    )
+    away = np.hypot(mesh.vertices[:, 0] - x, mesh.vertices[:, 1] - y)
+    near = np.abs(away - diameter / 2.0) <= off + _ON_RIM_MM
+    ends = near[mesh.corner] & near[mesh.corner[mesh.next]]
+    return _beside(mesh, (mesh.twin < 0) & ends)
+
+
+def _beside(mesh: LoadedMesh, bare: Flags) -> set[tuple[int, int]]:
+    """Return the edges that follow, or are followed by, some edge around a face."""
     beside = np.flatnonzero(bare[mesh.next] | bare[mesh.prev])
     ends = np.column_stack((mesh.corner[beside], mesh.corner[mesh.next[beside]]))
     return {(min(pair), max(pair)) for pair in ends.tolist()}

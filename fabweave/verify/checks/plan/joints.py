@@ -46,12 +46,14 @@ def check_joints(job: Job, tally: Tally) -> None:
         end, begin = first.panels[-1], second.panels[0]
         motion = fit_motion(begin, end)
         slack = first.slack_mm + second.slack_mm
+        fitted = sum(plan.piece[name].fitted_mm for name in joint.pieces)
         place.at_most(
             "panel_mm",
             farthest(motion.apply(begin), end),
             HOLE_MM + slack,
             "the two copies of its panel differ by {}",
         )
+        slack += fitted
         _check_holes(joint, plan, motion, slack, place)
         _check_statement(joint, job.layers.get(joint.crossing, (0, nan))[1], place)
         # A ring that is cut from one piece cannot be laid on itself as a whole.

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.verify.checks.reports.charts import charts_shown
 from fabweave.verify.checks.reports.page import compare_pages, material_of, title_of, verdict_shown
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.measure.words import counted, price_words, time_words
@@ -26,6 +27,7 @@ _SIZE = re.compile(r"(\d+) × (\d+) × (\d+) mm")
 #: Sizes are rounded to a millimetre; the mesh has more digits.
 _SAME_MM = 0.501
 _PORTRAIT, _VIEWER = "render.png", "assembly.html"
+_MATERIAL = "3 Material"
 #: What each file is, in the order in which they are needed, by headings.
 _ENTRIES: dict[str, tuple[tuple[str, str], ...]] = {
     "2 Build": (
@@ -39,7 +41,7 @@ _ENTRIES: dict[str, tuple[tuple[str, str], ...]] = {
         ("crossing_map.csv", "each crossing: what lies over what"),
         ("crossing_map.json", "the whole plan, for programs"),
     ),
-    "3 Material": (
+    _MATERIAL: (
         ("waste.html", "how full the sheets are, what to buy, times and costs, what to keep"),
         ("waste.json", "the same, for programs"),
     ),
@@ -103,6 +105,8 @@ def _wanted(job: Job, index: Index, size: str) -> Iterator[Seen]:
     absent = _absent(job, plan, index)
     for heading, entries in _ENTRIES.items():
         yield Seen("h2", heading)
+        if heading == _MATERIAL:
+            yield from charts_shown(waste)
         for name, text in entries:
             if name not in absent:
                 yield from _entry(name, text)
@@ -166,6 +170,7 @@ def _cut(
             "For a service: each kind of piece in a file of its own, and how many to order.",
             "service/",
         ),
+        ("The ring around each opening, to cut as well; rim.txt says how it is laid.", "rim/"),
         (
             "What is left and worth keeping, and a list of it for the --stock of a later job.",
             "offcuts/",

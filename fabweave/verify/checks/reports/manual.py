@@ -70,7 +70,7 @@ def _sections(pages: Sequence[ManualPage], title: str, place: Place) -> dict[str
     sections: dict[str, list[ManualPage]] = {}
     for number, page in enumerate(pages, start=1):
         head = page.texts[1] if len(page.texts) > 1 else ""
-        place.equal(f"the head of page {number}", head, f"{title}, page {number}")
+        place.equal(f"the head of page {number}", head, f"{title}, page {number} / {len(pages)}")
         # A section that is begun again is another one.
         name = page.texts[0] if page.texts else ""
         last = next(reversed(sections), "")

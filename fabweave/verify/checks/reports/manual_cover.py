@@ -1,5 +1,6 @@
 """Check the first pages of the manual: the cover, and how to read a piece."""
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,10 +23,14 @@ from fabweave.verify.running_text import RunningText
 
 #: Sizes are rounded to a millimetre; the mesh has more digits.
 _SAME_MM = 0.501
-PROCEED = (
-    "Take the pieces out of their sheets, one sheet after another, and sort them by thread. Then "
-    "follow the steps. Leave a fastener loose as long as a layer is still to come, and tighten it "
-    "when the step says that all layers are in place."
+TABLE, PROCEED = "On the table", "How to proceed"
+TAKE = (
+    "Take the pieces out of their sheets, one sheet after another, and tick each in the list of "
+    "its sheet."
+)
+LOOSE = (
+    "Leave a fastener loose as long as a layer is still to come, and tighten it when the step says "
+    "that all layers are in place."
 )
 VIEWER = " assembly.html shows the same steps on an object that you can turn and zoom."
 #: The number by which a picture points out each kind of label, holes, and ticks.
@@ -59,15 +64,33 @@ def check_cover(job: Job, plan: CrossingMap, text: RunningText) -> None:
         f"{counted(len(plan.threads), 'thread')}, {counted(len(plan.crossings), 'crossing')}, "
         f"{counted(len(plan.joints), 'joint')}",
     )
-    for name, words in _to_buy(waste):
-        _line(text, name, words)
-    _line(text, "Tools", _tools(plan, fastened=bool(waste.get("fasteners"))))
     if waste.get("estimate") is not None:
         for name, words in _costs(waste["estimate"]):
             _line(text, name, words)
+    text.block(TABLE)
+    _line(text, "Sheets", f"the {counted(len(plan.sheets), 'sheet')}, cut")
+    for name, words in _to_buy(waste):
+        _line(text, name, words)
+    _line(text, "Tools", _tools(plan, fastened=bool(waste.get("fasteners"))))
+    text.block(PROCEED)
     viewer = VIEWER if len(plan.crossings) <= MOST_VIEWED else ""
-    _line(text, "How to proceed", PROCEED + viewer)
+    steps = (TAKE, f"Sort them: {piles(plan)}.", f"Follow the steps.{viewer}", LOOSE)
+    for number, words in enumerate(steps, start=1):
+        _line(text, str(number), words)
     text.end()
+
+
+def piles(plan: CrossingMap) -> str:
+    """Return how pieces are to be sorted: by kinds where these are engraved, else by threads."""
+    if plan.cut.labels == "kinds":
+        counts = list(Counter(piece.kind for piece in plan.pieces).values())
+        one, end = "kind", "any piece of a pile fits any of its places"
+    else:
+        counts = [len(thread.pieces) for thread in plan.threads]
+        one, end = "thread", "the letters of an id name its thread"
+    low, high = min(counts), max(counts)
+    many = counted(high, "piece") if low == high else f"{low} to {high} pieces"
+    return f"{counted(len(counts), 'pile')}, one for each {one}, of {many}; {end}"
 
 
 def _line(text: RunningText, name: str, words: str) -> None:
@@ -149,8 +172,16 @@ def check_legend(plan: CrossingMap, text: RunningText) -> None:
         plan.pieces, key=lambda one: (len({label.kind for label in one.labels}), len(one.labels))
     )
     holes = [station for station in piece.stations if station.hole_mm]
-    numbers = {_NUMBERS[label.kind] for label in piece.labels if label.kind in _NUMBERS}
-    numbers |= {_HOLE} if holes else set()
+    numbers = [_NUMBERS[kind] for kind in ("id", "joint") if kind in _kinds(piece)]
+    # Of crossings one is shown that is passed over, and one under.
+    numbers += ["3"] * len(
+        {
+            label.station is not None and piece.stations[label.station].over
+            for label in piece.labels
+            if _NUMBERS.get(label.kind) == "3"
+        }
+    )
+    numbers += [_HOLE] if holes else []
     shown = text.some_of({*numbers, _TICKS})
     text.place.equal(
         "the list of numbers, ticks left out,",
@@ -160,13 +191,19 @@ def check_legend(plan: CrossingMap, text: RunningText) -> None:
     text.place.expect(shown.count(_TICKS) <= 1, "it points out ticks twice")
     text.block(f"Piece {piece.id} of this object")
     for name, words in _signs(plan, piece):
-        _line(text, name, words)
+        text.block(name)
+        text.block(words)
     text.end()
+
+
+def _kinds(piece: Piece) -> set[str]:
+    """Return the kinds of labels on a piece."""
+    return {label.kind for label in piece.labels}
 
 
 def _signs(plan: CrossingMap, piece: Piece) -> Iterator[tuple[str, str]]:
     """Yield what the marks on a piece mean, each with an example from the piece itself."""
-    kinds = {label.kind for label in piece.labels}
+    kinds = _kinds(piece)
     face = "inside" if any(sheet.mirrored for sheet in plan.sheets) else "outside"
     if kinds:
         covered = any(label.hidden for label in piece.labels)

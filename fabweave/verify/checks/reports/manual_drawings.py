@@ -28,6 +28,8 @@ _SAME_POINTS = 0.05
 _SOME = ", the part with pieces"
 #: Around the pieces on a part of a sheet so much is drawn, too.
 _AROUND_MM = 2.0
+#: A sheet is drawn in no more parts.
+_MOST_PARTS = 4
 _SPARES = (
     " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
     "that kind that breaks."
@@ -160,19 +162,62 @@ def check_sheets(plan: CrossingMap, pages: Sequence[ManualPage], place: Place) -
         del left[: len(own)]
         # A drawing in several parts has a page for each; the list may go on without a drawing.
         parts = [page for page in own if _is_head(sheet, page)]
-        named: Counter[str] = Counter()
-        for number, page in enumerate(parts, start=1):
+        pieces = plan.on_sheet(sheet.number)
+        shared = _shared_out(plan, sheet, parts)
+        for number, (page, lot) in enumerate(zip(parts, shared, strict=True), start=1):
             text = RunningText(page.texts, here)
-            names = _check_part(plan, sheet, page, text, (number, len(parts)), several, here)
-            named.update(names)
-        pieces = sorted((piece.id for piece in plan.on_sheet(sheet.number)), key=_natural)
-        here.same("names of pieces", named.elements(), pieces)
+            _check_part(plan, sheet, page, text, (number, len(parts)), several, lot, here)
+        names = [piece.id for lot in shared for piece in lot]
+        here.same("names of pieces", names, [piece.id for piece in pieces])
         said = [text for page in own for text in page.texts]
-        head = _ticks(sheet)
-        start = said.index(head) if head in said else len(said)
-        here.equal("the list to tick off", said[start : start + 1 + len(pieces)], [head, *pieces])
-        here.equal("the number of texts after it", len(said) - start - 1, len(pieces))
+        ticks = [_ticks(sheet), *_ticked(plan, pieces)]
+        start = said.index(ticks[0]) if ticks[0] in said else len(said)
+        here.equal("the list to tick off", said[start:], ticks)
     place.expect(not left, f"{len(left)} pages of sheets belong to no sheet")
+
+
+def _ticked(plan: CrossingMap, pieces: Sequence[Piece]) -> list[str]:
+    """Return the list to tick off: each piece, or each kind where pieces bear no more than that."""
+    counts = Counter(_name(plan, piece) for piece in pieces)
+    by_kind = plan.cut.labels == "kinds"
+    return [
+        f"{name} x {counts[name]}" if by_kind else name for name in sorted(counts, key=_natural)
+    ]
+
+
+def _name(plan: CrossingMap, piece: Piece) -> str:
+    """Return what a piece is called by what it bears."""
+    return f"K{piece.kind}" if plan.cut.labels == "kinds" else piece.id
+
+
+def _named(plan: CrossingMap, sheet: Sheet, page: ManualPage) -> list[str]:
+    """Return the names that a page has on its drawing."""
+    known = {_name(plan, piece) for piece in plan.on_sheet(sheet.number)}
+    return list(takewhile(known.__contains__, page.texts[1:]))
+
+
+def _shared_out(plan: CrossingMap, sheet: Sheet, parts: Sequence[ManualPage]) -> list[list[Piece]]:
+    """Return the pieces that each part of a sheet's drawing has.
+
+    By the names there; where several pieces have one name, by equal parts of the sheet, the first
+    number of them in which every page has the names of its pieces.
+    """
+    named, pieces = [_named(plan, sheet, page) for page in parts], plan.on_sheet(sheet.number)
+    if plan.cut.labels != "kinds":
+        return [[plan.cut_piece[name] for name in names] for names in named]
+    size = np.array([sheet.width_mm, sheet.height_mm])
+    axis = int(np.argmax(size))
+    placed = [piece.placed(piece.outline)[:, axis] for piece in pieces]
+    middle = np.array([(along.min() + along.max()) / 2.0 for along in placed])
+    for count in range(1, _MOST_PARTS + 1):
+        lots: dict[int, list[Piece]] = {}
+        tiles = np.minimum(middle * count // size[axis], count - 1).astype(np.int64)
+        for tile, piece in sorted(zip(tiles.tolist(), pieces, strict=True), key=lambda one: one[0]):
+            lots.setdefault(tile, []).append(piece)
+        told = [sorted(_name(plan, piece) for piece in lot) for lot in lots.values()]
+        if told == [sorted(names) for names in named]:
+            return list(lots.values())
+    return [[] for _ in parts]
 
 
 def _pages_of(sheet: Sheet, pages: Sequence[ManualPage]) -> list[ManualPage]:
@@ -198,15 +243,14 @@ def _check_part(
     text: RunningText,
     part: tuple[int, int],
     several: bool,
+    pieces: Sequence[Piece],
     place: Place,
-) -> list[str]:
-    """Check the drawing of a sheet, or of a part of it; return the pieces that it names."""
+) -> None:
+    """Check the drawing of a sheet, or of a part of it, and of the pieces that are to be there."""
     size = np.array([sheet.width_mm, sheet.height_mm])
-    ids = {piece.id for piece in plan.on_sheet(sheet.number)}
-    names = list(takewhile(ids.__contains__, page.texts[1:]))
     some = _SOME if page.texts[0].startswith(f"{sheet.name}{_SOME}:") else ""
     which = f", part {part[0]} of {part[1]}" if part[1] > 1 else some
-    low, high = _window(plan, names, size, cut=bool(which))
+    low, high = _window(pieces, size, cut=bool(which))
     quarter = bool(high[0] - low[0] > high[1] - low[1])
     edge = page.figures[0] if page.figures else np.zeros((1, 2))
     corner = edge.min(axis=0)
@@ -215,7 +259,7 @@ def _check_part(
     longer = int(np.argmax(high - low))
     scale = float(spread[longer] / (high - low)[longer])
     if not place.expect(scale > 0.0, "its edge is not drawn"):
-        return []
+        return
     loose = _SAME_POINTS + (2 * _CHORD_MM * scale if which else 0.0)
     place.expect(
         np.all(np.abs(spread - (high - low) * scale) <= loose), "its edge is not that of the sheet"
@@ -229,13 +273,13 @@ def _check_part(
         + (", left edge at the bottom" if quarter else "")
     )
     text.block(*(f"{head}, scale {words}" for words in _scale_words(scale)))
-    said = text.some_of(ids)
+    text.some_of(_named(plan, sheet, page))
     text.block(_stock_words(sheet))
     if text.next:
         text.block(_ticks(sheet))
     boxes = np.array([(f.min(axis=0), f.max(axis=0)) for f in page.figures[1:]]).reshape(-1, 4)
-    for name in said:
-        drawn = (plan.cut_piece[name].placed(plan.cut_piece[name].outline) - low) * scale
+    for piece in pieces:
+        drawn = (piece.placed(piece.outline) - low) * scale
         if quarter:
             drawn = np.column_stack([(high - low)[1] * scale - drawn[:, 1], drawn[:, 0]])
         drawn = drawn + corner
@@ -243,9 +287,8 @@ def _check_part(
         within = loose + _CHORD_MM * scale
         place.expect(
             np.any(np.all(np.abs(boxes - box) <= within, axis=1)),
-            f"piece {name} is not drawn where it lies",
+            f"piece {piece.id} is not drawn where it lies",
         )
-    return said
 
 
 def _ticks(sheet: Sheet) -> str:
@@ -253,16 +296,12 @@ def _ticks(sheet: Sheet) -> str:
     return f"Pieces of {sheet.name}, to tick off as you take them out:"
 
 
-def _window(
-    plan: CrossingMap, names: Sequence[str], size: Floats, *, cut: bool
-) -> tuple[Floats, Floats]:
+def _window(pieces: Sequence[Piece], size: Floats, *, cut: bool) -> tuple[Floats, Floats]:
     """Return the corners of what is drawn of a sheet: all, or what is around some pieces."""
     low, high = np.zeros(2), size.copy()
-    if cut and names:
+    if cut and pieces:
         axis = int(np.argmax(size))
-        corners = np.concatenate(
-            [plan.cut_piece[n].placed(plan.cut_piece[n].outline) for n in names]
-        )
+        corners = np.concatenate([piece.placed(piece.outline) for piece in pieces])
         low[axis] = corners[:, axis].min() - _AROUND_MM
         high[axis] = corners[:, axis].max() + _AROUND_MM
     return low, high

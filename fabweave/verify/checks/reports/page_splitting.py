@@ -71,6 +71,7 @@ def _chart(choices: list[dict[str, Any]]) -> Iterator[Seen]:
     length = np.array([choice["max_length_mm"] for choice in choices], dtype=np.float64)
     spread = max(float(np.ptp(length)), 1e-9)
     x = _SHORT + (_LONG - _SHORT) * (length - length[0]) / spread
+    yield Seen("svg", "0 0 560 190")
     for key, name, form in (("utilisation", "use", ".0%"), ("joints", "joints", ".0f")):
         value = np.array([choice[key] for choice in choices], dtype=np.float64)
         y = _NOUGHT - (_NOUGHT - _MOST) * value / max(float(value.max()), 1e-9)

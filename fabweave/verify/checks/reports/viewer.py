@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.verify.checks.reports.hands import seconds_of_steps
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.measure.colours import light_of_words
 from fabweave.verify.measure.geometry import panel_bounds
@@ -15,7 +16,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "0181f49172948233a40aa98428352f8f680e28119267daf935e6b6938a200f26"
+FRAME = "9e7957114109427ce50ddd82c81389f129a72b191333c3d18c8502361c642f04"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
@@ -24,6 +25,8 @@ THREE = (
 )
 #: The page rounds the map's numbers to a thousandth.
 ROUNDED = 5.1e-4
+#: Seconds of steps are rounded to a tenth.
+ROUNDED_S = 0.051
 #: Bytes of light in the model are rounded by as much, and a little.
 SAME_LIGHT = 0.0025
 #: Coordinates in space may be this coarse, for looking.
@@ -45,15 +48,27 @@ def check_viewer(job: Job, tally: Tally) -> None:
         where = _difference(viewer.plan.get(key), (job.document or {}).get(key), key)
         place.expect(where is None, f"it differs from crossing_map.json in {where}")
     if job.waste is not None:
-        # Another check counts these hours afresh.
-        hands = (job.waste.get("estimate") or {}).get("assembly")
-        place.expect(viewer.hands == hands, "it takes other hours than waste.json")
+        _check_hands(plan, job.waste.get("estimate"), viewer.hands, place)
     if place.equal(
         "the numbers of pieces in space, with rungs, with panels and with colours,",
         (len(viewer.counts), len(viewer.panels), len(viewer.colours)),
         (len(plan.pieces), len(plan.pieces), len(plan.pieces)),
     ):
         _check_space(plan, required(job.model), viewer, place)
+
+
+def _check_hands(
+    plan: CrossingMap, estimate: dict[str, Any] | None, hands: Any, place: Place
+) -> None:
+    """Check how long steps take, and all of them; another check counts the hours of waste.json."""
+    if estimate is None:
+        place.expect(hands is None, "it tells hours, and waste.json has none")
+        return
+    place.equal("its hours", hands["hours"], estimate["assembly"]["hours"])
+    wanted = seconds_of_steps(plan)
+    if place.equal("the number of steps with a time", len(hands["seconds"]), len(wanted)):
+        off = np.abs(np.array(hands["seconds"], dtype=np.float64) - wanted).max(initial=0.0)
+        place.expect(bool(off <= ROUNDED_S), "a step takes another time")
 
 
 def _difference(shown: Any, true: Any, where: str) -> str | None:

@@ -28,6 +28,7 @@ _UNSAID = {
     "joint": "rivet", "symmetrise": False, "slots": False, "rotations": "auto", "seed": 0,
     "colours": "safe", "profile": "maker", "strict": False, "force": False, "labels": "hidden",
     "label_side": "outside", "paper": "a4", "cut_order": "short", "template": "sheet",
+    "rim": "none",
 }  # fmt: skip
 
 

@@ -1,0 +1,251 @@
+"""Plan a ring around an opening: a band that lies on the ends of threads, in pieces that lap.
+
+Fasteners of the crossings beside the rim go through it. The band is part of a cone, which unrolls
+without stretching: its holes lie where the crossings' feet on that cone come to lie.
+"""
+
+import math
+
+import numpy as np
+
+from fabweave.core.arc_path import Path
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.errors import CannotMakeError
+
+#: Fasteners can pull a band so far onto the strands, millimetres; a maker's estimate.
+MOST_OFF_MM = 3.0
+#: A band whose meridian is steeper than this has no use as a rim, degrees from level.
+_STEEPEST_DEG = 75.0
+#: No arc of an outline sweeps more.
+_ARC_RAD = math.pi / 2.0
+#: Fewer fasteners do not hold a ring.
+_LEAST_HOLES = 4
+
+
+@frozen_value
+class RingPiece:
+    """One piece of a ring, flat, in its own coordinates: the apex of the cone is their origin.
+
+    Parameters
+    ----------
+    id : str
+        Such as ``R1``.
+    path : Path
+        What is cut: arcs around the apex, and two straight ends.
+    crossings : (H,) int array
+        Whose fasteners go through its holes, in order; the first and the last are shared with the
+        pieces before and after.
+    holes : (H, 3) float array
+        x, y and diameter.
+    label : (4,) float array
+        Where its id stands, covered by the piece before: x, y, the angle in degrees, the height.
+    """
+
+    id: str
+    path: Path
+    crossings: IntArray
+    holes: FloatArray
+    label: FloatArray
+
+
+@frozen_value
+class RimRing:
+    """A ring around an opening.
+
+    Parameters
+    ----------
+    side : str
+        ``top`` or ``bottom``.
+    pieces : tuple of RingPiece
+        In order around the opening, counter-clockwise as seen from above.
+    opening_mm : float
+        The diameter that it leaves open.
+    width_mm : float
+        Of the band.
+    slope_deg : float
+        Of the band, down from the opening; 0 is flat.
+    off_mm : float
+        How far a crossing is from where the band passes, at most.
+    thickness_mm : float
+        Of its material.
+    """
+
+    side: str
+    pieces: tuple[RingPiece, ...]
+    opening_mm: float
+    width_mm: float
+    slope_deg: float
+    off_mm: float
+    thickness_mm: float
+
+    @property
+    def crossings(self) -> IntArray:
+        """The crossings whose fasteners hold it, those of laps twice."""
+        return np.concatenate([piece.crossings for piece in self.pieces])
+
+
+def plan_ring(
+    side: str,
+    crossings: IntArray,
+    points: FloatArray,
+    centre: tuple[float, float],
+    diameter_mm: float,
+    *,
+    count: int,
+    first: int,
+    hole_mm: float,
+    edge_mm: float,
+    thickness_mm: float,
+    clearance_mm: float = 0.0,
+) -> RimRing:
+    """Plan a ring through the fasteners of some crossings.
+
+    The cone about the upright axis through the opening is the one nearest to the crossings, by
+    least squares; the band lies above it.
+
+    Parameters
+    ----------
+    side : str
+        ``top`` or ``bottom``, which says what is above.
+    crossings : (H,) int array
+    points : (H, 3) float array
+        Where they are.
+    centre : (float, float)
+        The middle of the opening in plan.
+    diameter_mm : float
+        Of the opening.
+    count : int
+        How many pieces, two at least.
+    first : int
+        The number of the first piece.
+    hole_mm, edge_mm : float
+        Diameter of the holes, and their least distance to an edge.
+    thickness_mm, clearance_mm : float
+        Of the material, and the air between two strands: the band lies above both.
+
+    Raises
+    ------
+    CannotMakeError
+        If there are too few crossings, or no such band comes near all of them.
+
+    Examples
+    --------
+    >>> angle = np.arange(8) * np.pi / 4
+    >>> flat = np.column_stack((50 * np.cos(angle), 50 * np.sin(angle), np.zeros(8)))
+    >>> ring = plan_ring("top", np.arange(8), flat, (0.0, 0.0), 80.0, count=2, first=1,
+    ...     hole_mm=2.0, edge_mm=4.0, thickness_mm=0.8)
+    >>> [piece.crossings.tolist() for piece in ring.pieces], ring.opening_mm, ring.width_mm
+    ([[5, 6, 7, 0, 1], [1, 2, 3, 4, 5]], 80.0, 14.0)
+    """
+    if len(crossings) < max(_LEAST_HOLES, count):
+        raise CannotMakeError(
+            f"a ring around the opening at the {side} would be held by {len(crossings)} fasteners "
+            "only; a finer mesh has more crossings there, and --hole a size that has room"
+        )
+    offset = points[:, :2] - centre
+    away, turn = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0])
+    order = np.argsort(turn, kind="stable")
+    away, turn, crossings = away[order], turn[order], crossings[order]
+    slope, base = np.polyfit(away, points[order, 2], 1) if np.ptp(away) > 1e-6 else (0.0, 0.0)
+    if np.ptp(away) <= 1e-6:
+        base = float(points[:, 2].mean())
+    stretch = math.hypot(1.0, slope)
+    off = (points[order, 2] - base - slope * away) / stretch
+    steep = math.degrees(math.atan(abs(slope)))
+    if np.abs(off).max() > MOST_OFF_MM or steep > _STEEPEST_DEG:
+        raise CannotMakeError(
+            f"a ring around the opening at the {side} would be up to {np.abs(off).max():.1f} mm "
+            f"off the strands, at {steep:.0f}° to the level; {MOST_OFF_MM:g} mm and "
+            f"{_STEEPEST_DEG:g}° can be fastened: try another diameter, or a finer mesh"
+        )
+    # Upwards of a band at the bottom is down.
+    above = 1.5 * thickness_mm + clearance_mm / 2.0
+    lift = (-1.0 if side == "bottom" else 1.0) * above * -slope / stretch
+    ways = (away + off * slope / stretch + lift) * stretch
+    inner = (diameter_mm / 2.0 + lift) * stretch
+    inner, outer = min(inner, float(ways.min()) - edge_mm), float(ways.max()) + edge_mm
+    if inner <= 0.0:
+        raise CannotMakeError(
+            f"a ring around the opening at the {side} has no room for an opening; try a wider one"
+        )
+    angles = turn / stretch
+    whole = 2.0 * math.pi / stretch
+    cuts = _cuts(angles, whole, (edge_mm + hole_mm) / ways, count)
+    if cuts is None:
+        raise CannotMakeError(
+            f"a ring around the opening at the {side} cannot be cut into {count} pieces: its holes "
+            "are too near to one another for laps; a smaller --hole, or a coarser mesh, would help"
+        )
+    pieces = []
+    for number in range(count):
+        at = np.arange(cuts[number], cuts[number + 1] + 1)
+        here = at % len(crossings)
+        pieces.append(
+            _piece(
+                f"R{first + number}",
+                crossings[here],
+                ways[here],
+                angles[here] + whole * (at // len(crossings)),
+                (inner, outer, hole_mm, edge_mm),
+            )
+        )
+    return RimRing(
+        side=side,
+        pieces=tuple(pieces),
+        opening_mm=round(2.0 * (inner / stretch - lift), 3),
+        width_mm=round(outer - inner, 3),
+        slope_deg=round(steep, 3),
+        off_mm=round(float(np.abs(off).max()), 3),
+        thickness_mm=thickness_mm,
+    )
+
+
+def _cuts(angles: FloatArray, whole: float, room: FloatArray, count: int) -> IntArray | None:
+    """Return at which holes a ring is cut, and the first once more after the last; None if nowhere.
+
+    They are spread as evenly as may be, where no other hole is so near that a lap would reach it.
+    """
+    gap = np.diff(angles, append=angles[0] + whole)
+    free = np.flatnonzero(np.minimum(gap, np.roll(gap, 1)) >= room)
+    if len(free) < count:
+        return None
+    chosen = free[np.rint(np.arange(count) * len(free) / count).astype(np.int64)]
+    return np.append(chosen, chosen[0] + len(angles))
+
+
+def _piece(
+    name: str,
+    crossings: IntArray,
+    ways: FloatArray,
+    angles: FloatArray,
+    sizes: tuple[float, float, float, float],
+) -> RingPiece:
+    """Return a piece of the band from its first hole to its last, and an edge beyond either."""
+    inner, outer, hole_mm, edge_mm = sizes
+    # Laid so that its middle is at a right angle: then its length lies along x.
+    angles = angles - (angles[0] + angles[-1]) / 2.0 + math.pi / 2.0
+    begin = float(angles[0]) - math.asin(edge_mm / float(ways[0]))
+    end = float(angles[-1]) + math.asin(edge_mm / float(ways[-1]))
+    steps = math.ceil((end - begin) / _ARC_RAD)
+    turns = np.linspace(begin, end, steps + 1)
+    arc = np.column_stack((np.cos(turns), np.sin(turns)))
+    bulge = math.tan((end - begin) / steps / 4.0)
+    points = np.concatenate((outer * arc, inner * arc[::-1]))
+    bulges = np.array([*[bulge] * steps, 0.0, *[-bulge] * steps, 0.0])
+    holes = np.column_stack(
+        (ways * np.cos(angles), ways * np.sin(angles), np.full(len(ways), hole_mm))
+    )
+    # In the middle between the hole and the farther border.
+    first, sense = float(ways[0]), 1.0 if outer - ways[0] >= ways[0] - inner else -1.0
+    free = (outer - first if sense > 0 else first - inner) - hole_mm / 2.0
+    middle = first + sense * (hole_mm / 2.0 + free / 2.0)
+    place = middle * np.array([math.cos(angles[0]), math.sin(angles[0])])
+    reading = math.degrees(float(angles[0])) - 90.0
+    height = min(2.5, 0.6 * free)
+    return RingPiece(
+        id=name,
+        path=Path(points, bulges),
+        crossings=crossings,
+        holes=holes,
+        label=np.array([*place, reading, height]),
+    )

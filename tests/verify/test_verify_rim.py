@@ -1,0 +1,83 @@
+"""A ring around an opening is held to the crossings beside it, and to its drawings."""
+
+import json
+import shutil
+
+import pytest
+
+from fabweave.cli.main import main
+from fabweave.verify import verify_job
+
+RINGED = (
+    "shape:sphere?n=3", "--size", "200mm", "--leave-out", "top:80mm", "--rim", "ring",
+    "--effort", "quick",
+)  # fmt: skip
+
+
+@pytest.fixture
+def ringed(finished, tmp_path):
+    return shutil.copytree(finished(*RINGED), tmp_path / "job")
+
+
+def told(folder):
+    return {check.name: str(check.findings) for check in verify_job(folder).checks if not check.ok}
+
+
+def edit(folder, change):
+    path = folder / "rim" / "rim.json"
+    document = json.loads(path.read_text("utf-8"))
+    change(document["rings"][0])
+    path.write_text(json.dumps(document), "utf-8")
+
+
+@pytest.mark.slow
+def test_a_ring_passes_and_is_bought_for(ringed):
+    assert told(ringed) == {}
+    record = json.loads((ringed / "rim" / "rim.json").read_text("utf-8"))
+    crossings = {hole["crossing"] for ring in record["rings"] for piece in ring["pieces"]
+                 for hole in piece["holes"]}  # fmt: skip
+    plan = json.loads((ringed / "crossing_map.json").read_text("utf-8"))
+    assert crossings <= {one["id"] for one in plan["crossings"] if one["fastened"]}
+    rows = json.loads((ringed / "waste.json").read_text("utf-8"))["fasteners"]
+    assert sum(row["needed"] for row in rows if row["layers"] >= 3) >= len(crossings)
+    assert "R2: letters up" in (ringed / "rim" / "rim.txt").read_text("utf-8")
+
+
+SPOILT = [
+    (lambda r: r["pieces"][0]["holes"][1].update(x=r["pieces"][0]["holes"][1]["x"] + 0.2),
+     "from where its crossing comes to lie"),
+    (lambda r: r["pieces"][0]["holes"][0].update(hole_mm=9.0), "other holes than the record"),
+    (lambda r: r["pieces"][0]["holes"][1].update(crossing=0), "its crossings"),
+    (lambda r: r["pieces"].reverse(), "pieces"),
+    (lambda r: r.update(slope_deg=1.0), "slope_deg is 1"),
+    (lambda r: r.update(off_mm=2.0), "off_mm is 2"),
+    (lambda r: r.update(width_mm=50.0), "width_mm is 50"),
+    (lambda r: r.update(opening_mm=70.0), "opening_mm is 70"),
+    (lambda r: r.update(side="bottom"), "openings with a ring"),
+    (lambda r: r.update(thickness_mm=3.0), "it is of no material here"),
+    (lambda r: r["pieces"][0].update(sheet="rim_09"), "rim_09.dxf could not be read"),
+]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("change", "words"), SPOILT)
+def test_another_ring_is_found(ringed, change, words):
+    edit(ringed, change)
+    assert words in told(ringed)["rim"]
+
+
+@pytest.mark.slow
+def test_a_ring_that_is_gone_or_was_not_asked_for_is_found(ringed):
+    text = (ringed / "job.toml").read_text("utf-8")
+    (ringed / "job.toml").write_text(text.replace('rim = "ring"', 'rim = "none"'), "utf-8")
+    assert "nobody asked for it" in told(ringed)["rim"]
+    (ringed / "job.toml").write_text(text, "utf-8")
+    shutil.rmtree(ringed / "rim")
+    assert "there is no such folder" in told(ringed)["rim"]
+
+
+@pytest.mark.slow
+def test_a_ring_wants_a_round_opening(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["make", "shape:cube", "--size", "150mm", "--rim", "ring", "-o", str(tmp_path / "j")])
+    assert "a ring needs a round opening" in capsys.readouterr().err
