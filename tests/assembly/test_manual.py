@@ -268,6 +268,13 @@ def test_pictures_take_few_bytes():
     assert len(manual_of()) < 2_000_000
 
 
+@pytest.mark.slow
+def test_a_hundred_pieces_have_twenty_pages_of_steps():
+    demo = {"mesh": "shape:torus?m=24&n=12", "pattern": "twill"}
+    steps = [page for page in pages_of(**demo) if page.startswith("Steps ")]
+    assert len(steps) <= 0.2 * len(job_of(**demo).piece_set.pieces)
+
+
 def test_pictures_are_kept_as_they_are():
     dice = np.random.default_rng(3)
     colours = dice.integers(0, 256, (9, 3), dtype=np.uint8)

@@ -176,8 +176,6 @@ class _Writer:
         x, y = corner.tolist()
         wide, high = picture.size
         book.image(picture.painted, x, y, wide, high)
-        frame = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
-        book.line(frame, width=0.4, grey=0.55, closed=True)
         for slide in picture.slides:
             _draw_slide(book, slide, corner)
         for spot in (picture.fasten + corner).tolist():
@@ -190,6 +188,8 @@ class _Writer:
         corners = [(left, y), (x + wide, y), (x + wide, top), (left, top)]
         book.line(corners, width=0.0, closed=True, fill=1.0)
         book.text(x + wide - 2.0, y + 2.5, ratio, size=_TEXT, align=1.0)
+        frame = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
+        book.line(frame, width=0.4, grey=0.55, closed=True)
 
     def _draw_tags(self, tags: Sequence[Tag], corner: FloatArray, *, ringed: bool) -> None:
         """Draw names, and lines to what they name: dashed to what is hidden."""
