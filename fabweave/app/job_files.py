@@ -36,6 +36,7 @@ from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
 from fabweave.report.bom import bill_of_materials
+from fabweave.report.costs.assembly_time import step_seconds
 from fabweave.report.costs.texts import costs_text
 from fabweave.report.index_page import INDEX_FILE, About, index_page
 from fabweave.report.offcuts import (
@@ -89,7 +90,8 @@ def write_job(
             crossing_map,
             job_facts(job, bill),
             job.drawings,
-            (job.woven.ribbons, job.weave, job.piece_set.pieces),
+            (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
+            step_seconds(crossing_map),
             job.settings.paper,
         )
     )

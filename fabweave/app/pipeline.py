@@ -247,6 +247,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             plan_order,
             pieces,
             woven.ribbons.centre,
+            woven.ribbons.normal,
             enclosed=bool(np.all(woven.halfedges.twin >= 0)),
             effort=settings.effort,
             seed=settings.seed,

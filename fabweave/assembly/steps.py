@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from string import digits
 
 from fabweave.assembly.order.planning import Order
 from fabweave.flat.crossing_map import StepRecord
+from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
@@ -88,6 +90,7 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
             carriers.setdefault(strand, set()).add(number)
             layers[strand[0]] = layers.get(strand[0], 0) + 1
     joints = {joint.id: joint for joint in piece_set.joints}
+    rings = _rings(pieces)
     there: set[int] = set()
     crossed: set[int] = set()
     result = []
@@ -128,30 +131,56 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
             )
             ways.append(f"{joints[joint].kind.ties[1 - mate].format(name)} at joint #{joint}")
         placing.closes = len(ways) == 2
+        ring = rings.get(piece.thread, set())
+        closed = piece.id.rstrip(digits) if number in ring <= there else None
         names["start"].reverse()  # a tip that is pushed outward meets the inner strands first
         # A piece that is joined to itself is joined once.
-        placing.text = _say(piece.id, names, ways[: len(placing.joints)], closes=placing.closes)
+        placing.text = _say(piece.id, names, ways[: len(placing.joints)], placing.closes, closed)
         result.append(placing)
     return result
 
 
-def _say(piece: str, names: dict[str, list[str]], joined: Sequence[str], *, closes: bool) -> str:
-    """Say in plain words how a piece is placed."""
+def _rings(pieces: Sequence[Piece]) -> dict[int, set[int]]:
+    """Return the pieces of each thread that is a ring, by the thread."""
+    rings: dict[int, set[int]] = {}
+    for number, piece in enumerate(pieces):
+        rings.setdefault(piece.thread, set()).add(number)
+    return {
+        thread: own
+        for thread, own in rings.items()
+        if all(None not in (pieces[at].start_joint, pieces[at].end_joint) for at in own)
+    }
+
+
+def _say(
+    piece: str,
+    names: dict[str, list[str]],
+    joined: Sequence[str],
+    closes: bool,
+    ring: str | None,
+) -> str:
+    """Say in plain words how a piece is placed; ``ring``: the thread whose ring it closes."""
     if not joined and not any(names.values()):
         return f"Begin with {piece}, its outer face up."
     over = list(dict.fromkeys(names["over"]))
-    said = [f"Lay {piece} over {_list(over)}" if over else f"Take {piece}"]
+    said = [f"Lay {piece} over {listed(over)}" if over else f"Take {piece}"]
     for end in ("start", "end"):
         if names[end]:
-            said.append(f"slide its {end} under {_list(list(dict.fromkeys(names[end])))}")
-    said += joined
+            said.append(f"slide its {end} under {listed(list(dict.fromkeys(names[end])))}")
+    said += [*joined[:-1], f"last, {joined[-1]}"] if len(joined) > 1 else joined
     if closes:
-        said.append("this closes the gap")
+        said.append(f"this closes the ring of thread {ring}" if ring else "this closes the gap")
     return "; ".join(said) + "."
 
 
-def _list(names: Sequence[str]) -> str:
-    """Join names with commas and a last 'and'."""
+def listed(names: Sequence[str]) -> str:
+    """Join names with commas and a last 'and'.
+
+    Examples
+    --------
+    >>> listed(["A1"]), listed(["A1", "B2", "C3"])
+    ('A1', 'A1, B2 and C3')
+    """
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 

@@ -4,7 +4,6 @@ import io
 import re
 import zlib
 from functools import cache
-from itertools import product
 
 import numpy as np
 import pypdf
@@ -18,21 +17,15 @@ from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual import book as manual_book
 from fabweave.assembly.manual.piece_titles import place_across
-from fabweave.assembly.manual.pixels import GREY_STEP
-from fabweave.assembly.manual.steps import _Pictures, placing, strand_pieces, turn_words
-from fabweave.assembly.manual.views import (
-    PICTURE_PX,
-    VIEWS,
-    StepPicture,
-    choose_views,
-    step_pictures,
-)
+from fabweave.assembly.manual.pixels import Painted
+from fabweave.assembly.manual.scene import build_scene
+from fabweave.assembly.manual.step_pictures import step_pictures
 from fabweave.assembly.manual.writing import manual_pdf
 from fabweave.flat.unfold.stretch import piece_stretches
-from fabweave.picture.camera import View, frame_object
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import all_fragments, nearest_triangles
 from fabweave.report.bom import bill_of_materials
+from fabweave.report.costs.assembly_time import step_seconds
 
 
 @cache
@@ -48,15 +41,22 @@ def facts_of(job):
 def parts_of(**changed):
     job = job_of(**changed)
     crossing_map = job_map(job)
-    pieces = job.piece_set.pieces
-    return crossing_map, step_pictures(job.woven.ribbons, job.weave, pieces, crossing_map)
+    return crossing_map, step_pictures(scene_of(**changed), crossing_map)
+
+
+@cache
+def scene_of(**changed):
+    job = job_of(**changed)
+    pieces, colours = job.piece_set.pieces, job.piece_colours
+    return build_scene(job.woven.ribbons, job.weave, pieces, job_map(job), colours)
 
 
 @cache
 def manual_of(paper="a4", **changed):
     job = job_of(**changed)
     crossing_map, pictures = parts_of(**changed)
-    return manual_pdf(crossing_map, facts_of(job), job.drawings, pictures, paper=paper)
+    seconds = step_seconds(crossing_map)
+    return manual_pdf(crossing_map, facts_of(job), job.drawings, pictures, seconds, paper=paper)
 
 
 @cache
@@ -105,15 +105,22 @@ def test_nothing_stands_outside_the_margins(paper):
 def test_same_bytes():
     crossing_map, _ = parts_of()
     job = job_of()
-    again = step_pictures(job.woven.ribbons, job.weave, job.piece_set.pieces, crossing_map)
-    data = manual_pdf(crossing_map, facts_of(job), job.drawings, again)
+    again = step_pictures(scene_of(), crossing_map)
+    seconds = step_seconds(crossing_map)
+    data = manual_pdf(crossing_map, facts_of(job), job.drawings, again, seconds)
     assert data == manual_of()
 
 
 def test_every_piece_is_in_every_section_that_lists_pieces():
     crossing_map, _ = parts_of()
     ids = {piece.id for piece in crossing_map.pieces}
-    for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps", "Crossing tables"):
+    for name in (
+        "Threads and their pieces",
+        "Parts list",
+        "Sheets",
+        "Steps",
+        "What each piece meets",
+    ):
         words = set(re.findall(r"[A-Z]+\d+", section(name)))
         assert ids <= words, name
         assert words <= ids, name
@@ -143,37 +150,21 @@ def test_cover_has_the_figures():
     assert sum(needed) == holes > 0
 
 
-def test_stations_are_those_of_the_plan():
+def test_what_a_piece_meets_is_told_in_order():
     crossing_map, _ = parts_of()
-    text = section("Crossing tables")
+    text = section("What each piece meets")
     for piece in crossing_map.pieces:
-        table = re.search(rf"Piece {piece.id} (.*?)(?= Piece [A-Z]+\d|$)", text)[1]
-        for number, station in enumerate(piece.stations):
-            lies = "over" if station.over else "under"
-            row = rf"\b{number} {station.crossing} [\d.]+ {lies} {station.partner} "
-            row += "- " if station.joint is None else rf"#{station.joint} "
-            assert re.search(row, table), (piece.id, number)
+        step = next(step for step in crossing_map.steps if piece.id in step.pieces)
+        row = re.search(rf"\b{piece.id} \({step.number}\) (.*?)(?= [A-Z]+\d+ \(\d|$)", text)[1]
+        told = [name for name in row.split() if not name.startswith("#")]
+        assert told == [station.partner for station in piece.stations]
+        assert re.findall(r"#(\d+)>", row) == [str(key) for key in piece.joints if key is not None]
 
 
 @pytest.mark.slow
 def test_inside_lettering_is_told():
     assert "This is the inside of the object" in section("How to read", label_side="inside")
     assert "This is the outside of the object" in section("How to read")
-
-
-def test_only_pieces_in_place_are_named():
-    crossing_map, _ = parts_of()
-    parts = {piece.id: piece for piece in crossing_map.pieces}
-    joints = {joint.id: joint for joint in crossing_map.joints}
-    strands, there = strand_pieces(crossing_map), set()
-    said = 0
-    for step in crossing_map.steps:
-        there.update(step.pieces)
-        for key in step.pieces:
-            line = placing(parts[key], step, joints, strands, there)
-            assert set(re.findall(r"[A-Z]+\d+", line)) <= there
-            said += len(re.findall(r" at \d+", line))
-    assert said >= len(crossing_map.crossings)
 
 
 def test_joined_with_says_both_ways():
@@ -209,86 +200,6 @@ def test_pieces_cover_the_ribbons():
         assert np.linalg.norm(middle - centre) < 1.5 * wide
 
 
-def test_the_last_picture_shows_what_the_object_shows():
-    """A step's picture is the nearest surface of what is there, as a plain z-buffer finds it."""
-    _, pictures = parts_of()
-    job = job_of()
-    ribbons = job.woven.ribbons
-    vertices, triangles, _ = ribbon_triangles(ribbons)
-    size = pictures[-1].image.size
-    frame = frame_object(vertices, pictures[-1].view, size)
-    seen, _ = nearest_triangles(frame.pixels(vertices), triangles, width=size[0], height=size[1])
-    shade = np.asarray(pictures[-1].image)
-    there = seen >= 0
-    near = shade < 90
-    # White is seen on the object only in the thin line around the new pieces, and what is beside
-    # it is white but for one pixel along its border.
-    for _ in range(3):
-        near = grown(near)
-    assert not np.any(there & (shade >= 250) & ~near)
-    assert not np.any(~grown(there) & (shade < 250) & ~near)
-    assert np.count_nonzero(near) < 0.4 * near.size
-
-
-def grown(area):
-    """Return an area and the pixels around it."""
-    for axis in (0, 1):
-        area = area | np.roll(area, 1, axis) | np.roll(area, -1, axis)
-    return area
-
-
-def test_new_pieces_are_seen_and_dark():
-    crossing_map, pictures = parts_of()
-    assert len(pictures) == len(crossing_map.steps)
-    for step, picture in zip(crossing_map.steps, pictures, strict=True):
-        assert set(picture.pieces) == set(step.pieces)
-        shade = np.asarray(picture.image)
-        wide, high = picture.image.size
-        for x, y in picture.pieces.values():
-            around = shade[round(y * high) - 3 :, round(x * wide) - 3 :][:7, :7]
-            assert around.min() < 90
-        assert np.count_nonzero(shade < 90) > 400
-
-
-def test_turns_are_told_when_the_view_changes():
-    _, pictures = parts_of()
-    views = [picture.view for picture in pictures]
-    turned = [False, *(one != other for one, other in zip(views[1:], views[:-1], strict=True))]
-    assert [picture.turned for picture in pictures] == turned
-    assert sum(turned) < len(turned) / 2
-
-
-def test_turn_words_name_each_view_differently():
-    assert len({turn_words(view) for view in VIEWS}) == len(VIEWS)
-    assert turn_words(View(0.0, 20.0)) == "Turn the object to see it from the right and above."
-    assert turn_words(View(-90.0, -20.0)) == "Turn the object to see it from the front and below."
-
-
-def brute_force(lost, turn):
-    """Return the least cost of any sequence of views."""
-    views, steps = lost.shape
-    return min(
-        sum(lost[view, at] for at, view in enumerate(way))
-        + turn * sum(one != other for one, other in zip(way[1:], way[:-1], strict=True))
-        for way in product(range(views), repeat=steps)
-    )
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_the_sequence_of_views_is_the_best_there_is(seed):
-    seen = np.random.default_rng(seed).integers(1, 9, (3, 6)).astype(float)
-    way = choose_views(seen, seen)
-    lost = 1.0 - seen / seen.max(axis=0)
-    cost = sum(lost[view, at] for at, view in enumerate(way)) + 0.4 * np.sum(np.diff(way) != 0)
-    assert cost == pytest.approx(brute_force(lost, 0.4))
-
-
-def test_a_view_that_hides_a_piece_is_left():
-    least = np.array([[9.0, 0.0], [1.0, 1.0]])
-    total = np.array([[9.0, 900.0], [1.0, 1.0]])
-    assert choose_views(least, total).tolist() == [0, 1]
-
-
 def test_fragments_hold_the_nearest():
     dice = np.random.default_rng(3)
     points, triangles = dice.uniform(0, 20, (30, 3)), dice.integers(0, 30, (40, 3))
@@ -299,40 +210,6 @@ def test_fragments_hold_the_nearest():
     assert np.allclose(best.reshape(16, 20), nearness)
     assert np.all(np.diff(triangle) >= 0)
     assert set(np.unique(seen[seen >= 0]).tolist()) <= set(triangle.tolist())
-
-
-def test_a_picture_of_which_only_changes_are_kept_is_the_whole_picture():
-    dice = np.random.default_rng(4)
-    values = {view: np.full(PICTURE_PX[::-1], 255, dtype=np.uint8) for view in VIEWS[:2]}
-    pictures = []
-    for number in range(24):
-        view = VIEWS[number // 3 % 2]
-        x, y = dice.integers(0, 700), dice.integers(0, 540)
-        values[view][y : y + 20, x : x + 20] = dice.integers(0, 256)
-        pictures.append(StepPicture(zlib.compress(values[view].tobytes()), view, False, {}, {}))
-    images, shown, stored = {}, [], 0
-
-    class Paper:
-        def image(self, picture, x, y, width, height):
-            nonlocal stored
-            name = picture
-            if not isinstance(picture, str):
-                name = f"picture{len(images)}"
-                images[name] = np.asarray(picture)
-                stored += picture.size[0] * picture.size[1]
-            values = images[name]
-            assert (width, height) == pytest.approx((values.shape[1] / 2, values.shape[0] / 2))
-            left, low = round(2 * (x - 10.0)), round(2 * (y - 20.0))
-            rows = slice(PICTURE_PX[1] - low - values.shape[0], PICTURE_PX[1] - low)
-            shown[-1][rows, left : left + values.shape[1]] = values
-            return name
-
-    drawn = _Pictures(Paper())
-    for picture in pictures:
-        shown.append(np.zeros(PICTURE_PX[::-1], dtype=np.uint8))
-        drawn.draw(picture, 10.0, 20.0, (PICTURE_PX[0] / 2, PICTURE_PX[1] / 2))
-        assert np.array_equal(shown[-1], np.asarray(picture.image))
-    assert stored < 0.6 * len(pictures) * PICTURE_PX[0] * PICTURE_PX[1]
 
 
 def bent_strip(low, high):
@@ -387,28 +264,26 @@ def test_pieces_that_are_alike_are_drawn_once():
 # --- pages --------------------------------------------------------------------------------------
 
 
-def test_pictures_are_grey_and_few_bytes():
+def test_pictures_take_few_bytes():
     assert len(manual_of()) < 2_000_000
-    for picture in parts_of()[1]:
-        assert picture.image.mode == "L"
-        assert not np.any(np.asarray(picture.image) % GREY_STEP)
 
 
-@pytest.mark.parametrize("step", [1, GREY_STEP])
-def test_pictures_are_kept_as_they_are(step):
-    shades = np.arange(0, 256, step, dtype=np.uint8)
-    grey = Image.fromarray(np.random.default_rng(2).choice(shades, (5, 7)))
-    colours = Image.fromarray(np.random.default_rng(3).integers(0, 256, (4, 3, 3), dtype=np.uint8))
+def test_pictures_are_kept_as_they_are():
+    dice = np.random.default_rng(3)
+    colours = dice.integers(0, 256, (9, 3), dtype=np.uint8)
+    number = dice.integers(0, 9, (5, 7), dtype=np.uint8)
+    painted = Painted(7, 5, colours, zlib.compress(number.tobytes()))
+    picture = Image.fromarray(dice.integers(0, 256, (4, 3, 3), dtype=np.uint8))
     book = manual_book.Book("a4", "Pictures")
     book.page("One")
-    name = book.image(grey, 50.0, 50.0, 70.0, 50.0)
-    assert book.image(name, 50.0, 150.0, 70.0, 50.0) == name
-    book.image(colours, 50.0, 250.0, 30.0, 40.0)
+    book.image(painted, 50.0, 50.0, 70.0, 50.0)
+    book.image(picture, 50.0, 250.0, 30.0, 40.0)
     page = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0]
-    found = {image.image.mode: image.image for image in page.images}
-    assert len(page.images) == 2
-    assert np.array_equal(np.asarray(found["RGB"]), np.asarray(colours))
-    assert np.array_equal(np.asarray(found["L"]), np.asarray(grey))
+    found = {image.image.size: np.asarray(image.image.convert("RGB")) for image in page.images}
+    assert set(found) == {(7, 5), (3, 4)}
+    assert np.array_equal(found[3, 4], np.asarray(picture))
+    assert np.array_equal(found[7, 5], colours[number])
+    assert np.array_equal(found[7, 5], np.asarray(painted.image))
 
 
 def test_characters_that_no_font_has_become_question_marks():

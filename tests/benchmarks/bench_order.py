@@ -68,7 +68,7 @@ def main() -> None:
         for effort in options.effort:
             start, cpu = time.perf_counter(), time.process_time()
             order = plan_order(
-                pieces, model.centres, enclosed=model.enclosed, effort=effort, seed=0
+                pieces, model.centres, model.normals, enclosed=model.enclosed, effort=effort, seed=0
             )
             seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
             steps = build_steps(model.made, order)

@@ -28,6 +28,7 @@ COUNTS = {
     "hypar": lambda m, n: ((m + 1) * (n + 1), m * (n + 1) + n * (m + 1), m * n, 0, 1),
     "knot": lambda _p, _q, _m, n: quads(76 * n, 1),
     "slit": lambda genus, _m, _n, _slit: quads(2 * 32 * 8, genus),
+    "cage": lambda _faces, _m, n: quads(24 * n * n, 13),
     "bipyramid": lambda n, edge, handle: quads(6 * n * edge * handle, 2 * n),
     "regular": lambda _face, _valence, genus, _refine: quads(2 * 32 * 8, genus),
 }

@@ -1,4 +1,4 @@
-"""Knots, slit sums, bipyramids with handles and regular meshes: theory, embedding, quality."""
+"""Knots, slit sums, bipyramids with handles, cages, regular meshes: theory, embedding, quality."""
 
 import math
 
@@ -18,6 +18,7 @@ from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import closed_frame, reach_of, torus_knot
 from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes, spread
+from fabweave.mesh.symmetry.search import find_symmetry
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
@@ -264,6 +265,7 @@ def test_bipyramid_of_any_counts(n, edge, handle):
 
 REGULAR = [(8, 4, 2), (8, 4, 3), (8, 4, 9), (12, 4, 3), (12, 4, 5), (12, 4, 7), (16, 4, 4)]
 REGULAR += [(16, 4, 7), (4, 8, 3), (4, 16, 4), (4, 4, 1)]
+BOTH_LARGE = [(8, 3), (8, 5), (8, 7), (8, 13), (12, 5), (12, 9), (12, 13), (16, 7), (16, 13)]
 
 
 @pytest.mark.parametrize(("face", "valence", "genus"), REGULAR)
@@ -278,6 +280,52 @@ def test_regular_mesh_is_embedded_and_exactly_twillable(face, valence, genus, re
     assert irregular == ({big: 2 * slits} if slits else {})
     # Around a vertex with 4 k edges the angles cannot be better than 90° / k.
     assert corner_angles_deg(mesh).min() > 0.5 * 90 / (big // 4)
+
+
+@pytest.mark.parametrize(("face", "genus"), BOTH_LARGE)
+@pytest.mark.parametrize("refine", [2, pytest.param(4, marks=pytest.mark.slow)])
+def test_faces_and_vertices_may_both_be_large(face, genus, refine):
+    mesh = parse_shape(f"shape:regular?face={face}&valence={face}&genus={genus}&refine={refine}")
+    assert_sound(mesh, genus)
+    half = build_halfedges(mesh)
+    assert twillable(half)
+    # F 4k = V 4k = 2 E and V - E + F = 2 - 2g leave one solution.
+    count = (genus - 1) // (face // 4 - 1)
+    assert valences(mesh) == {4: mesh.n_vertices - 2 * count, face: 2 * count}
+    assert corner_angles_deg(mesh).min() > 0.4 * 90 / (face // 4)
+    # Straight on from one such vertex lies one of the other sort, vertices and middles of faces.
+    links = coarse_links(half, face)
+    assert len(links) == 2 * count * face
+    sort = {int(links[0, 0]): 0}
+    while len(sort) < 2 * count:
+        sort |= {b: 1 - sort[a] for a, b in links.tolist() if a in sort}
+    assert all(sort[a] != sort[b] for a, b in links.tolist())
+    assert sum(sort.values()) == count
+
+
+def coarse_links(half, valence):
+    """Return from which vertices of high valence straight lines lead to which, (K, 2)."""
+    edges_at = np.bincount(half.tail)
+    start = np.flatnonzero(edges_at[half.tail] == valence)
+    here = start
+    while (going := edges_at[half.head[here]] == 4).any():
+        here = np.where(going, half.next[half.twin[half.next[here]]], here)
+    assert (edges_at[half.head[here]] == valence).all()
+    return np.column_stack((half.tail[start], half.head[here]))
+
+
+@pytest.mark.parametrize(("faces", "nodes"), [(4, 6), (6, 12), (12, 30)])
+@pytest.mark.parametrize(("m", "n"), [(0, 4), (5, 8), pytest.param(16, 16, marks=pytest.mark.slow)])
+def test_a_cage_is_regular_and_exactly_twillable(faces, nodes, m, n):
+    mesh = parse_shape(f"shape:cage?faces={faces}&m={m}&n={n}&size=300")
+    assert_sound(mesh, nodes + 1, size=300.0)
+    half = build_halfedges(mesh)
+    assert twillable(half)
+    assert valences(mesh) == {4: mesh.n_vertices - 2 * nodes, 8: 2 * nodes}
+    assert mesh.n_faces == 4 * nodes * (m or n) * n // 2
+    assert len(coarse_links(half, 8)) == 16 * nodes
+    # As round as the solid: all its rotations are the cage's.
+    assert find_symmetry(mesh, half, reflections=False).order == {4: 24, 6: 24, 12: 60}[faces]
 
 
 @given(sheets=st.integers(1, 6), slits=st.integers(1, 5))
@@ -364,7 +412,11 @@ def test_checks_of_this_file_can_fail():
         ("bipyramid?height=200", "must be between a fifth of the size and the size .100 mm."),
         ("regular?face=6", "no mesh .6, 4, 3.; there are only .* such as .8, 4, 3., .16, 4, 4."),
         ("regular?face=16&genus=3", "no mesh .16, 4, 3."),
-        ("regular?face=8&valence=8", "no mesh .8, 8, 3."),
+        ("regular?face=8&valence=8&genus=4", "no mesh .8, 8, 4.; .* even multiple of k - 1"),
+        ("regular?face=8&valence=12&genus=5", "no mesh .8, 12, 5."),
+        ("cage?faces=5", "no regular polyhedron with 5 faces"),
+        ("cage?m=5&n=6", "make n a multiple of 4"),
+        ("cage?n=5", "must be even"),
         ("regular?face=4&genus=2", "no mesh .4, 4, 2."),
         ("regular?genus=1", "no mesh .8, 4, 1."),
         ("regular?refine=1", "refine must be a whole number from 2 to 6"),

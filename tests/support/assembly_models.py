@@ -18,6 +18,7 @@ from fabweave.flat.pieces import PieceSet, build_pieces
 class Model:
     made: PieceSet
     centres: np.ndarray
+    normals: np.ndarray
     enclosed: bool
 
 
@@ -36,4 +37,4 @@ def model_of(mesh, size_mm=300.0, **changed):
     joints = plan_joints(ribbons, woven.weave, plan.runs, rule, thickness)
     made = build_pieces(ribbons, woven.weave, plan.runs, woven.labels, rules, joints)
     closed = bool(np.all(woven.halfedges.twin >= 0))
-    return Model(made, ribbons.centre, closed)
+    return Model(made, ribbons.centre, ribbons.normal, closed)

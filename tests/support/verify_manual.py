@@ -150,64 +150,91 @@ def sheet_texts(plan, sheet):
 
 
 def steps(plan):
-    texts = [PICTURED + BOXES]
+    """Return the texts of the steps, all of which one picture of the whole object shows."""
+    texts, new = [PICTURED + BOXES], [key for step in plan["steps"] for key in step["pieces"]]
+    number, last = plan["steps"][0]["step"], plan["steps"][-1]["step"]
+    total = len(plan["pieces"])
+    texts += [f"Next: step{'' if number == last else 's'} {number}"
+              + ("" if number == last else f" to {last}"),
+              "Seen from the front right and above.",
+              f"With these, {total} of {total} {'piece is' if total == 1 else 'pieces are'} in "
+              "place.", *new]  # fmt: skip
     pieces = {piece["id"]: piece for piece in plan["pieces"]}
-    mates = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
-    there = set()
+    there, so_far = set(), 0.0
     for step in plan["steps"]:
         there |= set(step["pieces"])
+        # Pieces of a specimen state no holes; found, taken, laid over, slid under.
+        seconds = 9.5 * len(step["pieces"]) + 2.5 * len(step["over"]) + 8.5 * len(step["under"])
+        so_far += 4.5**0.5 * seconds
+        minutes = max(round(so_far / 60), 1)
+        texts += [f"Step {step['step']}", f"{max(round(4.5**0.5 * seconds / 60), 1)} min, "
+                  f"{minutes // 60} h {minutes % 60:02d}"]  # fmt: skip
+        texts += [f"{key} (sheet {pieces[key]['sheet']})" for key in step["pieces"]]
         words = step["text"].split(" ")
         half = len(words) // 2
-        texts += [f"Step {step['step']}", " ".join(words[:half]), " ".join(words[half:])]
-        for name in step["pieces"]:
-            said = []
-            for word in ("over", "under"):
-                met = []
-                for station in pieces[name]["stations"]:
-                    if station["over"] == (word == "over") and station["crossing"] in step[word]:
-                        others = [
-                            other["id"] for other in plan["pieces"] if other["id"] in there
-                            for one in other["stations"]
-                            if one["crossing"] == station["crossing"]
-                            and one["over"] != station["over"]
-                        ]  # fmt: skip
-                        met.append(f"{' and '.join(dict.fromkeys(others))} at "
-                                   f"{station['crossing']}")  # fmt: skip
-                if met:
-                    said.append(f"{word} {', '.join(met)}")
-            for key in dict.fromkeys(pieces[name]["joints"]):
-                if key in step["joints"]:
-                    mate = next((other for other in mates[key] if other != name), "itself")
-                    said.append(f"joint #{key} with {mate}")
-            said = "; ".join(said) or "lay it down"
-            texts.append(f"{name} (sheet {pieces[name]['sheet']}): {said}")
-        if step["fasten"]:
-            word = "crossing" if len(step["fasten"]) == 1 else "crossings"
-            texts.append(f"All layers are now in place at {word} "
-                         f"{', '.join(map(str, step['fasten']))}.")  # fmt: skip
+        texts += [" ".join(words[:half]), " ".join(words[half:])]
+        texts += [*layers(plan, step), *names(plan, step, there), "1 : 2.5"]
+    return texts
+
+
+def carriers(plan, crossing, over):
+    """Return the pieces that make a strand."""
+    return [
+        piece["id"]
+        for piece in plan["pieces"]
+        if any((one["crossing"], one["over"]) == (crossing, over) for one in piece["stations"])
+    ]
+
+
+def layers(plan, step):
+    """Return where all layers are in place, and a sign for each such crossing."""
+    met = {}
+    for key in step["fasten"]:
+        own = [(name, over) for name in step["pieces"] for over in (True, False)
+               if name in carriers(plan, key, over)]  # fmt: skip
+        name, over = own[-1]
+        met.setdefault(name, []).extend(carriers(plan, key, not over))
+    if not met:
+        return []
+    met = {name: list(dict.fromkeys(others)) for name, others in met.items()}
+    said = "; ".join(
+        f"{name} with {', '.join(others[:-1])}{' and ' if others[:-1] else ''}{others[-1]}"
+        for name, others in met.items()
+    )
+    return [f"All layers are in place: {said}.", *("⊕" for _ in step["fasten"])]
+
+
+def names(plan, step, there):
+    """Return what stands in the picture of a step."""
+    texts = [*step["pieces"], *(f"#{key}" for key in step["joints"])]
+    for piece in plan["pieces"]:
+        met = {
+            (one["over"], other)
+            for one in piece["stations"]
+            if piece["id"] in step["pieces"]
+            and one["crossing"] in step["over" if one["over"] else "under"]
+            for other in carriers(plan, one["crossing"], not one["over"])
+            if other in there
+        }
+        for over, other in sorted(met):
+            texts += ["●" if over else "○", other]
     return texts
 
 
 def tables(plan):
-    made = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
+    placed = {key: step["step"] for step in plan["steps"] for key in step["pieces"]}
     joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
     texts = [TABLES]
     for piece in plan["pieces"]:
-        texts += [f"Piece {piece['id']}", "st.", "crossing", "mm", "passes", "joint", "step"]
-        along, last = 0.0, None
-        for number, station in enumerate(piece["stations"]):
-            here = complex(station["x"], station["y"])
-            along += abs(here - (here if last is None else last))
-            last = here
-            joint = "-"
-            if station["joint"] is not None:
-                pair = [name for name in joints[station["joint"]] if name != piece["id"]]
-                joint = f"#{station['joint']} {(pair or [piece['id']])[0]}"
-            lies = "over" if station["over"] else "under"
-            texts += [
-                str(number), str(station["crossing"]), f"{along:.1f}",
-                f"{lies} {station['partner']}", joint, str(made.get(station["crossing"])),
-            ]  # fmt: skip
+        name = piece["id"]
+        mates = {key: next((one for one in joints[key] if one != name), name)
+                 for key in piece["joints"] if key is not None}  # fmt: skip
+        first, last = piece["joints"]
+        texts.append(f"{name} ({placed.get(name)})")
+        texts += [f"#{first}>{mates[first]}"] if first is not None else []
+        for station in piece["stations"]:
+            texts += ["●" if station["over"] else "○", station["partner"]]
+        texts += [f"#{last}>{mates[last]}"] if last is not None else []
     return texts
 
 

@@ -663,6 +663,18 @@ def shipped_page():
                        view_deg=(0.0, 0.0), hands={})  # fmt: skip
 
 
+def _sign(corners, operator):
+    """Draw a small round sign, filled with black or not."""
+    turns = [2 * math.pi * at / corners for at in range(corners)]
+    (x, y), *others = [(300 + 2 * math.cos(turn), 300 + 2 * math.sin(turn)) for turn in turns]
+    lines = " ".join(f"{a:.5f} {b:.5f} l" for a, b in others)
+    return f"0 g n {x:.5f} {y:.5f} m {lines} h {operator}\n"
+
+
+#: How signs are drawn that the fonts of a PDF have not.
+SIGNS = {"●": _sign(24, "B"), "○": _sign(24, "S"), "⊕": _sign(20, "S")}
+
+
 def write_manual(specimen, folder, *, edit=None):
     """Write the manual; ``edit`` changes the list of the texts of all pages."""
     pages = manual_pages(specimen, json.loads((folder / "verdict.json").read_text()))
@@ -676,6 +688,9 @@ def write_manual(specimen, folder, *, edit=None):
     for (start, end), (_, _, drawn) in zip(itertools.pairwise([0, *ends]), pages, strict=True):
         content = drawn
         for text in texts[start:end]:
+            if text in SIGNS:
+                content += SIGNS[text]
+                continue
             shown = re.sub(r"([()\\])", r"\\\1", text)
             content += f"BT /F1 9 Tf 1 0 0 1 36 36 Tm ({shown}) Tj ET\n"
         contents.append(zlib.compress(content.encode("cp1252")))

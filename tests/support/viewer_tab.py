@@ -3,8 +3,10 @@
 import random
 import shutil
 from contextlib import contextmanager
+from io import BytesIO
 
 import numpy as np
+from PIL import Image
 from viewer_scene import make_page, shoot, triangles_of
 
 from fabweave.verify.read.viewer import read_viewer
@@ -36,7 +38,7 @@ class Scene:
     """A page on disk, its plan, and its strips as the verifier reads them."""
 
     def __init__(self, folder, shape, size_mm, **settings):
-        page, self.plan, _ = make_page(shape, size_mm, **settings)
+        page, self.plan, self.job = make_page(shape, size_mm, **settings)
         self.path = folder / "assembly.html"
         self.path.write_text(page, encoding="utf-8")
         self.read = read_viewer(self.path)
@@ -51,7 +53,7 @@ class Scene:
 class Tab:
     """An open page, with all that went wrong in it."""
 
-    def __init__(self, browser, scene, size=SMALL, script=None, address="", **options):
+    def __init__(self, browser, scene, size=SMALL, script=None, address="", path=None, **options):
         width, height = size
         self.context = browser.new_context(
             viewport={"width": width, "height": height}, offline=True,
@@ -64,7 +66,8 @@ class Tab:
         self.page.on("request", lambda request: self.requests.append(request.url))
         if script:
             self.page.add_init_script(script)
-        self.page.goto(scene.path.as_uri() + address)
+        self.path = path or scene.path
+        self.page.goto(self.path.as_uri() + address)
         self.page.wait_for_function("window.fabweave !== undefined")
 
     def _told(self, message):
@@ -74,12 +77,19 @@ class Tab:
     def close(self):
         self.context.close()
         assert self.wrong == []
-        assert {request.partition("#")[0] for request in self.requests} == {
-            self.scene.path.as_uri()
-        }
+        asked = {request.partition("#")[0] for request in self.requests}
+        assert asked == {self.path.as_uri()}
 
     def chosen(self):
         return self.page.evaluate("document.body.dataset.piece")
+
+    def wait(self, true):
+        """Wait until something is true in the page, whose policy forbids a waiting of its own."""
+        for _ in range(200):
+            if self.page.evaluate(true):
+                return
+            self.page.wait_for_timeout(100)
+        raise AssertionError(f"it never came true that {true}")
 
     def settle(self):
         """Wait until turning has ended and labels stand."""
@@ -139,6 +149,28 @@ class Tab:
             if label is not None and (label or dice.random() < 0.15):
                 found.append((x, y, label))
         return found
+
+    def shot(self, origin, way):
+        """Return how far along a ray the object is met."""
+        return float(shoot(self.scene.corners, origin, way).min())
+
+    def project(self, points):
+        """Return where points, (N, 3), are on the canvas, (N, 2)."""
+        seen = np.column_stack((points, np.ones(len(points)))) @ np.linalg.inv(self.back).T
+        flat = seen[:, :2] / seen[:, 3:]
+        return (flat * (1, -1) + 1) / 2 * (self.box["width"], self.box["height"])
+
+    def scale(self, point):
+        """Return how many pixels a millimetre across is at a point."""
+        self.look()
+        lens = np.array(self.page.evaluate("fabweave.lens.matrixWorld.elements")).reshape(4, 4).T
+        ends = self.project(np.array([point, point + lens[:3, 0]]))
+        return float(np.linalg.norm(ends[1] - ends[0]))
+
+    def pixels(self):
+        """Return what the canvas shows, (H, W, 3)."""
+        picture = self.page.locator("#object").screenshot()
+        return np.asarray(Image.open(BytesIO(picture)).convert("RGB"), dtype=float)
 
     def free(self, x, y):
         """Tell whether no button stands over a point of the canvas."""

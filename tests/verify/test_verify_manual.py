@@ -66,9 +66,9 @@ def exchange_two_steps(texts):
 
 def exchange_the_words_of_two_steps(texts):
     one, two = at(texts, "Step 1"), at(texts, "Step 2")
-    texts[one + 1 : one + 3], texts[two + 1 : two + 3] = (
-        texts[two + 1 : two + 3],
-        texts[one + 1 : one + 3],
+    texts[one + 3 : one + 5], texts[two + 3 : two + 5] = (
+        texts[two + 3 : two + 5],
+        texts[one + 3 : one + 5],
     )
 
 
@@ -78,45 +78,106 @@ def change_a_step(texts):
 
 
 def a_row(texts):
-    return at(texts, "Piece A1") + 7
+    return max(number for number, text in enumerate(texts) if text.startswith("A1 ("))
+
+
+def a_sign(texts):
+    return next(k for k in range(a_row(texts), len(texts)) if texts[k] in ("●", "○"))
 
 
 def turn_over_to_under(texts):
-    cell = a_row(texts) + 3
-    word, other = texts[cell].split()
-    texts[cell] = f"{'under' if word == 'over' else 'over'} {other}"
+    cell = a_sign(texts)
+    texts[cell] = "○" if texts[cell] == "●" else "●"
 
 
 def cross_another_piece(texts):
-    cell = a_row(texts) + 3
-    texts[cell] += "1"
+    texts[a_sign(texts) + 1] += "1"
 
 
-def move_a_station(texts):
-    cell = a_row(texts) + 6 + 2
-    texts[cell] = f"{float(texts[cell]) + 0.2:.1f}"
-
-
-def write_a_distance_in_words(texts):
-    texts[a_row(texts) + 2] = "nought"
-
-
-def make_it_in_another_step(texts):
-    cell = a_row(texts) + 5
-    texts[cell] = str(int(texts[cell]) + 1)
+def place_it_in_another_step(texts):
+    texts[a_row(texts)] = "A1 (99)"
 
 
 def say_another_joint(texts):
-    cell = next(number for number, text in enumerate(texts) if re.match(r"#\d+ ", text))
+    cell = next(k for k in range(a_row(texts), len(texts)) if re.match(r"#\d+>", texts[k]))
     texts[cell] = texts[cell].replace("#", "#1")
 
 
 def lose_a_station(texts):
-    del texts[a_row(texts) : a_row(texts) + 6]
+    del texts[a_sign(texts) : a_sign(texts) + 2]
 
 
 def lose_a_table(texts):
-    texts[at(texts, "Piece A1")] = "Piece"
+    texts[a_row(texts)] = "Piece"
+
+
+def in_a_picture(texts):
+    """Return where a sign stands in the picture of a step."""
+    start = at(texts, "Step 2")
+    return next(k for k in range(start, len(texts)) if texts[k] in ("●", "○"))
+
+
+def turn_a_strand_in_a_picture(texts):
+    cell = in_a_picture(texts)
+    texts[cell] = "○" if texts[cell] == "●" else "●"
+
+
+def lose_a_name_in_a_picture(texts):
+    del texts[in_a_picture(texts) : in_a_picture(texts) + 2]
+
+
+def name_a_neighbour_twice(texts):
+    cell = in_a_picture(texts)
+    texts[cell:cell] = texts[cell : cell + 2]
+
+
+def lose_a_sign(texts):
+    del texts[in_a_picture(texts)]
+
+
+def complete_another_crossing(texts):
+    texts.insert(at(texts, "⊕"), "⊕")
+
+
+def lose_a_scale(texts):
+    del texts[at(texts, "1 : 2.5")]
+
+
+def a_time(texts):
+    return next(number for number, text in enumerate(texts) if re.fullmatch(r"\d+ min, .*", text))
+
+
+def take_longer(texts):
+    minutes, rest = texts[a_time(texts)].split(" ", 1)
+    texts[a_time(texts)] = f"{int(minutes) + 1} {rest}"
+
+
+def begin_an_hour_later(texts):
+    texts[a_time(texts)] = texts[a_time(texts)].replace(", 0 h", ", 1 h")
+
+
+def see_it_from_nowhere(texts):
+    texts[at(texts, "Seen from the front right and above.")] = "Seen from the moon."
+
+
+def turn_it_before_the_first_step(texts):
+    cell = at(texts, "Seen from the front right and above.")
+    texts[cell] = "Turn the object to see it from the front right and above."
+
+
+def count_a_piece_less(texts):
+    cell = next(number for number, text in enumerate(texts) if text.startswith("With these, "))
+    texts[cell] = re.sub(r"\d+ of", "1 of", texts[cell])
+
+
+def name_a_new_piece_late(texts):
+    cell = next(number for number, text in enumerate(texts) if text.startswith("With these, "))
+    texts[cell + 1], texts[cell + 2] = texts[cell + 2], texts[cell + 1]
+
+
+def find_it_on_another_sheet(texts):
+    cell = next(number for number, text in enumerate(texts) if text.endswith(" (sheet 1)"))
+    texts[cell] = texts[cell].replace("sheet 1", "sheet 9")
 
 
 def a_place(texts):
@@ -144,11 +205,14 @@ def count_a_station_more(texts):
 
 SPOILED = [
     rename_a_piece, lose_a_sheet, lose_a_step, exchange_two_steps, exchange_the_words_of_two_steps,
-    change_a_step, turn_over_to_under, cross_another_piece, move_a_station,
-    write_a_distance_in_words, make_it_in_another_step, say_another_joint, lose_a_station,
-    lose_a_table, exchange_two_pieces_on_the_map, lose_a_thread_on_the_map,
-    move_a_piece_on_its_sheet, name_another_sheet, tell_of_more_alike, count_a_station_more,
-    turn_a_strand_on_the_map, lose_a_crossing_on_the_map, say_another_joint_on_the_map,
+    change_a_step, turn_over_to_under, cross_another_piece, place_it_in_another_step,
+    say_another_joint, lose_a_station, lose_a_table, exchange_two_pieces_on_the_map,
+    lose_a_thread_on_the_map, move_a_piece_on_its_sheet, name_another_sheet, tell_of_more_alike,
+    count_a_station_more, turn_a_strand_on_the_map, lose_a_crossing_on_the_map,
+    say_another_joint_on_the_map, turn_a_strand_in_a_picture, lose_a_name_in_a_picture,
+    name_a_neighbour_twice, lose_a_sign, complete_another_crossing, lose_a_scale, take_longer,
+    begin_an_hour_later, see_it_from_nowhere, turn_it_before_the_first_step, count_a_piece_less,
+    name_a_new_piece_late, find_it_on_another_sheet,
 ]  # fmt: skip
 
 

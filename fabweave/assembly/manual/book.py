@@ -9,7 +9,7 @@ from reportlab.pdfbase.pdfdoc import PDFZCompress
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 
-from fabweave.assembly.manual.pixels import Pixels
+from fabweave.assembly.manual.pixels import Painted, Pixels
 from fabweave.core.arrays import FloatArray
 
 #: Width and height of the papers, in points.
@@ -20,6 +20,8 @@ _PLAIN, _BOLD = "Helvetica", "Helvetica-Bold"
 #: Text that is read at arm's length, and the distance of its lines as a multiple of its size.
 TEXT, SMALL = 10.0, 9.0
 LEADING = 1.25
+#: Signs are polygons, told apart by their corners.
+SIGN_CORNERS, COMPLETE_CORNERS, RING_CORNERS = 24, 20, 28
 #: Names that stand across what they name.
 PLATE = 8.0
 
@@ -151,6 +153,24 @@ class Book:
         self._canvas.setLineWidth(0.5)
         self._canvas.circle(x, y, radius)
 
+    def sign(self, x: float, y: float, *, over: bool) -> None:
+        """Draw the disc of a strand that goes over, or the ring of one that runs under."""
+        radius = 2.1 if over else 2.7
+        self.line(
+            _round(x, y, radius, SIGN_CORNERS), width=0.9, closed=True, fill=0.0 if over else 1.0
+        )
+
+    def ring(self, x: float, y: float) -> None:
+        """Draw a ring around a place in a picture, seen on dark and on light."""
+        for width, grey in ((2.4, 1.0), (1.1, 0.0)):
+            self.line(_round(x, y, 5.0, RING_CORNERS), width=width, grey=grey, closed=True)
+
+    def complete(self, x: float, y: float) -> None:
+        """Draw a circle with a cross: all layers are there."""
+        self.line(_round(x, y, 4.2, COMPLETE_CORNERS), width=1.0, closed=True, fill=1.0)
+        self.line([(x - 2.6, y), (x + 2.6, y)], width=0.9)
+        self.line([(x, y - 2.6), (x, y + 2.6)], width=0.9)
+
     def area(self, x: float, y: float, width: float, height: float, colour: Sequence[int]) -> None:
         """Draw a rectangle in a colour."""
         red, green, blue = (int(part) / 255 for part in colour)
@@ -186,35 +206,31 @@ class Book:
         self.text(x, y, text, size=size, bold=True, align=0.5, angle_deg=angle_deg, middle=True)
 
     def image(
-        self, picture: Image.Image | str, x: float, y: float, width: float, height: float
-    ) -> str:
-        """Draw a picture with its lower left corner at a place.
-
-        Returns
-        -------
-        str
-            The name by which the same picture is drawn again.
-        """
+        self, picture: Image.Image | Painted, x: float, y: float, width: float, height: float
+    ) -> None:
+        """Draw a picture with its lower left corner at a place."""
         canvas = self._canvas
-        if isinstance(picture, str):
-            name = picture
-        else:
-            self._n_images += 1
-            name = f"picture{self._n_images}"
-            document, pixels = canvas._doc, Pixels(name, picture)
-            document.Reference(pixels, document.getXObjectName(name))
-            document.addForm(name, pixels)
+        self._n_images += 1
+        name = f"picture{self._n_images}"
+        document, pixels = canvas._doc, Pixels(name, picture)
+        document.Reference(pixels, document.getXObjectName(name))
+        document.addForm(name, pixels)
         canvas.saveState()
         canvas.translate(x, y)
         canvas.scale(width, height)
         canvas.doForm(name)
         canvas.restoreState()
-        return name
 
     def finish(self) -> bytes:
         """Return the PDF."""
         self._canvas.save()
         return self._file.getvalue()
+
+
+def _round(x: float, y: float, radius: float, corners: int) -> FloatArray:
+    """Return a polygon that is all but a circle."""
+    turn = 2.0 * np.pi * np.arange(corners) / corners
+    return np.column_stack((x + radius * np.cos(turn), y + radius * np.sin(turn)))
 
 
 def printable(text: str) -> str:

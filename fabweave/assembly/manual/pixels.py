@@ -1,14 +1,39 @@
 """Keep pictures in a PDF as they are, packed tightly: in bytes, not in letters."""
 
 import zlib
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 from reportlab.pdfbase.pdfdoc import PDFImageXObject
 
-#: Shades of grey that are multiples of this, white included, take half a byte each.
-GREY_STEP = 17
+from fabweave.core.arrays import frozen_value
+from fabweave.core.colour_space import Colours
+
+
+@frozen_value
+class Painted:
+    """A picture of few colours, packed.
+
+    Parameters
+    ----------
+    width_px, height_px : int
+    colours : (C, 3) uint8 array
+        At most 256.
+    packed : bytes
+        The number of the colour of each pixel, row after row from the top, deflated.
+    """
+
+    width_px: int
+    height_px: int
+    colours: Colours
+    packed: bytes
+
+    @property
+    def image(self) -> Image.Image:
+        """The picture in RGB."""
+        number = np.frombuffer(zlib.decompress(self.packed), dtype=np.uint8)
+        return Image.fromarray(self.colours[number.reshape(self.height_px, self.width_px)])
 
 
 class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types
@@ -21,30 +46,28 @@ class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types
     ----------
     name : str
         Unique in its PDF.
-    picture : Image
-        RGB, or grey; shades of grey that are all multiples of 17 are kept in half a byte.
+    picture : Image or Painted
+        RGB, or of few colours.
     """
 
-    def __init__(self, name: str, picture: Image.Image) -> None:
+    def __init__(self, name: str, picture: Image.Image | Painted) -> None:
         super().__init__(name)
-        values = np.asarray(picture)
-        self.width, self.height = picture.size
-        self.colorSpace = "DeviceGray" if values.ndim == 2 else "DeviceRGB"
-        self.bitsPerComponent = 8
-        if values.ndim == 2 and not np.any(values % GREY_STEP):
-            self.bitsPerComponent = 4
-            values = _halved(values // GREY_STEP)
-        self.streamContent = zlib.compress(values.tobytes())
         self._filters = ("FlateDecode",)
+        self.bitsPerComponent = 8
+        self._colours = b""
+        if isinstance(picture, Painted):
+            self.width, self.height = picture.width_px, picture.height_px
+            self.colorSpace = "Indexed"
+            self._colours = picture.colours.tobytes()
+            self.streamContent = picture.packed
+        else:
+            self.width, self.height = picture.size
+            self.colorSpace = "DeviceRGB"
+            self.streamContent = zlib.compress(np.asarray(picture).tobytes())
 
-
-def _halved(values: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Put two values of a row, each below 16, into a byte; a row begins with a byte of its own.
-
-    Examples
-    --------
-    >>> _halved(np.array([[1, 2, 3]], dtype=np.uint8)).tolist()
-    [[18, 48]]
-    """
-    even = np.pad(values, ((0, 0), (0, values.shape[1] % 2)))
-    return np.asarray(even[:, ::2] << 4 | even[:, 1::2], dtype=np.uint8)
+    def format(self, document: Any) -> bytes:
+        """Return the object as it is written: reportlab cannot name the colours of a picture."""
+        head, word, pixels = bytes(super().format(document)).partition(b"stream\n")
+        last, colours = len(self._colours) // 3 - 1, self._colours.hex().encode()
+        named = b"[ /Indexed /DeviceRGB %d <%s> ]" % (last, colours)
+        return head.replace(b"/Indexed", named) + word + pixels

@@ -1,260 +1,238 @@
-"""Write the steps of the manual: a picture, what to do, and a box to tick."""
+"""Write the steps of the manual: the whole object now and then, and each step in large."""
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 
-from PIL import Image, ImageChops
+import numpy as np
 
-from fabweave.assembly.manual.book import LEADING, SMALL, TEXT, Book, tag_size, wrapped
-from fabweave.assembly.manual.views import PICTURE_PX, StepPicture
-from fabweave.core.messages import agree
-from fabweave.flat.crossing_map import (
-    CrossingMap,
-    JointRecord,
-    PieceRecord,
-    StationRecord,
-    StepRecord,
+from fabweave.assembly.manual.book import LEADING, Book, text_width, wrapped
+from fabweave.assembly.manual.marks import Slide
+from fabweave.assembly.manual.step_pictures import WHOLE, StepPicture, WholePicture
+from fabweave.assembly.manual.tags import SIGN, TAG, Tag, place_tags
+from fabweave.assembly.manual.words import (
+    BOXES,
+    LEGEND,
+    UNPICTURED,
+    layers_words,
+    place_words,
+    progress_words,
+    steps_words,
+    strand_pieces,
+    time_words,
+    view_words,
 )
-from fabweave.picture.camera import View
+from fabweave.core.arrays import FloatArray
+from fabweave.flat.crossing_map import CrossingMap, StepRecord
 
 SECTION = "Steps"
-#: Steps on a page where texts are short, and the space between them, in points.
-_ON_A_PAGE, _GAP = 4, 14.0
-_NUMBER, _BOX = 24.0, 14.0
-#: How far from what it names a tag may stand, in points, and in how many directions it is tried.
-_REACHES, _DIRECTIONS = (14.0, 24.0, 36.0, 52.0), 12
-#: So large a share of a picture may differ from an earlier one before it is kept as a whole.
-_PATCH = 0.12
-_LEGEND = (
-    "New pieces are dark, pieces in place are light, and pieces still to come are faint. Black "
-    "tags name new pieces, white tags joints."
-)
-_UNPICTURED = (
-    "There are too many steps to show each in a picture here: model.glb shows the woven object, "
-    "and assembly.html each step on it, where that could be made."
-)
-_SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
+#: Size of all texts, of the number of a step, and of what stands beside it, in points.
+_TEXT, _NUMBER, _HEAD = 9.5, 24.0, 27.0
+#: Between columns, and below each step.
+_GUTTER, _GAP = 15.0, 12.0
+_BOX = 8.0
 
 
 def write_steps(
-    book: Book, crossing_map: CrossingMap, pictures: Sequence[StepPicture | None]
+    book: Book,
+    crossing_map: CrossingMap,
+    pictures: Sequence[WholePicture],
+    seconds: Sequence[float],
 ) -> None:
-    """Write all steps, as many on a page as there is room for; a step may have no picture."""
-    book.page(SECTION)
-    legend = _LEGEND if any(pictures) else _UNPICTURED
-    book.y = book.block(
-        book.left,
-        book.y,
-        f"{legend} Tick the box when a step is done. Crossings and joints are numbered as in the "
-        "crossing tables.",
-        book.right - book.left,
-        size=SMALL,
-    )
-    book.y -= _GAP
-    parts = {piece.id: piece for piece in crossing_map.pieces}
-    by_kind = crossing_map.cut.labels == "kinds"
-    # Where no fastener goes, nobody needs to know that the last layer has come.
-    idle = {crossing.id for crossing in crossing_map.crossings if crossing.fastened is False}
-    joints = {joint.id: joint for joint in crossing_map.joints}
-    strands = strand_pieces(crossing_map)
-    there: set[str] = set()
-    drawn = _Pictures(book)
-    for step, picture in zip(crossing_map.steps, pictures, strict=True):
-        high = (book.top - book.foot) / _ON_A_PAGE - _GAP - 0.1 if picture else 0.0
-        wide = high * PICTURE_PX[0] / PICTURE_PX[1]
-        x = book.left + (wide + 12.0 if picture else 0.0)
-        room = book.right - x
-        turn = turn_words(picture.view) if picture and picture.turned else ""
-        there.update(step.pieces)
-        rows = [
-            placing(parts[key], step, joints, strands, there, by_kind=by_kind)
-            for key in step.pieces
-        ]
-        fasten = _fastening([key for key in step.fasten if key not in idle])
-        size = _NUMBER + 8.0 + LEADING * TEXT * len(wrapped(step.text, TEXT, room)) + 6.0
-        size += sum(_lines(line, room - _BOX - 4.0) + 3.0 for line in rows)
-        size += _lines(turn, room, bold=True) + 3.0 + _lines(fasten, room)
-        book.room(max(size, high), SECTION)
-        top = book.y
-        if picture:
-            drawn.draw(picture, book.left, top - high, (wide, high))
-            _tag_picture(book, picture, book.left, top - high, (wide, high))
-        y = top - _NUMBER
-        book.text(x, y + 3.0, f"Step {step.number}", size=_NUMBER, bold=True)
-        book.tick_box(book.right - _BOX - 1.0, y + 3.0, _BOX)
-        y -= 4.0
-        if turn:
-            y = book.block(x, y, turn, room, size=SMALL, bold=True) - 3.0
-        y = book.block(x, y, step.text, room) - 6.0
-        for line in rows:
-            book.tick_box(x + 1.0, y - LEADING * SMALL + 2.0, 8.0)
-            y = book.block(x + _BOX + 2.0, y, line, room - _BOX - 4.0, size=SMALL) - 3.0
-        if fasten:
-            y = book.block(x, y, fasten, room, size=SMALL)
-        book.y = min(y, top - high) - _GAP
-        book.line([(book.left, book.y + _GAP / 2), (book.right, book.y + _GAP / 2)], grey=0.7)
-
-
-def strand_pieces(crossing_map: CrossingMap) -> dict[tuple[int, bool], list[str]]:
-    """Return the pieces of each strand: crossing, and whether it is the one on top."""
-    strands: dict[tuple[int, bool], list[str]] = {}
-    for piece in crossing_map.pieces:
-        for station in piece.stations:
-            strands.setdefault((station.crossing, station.over), []).append(piece.id)
-    return strands
-
-
-def placing(
-    piece: PieceRecord,
-    step: StepRecord,
-    joints: Mapping[int, JointRecord],
-    strands: dict[tuple[int, bool], list[str]],
-    there: set[str],
-    *,
-    by_kind: bool = False,
-) -> str:
-    """Return what a new piece does in a step: over and under whom, at which crossings, and joints.
+    """Write all steps in two columns.
 
     Parameters
     ----------
-    piece : PieceRecord
-    step : StepRecord
-    joints : mapping from id to JointRecord
-        All joints.
-    strands : dict
-        The pieces of each strand, from ``strand_pieces``.
-    there : set of str
-        The pieces that are in place after this step; only they are named.
-    by_kind : bool
-        Whether pieces bear their kind in place of their id.
-
-    Returns
-    -------
-    str
-        Such as ``"C1 (sheet 2): over E1 at 39; joint #12 with C4"``.
+    book : Book
+    crossing_map : CrossingMap
+    pictures : sequence of WholePicture
+        Of all steps; none if they are too many.
+    seconds : sequence of float
+        About how long each step takes.
     """
-    clauses = []
-    for word, passing, crossings in (("over", True, step.over), ("under", False, step.under)):
-        named = [
-            f"{' and '.join(_met(station, strands, there))} at {station.crossing}"
-            for station in piece.stations
-            if station.over == passing and station.crossing in crossings
+    book.page(SECTION)
+    legend = LEGEND if pictures else UNPICTURED
+    book.y = book.block(book.left, book.y, legend + BOXES, book.right - book.left, size=_TEXT)
+    writer = _Writer(book, crossing_map, seconds)
+    if not pictures:
+        for step in crossing_map.steps:
+            writer.write(step, None)
+    steps = iter(crossing_map.steps)
+    for whole in pictures:
+        own = [next(steps) for _ in whole.steps]
+        writer.write_whole(whole, own)
+        for step, picture in zip(own, whole.steps, strict=True):
+            writer.write(step, picture)
+
+
+class _Writer:
+    """Writes one step after another, down one column and then the next."""
+
+    def __init__(self, book: Book, crossing_map: CrossingMap, seconds: Sequence[float]) -> None:
+        self._book, self._map, self._seconds = book, crossing_map, seconds
+        self._pieces = {piece.id: piece for piece in crossing_map.pieces}
+        self._strands = strand_pieces(crossing_map)
+        # Where no fastener goes, nobody needs to know that the last layer has come.
+        self._idle = {one.id for one in crossing_map.crossings if one.fastened is False}
+        self._wide = (book.right - book.left - _GUTTER) / 2
+        self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
+        self._there, self._so_far = 0, 0.0
+
+    def _room(self, height: float) -> tuple[float, float]:
+        """Take so much room in a column; return the left and the upper end of it."""
+        book = self._book
+        if self._y - height < book.foot:
+            self._column += 1
+            if self._column == 2:
+                book.page(SECTION)
+                self._column, self._top = 0, book.top - _GAP / 2
+            self._y = self._top
+        x, y = book.left + self._column * (self._wide + _GUTTER), self._y
+        book.line([(x, y), (x + self._wide, y)], width=0.6, grey=0.55)
+        self._y -= height
+        return x, y
+
+    def write_whole(self, whole: WholePicture, steps: Sequence[StepRecord]) -> None:
+        """Write the picture of the whole object before the steps that it shows."""
+        book = self._book
+        self._there += sum(len(step.pieces) for step in steps)
+        seen = view_words(whole.view, turned=whole.turned)
+        progress = progress_words(self._there, len(self._pieces))
+        high = 20.0 + self._high(seen, self._wide, bold=whole.turned)
+        high += self._high(progress, self._wide) + 4.0
+        x, y = self._room(high + WHOLE[1] + _GAP)
+        head = steps_words(steps[0].number, steps[-1].number)
+        book.text(x, y - 16.0, head, size=14.0, bold=True)
+        end = book.block(x, y - 20.0, seen, self._wide, size=_TEXT, bold=whole.turned)
+        book.block(x, end, progress, self._wide, size=_TEXT)
+        low = y - high - WHOLE[1]
+        book.image(whole.painted, x, low, *WHOLE)
+        tags = place_tags(whole.marks, WHOLE, np.zeros((0, 2)), 0.0, whole.bands)
+        self._draw_tags(tags, np.array([x, low]), ringed=True)
+
+    def write(self, step: StepRecord, picture: StepPicture | None) -> None:
+        """Write a step: its number, its pieces, what to do, and its picture."""
+        book = self._book
+        beside = picture is not None and picture.size[0] < self._wide / 2
+        size = picture.size if picture else (0.0, 0.0)
+        room = self._wide - (size[0] + 8.0 if beside else 0.0)
+        due = [key for key in step.fasten if key not in self._idle]
+        texts = [step.text, layers_words(step, self._pieces, self._strands, due)]
+        told = sum(self._high(text, room) + 2.0 for text in texts if text)
+        rows = self._rows(step)
+        high = _HEAD + LEADING * _TEXT * (len(rows) - 1)
+        body = max(told + 4.0, size[1] + 4.0) if beside else told + size[1] + 6.0
+        x, y = self._room(high + body + _GAP)
+        self._write_head(x, y, step, rows)
+        y -= high
+        end = y
+        for text in filter(None, texts):
+            end = book.block(x + self._wide - room, end, text, room, size=_TEXT) - 2.0
+        if picture:
+            top = y - 4.0 if beside else end - 4.0
+            self._draw(picture, np.array([x, top - size[1]]))
+
+    def _write_head(self, x: float, y: float, step: StepRecord, rows: list[list[str]]) -> None:
+        """Write the number of a step, its time, and its pieces with their boxes."""
+        book = self._book
+        seconds = self._seconds[step.number - 1]
+        self._so_far += seconds
+        y -= 0.84 * _NUMBER
+        head = f"Step {step.number}"
+        book.text(x, y, head, size=_NUMBER, bold=True)
+        time = time_words(seconds, self._so_far)
+        book.text(x + self._wide, y, time, size=_TEXT, align=1.0)
+        at = x + text_width(head, _NUMBER, bold=True) + 10.0
+        for row in rows:
+            for name in row:
+                book.tick_box(at, y - 0.5, _BOX)
+                book.text(at + _BOX + 4.0, y, name, size=_TEXT, bold=True)
+                at += self._name_width(name)
+            at, y = x, y - LEADING * _TEXT
+
+    def _rows(self, step: StepRecord) -> list[list[str]]:
+        """Return the pieces of a step in rows; the first is beside its number."""
+        by_kind = self._map.cut.labels == "kinds"
+        names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
+        left = self._wide - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
+        rows: list[list[str]] = [[]]
+        for name in names:
+            wide = self._name_width(name)
+            if wide > left:
+                rows.append([])
+                left = self._wide
+            rows[-1].append(name)
+            left -= wide
+        return rows
+
+    def _name_width(self, name: str) -> float:
+        return _BOX + 4.0 + text_width(name, _TEXT, bold=True) + 10.0
+
+    def _high(self, text: str, width: float, *, bold: bool = False) -> float:
+        """Return the height of a text."""
+        return LEADING * _TEXT * len(wrapped(text, _TEXT, width, bold=bold))
+
+    def _draw(self, picture: StepPicture, corner: FloatArray) -> None:
+        """Draw the picture of a step with its lower left corner at a place."""
+        book = self._book
+        x, y = corner.tolist()
+        wide, high = picture.size
+        book.image(picture.painted, x, y, wide, high)
+        frame = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
+        book.line(frame, width=0.4, grey=0.55, closed=True)
+        for slide in picture.slides:
+            _draw_slide(book, slide, corner)
+        for spot in (picture.fasten + corner).tolist():
+            book.complete(*spot)
+        bands = np.concatenate([ends.mean(axis=1) for ends in picture.ends])
+        tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
+        self._draw_tags(tags, corner, ringed=False)
+        ratio = f"1 : {picture.ratio:g}"
+        back = text_width(ratio, _TEXT) + 4.0
+        corners = [
+            (x + wide - back, y),
+            (x + wide, y),
+            (x + wide, y + 11.5),
+            (x + wide - back, y + 11.5),
         ]
-        if named:
-            clauses.append(f"{word} {', '.join(named)}")
-    for key in dict.fromkeys(piece.joints):
-        if key in step.joints:
-            mate = joints[key].mate(piece.id)
-            clauses.append(f"joint #{key} with {'itself' if mate == piece.id else mate}")
-    which = f"sheet {piece.sheet}"
-    if by_kind:
-        which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")
-    return f"{piece.id} ({which}): {'; '.join(clauses) or 'lay it down'}"
+        book.line(corners, width=0.0, closed=True, fill=1.0)
+        book.text(x + wide - 2.0, y + 2.5, ratio, size=_TEXT, align=1.0)
 
-
-def _met(
-    station: StationRecord, strands: dict[tuple[int, bool], list[str]], there: set[str]
-) -> list[str]:
-    """Return the pieces in place that a station meets: two at a joint."""
-    pieces = strands[station.crossing, not station.over]
-    return list(dict.fromkeys(key for key in pieces if key in there))
-
-
-def turn_words(view: View) -> str:
-    """Say how the object is to be turned.
-
-    Examples
-    --------
-    >>> turn_words(View(-60.0, 28.0))
-    'Turn the object to see it from the front right and above.'
-    """
-    high = "above" if view.elevation_deg > 0 else "below"
-    if abs(view.elevation_deg) > 60.0:
-        return f"Turn the object to see it from straight {high}."
-    side = _SIDES[math.floor((view.azimuth_deg + 90.0) / 45.0 + 0.5) % 8]
-    return f"Turn the object to see it from the {side} and {high}."
-
-
-def _fastening(crossings: Sequence[int]) -> str:
-    """Say at which crossings the last layer has come."""
-    if not crossings:
-        return ""
-    listed = ", ".join(map(str, crossings))
-    return agree(len(crossings), f"All layers are now in place at [crossing|crossings] {listed}.")
-
-
-def _lines(text: str, width: float, *, bold: bool = False) -> float:
-    """Return the height of a small text."""
-    if not text:
-        return 0.0
-    return LEADING * SMALL * len(wrapped(text, SMALL, width, bold=bold))
-
-
-class _Pictures:
-    """Draws pictures on pages; of one that resembles an earlier one, only what differs is kept."""
-
-    def __init__(self, book: Book) -> None:
-        self._book = book
-        self._whole: dict[View, tuple[str, Image.Image]] = {}
-
-    def draw(self, picture: StepPicture, x: float, y: float, size: tuple[float, float]) -> None:
-        """Draw a picture."""
-        image = picture.image
-        (width, high), (wide_px, high_px) = size, image.size
-        if picture.view in self._whole:
-            name, whole = self._whole[picture.view]
-            box = ImageChops.difference(whole, image).getbbox() or (0, 0, 1, 1)
-            left, top, right, bottom = box
-            if (right - left) * (bottom - top) <= _PATCH * wide_px * high_px:
-                across, up = width / wide_px, high / high_px
-                self._book.image(name, x, y, width, high)
-                self._book.image(
-                    image.crop(box),
-                    x + left * across,
-                    y + (high_px - bottom) * up,
-                    (right - left) * across,
-                    (bottom - top) * up,
-                )
-                return
-        name = self._book.image(image, x, y, width, high)
-        self._whole[picture.view] = name, image
-
-
-def _tag_picture(
-    book: Book, picture: StepPicture, x: float, y: float, size: tuple[float, float]
-) -> None:
-    """Name the new pieces and joints of a step in its picture."""
-    width, high = size
-    taken: list[tuple[float, float, float, float]] = []
-    wanted = [
-        *((key, place, True) for key, place in picture.pieces.items()),
-        *((f"#{key}", place, False) for key, place in picture.joints.items()),
-    ]
-    for text, (across, down), dark in wanted:
-        at = x + across * width, y + (1.0 - down) * high
-        wide, tall = tag_size(text)
-        for spot in _spots(at):
-            box = spot[0] - wide / 2, spot[1] - tall / 2, spot[0] + wide / 2, spot[1] + tall / 2
-            inside = x < box[0] and box[2] < x + width and y < box[1] and box[3] < y + high
-            if inside and not any(_overlap(box, other) for other in taken):
-                taken.append(box)
+    def _draw_tags(self, tags: Sequence[Tag], corner: FloatArray, *, ringed: bool) -> None:
+        """Draw names, and lines to what they name: dashed to what is hidden."""
+        book = self._book
+        for tag in tags:
+            if tag.led:
+                line = tag.line + corner
                 # A white line below the black one: it is seen on dark and on light.
-                book.line([at, spot], width=2.0, grey=1.0)
-                book.line([at, spot], width=0.8)
-                book.tag(*spot, text, dark=dark)
-                break
+                book.line(line, width=2.2, grey=1.0)
+                book.line(line, width=0.8, dash=(2.0, 1.5) if tag.mark.hidden else ())
+            if ringed:
+                book.ring(*(tag.mark.at + corner).tolist())
+        for tag in tags:
+            dark = tag.mark.kind == "new"
+            (left, low), (right, top) = (
+                (tag.middle + way * tag.half + corner).tolist() for way in (-1.0, 1.0)
+            )
+            box = [(left, low), (right, low), (right, top), (left, top)]
+            book.line(box, width=0.7, closed=True, fill=0.0 if dark else 1.0)
+            middle = (low + top) / 2
+            if tag.mark.kind in ("over", "under"):
+                book.sign(left + 2.0 + SIGN / 2, middle, over=tag.mark.kind == "over")
+                left += SIGN - 1.0
+            book.text((left + right) / 2, middle, tag.mark.text, size=TAG, bold=True, align=0.5,
+                      grey=1.0 if dark else 0.0, middle=True)  # fmt: skip
 
 
-def _spots(at: tuple[float, float]) -> Iterator[tuple[float, float]]:
-    """Yield places around a point, the nearest first."""
-    for reach in _REACHES:
-        for step in range(_DIRECTIONS):
-            turn = 2.0 * math.pi * (step + 1.5) / _DIRECTIONS
-            yield at[0] + reach * math.cos(turn), at[1] + reach * math.sin(turn)
-
-
-def _overlap(
-    box: tuple[float, float, float, float], other: tuple[float, float, float, float]
-) -> bool:
-    """Return whether two boxes touch."""
-    return box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]
+def _draw_slide(book: Book, slide: Slide, corner: FloatArray) -> None:
+    """Draw the way of an end: a line where it is seen, dots where it runs beneath, and a head."""
+    points = slide.points + corner
+    for number, beneath in enumerate(slide.beneath.tolist()):
+        run = points[number : number + 2]
+        if beneath:
+            book.line(run, width=1.3, dash=(1.3, 1.3))
+        else:
+            book.line(run, width=1.2, grey=1.0)
+    tip, way = points[-1], points[-1] - points[-2]
+    way = way / max(float(np.linalg.norm(way)), 1e-9)
+    side = np.array([-way[1], way[0]])
+    head = np.stack((tip + 7.0 * way, tip + 3.2 * side, tip - 3.2 * side))
+    book.line(head, width=0.8, grey=1.0, closed=True, fill=0.0)

@@ -1,77 +1,77 @@
-"""Write the crossing tables of the manual: each piece station by station."""
+"""Write what each piece meets along its way, as it is engraved: to check it, or without engraving.
 
-from fabweave.assembly.manual.book import SMALL, Book
-from fabweave.assembly.stations import StationRow, piece_stations
-from fabweave.flat.crossing_map import CrossingMap
+``stations.csv`` says the same with the numbers of crossings and distances, for programs.
+"""
 
-SECTION = "Crossing tables"
-_COLUMNS, _ROW, _HEAD, _GAP = 2, 11.5, 27.0, 9.0
-#: Where the cells of a row begin, as shares of a column: station, crossing, distance, over or
-#: under whom, joint with whom, step.
-_STOPS = (0.0, 0.09, 0.24, 0.38, 0.62, 0.86)
-_NAMES = ("st.", "crossing", "mm", "passes", "joint", "step")
+from collections.abc import Iterator, Mapping
+
+from fabweave.assembly.manual.book import Book, text_width
+from fabweave.flat.crossing_map import CrossingMap, JointRecord, PieceRecord
+
+SECTION = "What each piece meets"
+_INTRO = (
+    "For each piece, along its arrow: a disc before each piece that it lies over, a ring before "
+    "each that it runs under, and at its ends the joint and the piece that is joined there. The "
+    "number after its name is the step in which it is placed."
+)
+#: Size of texts, distance of lines, between columns and of pieces, and the room of a sign.
+_TEXT, _LINE, _GUTTER, _GAP, _SIGN = 9.5, 12.5, 18.0, 4.0, 8.0
+_SPACE = 5.0
 
 
 def write_tables(book: Book, crossing_map: CrossingMap) -> None:
-    """Write for every piece its stations, in columns."""
+    """Write for every piece what it meets, in two columns."""
     book.page(SECTION)
-    book.y = book.block(
-        book.left,
-        book.y,
-        "For each piece, station by station along its arrow: the crossing, the distance from the "
-        "first station, the piece that it passes over or under, the joint and the piece that is "
-        "joined there, and the step in which the crossing is made.",
-        book.right - book.left,
-        size=SMALL,
-    )
-    wide = (book.right - book.left + 18.0) / _COLUMNS
+    book.y = book.block(book.left, book.y, _INTRO, book.right - book.left, size=_TEXT)
+    wide = (book.right - book.left - _GUTTER) / 2
+    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    joints = {joint.id: joint for joint in crossing_map.joints}
     top, column, y = book.y - 6.0, 0, book.y - 6.0
-    for key, rows in piece_stations(crossing_map).items():
-        left = list(rows)
-        while left:
-            fits = int((y - book.foot - _HEAD) / _ROW)
-            # A table is cut only if it is longer than a whole column.
-            if fits < min(len(left), int((top - book.foot - _HEAD) / _ROW)):
-                column, y = column + 1, top
-                if column == _COLUMNS:
-                    book.page(SECTION)
-                    column, top, y = 0, book.top - 6.0, book.top - 6.0
-                continue
-            here, left = left[:fits], left[fits:]
-            _write_table(book, book.left + column * wide, y, wide - 18.0, key, here)
-            y -= _HEAD + _ROW * len(here) + _GAP
+    for piece in crossing_map.pieces:
+        head = f"{piece.id} ({step_of[piece.id]})"
+        lines = _lines(list(_met(joints, piece)), wide, text_width(head, _TEXT, bold=True))
+        if y - _LINE * len(lines) < book.foot:
+            column, y = column + 1, top
+            if column == 2:
+                book.page(SECTION)
+                column, top, y = 0, book.top - 6.0, book.top - 6.0
+        x = book.left + column * (wide + _GUTTER)
+        book.text(x, y - _LINE + 3.0, head, size=_TEXT, bold=True)
+        for line in lines:
+            y -= _LINE
+            for at, over, text in line:
+                if over is not None:
+                    book.sign(x + at + 3.0, y + 6.4, over=over)
+                book.text(x + at + (_SIGN if over is not None else 0.0), y + 3.0, text, size=_TEXT)
+        y -= _GAP
 
 
-def _write_table(
-    book: Book, x: float, y: float, wide: float, key: str, rows: list[StationRow]
-) -> None:
-    """Write stations of one piece."""
-    y -= 12.0
-    book.text(x, y, f"Piece {key}", size=11.0, bold=True)
-    y -= 11.0
-    for stop, name in zip(_STOPS, _NAMES, strict=True):
-        book.text(x + stop * wide, y, name, size=SMALL, grey=0.35)
-    book.line([(x, y - 2.5), (x + wide, y - 2.5)], width=0.4)
-    for row in rows:
-        y -= _ROW
-        for stop, cell in zip(_STOPS, row_cells(row), strict=True):
-            book.text(x + stop * wide, y, cell, size=SMALL)
-
-
-def row_cells(row: StationRow) -> tuple[str, ...]:
-    """Return the cells of a station as they are printed; - is nothing.
-
-    Examples
-    --------
-    >>> row_cells(StationRow("A1", 0, 14, 0.0, "under", "E3", 2, 4, "A4", 4.1, 7))
-    ('0', '14', '0.0', 'under E3', '#4 A4', '7')
-    """
-    joint = "-" if row.joint is None else f"#{row.joint} {row.mate}"
-    return (
-        str(row.station),
-        str(row.crossing),
-        f"{row.distance_mm:.1f}",
-        f"{row.lies} {row.partner}",
-        joint,
-        str(row.step),
+def _met(
+    joints: Mapping[int, JointRecord], piece: PieceRecord
+) -> Iterator[tuple[bool | None, str]]:
+    """Yield along a piece whether it lies over whom, and None with each joint."""
+    first, last = (
+        [(None, f"#{key}>{joints[key].mate(piece.id)}")] if key is not None else []
+        for key in piece.joints
     )
+    yield from first
+    for station in piece.stations:
+        yield station.over, station.partner
+    yield from last
+
+
+_Line = list[tuple[float, bool | None, str]]
+
+
+def _lines(met: list[tuple[bool | None, str]], wide: float, head: float) -> list[_Line]:
+    """Break what a piece meets into lines, the first one after its name, with places in them."""
+    lines: list[_Line] = [[]]
+    at = head + 2.0 * _SPACE
+    for over, text in met:
+        long = text_width(text, _TEXT) + (_SIGN if over is not None else 0.0)
+        if at + long > wide and lines[-1]:
+            lines.append([])
+            at = 2.0 * _SPACE
+        lines[-1].append((at, over, text))
+        at += long + _SPACE
+    return lines

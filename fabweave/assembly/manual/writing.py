@@ -6,11 +6,13 @@ from pathlib import Path
 from fabweave.assembly.extent import MOST_PICTURED
 from fabweave.assembly.manual.book import Book
 from fabweave.assembly.manual.cover import Facts, write_cover, write_legend
+from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.sheets import drawn_pieces, write_parts, write_sheets
+from fabweave.assembly.manual.step_pictures import WholePicture, step_pictures
 from fabweave.assembly.manual.steps import write_steps
 from fabweave.assembly.manual.tables import write_tables
 from fabweave.assembly.manual.thread_map import write_map
-from fabweave.assembly.manual.views import StepPicture, step_pictures
+from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
@@ -22,7 +24,8 @@ def manual_pdf(
     crossing_map: CrossingMap,
     facts: Facts,
     drawings: Sequence[SheetDrawing],
-    pictures: Sequence[StepPicture | None],
+    pictures: Sequence[WholePicture],
+    seconds: Sequence[float],
     *,
     paper: str = "a4",
 ) -> bytes:
@@ -38,8 +41,10 @@ def manual_pdf(
         What it tells besides.
     drawings : sequence of SheetDrawing
         The sheets.
-    pictures : sequence of StepPicture or None
-        For each step its picture, if it has one.
+    pictures : sequence of WholePicture
+        Of all steps; none if they are too many.
+    seconds : sequence of float
+        About how long each step takes.
     paper : {"a4", "letter"}
 
     Returns
@@ -53,7 +58,7 @@ def manual_pdf(
     write_map(book, crossing_map, facts.colours)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
-    write_steps(book, crossing_map, pictures)
+    write_steps(book, crossing_map, pictures, seconds)
     write_tables(book, crossing_map)
     return book.finish()
 
@@ -63,12 +68,15 @@ def write_manual(
     crossing_map: CrossingMap,
     facts: Facts,
     drawings: Sequence[SheetDrawing],
-    woven: tuple[Ribbons, Weave, Sequence[Piece]],
+    woven: tuple[Ribbons, Weave, Sequence[Piece], Colours],
+    seconds: Sequence[float],
     paper: str,
 ) -> None:
     """Make the pictures of the steps, unless they are too many, and write the manual."""
-    steps = len(crossing_map.steps)
-    pictures: Sequence[StepPicture | None] = [None] * steps
-    if steps <= MOST_PICTURED:
-        pictures = step_pictures(*woven, crossing_map)
-    path.write_bytes(manual_pdf(crossing_map, facts, drawings, pictures, paper=paper))
+    pictures: Sequence[WholePicture] = ()
+    if len(crossing_map.steps) <= MOST_PICTURED:
+        ribbons, weave, pieces, colours = woven
+        scene = build_scene(ribbons, weave, pieces, crossing_map, colours)
+        pictures = step_pictures(scene, crossing_map)
+    data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper)
+    path.write_bytes(data)

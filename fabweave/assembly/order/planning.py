@@ -9,12 +9,11 @@ from scipy import sparse
 from fabweave.assembly.order.annealed import improve_order
 from fabweave.assembly.order.contacts import Contacts, find_contacts
 from fabweave.assembly.order.greedy import MeasuredOrder, grow_order, measure_order
+from fabweave.assembly.order.walk import sides_of_pieces, walk_order
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.flat.piece import Piece
 
-#: How much nearness to the first piece counts against nearness to the piece before.
-_HOMEWARD = 0.5
 #: Of orders whose effort is at most so many times the least, that with the easiest end is taken.
 _NEARLY = 1.02
 
@@ -66,15 +65,21 @@ class _Effort:
 
 
 def plan_order(
-    pieces: Sequence[Piece], centres: FloatArray, *, enclosed: bool, effort: str, seed: int
+    pieces: Sequence[Piece],
+    centres: FloatArray,
+    normals: FloatArray,
+    *,
+    enclosed: bool,
+    effort: str,
+    seed: int,
 ) -> Order:
     """Find an order in which every piece holds on others and slides below few.
 
     The effort of an order depends on nothing but which of two pieces that meet comes first (and,
     on a closed surface, on how late pieces slide below others). So an order is grown from a flat
     place and improved by annealing; of all orders that cost the same, that one is taken which
-    goes from neighbour to neighbour. Of several such searches that end nearly alike, that one
-    counts whose last tenth of the pieces is the easiest.
+    goes from neighbour to neighbour and turns the object seldom. Of several such searches that end
+    nearly alike, that one counts whose last tenth of the pieces is the easiest.
 
     Parameters
     ----------
@@ -82,6 +87,8 @@ def plan_order(
         All pieces of a job, thread after thread.
     centres : (X, 3) float array
         Where each crossing is in space.
+    normals : (X, 3) float array
+        Outwards at each crossing.
     enclosed : bool
         Whether the surface is closed.
     effort : str
@@ -106,6 +113,7 @@ def plan_order(
     middle = np.array([centres[piece.crossings].mean(axis=0) for piece in pieces])
     tries = int(np.clip(hard.moves // (hard.least * len(pieces)), 1, hard.roots))
     sweeps = int(np.clip(hard.moves // (tries * len(pieces)), hard.least, hard.most))
+    served = sides_of_pieces([normals[piece.crossings] for piece in pieces])
     tried = []
     for number, roots in enumerate(_flat_roots(pieces, contacts, centres, middle, tries)):
         order = improve_order(
@@ -116,7 +124,7 @@ def plan_order(
             sweeps=sweeps,
             seed=seed + number,
         )
-        walked = _walk(contacts, order, roots, middle)
+        walked = walk_order(contacts, order, roots, middle, served)
         tried.append(measure_order(contacts, walked, enclosed=enclosed))
     best = _easy_end(tried)
     naive = [
@@ -196,33 +204,3 @@ def _flat_roots(
             chosen.append(int(flat[at]))
             apart = np.minimum(apart, np.linalg.norm(middle[flat] - middle[flat[at]], axis=1))
     return roots
-
-
-def _walk(
-    contacts: Contacts, order: Sequence[int], roots: Sequence[int], middle: FloatArray
-) -> list[int]:
-    """Return an order in which neighbours keep their order, and each step goes to a near piece."""
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    ranks = rank.tolist()
-    waiting = [
-        sum(ranks[other] < ranks[piece] for other, _, _ in met)
-        for piece, met in enumerate(contacts.meets)
-    ]
-    result: list[int] = []
-    for root in roots:
-        home = np.linalg.norm(middle - middle[root], axis=1) * _HOMEWARD
-        ready = [root]
-        last = root
-        while ready:
-            here = np.array(ready)
-            far = np.linalg.norm(middle[here] - middle[last], axis=1) + home[here]
-            at = int(np.argmin(np.round(far, 6)))
-            last = ready.pop(at)
-            result.append(last)
-            for other, _, _ in contacts.meets[last]:
-                if ranks[other] > ranks[last]:
-                    waiting[other] -= 1
-                    if waiting[other] == 0:
-                        ready.append(other)
-    return result

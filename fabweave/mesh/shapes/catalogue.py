@@ -12,6 +12,7 @@ from fabweave.mesh.shapes.definition import PREFIX, Parameter, Shape, count, len
 from fabweave.mesh.shapes.knots import knot
 from fabweave.mesh.shapes.regular import regular
 from fabweave.mesh.shapes.slit import slit_sum
+from fabweave.mesh.shapes.tube_nets import cage
 
 __all__ = ["PREFIX", "SHAPES", "Parameter", "Shape", "count", "is_shape", "length", "parse_shape"]
 
@@ -150,12 +151,23 @@ SHAPES: tuple[Shape, ...] = (
         "Bipyramid with handles",
     ),
     Shape(
+        "cage",
+        "tubes between the middles of a solid's edges, four at each; of genus 7, 13 or 31",
+        (
+            count("faces", "faces of the solid: 4, 6 or 12", 6, least=4, most=12),
+            count("m", "quads along each tube, or 0 to make them about square", 0, least=0),
+            count("n", "quads around each tube, an even number", 8, least=4, most=200),
+            _SIZE,
+        ),
+        cage,
+    ),
+    Shape(
         "regular",
-        "a regular mesh: all faces with 4k sides and 4 edges at all vertices, or the reverse",
+        "a regular mesh: all faces with 4k sides and 4 or 4k edges at all vertices, or the reverse",
         (
             count("face", "sides of each face", 8, least=4, most=16),
             count("valence", "edges at each vertex", 4, least=4, most=16),
-            count("genus", "genus: 1 more than a multiple of k - 1", 3, most=100),
+            count("genus", "genus: 1 more than a multiple of k - 1, or of 2k - 2", 3, most=100),
             count("refine", "how fine: 2 to this power quads around each ring", 3, least=2, most=6),
             _SIZE,
         ),

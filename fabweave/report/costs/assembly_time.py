@@ -1,15 +1,16 @@
 """Say how long hands take to put an object together, and how difficult it is, from what they do."""
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from fabweave.core.records import record
 from fabweave.flat.bill_of_materials import BillOfMaterials
-from fabweave.flat.crossing_map import StepRecord
+from fabweave.flat.crossing_map import CrossingMap, HoleRecord, StepRecord
 from fabweave.flat.joint.kinds import KINDS
 from fabweave.report.costs.fasteners import fastener_class
-from fabweave.stock.labour import HOLDING_S, PACE, PRACTISED
+from fabweave.stock.labour import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED
 from fabweave.stock.machine import Span
 
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
@@ -152,6 +153,40 @@ def assembly_time(counts: Counts) -> AssemblyTime:
         practised_h=round(practised, 4),
         hours=(round(PACE[0] * practised, 4), round(PACE[1] * practised, 4)),
     )
+
+
+def step_seconds(crossing_map: CrossingMap) -> list[float]:
+    """Return about how many seconds each step takes a maker: half way from quick to slow.
+
+    Its fasteners are set when the last layer of their crossing is in place. All steps together take
+    as long as ``assembly_time`` says, but for sorting, which comes before them.
+    """
+    holes: dict[int, list[float]] = defaultdict(list)
+    for piece in crossing_map.pieces:
+        for cut in piece.cutouts:
+            station = piece.stations[cut.station]
+            if isinstance(cut, HoleRecord) and station.over:
+                holes[station.crossing].append(cut.diameter_mm)
+    for crossing in crossing_map.crossings:
+        if crossing.fastened is False:
+            holes.pop(crossing.id, None)
+    kind = {joint.id: joint.kind for joint in crossing_map.joints}
+    seconds = []
+    for step in crossing_map.steps:
+        set_here = [size for key in step.fasten for size in holes.get(key, ())]
+        held = [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
+        often = {
+            "find": len(step.pieces),
+            "take": len(step.pieces),
+            "over": len(step.over),
+            "under": len(step.under),
+            "align": len(set_here) + len(held),
+        }
+        total = sum(count * PRACTISED[name][0] for name, count in often.items())
+        total += sum(HOLDING_S[name] for name in held)
+        total += sum(fastener_class(size).seconds for size in set_here)
+        seconds.append(MIDDLE_PACE * total)
+    return seconds
 
 
 #: Words for a score, each up to this; nearer to it than ``_BETWEEN``, two words are said.

@@ -19,6 +19,11 @@ _SMALLEST_POINTS = 4.0
 _FAINT = 0.6
 
 
+#: Signs are read as letters: small regular polygons, by their corners, filled with black or not.
+_SIGNED = {(24, True): "●", (24, False): "○", (20, False): "⊕"}
+_LARGEST_SIGN = 10.0
+
+
 @dataclass(frozen=True, eq=False)
 class ManualPage:
     """What is seen on a page: every text in order, and the corners of closed figures, in points."""
@@ -86,6 +91,10 @@ class _Drawing:
             return
         corners = np.column_stack([np.array(self._path), np.ones(len(self._path))])
         figure = (corners @ self._place)[:, :2]
+        sign = _SIGNED.get((len(figure), filled and self._fill == 0.0))
+        if sign is not None and _is_sign(figure):
+            self.texts.append(sign)
+            return
         self.figures.append(figure)
         if filled and self._fill is not None and self._fill < 1.0 - _FAINT:
             self._dark = figure.min(axis=0), figure.max(axis=0)
@@ -112,6 +121,12 @@ class _Drawing:
             return
         if self._dark is None or not np.all((self._dark[0] <= at) & (at <= self._dark[1])):
             raise ReadError("a text is too faint to be read, or in colour")
+
+
+def _is_sign(figure: Floats) -> bool:
+    """Return whether a polygon is small, and all its corners are equally far from its middle."""
+    away = np.linalg.norm(figure - figure.mean(axis=0), axis=1)
+    return bool(np.ptp(away) < 0.01 and away.max() < _LARGEST_SIGN / 2.0)
 
 
 def _read(page: Stream) -> ManualPage:

@@ -31,8 +31,8 @@ _NAMES = frozenset(
     b"Helvetica-Bold Helvetica-Oblique Helvetica-BoldOblique Encoding WinAnsiEncoding Name Type1 "
     b"BBox FormType Matrix Form PageMode UseNone UseOutlines Catalog Author CreationDate Creator "
     b"Keywords ModDate Producer Subject Title Trapped False Count Kids ID Info Root Size "
-    b"BitsPerComponent ColorSpace Height Image Width DeviceGray DeviceRGB Dest Fit Next Prev First "
-    b"Last Outlines".split()
+    b"BitsPerComponent ColorSpace Height Image Width DeviceGray DeviceRGB Indexed Dest Fit Next "
+    b"Prev First Last Outlines".split()
 )
 _OWN_NAME = re.compile(rb"F\d+|FormXob\.[\w.]+")
 _UNMOVED = re.compile(rb"/Matrix \[ 1 0 0 1 0 0 \]")

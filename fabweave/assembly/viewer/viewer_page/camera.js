@@ -135,11 +135,19 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     place();
   }
 
-  function pan(dx, dy) {
-    const mm = (2 * far * slope) / canvas.clientHeight;
+  /** Move aside by so many pixels, at the depth of the pivot or at another. */
+  function pan(dx, dy, depth = far) {
+    const mm = (2 * depth * slope) / canvas.clientHeight;
     const [right, up] = [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(lens.matrixWorld, column));
     whole = false;
     target.addScaledVector(right, -dx * mm).addScaledVector(up, dy * mm);
+  }
+
+  /** Bring a point of the object to a place of the canvas. */
+  function hold(point, x, y) {
+    const at = point.clone().project(lens), depth = lens === wide ? lens.position.clone().sub(point).dot(towards()) : far;
+    pan(x - ((at.x + 1) / 2) * canvas.clientWidth, y - ((1 - at.y) / 2) * canvas.clientHeight, depth);
+    place();
   }
 
   /** Do what a key or a button asks: left, right, up, down, in, out, home. */
@@ -184,13 +192,15 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     const dx = event.offsetX - last.x, dy = event.offsetY - last.y;
     moved += Math.abs(dx) + Math.abs(dy);
     pointers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
-    if (moved <= 6) return; // a tap that trembles turns nothing
+    if (moved <= 6 && !before) return; // a tap that trembles turns nothing
     if (before) {
       const after = fingersApart();
       grip = grip || { point: under(before.x, before.y) };
-      pan(after.x - before.x, after.y - before.y);
       zoomAbout(grip.point, after.far / Math.max(before.far, 1));
-    } else if (pointers.size === 1 && (event.buttons & 2 || event.shiftKey)) {
+      hold(grip.point, after.x, after.y);
+      return;
+    }
+    if (pointers.size === 1 && (event.buttons & 2 || event.shiftKey)) {
       pan(dx, dy);
     } else if (pointers.size === 1) {
       const speed = 5 / Math.min(canvas.clientWidth, canvas.clientHeight);

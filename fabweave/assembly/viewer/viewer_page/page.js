@@ -329,5 +329,10 @@ const PLAY_MS = 2600;
   update();
   readAddress();
   // For those who test the page or build on it.
-  window.fabweave = { plan, state, clock, get lens() { return space && space.lens; }, draw: () => space && space.draw(), codes };
+  window.fabweave = {
+    plan, state, clock, codes,
+    get lens() { return space && space.lens; },
+    draw: () => space && space.draw(),
+    pick: (x, y) => (space ? space.pick(x, y) : -1),
+  };
 })();

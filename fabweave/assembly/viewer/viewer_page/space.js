@@ -6,8 +6,8 @@ const FINE = 2;
 const UNCUT = 1e9;
 /** A piece is seen well enough if so much of it is. */
 const SEEN = 0.45;
-/** Views are compared in pictures of this size. */
-const GLIMPSE = [150, 110];
+/** Views are compared in pictures of this size, for no longer than this. */
+const GLIMPSE = [150, 110], GLIMPSES_MS = 500;
 /** When nothing has changed for so long, labels are placed and edges are smoothed. */
 const REST_MS = 160;
 
@@ -124,20 +124,24 @@ function makeSpace(canvas, over, plan, tell) {
     if (hidden >= 0) turnToSee(hidden);
   }
 
-  /** Turn to where most of a piece is seen. */
+  /** Turn to where most of a piece is seen, of as many views as there is time for, the nearest first. */
   function turnToSee(piece) {
-    const at = camera.towards(), views = [at];
+    const at = camera.towards(), views = [], until = performance.now() + GLIMPSES_MS;
     for (const rise of [-0.9, -0.3, 0.3, 0.9])
       for (let k = 0; k < 8; k++) views.push(new THREE.Vector3(Math.cos(rise) * Math.cos((k * Math.PI) / 4), Math.cos(rise) * Math.sin((k * Math.PI) / 4), Math.sin(rise)));
-    const seen = views.map((view) => camera.glimpse(view, () => {
-      const owner = numbered(...GLIMPSE);
-      let pixels = 0;
-      for (let k = 0; k < GLIMPSE[0] * GLIMPSE[1]; k++) pixels += owner(k) === piece;
-      return pixels;
-    }));
-    const most = Math.max(...seen);
+    views.sort((a, b) => b.dot(at) - a.dot(at)).unshift(at);
+    const seen = [];
+    for (const view of views) {
+      if (performance.now() > until) break;
+      seen.push(camera.glimpse(view, () => {
+        const owner = numbered(...GLIMPSE);
+        let pixels = 0;
+        for (let k = 0; k < GLIMPSE[0] * GLIMPSE[1]; k++) pixels += owner(k) === piece;
+        return pixels;
+      }));
+    }
     // Of views that are nearly as good the nearest one is taken: it turns least.
-    const best = views.filter((_, k) => seen[k] >= 0.8 * most).reduce((near, view) => (view.dot(at) > near.dot(at) ? view : near));
+    const best = views[seen.findIndex((pixels) => pixels >= 0.8 * Math.max(...seen))];
     if (best !== at) camera.face(best, moved(piece, spots[piece][plan.pieces[piece].stations.length >> 1].point.clone()));
   }
 
@@ -254,7 +258,7 @@ function makeSpace(canvas, over, plan, tell) {
   }
 
   return {
-    home: camera.home, move: camera.move, straighten: camera.straighten,
+    home: camera.home, move: camera.move, straighten: camera.straighten, pick,
     get lens() { return camera.lens; },
     /** Show pieces: one code for each; labels in order of weight; a station ringed. */
     show(codes, labels, station) {

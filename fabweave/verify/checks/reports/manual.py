@@ -1,22 +1,21 @@
 """Check that the manual says what the crossing map says: its pieces, sheets, steps and stations."""
 
-import math
 from collections.abc import Sequence
 
 from fabweave.verify.checks.reports.manual_cover import check_cover, check_legend
 from fabweave.verify.checks.reports.manual_drawings import check_parts, check_sheets
-from fabweave.verify.checks.reports.manual_steps import check_steps
+from fabweave.verify.checks.reports.manual_steps import OVER, UNDER, check_steps
 from fabweave.verify.checks.reports.page import title_of
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.measure.words import PAPERS_MM, counted
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.manual import ManualPage
 from fabweave.verify.running_text import RunningText, printed
-from fabweave.verify.statement import Place, Tally, as_number, cell_number
+from fabweave.verify.statement import Place, Tally
 
 SECTIONS = (
     "Overview", "How to read a piece", "Threads and their pieces", "Parts list", "Sheets", "Steps",
-    "Crossing tables",
+    "What each piece meets",
 )  # fmt: skip
 #: What stands above the cells of a station.
 _HEADS = ("st.", "crossing", "mm", "passes", "joint", "step")
@@ -31,9 +30,9 @@ MAP = (
     "strand drawn across it. A closed thread ends with the joint at which it begins."
 )
 TABLES = (
-    "For each piece, station by station along its arrow: the crossing, the distance from the first "
-    "station, the piece that it passes over or under, the joint and the piece that is joined "
-    "there, and the step in which the crossing is made."
+    "For each piece, along its arrow: a disc before each piece that it lies over, a ring before "
+    "each that it runs under, and at its ends the joint and the piece that is joined there. The "
+    "number after its name is the step in which it is placed."
 )
 
 
@@ -53,7 +52,7 @@ def check_manual(job: Job, tally: Tally) -> None:
     check_parts(plan, pieces, place.at("parts list"))
     check_sheets(plan, sheets, place)
     check_steps(plan, _running(steps, place.at("steps")))
-    _check_tables(plan, _running(tables, place.at("tables")), place)
+    _check_tables(plan, _running(tables, place.at("tables")))
 
 
 def _check_paper(pages: Sequence[ManualPage], paper: object, place: Place) -> None:
@@ -122,51 +121,29 @@ def _along(plan: CrossingMap, thread: Thread) -> tuple[list[str], list[str]]:
     return crossings, joints
 
 
-def _check_tables(plan: CrossingMap, text: RunningText, place: Place) -> None:
-    """Require that the table of each piece lists its stations, and no other is there."""
+def _check_tables(plan: CrossingMap, text: RunningText) -> None:
+    """Require that each piece has all that it meets, station by station, and its joints."""
     text.block(TABLES)
-    steps = {key: step.step for step in plan.steps for key in step.crossings}
+    steps = {key: step.step for step in plan.steps for key in step.pieces}
     for piece in plan.pieces:
-        _check_table(plan, piece, steps, text, place.at(f"table of piece {piece.id}"))
+        text.block(f"{piece.id} ({steps.get(piece.id)})")
+        ends = [
+            () if key is None else (f"#{key}>{_mate(plan, piece, key)}",) for key in piece.joints
+        ]
+        for word in ends[0]:
+            text.block(word)
+        for station in piece.stations:
+            sign = OVER if station.over else UNDER
+            text.match(sign, sign)
+            text.block(station.partner)
+        for word in ends[1]:
+            text.block(word)
+        if text.lost:
+            return
     text.end()
 
 
-def _check_table(
-    plan: CrossingMap, piece: Piece, steps: dict[int, int], text: RunningText, place: Place
-) -> None:
-    """Require the stations of one piece; where its table is cut, its head stands there again."""
-    head, along = f"Piece {piece.id}", 0.0
-    for number, station in enumerate(piece.stations):
-        if number == 0 or text.next == head:
-            for name in (head, *_HEADS):
-                text.block(name)
-        last = piece.stations[max(number - 1, 0)]
-        along += math.hypot(station.x - last.x, station.y - last.y)
-        first, crossing, *others = _names(plan, piece, number, steps)
-        text.block(first)
-        text.block(crossing)
-        said = text.match(r"\d+\.\d", f"{along:.1f}")
-        for name in others:
-            text.block(name)
-        if said is not None:
-            near = abs(as_number(cell_number(said[0])) - along) <= _SAME_MM
-            place.at(f"station {number}").expect(
-                near, f"it is said to be at {said[0]} mm, but is at {along:.1f} mm"
-            )
-
-
-def _names(plan: CrossingMap, piece: Piece, number: int, steps: dict[int, int]) -> tuple[str, ...]:
-    """Return the cells of a station but for its distance."""
-    station = piece.stations[number]
-    joint = "-"
-    if station.joint is not None:
-        pieces = plan.joint[station.joint].pieces
-        mate = next((name for name in pieces if name != piece.id), piece.id)
-        joint = f"#{station.joint} {mate}"
-    return (
-        str(number),
-        str(station.crossing),
-        f"{'over' if station.over else 'under'} {station.partner}",
-        joint,
-        str(steps.get(station.crossing)),
-    )
+def _mate(plan: CrossingMap, piece: Piece, joint: int) -> str:
+    """Return whom a piece is joined to, which may be itself."""
+    pieces = plan.joint[joint].pieces
+    return next((name for name in pieces if name != piece.id), piece.id)

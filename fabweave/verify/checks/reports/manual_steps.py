@@ -1,31 +1,36 @@
-"""Check the steps of the manual: every step once, in order, each with all its words."""
+"""Check the steps of the manual: every step once, in order, with all its words and names."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from itertools import product
 
+from fabweave.verify.checks.reports.hands import seconds_of_steps
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
 from fabweave.verify.running_text import RunningText
 
 PICTURED = (
-    "New pieces are dark, pieces in place are light, and pieces still to come are faint. Black "
-    "tags name new pieces, white tags joints."
+    "A picture of the whole object shows where the next pieces go; then each step has a picture "
+    "of its own, seen from the same side. New pieces have their full colour and a heavy outline, "
+    "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
+    "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
+    "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
+    "a cross where all layers are now in place."
 )
 _UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
     "and assembly.html each step on it, where that could be made."
 )
-BOXES = (
-    " Tick the box when a step is done. Crossings and joints are numbered as in the crossing "
-    "tables."
-)
-_SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
+BOXES = " Tick the box of a piece when it is in its place."
+OVER, UNDER, COMPLETE = "●", "○", "⊕"
+_AROUND = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 #: From where an object may be seen.
-_FROM = (
-    *(f"the {side} and {high}" for side, high in product(_SIDES, ("above", "below"))),
+_SIDES = (
+    *(f"the {side}{high}" for side, high in product(_AROUND, ("", " and above", " and below"))),
     "straight above",
     "straight below",
 )
-_TURNS = tuple(f"Turn the object to see it from {side}." for side in _FROM)
+#: Times are rounded to a minute.
+_SAME_MIN = 0.51
 
 
 def check_steps(plan: CrossingMap, text: RunningText) -> None:
@@ -40,63 +45,144 @@ def check_steps(plan: CrossingMap, text: RunningText) -> None:
     pictured = text.skip(PICTURED + BOXES)
     if not pictured:
         text.block(_UNPICTURED + BOXES)
-    strands: dict[tuple[int, bool], list[str]] = {}
-    for piece in plan.pieces:
-        for station in piece.stations:
-            strands.setdefault((station.crossing, station.over), []).append(piece.id)
-    idle = {crossing.id for crossing in plan.crossings if crossing.fastened is False}
-    there: set[str] = set()
-    for step in plan.steps:
-        there.update(step.pieces)
-        tags = [*step.pieces, *(f"#{key}" for key in step.joints)] if pictured else []
-        shown = text.some_of(tags)
-        if len(set(shown)) < len(shown):
-            text.place.fail(f"the picture of step {step.step} names something twice")
-        text.block(f"Step {step.step}")
+    check, at, side = _StepCheck(plan, text), 0, ""
+    while at < len(plan.steps) and not text.lost:
+        end = at + 1
         if pictured:
-            text.skip(*_TURNS)
-        text.block(step.text)
-        for key in step.pieces:
-            text.block(_placing(plan, plan.piece[key], step, strands, there))
-        due = [key for key in step.fasten if key not in idle]
-        if due:
-            word = "crossing" if len(due) == 1 else "crossings"
-            listed = ", ".join(map(str, due))
-            text.block(f"All layers are now in place at {word} {listed}.")
-        if text.lost:
-            return
+            end, side = check.whole(at, side)
+        for step in plan.steps[at:end]:
+            check.step(step, pictured=pictured)
+        at = end
     text.end()
 
 
-def _placing(
-    plan: CrossingMap,
-    piece: Piece,
-    step: Step,
-    strands: dict[tuple[int, bool], list[str]],
-    there: set[str],
-) -> str:
-    """Return where a new piece goes over and under which pieces, and its joints."""
-    said = [*_passing(piece, step, strands, there)]
-    for key in dict.fromkeys(piece.joints):
-        if key in step.joints:
-            mates = [name for name in plan.joint[key].pieces if name != piece.id]
-            said.append(f"joint #{key} with {mates[0] if mates else 'itself'}")
+class _StepCheck:
+    """Reads one step after another, with what is in place."""
+
+    def __init__(self, plan: CrossingMap, text: RunningText) -> None:
+        self._plan, self._text = plan, text
+        self._strands: dict[tuple[int, bool], list[str]] = {}
+        for piece in plan.pieces:
+            for station in piece.stations:
+                own = self._strands.setdefault((station.crossing, station.over), [])
+                own.append(piece.id)
+        self._idle = {crossing.id for crossing in plan.crossings if crossing.fastened is False}
+        self._there: set[str] = set()
+        self._seconds = seconds_of_steps(plan)
+        self._so_far = 0.0
+
+    def whole(self, at: int, side: str) -> tuple[int, str]:
+        """Read the picture of the whole object before some steps.
+
+        Returns
+        -------
+        end : int
+            The first step that it does not show.
+        side : str
+            From where it is seen.
+        """
+        steps, text = self._plan.steps, self._text
+        due = f"a run of steps from {steps[at].step}"
+        said = text.match(r"Next: steps? (\d+)(?: to (\d+))?", due)
+        last = 0 if said is None else int(said[2] or said[1])
+        end = next((k + 1 for k in range(at, len(steps)) if steps[k].step == last), at)
+        if said is None or int(said[1]) != steps[at].step or end == at:
+            text.place.fail(f"a picture of the whole object does not show {due}")
+            return len(steps), side
+        seen = [f"Seen from {one}." for one in (_SIDES if at == 0 else [side])]
+        turned = [f"Turn the object to see it from {one}." for one in _SIDES if one != side]
+        told = text.next
+        text.block(*seen, *(turned if at else ()))
+        side = next((one for one in _SIDES if told.endswith(f" from {one}.")), side)
+        new = [key for step in steps[at:end] for key in step.pieces]
+        count, pieces = len(self._there) + len(new), len(self._plan.pieces)
+        are = "piece is" if pieces == 1 else "pieces are"
+        text.block(f"With these, {count} of {pieces} {are} in place.")
+        shown = text.some_of(set(new))
+        text.place.equal(f"what is named before step {steps[at].step}", shown, new)
+        return end, side
+
+    def step(self, step: Step, *, pictured: bool) -> None:
+        """Read a step."""
+        plan, text = self._plan, self._text
+        text.block(f"Step {step.step}")
+        self._check_time(step)
+        for key in step.pieces:
+            text.block(_place(plan, plan.piece[key]))
+        self._there.update(step.pieces)
+        text.block(step.text)
+        due = [key for key in step.fasten if key not in self._idle]
+        if due:
+            text.block(f"All layers are in place: {self._layers(step, due)}.")
+        if pictured and not text.lost:
+            self._check_names(step, len(due))
+
+    def _check_time(self, step: Step) -> None:
+        """Check how long a step is said to take, and all up to it."""
+        seconds = self._seconds[self._plan.steps.index(step)]
+        self._so_far += seconds
+        said = self._text.match(r"(\d+) min, (\d+) h (\d\d)", "how long it takes")
+        if said is None:
+            return
+        here = self._text.place.at(f"step {step.step}")
+        own, hours, minutes = map(int, said.groups())
+        for name, stated, wanted in (
+            ("minutes", own, seconds / 60.0),
+            ("minutes so far", 60 * hours + minutes, self._so_far / 60.0),
+        ):
+            here.number(name, float(stated), max(wanted, 1.0), within=_SAME_MIN)
+        here.expect(minutes < 60, "an hour has 60 minutes or more")
+
+    def _layers(self, step: Step, due: Sequence[int]) -> str:
+        """Return which pieces meet others where the last layer has come."""
+        met: dict[str, list[str]] = {}
+        for crossing in due:
+            for key in step.pieces:
+                for station in self._plan.piece[key].stations:
+                    if station.crossing == crossing:
+                        last, over = key, station.over
+            others = self._strands[crossing, not over]
+            met.setdefault(last, []).extend(others)
+        return "; ".join(f"{key} with {_listed(others)}" for key, others in met.items())
+
+    def _check_names(self, step: Step, due: int) -> None:
+        """Check the names in the picture of a step, with their signs, and its scale."""
+        text, here = self._text, self._text.place.at(f"picture of step {step.step}")
+        here.equal("how many crossings are complete", len(text.some_of({COMPLETE})), due)
+        wanted = Counter(step.pieces)
+        wanted.update(f"#{key}" for key in step.joints)
+        for key in step.pieces:
+            wanted.update(self._met(self._plan.piece[key], step))
+        words = {word for name in wanted for word in name.split(" ")}
+        shown: list[str] = []
+        for word in text.some_of(words | {OVER, UNDER}):
+            if shown and shown[-1] in (OVER, UNDER):
+                shown[-1] += f" {word}"
+            else:
+                shown.append(word)
+        here.same("names", shown, list(wanted.elements()))
+        text.match(r"1 : \d+(\.5)?", "its scale")
+
+    def _met(self, piece: Piece, step: Step) -> Iterator[str]:
+        """Yield what a new piece lies over or runs under, once each."""
+        named = set()
+        for station in piece.stations:
+            if station.crossing in (step.over if station.over else step.under):
+                for other in self._strands.get((station.crossing, not station.over), []):
+                    if other in self._there:
+                        named.add(f"{OVER if station.over else UNDER} {other}")
+        yield from named
+
+
+def _place(plan: CrossingMap, piece: Piece) -> str:
+    """Return a piece's id and where it is found."""
     which = f"sheet {piece.sheet}"
     if plan.cut.labels == "kinds":
         which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")
-    return f"{piece.id} ({which}): {'; '.join(said) or 'lay it down'}"
+    return f"{piece.id} ({which})"
 
 
-def _passing(
-    piece: Piece, step: Step, strands: dict[tuple[int, bool], list[str]], there: set[str]
-) -> Iterator[str]:
-    """Yield over whom a piece goes, and under whom, of those that are in place."""
-    for word, over, crossings in (("over", True, step.over), ("under", False, step.under)):
-        met = []
-        for station in piece.stations:
-            if station.over == over and station.crossing in crossings:
-                others = strands.get((station.crossing, not over), [])
-                names = dict.fromkeys(name for name in others if name in there)
-                met.append(f"{' and '.join(names)} at {station.crossing}")
-        if met:
-            yield f"{word} {', '.join(met)}"
+def _listed(names: Sequence[str]) -> str:
+    """Join names, each once, with commas and a last 'and'."""
+    once = list(dict.fromkeys(names))
+    return " and ".join((", ".join(once[:-1]), once[-1])) if len(once) > 1 else once[0]

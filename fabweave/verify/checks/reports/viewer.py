@@ -15,7 +15,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "d0c6775b7a5b7fa0ccd0e372488f5ccc2f90249bdcc6a2a83ff22e0248c53948"
+FRAME = "af4c68a88abd003bcffafe90a655c92dbffbff8fc4fe7a79572d1d843d3d8542"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (

@@ -1,0 +1,604 @@
+"""The viewer's controls in a real browser: colours, views, flights, times, addresses and keys."""
+
+import json
+import re
+from base64 import b64decode, b64encode
+
+import numpy as np
+import pytest
+from viewer_scene import page_data
+from viewer_tab import CHROMIUM, Scene, Tab, chromium
+
+from fabweave.report.costs.texts import hours_text
+
+pytestmark = [pytest.mark.apt, pytest.mark.slow]
+playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is absent")
+
+SIZES = {
+    "phone": (390, 844), "phone on its side": (844, 390), "tablet upright": (820, 1180),
+    "tablet": (1180, 820), "laptop": (1440, 900),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium here")
+    with playwright.sync_playwright() as tool, chromium(tool) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def torus(tmp_path_factory):
+    return Scene(tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0)
+
+
+@pytest.fixture
+def tab(browser, torus):
+    opened = Tab(browser, torus)
+    yield opened
+    opened.close()
+
+
+def slide(tab, name, value):
+    tab.page.evaluate(
+        "([name, value]) => { const s = document.getElementById(name); s.value = value;"
+        "s.dispatchEvent(new Event('input')); }", [name, value],
+    )  # fmt: skip
+    tab.settle()
+
+
+def all_of(scene):
+    return np.ones(len(scene.ids), dtype=bool)
+
+
+GROUPS = {
+    "thread": lambda scene, piece: scene.thread[piece.thread].label,
+    "direction": lambda scene, piece: ("warp", "weft")[scene.thread[piece.thread].bunch],
+    "sheet": lambda _, piece: f"sheet {piece.sheet}",
+    "material": lambda scene, piece: scene.plan.sheets[piece.sheet - 1].material,
+    "kind": lambda _, piece: f"kind {piece.kind}",
+}
+
+
+@pytest.mark.parametrize("scheme", GROUPS)
+def test_colours_are_those_of_groups_and_the_legend_names_them(tab, torus, scheme):
+    torus.thread = {thread.id: thread for thread in torus.plan.threads}
+    wanted = [GROUPS[scheme](torus, piece) for piece in torus.plan.pieces]
+    tab.page.select_option("#colours", scheme)
+    shown = tab.page.evaluate("fabweave.plan.colour")
+    assert len(set(zip(wanted, shown, strict=True))) == len(set(wanted)) == len(set(shown))
+    legend = tab.page.locator("#legend button")
+    assert sorted(text.strip() for text in legend.all_inner_texts()) == sorted(set(wanted))
+    # In space a strip has its colour, too, a little darker or lighter.
+    tab.settle()
+    hues = dict(zip(torus.ids, shown, strict=True))
+    pixels, good, points = tab.pixels(), 0, [p for p in tab.points(all_of(torus), 30, 3) if p[2]]
+    for x, y, label in points:
+        true = np.array([int(hues[label][k : k + 2], 16) for k in (1, 3, 5)], float)
+        shade = pixels[int(y), int(x)]
+        good += shade @ true > 0.97 * np.linalg.norm(shade) * np.linalg.norm(true)
+    assert good >= 0.6 * len(points)
+    # An entry of the legend shows its group alone.
+    legend.first.click()
+    name = legend.first.inner_text().strip()
+    codes = tab.page.evaluate("fabweave.codes()")
+    assert [bool(code) for code in codes] == [group == name for group in wanted]
+    # What was chosen is there again.
+    tab.page.reload()
+    tab.page.wait_for_function("window.fabweave !== undefined")
+    assert tab.page.evaluate("fabweave.plan.colour") == shown
+
+
+def test_steps_are_coloured_from_dark_to_light(tab, torus):
+    tab.page.select_option("#colours", "step")
+    shown = tab.page.evaluate("fabweave.plan.colour")
+    light = [sum(int(colour[k : k + 2], 16) for k in (1, 3, 5)) for colour in shown]
+    order = np.argsort([torus.step_of[label] for label in torus.ids])
+    assert np.all(np.diff(np.array(light)[order]) >= 0)
+    assert f"step {len(torus.plan.steps)}" in tab.page.locator("#legend").inner_text()
+
+
+def spread_corners(scene, by):
+    """Return the corners of all triangles, pieces moved apart from the middle of all."""
+    middle = scene.read.rungs.reshape(-1, 3)
+    middle = (middle.min(axis=0) + middle.max(axis=0)) / 2
+    ends = np.cumsum(scene.read.counts)
+    own = [rungs.mean(axis=(0, 1)) for rungs in np.split(scene.read.rungs, ends[:-1])]
+    return scene.corners + by * (np.array(own) - middle)[scene.owner][:, None]
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_exploded_pieces_are_where_they_are_seen(tab, torus, parallel, monkeypatch):
+    tab.page.click("#view summary")
+    if parallel:
+        tab.page.check("#parallel")
+    slide(tab, "explode", 0.8)
+    tab.page.click("#facts")
+    assert tab.page.locator("#explode").is_hidden()
+    monkeypatch.setattr(torus, "corners", spread_corners(torus, 0.8))
+    for x, y, label in tab.points(all_of(torus), 16, seed=4):
+        tab.tap(x, y)
+        assert tab.chosen() == label, (x, y)
+    tab.page.click("#view summary")
+    tab.page.click("#home")
+    assert tab.page.evaluate("document.getElementById('explode').value") == "0"
+
+
+#: Counts how often each piece is seen in a grid over the canvas.
+SEEN = """() => {
+    const found = {}, { width, height } = object.getBoundingClientRect();
+    for (let x = 3; x < width; x += 8) for (let y = 3; y < height; y += 8) {
+        const piece = fabweave.pick(x, y);
+        found[piece] = (found[piece] || 0) + 1;
+    }
+    return found;
+}"""
+
+
+def seen_pieces(tab):
+    """Return the numbers of the pieces that are seen, each with how often."""
+    return {int(piece): often for piece, often in tab.page.evaluate(SEEN).items() if piece != "-1"}
+
+
+def test_what_is_cut_away_is_not_seen_and_the_chosen_piece_is_whole(tab, torus):
+    whole = tab.pixels()
+    slide(tab, "cut", 0.5)
+    cut = tab.pixels()
+    paper = whole[-60, 20]
+    assert np.mean(np.any(cut != paper, axis=2)) < 0.9 * np.mean(np.any(whole != paper, axis=2))
+    # The plane goes through the middle, across the view; what is this side of it is away.
+    lens = np.array(tab.page.evaluate("fabweave.lens.matrixWorld.elements")).reshape(4, 4).T
+    points = torus.read.rungs.reshape(-1, 3)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    beyond = (torus.corners - middle) @ lens[:3, 2]
+    near = np.array([beyond[torus.owner == k].min() for k in range(len(torus.ids))])
+    far = np.array([beyond[torus.owner == k].max() for k in range(len(torus.ids))])
+    seen = seen_pieces(tab)
+    gone = set(np.flatnonzero(near > 0.5).tolist())
+    assert gone
+    assert not seen.keys() & gone
+    assert seen.keys() & set(np.flatnonzero(far < -0.5).tolist())
+    # The first of what is gone is whole when it is chosen.
+    label = torus.ids[min(gone)]
+    tab.page.fill("#query", label)
+    tab.page.keyboard.press("Enter")
+    tab.settle()
+    assert min(gone) in seen_pieces(tab)
+
+
+def ways_in(step):
+    """Return which end of each piece of a step leads, by the words of the step."""
+    ways = {}
+    for label, clause in re.findall(r"(?:Lay|Take|Begin with) (\w+)([^.]*)", step.text):
+        # An end with more strands over it leads; both alike: the end.
+        under = {
+            end: len(re.findall(r"[A-Z]+\d+", found[1]))
+            for end in ("start", "end")
+            if (found := re.search(rf"slide its {end} under ([^;]*)", clause))
+        }
+        ways[label] = under
+    return ways
+
+
+def test_pieces_come_the_way_that_the_step_says(tab, torus):
+    for step in torus.plan.steps:
+        for label, under in ways_in(step).items():
+            sign = tab.page.evaluate(
+                "([step, piece]) => wayIn(fabweave.plan, fabweave.plan.steps[step], piece)",
+                [step.number - 1, torus.ids.index(label)],
+            )
+            if not under:
+                assert sign == 0, (step.number, label)
+            elif len(under) == 1:
+                assert sign == {"start": 1, "end": -1}[next(iter(under))], (step.number, label)
+            else:
+                assert sign != 0
+
+
+def test_a_strip_slides_along_its_own_course(tab):
+    """A rung that is shifted by the way to another one stands where that one is."""
+    off, beyond, landed = tab.page.evaluate("""() => {
+        const plan = fabweave.plan, strips = readStrips(plan.data.space, plan), piece = 5;
+        const { made, placed, firsts, counts } = strips;
+        const from = firsts[piece], count = counts[piece], axes = [0, 1, 2];
+        const gap = (a, b) => Math.hypot(...axes.map((k) => made.position[a + k] - placed[b + k]));
+        let off = 0;
+        for (let k = 1; k < count; k++) {
+            shiftStrip(strips, piece, made.along[2 * (from + k)], [0, 0, 0]);
+            for (const side of [0, 3])
+                off = Math.max(off, gap(6 * from + side, 6 * (from + k) + side));
+        }
+        // Beyond its end it is as wide as there, and goes straight on.
+        shiftStrip(strips, piece, made.along[2 * (from + count - 1)] + 100, [0, 0, 0]);
+        const beyond = gap(6 * from, 6 * (from + count - 1));
+        landStrip(strips, piece);
+        return [off, beyond, made.position.every((value, k) => value === placed[k])];
+    }""")
+    assert off < 1e-3
+    assert beyond == pytest.approx(100.0, abs=0.5)
+    assert landed
+
+
+def test_pieces_fly_where_motion_is_wanted(browser, torus):
+    opened = Tab(browser, torus, reduced_motion="no-preference")
+    opened.page.click("#follow")
+    opened.go_to(6)
+    opened.page.wait_for_timeout(1500)
+    before = opened.pixels()
+    opened.page.click("#forward")
+    opened.page.wait_for_timeout(120)
+    coming = opened.pixels()
+    opened.page.wait_for_timeout(2500)
+    there = opened.pixels()
+    opened.page.evaluate("fabweave.draw()")
+    assert np.count_nonzero(np.any(there != opened.pixels(), axis=2)) <= 20
+    moved = np.count_nonzero(np.any(np.abs(coming - there) > 40, axis=2))
+    assert moved > 200
+    assert np.any(before != there)
+    opened.close()
+
+
+def test_steps_play_and_stop(tab, torus):
+    last = len(torus.plan.steps)
+    tab.go_to(last - 2)
+    tab.page.click("#play")
+    assert tab.page.locator("#play").inner_text() == "Pause"
+    tab.wait(f"fabweave.state.step === {last}")
+    assert tab.page.locator("#play").inner_text() == "Play"
+    # At the end it begins again; a step by hand stops it.
+    tab.page.keyboard.press("p")
+    assert tab.page.evaluate("fabweave.state.step") == 1
+    tab.page.click("#forward")
+    assert tab.page.locator("#play").inner_text() == "Play"
+    assert tab.page.evaluate("fabweave.state.step") == 2
+
+
+def test_a_step_says_what_is_fastened_and_marks_its_stations(tab, torus):
+    fastened = {crossing.id for crossing in torus.plan.crossings if crossing.fastened}
+    joint_at = {joint.crossing: joint.id for joint in torus.plan.joints}
+    told = 0
+    for step in torus.plan.steps:
+        tab.page.evaluate(f"location.hash = '#step={step.number}'")
+        tab.wait(f"document.body.dataset.step === '{step.number}'")
+        card = tab.page.locator("#step-text")
+        text = card.inner_text()
+        assert step.text in text
+        here = [key for key in step.fasten if key in fastened]
+        assert ("Fasten for good" in text) == bool(here)
+        if here:
+            words = card.locator(".fasten").inner_text()
+            assert words.count(" over ") == len(here)
+            named = re.findall(r"\(joint #(\d+)\)", words)
+            assert [int(number) for number in named] == [
+                joint_at[key] for key in here if key in joint_at
+            ]
+            told += len(here)
+        piece = torus.piece(step.pieces[0])
+        made = {*step.crossings, *step.over, *step.under}
+        marked = tab.page.locator("svg.piece .station.now").evaluate_all(
+            "all => all.map(one => Number(one.dataset.station))"
+        )
+        assert marked == [k for k, at in enumerate(piece.stations) if at.crossing in made]
+        later = tab.page.locator("svg.piece .station.later").count()
+        assert later == sum(
+            torus.step_of[at.partner] > step.number and at.crossing not in made
+            for at in piece.stations
+        )
+    assert told == len(fastened) > 0
+    # A partner's name on the flat piece leads to it, by keyboard, too.
+    name = tab.page.locator("svg.piece .partner").nth(1)
+    partner = name.get_attribute("data-piece")
+    name.focus()
+    tab.page.keyboard.press("Enter")
+    assert tab.chosen() == partner
+
+
+def test_time_is_that_of_the_job(tab, torus):
+    hands = torus.job.costs.assembly
+    seconds = tab.page.evaluate("fabweave.clock.seconds")
+    assert sum(seconds) == pytest.approx(3600.0 * hands.practised_h, abs=1.0)
+    assert hours_text(hands.hours) in tab.page.locator("#left").inner_text()
+    half = len(seconds) // 2
+    tab.page.click("#tab-steps")
+    for box in tab.page.locator("#panel-steps input").all()[:half]:
+        box.check()
+    left = sum(seconds[half:]) / sum(seconds)
+    words = hours_text((hands.hours[0] * left, hands.hours[1] * left))
+    assert tab.page.locator("#progress").inner_text().startswith(
+        f"{half} of {len(seconds)} steps done. {words} left of "
+    )  # fmt: skip
+    for box in tab.page.locator("#panel-steps input").all()[half:]:
+        box.check()
+    assert tab.page.locator("#left").inner_text() == "All is done."
+
+
+def test_addresses_name_step_and_piece(browser, torus):
+    step = torus.plan.steps[8]
+    label = step.pieces[0]
+    opened = Tab(browser, torus, address=f"#step=9&piece={label}")
+    assert opened.page.evaluate("document.body.dataset.step") == "9"
+    assert opened.chosen() == label
+    opened.go_to(4)
+    assert opened.page.url.endswith("#step=4")
+    opened.page.fill("#query", "A1")
+    opened.page.click("#mode-whole")
+    opened.page.keyboard.press("Escape")
+    opened.page.fill("#query", "A1")
+    opened.page.keyboard.press("Enter")
+    assert opened.page.url.endswith("#piece=A1")
+    for nonsense in ("#step=0", "#step=x&piece=Z99", "#piece=", "#<b>"):
+        opened.page.evaluate("address => { location.hash = address; }", nonsense)
+        opened.page.wait_for_timeout(50)
+    assert opened.page.evaluate("fabweave.state.step") == 4
+    opened.close()
+
+
+def corner_under(tab, torus, seed):
+    """Return a point of the object, and where it is seen, away from the middle."""
+    for x, y, label in tab.points(all_of(torus), 30, seed):
+        if label and abs(x - tab.box["width"] / 2) > 0.15 * tab.box["width"]:
+            origin, way = tab.ray(x, y)
+            far = tab.shot(origin, way)
+            return origin + far * way, (x, y)
+    raise AssertionError("nothing is seen")
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_the_wheel_zooms_to_the_pointer(tab, torus, parallel):
+    if parallel:
+        tab.page.click("#view summary")
+        tab.page.check("#parallel")
+        tab.page.click("#facts")
+        tab.settle()
+    point, (x, y) = corner_under(tab, torus, seed=6)
+    tab.page.mouse.move(tab.box["x"] + x, tab.box["y"] + y)
+    size = tab.scale(point)
+    for wheel in (-300, -500, -400, 700, -200):
+        tab.page.mouse.wheel(0, wheel)
+        tab.page.wait_for_timeout(60)
+        tab.look()
+        assert np.linalg.norm(tab.project(point[None])[0] - (x, y)) <= 2.0, wheel
+    assert tab.scale(point) > 1.8 * size
+
+
+def test_fingers_zoom_to_where_they_are(browser, torus):
+    opened = Tab(browser, torus, size=SIZES["tablet"], has_touch=True)
+    point, (x, y) = corner_under(opened, torus, seed=8)
+    x, y = x + opened.box["x"], y + opened.box["y"]
+    hand, size = opened.context.new_cdp_session(opened.page), opened.scale(point)
+
+    def touch(kind, *points):
+        places = [{"x": px, "y": py, "id": k} for k, (px, py) in enumerate(points)]
+        hand.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
+
+    touch("touchStart", (x - 30, y), (x + 30, y))
+    for k in range(1, 9):
+        touch("touchMove", (x - 30 - 6 * k, y), (x + 30 + 6 * k, y))
+    touch("touchEnd")
+    opened.settle()
+    opened.look()
+    held = opened.project(point[None])[0] + (opened.box["x"], opened.box["y"])
+    assert np.linalg.norm(held - (x, y)) <= 2.0
+    assert opened.scale(point) == pytest.approx(size * 78 / 30, rel=0.15)
+    opened.close()
+
+
+def test_a_double_click_sets_the_pivot(tab, torus):
+    point, (x, y) = corner_under(tab, torus, seed=9)
+    tab.page.locator("#object").dblclick(position={"x": x, "y": y})
+    tab.settle()
+    middle = np.array([tab.box["width"], tab.box["height"]]) / 2
+    for _ in range(3):
+        tab.look()
+        assert np.linalg.norm(tab.project(point[None])[0] - middle) <= 3.0
+        tab.page.click("[data-move=left]")
+        tab.settle()
+
+
+MOVES = {"left": "ArrowLeft", "right": "ArrowRight", "up": "ArrowUp", "down": "ArrowDown",
+         "in": "+", "out": "-"}  # fmt: skip
+
+
+@pytest.mark.parametrize("move", MOVES)
+def test_buttons_and_keys_do_the_same(tab, move):
+    home = tab.page.evaluate("fabweave.lens.position.toArray()")
+    tab.page.click(f"[data-move={move}]")
+    pressed = tab.page.evaluate("fabweave.lens.position.toArray()")
+    assert np.linalg.norm(np.subtract(home, pressed)) > 10.0
+    assert tab.page.locator("#spoken").inner_text().startswith("Seen from ")
+    tab.page.locator("#object").focus()
+    tab.page.keyboard.press("0")
+    assert tab.page.evaluate("fabweave.lens.position.toArray()") == pytest.approx(home)
+    tab.page.keyboard.press(MOVES[move])
+    assert tab.page.evaluate("fabweave.lens.position.toArray()") == pytest.approx(pressed)
+    # There they step no further.
+    assert tab.page.evaluate("document.body.dataset.step") == ""
+
+
+def test_the_view_is_said(tab):
+    said = []
+    for _ in range(24):
+        tab.page.click("[data-move=right]")
+        said.append(tab.page.locator("#spoken").inner_text())
+    # Once round, each side is named three times.
+    sides = ["front", "front right", "right", "back right", "back", "back left", "left",
+             "front left"]  # fmt: skip
+    assert sorted(re.match(r"Seen from the ([a-z ]+?) and above", words)[1] for words in said) == (
+        sorted(3 * sides)
+    )
+    tab.page.click("[data-move=in]")
+    assert "times as large" in tab.page.locator("#spoken").inner_text()
+    hint = tab.page.locator("#object").get_attribute("aria-describedby")
+    assert "rrow keys turn" in tab.page.locator(f"#{hint}").text_content()
+
+
+def test_keys_are_listed(tab):
+    tab.page.keyboard.press("?")
+    listed = tab.page.locator("#keys")
+    assert listed.is_visible()
+    for key in ("p", "d", "a", "/", "Esc", "Home"):
+        assert key in listed.locator("kbd").all_inner_texts()
+    tab.page.keyboard.press("Escape")
+    assert listed.is_hidden()
+    tab.page.click("#view summary")
+    tab.page.click("#help")
+    listed.locator("button").click()
+    assert listed.is_hidden()
+    tab.page.keyboard.press("l")
+    assert tab.page.locator("#show-labels").get_attribute("aria-pressed") == "true"
+
+
+def test_a_hidden_piece_is_turned_up(tab, torus):
+    """After each step some of its piece is seen, wherever the one before was."""
+    turns, before = 0, None
+    steps = range(2, len(torus.plan.steps) + 1, 5)
+    for step in steps:
+        tab.go_to(step)
+        tab.settle()
+        seen = seen_pieces(tab)
+        first = torus.ids.index(torus.plan.steps[step - 1].pieces[0])
+        assert seen.get(first, 0) >= 1, step
+        view = tab.page.evaluate("fabweave.lens.matrixWorld.elements")
+        turns += view != before
+        before = view
+    assert turns <= len(steps)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_screen_is_used(browser, torus, tmp_path, size):
+    wide, high = SIZES[size]
+    opened = Tab(browser, torus, size=(wide, high), has_touch="laptop" not in size)
+    opened.go_to(12)
+    page = opened.page
+    page.screenshot(path=tmp_path / "page.png")
+    assert page.evaluate("document.documentElement.scrollWidth") <= wide
+    assert page.evaluate("document.documentElement.scrollHeight") <= high
+    box = page.locator("#space").bounding_box()
+    assert box["width"] * box["height"] >= 0.3 * wide * high
+    card = page.locator("#step-text").bounding_box()
+    assert card["height"] >= 55
+    assert card["y"] + card["height"] <= high
+    assert page.locator("#panel-piece").bounding_box()["height"] >= 150
+    # No button stands over another, and none outside.
+    boxes = [one.bounding_box() for one in page.locator("#space button:visible, summary").all()]
+    least = 24 if size == "laptop" else 40
+    for k, one in enumerate(boxes):
+        assert min(one["width"], one["height"]) >= least
+        assert one["x"] >= 0
+        assert one["x"] + one["width"] <= wide
+        for other in boxes[:k]:
+            apart = (
+                one["x"] + one["width"] <= other["x"] + 2
+                or other["x"] + other["width"] <= one["x"] + 2
+                or one["y"] + one["height"] <= other["y"] + 2
+                or other["y"] + other["height"] <= one["y"] + 2
+            )
+            assert apart
+    opened.close()
+
+
+def test_still_edges_are_smooth(tab):
+    """At rest four pixels are drawn for each that is shown."""
+    tab.settle()
+    size = tab.page.evaluate("[object.width, object.height, object.clientWidth]")
+    assert size[0] == 2 * size[2]
+
+
+def test_pieces_are_named_as_they_are_engraved(browser, tmp_path):
+    scene = Scene(tmp_path, "shape:octahedron", 300.0, labels="kinds")
+    opened = Tab(browser, scene)
+    opened.go_to(3)
+    step = scene.plan.steps[2]
+    names = [f"K{scene.piece(label).kind} ({label})" for label in step.pieces]
+    assert opened.page.locator("#step-text .chip").all_inner_texts() == names
+    text = re.sub(
+        r"\b[A-Z]+\d+\b", lambda found: f"K{scene.piece(found[0]).kind} ({found[0]})", step.text
+    )
+    assert text in opened.page.locator("#step-text").inner_text()
+    assert opened.page.locator("#panel-piece h2").inner_text().strip() == names[0]
+    opened.page.click("#tab-sheet")
+    drawn = opened.page.locator("#panel-sheet g[data-piece] text").all_text_contents()
+    assert set(drawn) <= {f"K{piece.kind}" for piece in scene.plan.pieces}
+    opened.close()
+
+
+def test_without_webgl_colours_and_steps_work(browser, torus):
+    script = "HTMLCanvasElement.prototype.getContext = () => null"
+    opened = Tab(browser, torus, script=script)
+    assert opened.page.locator("#pad").is_hidden()
+    assert opened.page.locator("#view").is_hidden()
+    opened.page.select_option("#colours", "sheet")
+    opened.page.click("#forward")
+    opened.page.click("#forward")
+    assert torus.plan.steps[1].text in opened.page.locator("#step-text").inner_text()
+    assert opened.page.locator("svg.piece .station.now").count() > 0
+    opened.page.click("#tab-sheet")
+    shown = opened.page.evaluate("fabweave.plan.colour")
+    assert json.dumps(shown) == json.dumps([shown[0] if p.sheet == torus.plan.pieces[0].sheet
+                                            else next(c for c in shown if c != shown[0])
+                                            for p in torus.plan.pieces])  # fmt: skip
+    opened.close()
+
+
+def many_times(page, count):
+    """Return a page whose job is there many times over: its pieces, its strips and its steps."""
+    data = page_data(page)
+    plan, space = data["plan"], data["space"]
+
+    def named(label, copy):
+        letters, number = re.fullmatch(r"([A-Z]+)(\d+)", label).groups()
+        return f"{letters}{int(number) + 100 * copy}"
+
+    def renamed(value, copy):
+        if isinstance(value, dict):
+            own = {key: renamed(item, copy) for key, item in value.items()}
+            return own | {key: named(own[key], copy) for key in ("id", "partner") if key in own}
+        return [renamed(item, copy) for item in value] if isinstance(value, list) else value
+
+    pieces, steps = plan["pieces"], plan["steps"]
+    plan["pieces"] = [renamed(piece, copy) for copy in range(count) for piece in pieces]
+    plan["steps"] = [
+        step | {"step": len(steps) * copy + step["step"],
+                "pieces": [named(label, copy) for label in step["pieces"]]}
+        for copy in range(count) for step in steps
+    ]  # fmt: skip
+    for key in ("counts", "panels"):
+        space[key] *= count
+    for key in ("rungs", "from_right"):
+        space[key] = b64encode(count * b64decode(space[key])).decode()
+    data["colours"] *= count
+    return re.sub(
+        r'(<script id="data"[^>]*>)[^<]*',
+        lambda start: start[1] + json.dumps(data).replace("<", "\\u003c"),
+        page,
+    )
+
+
+#: Goes five steps on, and returns how long each kept the page busy, in milliseconds.
+FIVE_STEPS = """() => {
+    const slider = document.getElementById('slider'), begun = performance.now();
+    for (let k = 0; k < 5; k++) {
+        slider.value = Number(slider.value) + 1;
+        slider.dispatchEvent(new Event('input'));
+    }
+    return (performance.now() - begun) / 5;
+}"""
+
+
+def test_a_job_of_five_thousand_pieces_stays_usable(browser, torus, tmp_path):
+    path = tmp_path / "assembly.html"
+    page = many_times(torus.path.read_text("utf-8"), 170)
+    path.write_text(page, encoding="utf-8")
+    opened = Tab(browser, torus, path=path)
+    assert opened.page.evaluate("fabweave.plan.pieces.length") == 170 * len(torus.ids) > 5000
+    assert opened.page.evaluate(FIVE_STEPS) < 60.0
+    opened.page.click("#tab-steps")
+    opened.settle()
+    assert opened.page.evaluate(FIVE_STEPS) < 600.0
+    opened.page.fill("#query", torus.ids[3])
+    opened.page.keyboard.press("Enter")
+    assert opened.chosen() == torus.ids[3]
+    opened.page.select_option("#colours", "thread")
+    opened.page.click("#show-labels")
+    opened.close()
