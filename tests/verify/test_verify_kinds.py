@@ -104,7 +104,8 @@ def test_what_differs_by_less_than_a_fastener_s_play_is_made_equal(finished, une
     first = {piece.kind: piece for piece in reversed(pieces)}
     for piece in pieces:
         theirs, turned = first[piece.kind].path, piece.turned
-        corner = theirs[:, :2].max(axis=0) + theirs[:, :2].min(axis=0)
+        outline = first[piece.kind].outline
+        corner = outline.max(axis=0) + outline.min(axis=0)
         same = corner - theirs[:, :2] if turned else theirs[:, :2]
         assert np.abs(piece.path[:, :2] - same).max() <= (2e-6 if turned else 0.0)
 
