@@ -73,7 +73,7 @@ def charts(report: WasteReport) -> Iterator[str]:
         ],
     )
     yield "</div>"
-    yield "<div><h3>How much of them could be pieces</h3>"
+    yield "<div><h3>How much could be pieces</h3>"
     ways = (
         ("this job", told.gross),
         ("at the very best", told.best),

@@ -298,3 +298,20 @@ def test_characters_that_no_font_has_become_question_marks():
     book.page("One")
     text = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0].extract_text()
     assert "Knödel ?? (a\\b)" in text
+
+
+def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_many_there_are():
+    reader = pypdf.PdfReader(io.BytesIO(manual_of()))
+    least = {}
+    for number, page in enumerate(reader.pages, start=1):
+        text = " ".join(page.extract_text().split())
+        assert f"page {number} / {len(reader.pages)}" in text
+        content = page.get_contents().get_data().decode("latin-1")
+        sizes = [float(size) for size in re.findall(r"/F\d+ ([\d.]+) Tf", content)]
+        for name in ("Overview", "How to read", "Threads and", "Parts", "Sheets"):
+            if text.startswith(name):
+                least[name] = min([least.get(name, 99.0), *sizes])
+    assert len(least) == 5
+    assert min(least[name] for name in ("Overview", "How to read", "Parts")) >= 9.5
+    # Names on pieces, and of pieces on bands, are somewhat smaller where there is no room.
+    assert min(least.values()) >= 8.0

@@ -95,16 +95,17 @@ def uneven(tmp_path_factory) -> Path:
 @pytest.mark.parametrize("joint", ["rivet:2", "glue"])
 def test_what_differs_by_less_than_a_fastener_s_play_is_made_equal(finished, uneven, joint):
     folder = finished(str(uneven), "--size", "300mm", "--joint", joint, "--kinds", "fewest",
-                      "--effort", "quick", "--sheet", "400x300mm")  # fmt: skip
+                      "--effort", "quick", "--sheet", "400x300mm", "--holes", "all")  # fmt: skip
     job = load_job(folder, Tally("files"))
     pieces = job.map.pieces
-    assert len({piece.kind for piece in pieces}) <= 4
+    assert len({piece.kind for piece in pieces}) <= len(pieces) / 4
     fitted = max(pieces, key=lambda piece: piece.fitted_mm)
     assert 0.005 < fitted.fitted_mm <= 0.04
     first = {piece.kind: piece for piece in reversed(pieces)}
     for piece in pieces:
         theirs, turned = first[piece.kind].path, piece.turned
-        corner = theirs[:, :2].max(axis=0) + theirs[:, :2].min(axis=0)
+        outline = first[piece.kind].outline
+        corner = outline.max(axis=0) + outline.min(axis=0)
         same = corner - theirs[:, :2] if turned else theirs[:, :2]
         assert np.abs(piece.path[:, :2] - same).max() <= (2e-6 if turned else 0.0)
 

@@ -24,7 +24,7 @@ def charts_shown(waste: dict[str, Any]) -> Iterator[Seen]:
     yield from _bar(0, f"pieces: {used:.0%}", 0.0, used)
     yield from _bar(1, f"offcuts worth keeping: {kept:.0%}", used, used + kept)
     yield from _bar(2, f"waste, holes too: {rest:.0%}", used + kept, 1.0)
-    yield from _chart("How much of them could be pieces", 4)
+    yield from _chart("How much could be pieces", 4)
     ways = {
         "this job": used,
         "at the very best": told["best"],

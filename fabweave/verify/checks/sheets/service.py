@@ -168,7 +168,7 @@ def _check_drawing(
 
 def _check_holes(wanted: Floats, drawn: Floats, place: Place) -> None:
     """Check that each wanted hole, a row of place and diameter, is there, once."""
-    if not place.equal("the number of holes", len(drawn), len(wanted)):
+    if not place.equal("the number of holes", len(drawn), len(wanted)) or not len(wanted):
         return
     far = np.abs(wanted[:, None] - drawn[None]).max(axis=2)
     off = float(far.min(axis=1).max(initial=0.0))
