@@ -50,7 +50,7 @@ for pattern in ("plain", "twill", "3/1"):
     choices[pattern] = pieces
     kinds = len(set(pieces.kinds))
     print(f"{pattern:6} {len(pieces):3} pieces, {kinds:2} kinds, {low:.1f} to {high:.1f} hours")""",
-    "The twill it is: its diagonal shows, and its ribbons bend less often.",
+    "The twill it is: its diagonal shows, and it takes no longer than the others.",
     """\
 chosen = choices["twill"]
 chosen.ribbons""",

@@ -12,12 +12,12 @@ ROOT = Path(__file__).parents[2]
 #: Each job's folder, and what is typed to make it. Paths count from the repository.
 JOBS = {
     "torus": (
-        "shape:torus?m=16&n=8", "--size", "300mm", "--pattern", "twill",
+        "shape:torus?m=12&n=6", "--size", "300mm", "--pattern", "twill",
         "--material", "warp=card:navy,weft=card:gold", "--colours", "material",
         "--sheet", "600x400mm", "--effort", "quick", "--title", "Twill ring in two colours",
     ),
     "kagome_ball": (
-        "shape:icosahedron", "--size", "300mm", "--refine", "loop:2", "--pattern", "kagome",
+        "shape:icosahedron", "--size", "300mm", "--refine", "loop:1", "--pattern", "kagome",
         "--open", "0.2", "--kinds", "fewest", "--labels", "kinds", "--sheet", "600x400mm",
         "--effort", "quick", "--title", "Kagome ball",
     ),
