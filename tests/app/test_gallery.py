@@ -156,7 +156,9 @@ def test_the_fish_is_closed_and_its_licence_is_told():
 def test_a_finished_job_is_what_is_made_today_and_proved(name, tmp_path):
     kept = ROOT / "outputs" / name
     files = sorted(path.relative_to(kept) for path in kept.rglob("*") if path.is_file())
-    assert sum((kept / path).stat().st_size for path in files) < 4_000_000
+    size = sum((kept / path).stat().st_size for path in files)
+    # A manual of some 150 pieces has 2.8 MB alone.
+    assert size < (8_500_000 if name == "fish" else 4_000_000)
     OUTPUTS["make"](name, tmp_path / name)
     assert files == sorted(
         path.relative_to(tmp_path / name) for path in (tmp_path / name).rglob("*") if path.is_file()

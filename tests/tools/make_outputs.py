@@ -12,20 +12,22 @@ ROOT = Path(__file__).parents[2]
 #: Each job's folder, and what is typed to make it. Paths count from the repository.
 JOBS = {
     "torus": (
-        "shape:torus?m=12&n=6", "--size", "300mm", "--pattern", "twill",
+        "shape:torus?m=10&n=5", "--size", "300mm", "--pattern", "twill",
         "--material", "warp=card:navy,weft=card:gold", "--colours", "material",
-        "--sheet", "600x400mm", "--effort", "quick", "--title", "Twill ring in two colours",
+        "--sheet", "600x400mm", "--template", "none", "--effort", "quick",
+        "--title", "Twill ring in two colours",
     ),
     "kagome_ball": (
         "shape:icosahedron", "--size", "300mm", "--refine", "loop:1", "--pattern", "kagome",
         "--open", "0.2", "--kinds", "fewest", "--labels", "kinds", "--sheet", "600x400mm",
-        "--effort", "quick", "--title", "Kagome ball",
+        "--template", "none", "--effort", "quick", "--title", "Kagome ball",
     ),
     # Fairing makes room at the fins, and thin card takes their bends; a length makes the number.
     "fish": (
         "examples/meshes/fish.obj", "--up", "y", "--size", "900mm", "--refine", "simplest:1",
         "--fair", "50", "--thickness", "0.2mm", "--max-length", "360mm",
-        "--sheet", "1000x700mm", "--effort", "quick", "--title", "Fish",
+        "--sheet", "1000x700mm", "--smooth", "1", "--labels", "numbers", "--template", "none",
+        "--effort", "quick", "--title", "Fish",
     ),
 }  # fmt: skip
 
