@@ -5,6 +5,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
 
+import numpy as np
+
 from fabweave.verify.checks.reports.hands import seconds_of_steps
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
 from fabweave.verify.running_text import RunningText
@@ -34,6 +36,9 @@ _SIDES = (
     "straight above",
     "straight below",
 )
+#: What is new has so much room in its picture, the lower way; and the next scale that is used is
+#: not farther off than this.
+_LOW_MM, _NEXT = 37.0, 1.25
 #: Times are rounded to a minute.
 _SAME_MIN = 0.51
 
@@ -194,7 +199,32 @@ class _StepCheck:
             else:
                 shown.append(word)
         here.same("names", shown, list(wanted.elements()))
-        text.match(r"1 : \d+(\.\d\d?)?", "its scale")
+        said = text.match(r"1 : (\d+(?:\.\d\d?)?)", "its scale")
+        if said is not None:
+            ratio, most = float(said[1]), self._smallest(step)
+            here.expect(
+                1.0 <= ratio <= most and f"{ratio:g}" == said[1],
+                f"its scale is 1 : {said[1]}, which is none from 1 : 1 to 1 : {most:.1f}",
+            )
+
+    def _smallest(self, step: Step) -> float:
+        """Return how many times smaller than they are new pieces need be drawn at the most.
+
+        No two places of a piece are farther apart than half the way around it.
+        """
+        pieces = [self._plan.piece[key] for key in step.pieces]
+        around = max(
+            float(
+                np.linalg.norm(np.diff(one.outline, axis=0, append=one.outline[:1]), axis=1).sum()
+            )
+            for one in pieces
+        )
+        wide = around / 2.0
+        if len(pieces) > 1:
+            met = {station.crossing for one in pieces for station in one.stations}
+            places = [one.position for one in self._plan.crossings if one.id in met]
+            wide += float(np.linalg.norm(np.ptp(np.array(places).reshape(-1, 3), axis=0)))
+        return 1.0 + _NEXT * wide / _LOW_MM
 
     def _met(self, piece: Piece, step: Step) -> Iterator[str]:
         """Yield what a new piece lies over or runs under, once each."""
