@@ -28,7 +28,7 @@ class FlatPiece:
     hole : float
         The radius of the holes.
     middle : (2,) float array
-        Where the id stands: in the middle between two holes.
+        Where the id stands: in the middle of the band, between two holes.
     """
 
     id: str
@@ -60,16 +60,16 @@ def ring_picture(ring: RimRing, wide: float) -> RingPicture:
     scale = _POINTS_MM / ratio
     pieces, top = [], 0.0
     for piece, outline in zip(ring.pieces, outlines, strict=True):
-        reach = float(np.hypot(*outline.T).max()) * scale + _BEYOND
+        radii = np.hypot(*outline.T) * scale
+        reach = float(radii.max()) + _BEYOND
         holes = piece.holes[:, :2] * scale
         numbers = holes * (reach / np.hypot(*holes.T))[:, None]
         drawn = np.concatenate((outline * scale, numbers))
         low, high = drawn.min(axis=0) - _NUMBER, drawn.max(axis=0) + _NUMBER
         shift = np.array([(wide - low[0] - high[0]) / 2.0, top - high[1]])
         half = len(holes) // 2
-        # The mean of two holes lies nearer to the axis than either; it is put back on the band.
         between = holes[half - 1 : half + 1].mean(axis=0)
-        away = np.hypot(*holes[half - 1 : half + 1].T).mean()
+        away = (radii.min() + radii.max()) / 2.0
         pieces.append(
             FlatPiece(
                 id=piece.id,

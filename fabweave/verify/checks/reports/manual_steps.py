@@ -24,8 +24,8 @@ _UNPICTURED = (
     "and assembly.html each step on it, where that could be made."
 )
 RINGED = (
-    " Crossings that the ring around an opening holds get their fasteners with it, in the last "
-    "step: until then, clips are enough there."
+    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
+    "until then, clips are enough there."
 )
 BOXES = " Tick the box of a piece when it is in its place."
 OVER, UNDER, COMPLETE = "●", "○", "⊕"
