@@ -1,5 +1,6 @@
 """Check the steps of the manual: every step once, in order, with all its words and names."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
@@ -21,6 +22,10 @@ PICTURED = (
 _UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
     "and assembly.html each step on it, where that could be made."
+)
+RINGED = (
+    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
+    "until then, clips are enough there."
 )
 BOXES = " Tick the box of a piece when it is in its place."
 OVER, UNDER, COMPLETE = "●", "○", "⊕"
@@ -47,13 +52,14 @@ def check_steps(plan: CrossingMap, text: RunningText) -> None:
     text : RunningText
         That of the pages of steps.
     """
-    pictured = text.skip(PICTURED + BOXES)
+    ringed = RINGED if any(step.ring is not None for step in plan.steps) else ""
+    pictured = text.skip(PICTURED + ringed + BOXES)
     if not pictured:
-        text.block(_UNPICTURED + BOXES)
+        text.block(_UNPICTURED + ringed + BOXES)
     check, at, side = _StepCheck(plan, text), 0, ""
     while at < len(plan.steps) and not text.lost:
         end = at + 1
-        if pictured:
+        if pictured and plan.steps[at].ring is None:
             end, side = check.whole(at, side)
         for step in plan.steps[at:end]:
             check.step(step, pictured=pictured)
@@ -114,13 +120,39 @@ class _StepCheck:
         self._check_time(step)
         for key in step.pieces:
             text.block(_place(plan, plan.piece[key]))
+        for name in step.ring or ():
+            text.block(f"{name} (rim)")
         self._there.update(step.pieces)
         text.block(step.text)
         due = [key for key in step.fasten if key not in self._idle]
-        if due:
+        if due and step.ring is None:
             text.block(f"All layers are in place: {self._layers(step, due)}.")
-        if pictured and not text.lost:
+        if carried := [self._hung(key) for key in sorted(step.fasten) if plan.crossing[key].hang]:
+            text.block(f"A cord or a foot goes here: {_listed(carried)}.")
+        if step.ring is not None and not text.lost:
+            self._check_ring(step)
+        elif pictured and not text.lost:
             self._check_names(step, len(due))
+
+    def _hung(self, key: int) -> str:
+        """Name a crossing that carries something, and its hole."""
+        crossing = self._plan.crossing[key]
+        station = self._plan.piece[crossing.over.piece].stations[crossing.over.station]
+        hole = station.hole_mm
+        if hole is None and station.joint is not None:
+            hole = self._plan.joint[station.joint].hole_mm
+        told = "" if hole is None else f" (hole of {hole:g} mm)"
+        return f"{crossing.over.piece} with {crossing.under.piece}{told}"
+
+    def _check_ring(self, step: Step) -> None:
+        """Check the picture of a ring: its pieces, each with the numbers of its holes."""
+        text = self._text
+        parts = re.findall(r"[:;] (R+\d+) at ([^;]*)", step.text)
+        for name, holes in parts:
+            for number in range(1, 1 + len(re.findall(r"\(\d+\)", holes))):
+                text.block(str(number))
+            text.block(name)
+        text.match(r"1 : \d+(\.\d)?", "its scale")
 
     def _check_time(self, step: Step) -> None:
         """Check how long a step is said to take, and all up to it."""
