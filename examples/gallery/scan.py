@@ -1,6 +1,8 @@
 """A found mesh, given by its path: whatever its faces, plain weave holds everywhere.
 
-Run it with: python examples/gallery/scan.py scan.png
+What can be cut of it, and at which size, ``fabweave inspect`` tells.
+
+Run it with: python examples/gallery/scan.py cow.obj cow.png
 """
 
 import sys
@@ -11,14 +13,11 @@ import fabweave as fw
 
 mesh = fw.read(sys.argv[1], size=SIZE, up="y", remesh="quads:300")
 weave = fw.weave(mesh)
-ribbons = weave.ribbons(material="card")
-layout = ribbons.pieces().nest(sheet="600x400mm", effort="quick")
 exhibit = Exhibit(
     "A found mesh in plain weave",
     f"{len(weave.threads)} threads, exact: {weave.exact}",
     mesh,
-    ribbons,
-    layout,
-    parts=("mesh", "woven", "sheet"),
+    weave.ribbons(material="card"),
+    parts=("mesh", "woven"),
 )
 exhibit.tell()
