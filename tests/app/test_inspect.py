@@ -429,7 +429,9 @@ def test_what_is_too_stiff_is_told_of_large_meshes_as_make_tells_it() -> None:
 @pytest.mark.usefixtures("small_limits")
 def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(monkeypatch) -> None:
     monkeypatch.setattr("fabweave.app.inspection.facts._MOST_PLANNED", 2000)
-    settings = Settings("shape:torus?m=8&n=4", size_mm=120.0, material="birch-veneer")
+    settings = Settings(
+        "shape:torus?m=8&n=4", size_mm=120.0, material="birch-veneer", rotations="free"
+    )
     whole = inspect_mesh(settings, thorough=True).facts
     facts = inspect_mesh(settings).facts
     kinds = whole["pieces"].pop("kinds")  # known where pieces are built

@@ -348,9 +348,8 @@ def test_a_window_that_hides_a_part_of_the_sheet_is_found(tiled, tmp_path):
     shutil.copytree(tiled, folder)
     path = folder / "sheets" / "sheet_01.pdf"
     data = unpacked(path.read_bytes())
-    path.write_bytes(
-        put(b"28.34646 28.34646 538.5827 785.1969 re", b"28.34646 28.34646 9 9 re")(data)
-    )
+    window = re.search(rb"([\d.]+ [\d.]+) [\d.]+ [\d.]+ re(?=\s+W)", data)
+    path.write_bytes(put(window[0], window[1] + b" 9 9 re")(data))
     assert verify_job(folder).failed == ("templates",)
 
 

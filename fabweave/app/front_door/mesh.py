@@ -179,7 +179,7 @@ def mesh(
     >>> corners = [[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]]
     >>> tetrahedron = fw.mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], size=100)
     >>> tetrahedron
-    Mesh('mesh': 4 vertices, 6 edges, 4 faces, 100.0 × 100.0 × 100.0 mm)
+    Mesh('Mesh': 4 vertices, 6 edges, 4 faces, 100.0 × 100.0 × 100.0 mm)
     """
     if not name or set(name) - _PLAIN or name != name.strip():
         raise InputError(f"{name!r} is no plain name: use letters, digits, spaces, - and _")
@@ -209,7 +209,7 @@ def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
     --------
     >>> import fabweave as fw
     >>> fw.shape("torus", m=24, n=12, size="400mm")
-    Mesh('torus?m=24&n=12': 288 vertices, 576 edges, 288 faces, 400.0 × 400.0 × 120.0 mm)
+    Mesh('Torus, 24 by 12': 288 vertices, 576 edges, 288 faces, 400.0 × 400.0 × 120.0 mm)
     """
     from fabweave.app.options.table import OPTIONS  # noqa: PLC0415
 

@@ -112,7 +112,7 @@ class Pieces:
         >>> import fabweave as fw
         >>> pieces = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
         >>> pieces.nest(sheet="400x300mm", effort="quick")
-        Layout(octahedron: 8 pieces on 1 sheet, 40 % used)
+        Layout(Octahedron: 8 pieces on 1 sheet, 40 % used)
         """
         stations = with_layout(self.stations, options)
         return Layout(stations, Pieces(stations, self.ribbons))

@@ -125,7 +125,7 @@ class Weave:
         --------
         >>> import fabweave as fw
         >>> fw.weave(fw.shape("octahedron", size="200mm")).ribbons(width="9mm")
-        Ribbons(octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.9 to 9.0 mm wide, 1.57 m in all)
+        Ribbons(Octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.9 to 9.0 mm wide, 1.57 m in all)
         """
         stations = with_ribbons(self.stations, options)
         return Ribbons(stations, Weave(stations, Mesh(stations)))
@@ -149,7 +149,7 @@ class Weave:
         --------
         >>> import fabweave as fw
         >>> fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="3mm")
-        Yarns(tetrahedron: 3 yarns, 3.00 to 3.00 mm in radius)
+        Yarns(Tetrahedron: 3 yarns, 3.00 to 3.00 mm in radius)
         """
         from fabweave.app.model_job import YarnOptions, spin_object  # noqa: PLC0415
 
@@ -216,7 +216,7 @@ def weave(mesh: Any, **options: Any) -> Weave:
     >>> import fabweave as fw
     >>> twill = fw.weave(fw.shape("torus", m=8, n=4), pattern="twill")
     >>> twill
-    Weave(torus?m=8&n=4: exact twill, 8 threads, 64 crossings)
+    Weave(Torus, 8 by 4: exact twill, 8 threads, 64 crossings)
     >>> twill.threads[0].over[:8].tolist()
     [False, True, True, False, False, True, True, False]
     """
