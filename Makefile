@@ -6,23 +6,23 @@ INSTALLED := $(VENV)/.installed
 # One process a processor; a file's tests stay together, as they share what they set up.
 PYTEST := $(BIN)/pytest -n logical --maxprocesses 8 --dist loadfile
 
-.PHONY: help demo test test-all lint quick all digests rooms bench clean
+.PHONY: help demo test test-all lint quick all digests rooms bench gallery figures outputs clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 demo: $(INSTALLED)  ## run the main job on a built-in shape and say where to look
 	$(BIN)/fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill \
-	  --sheet 600x400mm -o outputs/torus
+	  --sheet 600x400mm -o out/torus
 	@echo
-	@echo "Look at: outputs/torus/index.html, which leads to all the others:"
-	@echo "  outputs/torus/render.png            the torus in 2/2 twill, woven of 24 ribbons"
-	@echo "  outputs/torus/sheets/sheet_01.png   the first sheet; .dxf and .svg beside it go to the laser"
-	@echo "  outputs/torus/waste.html            what becomes of the material"
-	@echo "  outputs/torus/model.glb             the woven object, for any 3-D viewer"
-	@echo "  outputs/torus/assembly.html         how to put it together: strips, sheets and steps in 3-D"
-	@echo "  outputs/torus/crossing_map.csv      what crosses what"
-	@echo "  outputs/torus/verify.json           what was proved about these files"
+	@echo "Look at: out/torus/index.html, which leads to all the others:"
+	@echo "  out/torus/render.png            the torus in 2/2 twill, woven of 24 ribbons"
+	@echo "  out/torus/sheets/sheet_01.png   the first sheet; .dxf and .svg beside it go to the laser"
+	@echo "  out/torus/waste.html            what becomes of the material"
+	@echo "  out/torus/model.glb             the woven object, for any 3-D viewer"
+	@echo "  out/torus/assembly.html         how to put it together: strips, sheets and steps in 3-D"
+	@echo "  out/torus/crossing_map.csv      what crosses what"
+	@echo "  out/torus/verify.json           what was proved about these files"
 	@echo
 	@echo "Next: $(BIN)/fabweave inspect YOUR_MESH tells what can be woven on a mesh of your own"
 
@@ -46,6 +46,16 @@ digests: $(INSTALLED)  ## make small jobs of every kind and print a digest of ea
 
 rooms: $(INSTALLED)  ## print which room imports from which
 	$(BIN)/python tests/tools/import_table.py
+
+gallery: $(INSTALLED)  ## make the gallery's pictures and page, and the notebook, anew: some minutes
+	$(BIN)/python examples/make_gallery.py examples/gallery
+	$(BIN)/python examples/make_notebook.py examples/fabweave.ipynb
+
+figures: $(INSTALLED)  ## make the page of the paper's figures anew: some minutes
+	$(BIN)/python examples/make_figures.py examples/figures --page
+
+outputs: $(INSTALLED)  ## make the finished jobs in outputs anew: some minutes
+	$(BIN)/python tests/tools/make_outputs.py outputs
 
 bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
 	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done

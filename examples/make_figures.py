@@ -3,10 +3,12 @@
 The meshes are fabweave's own shapes of the kinds that the paper shows. Run it with:
 python examples/make_figures.py figures
 or, for some of them: python examples/make_figures.py figures 4 14
+With ``--page`` they are small, and a page with counts stands beside them:
+python examples/make_figures.py examples/figures --page
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -43,6 +45,10 @@ class Woven(NamedTuple):
     supplies: Supplies
 
 
+#: All that was woven for a figure, for its counts.
+WOVEN: list[Woven] = []
+
+
 class Tile(NamedTuple):
     """A picture and what is written below it."""
 
@@ -77,7 +83,8 @@ def woven(
         won = best_vote(conditions, threads, part_bunches(threads))
         weave = Weave(threads, "voting", won.twist, over_of_passes(threads, won.twist), won.broken)
         found = replace(found, result=replace(found.result, weave=weave))
-    return Woven(found, settings, supplies)
+    WOVEN.append(Woven(found, settings, supplies))
+    return WOVEN[-1]
 
 
 def ribbons(one: Woven, view: View | None = None, *, floor: bool = True) -> Image.Image:
@@ -217,10 +224,83 @@ FIGURES = {
     13: figure_13, 14: figure_14, 15: figure_15, 16: figure_16, 17: figure_17,
 }  # fmt: skip
 
+#: What each figure of the paper is about, for the page.
+ABOUT = {
+    1: "twill-woven objects",
+    2: "plain weave beside twill",
+    4: "the tiling by regular hexagons and its triaxial twill",
+    10: "meshes whose edges have the two colours of an exact twill",
+    11: "exact twills on surfaces of genus 2 and more",
+    12: "bipyramids with handles",
+    13: "regular meshes",
+    14: "a refined cube, which has no exact twill, decided by voting",
+    15: "the same on a refined icosahedron",
+    16: "seams, where the diagonal of an inexact twill changes direction",
+    17: "triangles and pentagons, exact once edges are halved",
+}
+#: How wide pictures of the page are, and how many colours they have.
+PAGE_PX, PALETTE = 840, 96
+
+
+class Counts(NamedTuple):
+    """What a page tells of a weave."""
+
+    title: str
+    pattern: str
+    threads: int
+    crossings: int
+    bunches: int
+    broken: int
+
+
+def counts_of(one: Woven) -> Counts:
+    """Count a weave as the page tells it."""
+    weave = one.mesh.weave
+    return Counts(
+        f"{one.settings.mesh.removeprefix('shape:')}"
+        + (f", {one.settings.refine}" if one.settings.refine else ""),
+        weave.pattern,
+        weave.threads.n_threads,
+        weave.threads.n_crossings,
+        len(np.unique(one.mesh.bunches)),
+        weave.broken.total,
+    )
+
+
+def page_of(rows: Mapping[int, Iterable[Counts]]) -> str:
+    """Return the page: each figure, what it is about, and a row of counts for each weave."""
+    lines = [
+        "# The paper beside us",
+        "",
+        'Figures of E. Akleman, J. Chen, Y. Chen, Q. Xing and J. L. Gross, "Cyclic twill-woven',
+        'objects", Computers & Graphics 35 (2011), as fabweave makes them, on meshes of its own of',
+        "the kinds that the paper shows. `make figures` writes this page. A bunch is a direction,",
+        "as warp and weft are; a weave without broken conditions is exact. Figures that are not",
+        "listed are not made here.",
+    ]
+    for number, counts in rows.items():
+        lines += ["", f"## Figure {number}: {ABOUT[number]}", ""]
+        lines += [f"![Figure {number}](figure_{number:02}.png)", ""]
+        lines += ["| mesh | weave | threads | crossings | bunches | broken conditions |"]
+        lines += ["|---|---|---|---|---|---|"]
+        lines += [f"| {' | '.join(map(str, row))} |" for row in counts]
+    return "\n".join(lines) + "\n"
+
+
+as_page = "--page" in sys.argv
 folder = Path(sys.argv[1])
 folder.mkdir(parents=True, exist_ok=True)
-for number in [int(text) for text in sys.argv[2:]] or FIGURES:
+made: dict[int, list[Counts]] = {}
+for number in [int(text) for text in sys.argv[2:] if text != "--page"] or FIGURES:
+    WOVEN.clear()
     tiles, captions = zip(*FIGURES[number](), strict=True)
+    made[number] = list(dict.fromkeys(map(counts_of, WOVEN)))
     sheet = contact_sheet(tiles, captions, columns=3 if len(tiles) == 3 else 2)
-    sheet.save(folder / f"figure_{number:02}.png")
+    if as_page:
+        sheet = sheet.resize(
+            (PAGE_PX, round(sheet.height * PAGE_PX / sheet.width)), Image.Resampling.LANCZOS
+        ).quantize(PALETTE, dither=Image.Dither.NONE)
+    sheet.save(folder / f"figure_{number:02}.png", optimize=True)
     print(f"figure_{number:02}.png")
+if as_page:
+    (folder / "README.md").write_text(page_of(made), encoding="utf-8", newline="")

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fabweave.app.front_door.ribbons import Ribbons
     from fabweave.app.front_door.weave import Thread, Weave, weave
     from fabweave.app.front_door.written import WrittenJob
+    from fabweave.app.front_door.yarns import Yarns
     from fabweave.app.settings import Settings
     from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
     from fabweave.verify import VerifyReport
@@ -49,6 +50,7 @@ _HOMES = {
     "VerifyReport": "fabweave.verify",
     "Weave": "fabweave.app.front_door.weave",
     "WrittenJob": "fabweave.app.front_door.written",
+    "Yarns": "fabweave.app.front_door.yarns",
     "inspect": "fabweave.app.front_door.make",
     "make": "fabweave.app.front_door.make",
     "mesh": "fabweave.app.front_door.mesh",
@@ -60,8 +62,8 @@ _HOMES = {
 
 __all__ = [
     "CannotMakeError", "FabweaveError", "InputError", "Inspection", "Layout", "Mesh", "Pieces",
-    "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenJob", "inspect", "make",
-    "mesh", "read", "shape", "verify", "weave",
+    "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenJob", "Yarns", "inspect",
+    "make", "mesh", "read", "shape", "verify", "weave",
 ]  # fmt: skip
 
 

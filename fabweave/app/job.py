@@ -165,6 +165,8 @@ class Job(PlannedJob):
         Where the pieces of rings lie, on sheets of their own; None without rings.
     rim_drawings : tuple of SheetDrawing
         These sheets.
+    rim_kerfed : tuple of SheetDrawing
+        The same with kerf and micro-joints; none where the others are to be cut as they are.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     """
@@ -187,6 +189,7 @@ class Job(PlannedJob):
     grain_cost: GrainCost | None = None
     rim_layout: Layout | None = None
     rim_drawings: tuple[SheetDrawing, ...] = ()
+    rim_kerfed: tuple[SheetDrawing, ...] = ()
     given_mesh: PolyMesh | None = None
 
     @property

@@ -49,6 +49,7 @@ from fabweave.report.offcuts import (
     stock_text,
 )
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
+from fabweave.report.rings import rim_sheets
 from fabweave.report.splitting import splitting_record
 from fabweave.report.verdict import verdict_json
 from fabweave.report.waste import WasteReport, piece_table, waste_report
@@ -82,12 +83,18 @@ def write_job(
     if job.kerfed:
         (directory / CUT_FOLDER).mkdir()
     written += [
-        start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings) for drawing in job.kerfed
+        start(_write_cuts, directory / CUT_FOLDER, drawing, job.settings)
+        for drawing in (*job.kerfed, *job.rim_kerfed)
     ]
     if job.rim_layout is not None:
         rim = directory / FOLDER
         rim.mkdir()
-        written += [start(_write_sheet, rim, drawing, job.settings) for drawing in job.rim_drawings]
+        letters = {
+            piece.id: float(piece.label[3]) for ring in job.piece_set.rings for piece in ring.pieces
+        }
+        written += [
+            start(_write_sheet, rim, drawing, job.settings, letters) for drawing in job.rim_drawings
+        ]
         _write(rim / RECORD, json_text(to_json(rim_record(job.piece_set.rings, job.rim_layout))))
         _write(rim / TEXT, rim_text(job.piece_set.rings))
     crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
@@ -101,6 +108,7 @@ def write_job(
             (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
             step_seconds(crossing_map),
             job.settings.paper,
+            job.piece_set.rings,
         )
     )
     if job.settings.profile == "service":
@@ -202,6 +210,13 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
         engrave_seen_mm=job.engrave_seen_mm,
         spares=len(job.spared),
         grain=job.grain_cost,
+        rim=rim_sheets(
+            job.piece_set.rings,
+            job.rim_layout,
+            job.rim_drawings,
+            job.supplies.materials[0],
+            calibration=job.settings.calibrate,
+        ),
     )
 
 

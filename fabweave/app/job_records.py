@@ -71,6 +71,7 @@ def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
         colours=crossing_colours(job.weave, job.colours),
         portrait=job.portrait(),
         costs=cost_rows(job.costs),
+        rim_sheets=len(job.rim_drawings),
     )
 
 

@@ -23,7 +23,7 @@ from fabweave.flat.joint.hanging import hanging_crossings, parse_hanging
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
-from fabweave.flat.rim_ring import RimRing, plan_ring
+from fabweave.flat.rim_ring import RimRing, plan_ring, ring_prefix
 from fabweave.flat.split.preferences import KIND_PRICES
 from fabweave.mesh.openings.leave_out import Opening
 from fabweave.report.costs.costs import Costs, planned_costs
@@ -153,6 +153,7 @@ def _rings(
                 edge_mm=rule.edge_mm if rule is not None else 0.0,
                 thickness_mm=thickness,
                 clearance_mm=settings.clearance_mm,
+                prefix=ring_prefix(woven.labels),
             )
             if count == MOST_RING_PIECES or rings_fit(ring, settings, supplies):
                 break

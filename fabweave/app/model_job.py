@@ -21,7 +21,7 @@ from fabweave.core.output_files import check_file, write_files
 from fabweave.model.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.model.formats import model_bytes, require_rhino
 from fabweave.model.woven_glb import woven_glb
-from fabweave.model.yarns import spin_yarns
+from fabweave.model.yarns import Yarns, spin_yarns
 from fabweave.picture.body_picture import bodies_picture
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import side_by_side
@@ -185,11 +185,9 @@ def _clashes(bodies: tuple[Body, ...]) -> list[str]:
     ]
 
 
-def _spun(
-    woven: WovenObject, colours: Colours, yarn: YarnOptions, progress: Progress
-) -> tuple[tuple[Body, ...], dict[str, float]]:
-    """Return yarns as bodies, and their radii."""
-    yarns = spin_yarns(
+def spin_object(woven: WovenObject, yarn: YarnOptions, progress: Progress = no_progress) -> Yarns:
+    """Spin a yarn along every thread of a woven object."""
+    return spin_yarns(
         woven.mesh,
         woven.halfedges,
         woven.weave,
@@ -199,6 +197,13 @@ def _spun(
         portals=woven.source.portals,
         progress=progress,
     )
+
+
+def _spun(
+    woven: WovenObject, colours: Colours, yarn: YarnOptions, progress: Progress
+) -> tuple[tuple[Body, ...], dict[str, float]]:
+    """Return yarns as bodies, and their radii."""
+    yarns = spin_object(woven, yarn, progress)
     least, most = float(yarns.radius_mm.min()), float(yarns.radius_mm.max())
     radii = {"least": least, "greatest": most, "greatest_possible": most * yarns.most}
     return yarn_bodies(yarns, woven.labels, colours), {

@@ -362,6 +362,7 @@ def draw_job(
         grain_cost=grain_cost(pieces.pieces, settings, planned.supplies, planned.woven.bunches),
         rim_layout=rim[0],
         rim_drawings=rim[1],
+        rim_kerfed=kerfed_sheets(rim[1], settings.kerf_mm, settings.micro_joints),
         given_mesh=given_mesh,
     )
 

@@ -8,6 +8,8 @@ from fabweave.assembly.order.planning import Order
 from fabweave.flat.crossing_map import StepRecord
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
+from fabweave.flat.rim_ring import RimRing
+from fabweave.flat.strand_owners import find_owners
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8
@@ -36,7 +38,9 @@ class _Placing:
 
 
 def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
-    """Build the steps of an order: one piece each, or a few that are only laid down.
+    """Build the steps of an order: one piece each, or a few that are only laid down; then rings.
+
+    What a ring holds is fastened in its step, and not when its last layer comes.
 
     Parameters
     ----------
@@ -45,7 +49,8 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
     order : Order
         The order of its pieces.
     """
-    return [
+    held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
+    steps = [
         StepRecord(
             number=number,
             pieces=tuple(piece_set.pieces[placing.piece].id for placing in group),
@@ -53,13 +58,54 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
             over=tuple(key for placing in group for key in placing.over),
             under=tuple(key for placing in group for key in placing.under),
             joints=tuple(key for placing in group for key in placing.joints),
-            fasten=tuple(key for placing in group for key in placing.fasten),
+            fasten=tuple(key for placing in group for key in placing.fasten if key not in held),
             closes=any(placing.closes for placing in group),
             effort=round(sum(placing.effort for placing in group), 2),
             text=" ".join(placing.text for placing in group),
+            ring=None,
         )
         for number, group in enumerate(_grouped(_place_all(piece_set, order)), start=1)
     ]
+    return steps + _ring_steps(piece_set, first=len(steps) + 1)
+
+
+def _ring_steps(piece_set: PieceSet, *, first: int) -> list[StepRecord]:
+    """Return a step for each ring: its pieces are laid, and fastened through all layers."""
+    if not piece_set.rings:
+        return []
+    pieces = piece_set.pieces
+    owners = find_owners(pieces, len(piece_set.fastened)).piece
+    names = [f"{pieces[over].id} with {pieces[under].id}" for under, over in owners.tolist()]
+    return [
+        StepRecord(
+            number=number,
+            pieces=(),
+            crossings=(),
+            over=(),
+            under=(),
+            joints=(),
+            fasten=tuple(dict.fromkeys(ring.crossings.tolist())),
+            closes=False,
+            effort=0.0,
+            text=_say_ring(ring, names),
+            ring=tuple(piece.id for piece in ring.pieces),
+        )
+        for number, ring in enumerate(piece_set.rings, start=first)
+    ]
+
+
+def _say_ring(ring: RimRing, names: Sequence[str]) -> str:
+    """Say how a ring is laid; ``names`` says which pieces meet at each crossing."""
+    parts = [
+        f"{piece.id} at "
+        + ", ".join(f"{names[key]} ({at})" for at, key in enumerate(piece.crossings.tolist(), 1))
+        for piece in ring.pieces
+    ]
+    return (
+        f"Lay the ring of {listed([piece.id for piece in ring.pieces])} around the opening at the "
+        f"{ring.side}, letters up, the last hole of each piece over the first of the next, and "
+        f"fasten it through all layers: {'; '.join(parts)}."
+    )
 
 
 def _grouped(placings: Sequence[_Placing]) -> list[list[_Placing]]:

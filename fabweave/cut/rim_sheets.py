@@ -186,6 +186,6 @@ def rim_notes(rings: Sequence[RimRing]) -> list[str]:
         f"{ring.slope_deg:.0f}° off the level, around an opening of {ring.opening_mm:.1f} mm, "
         f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there are up to "
         f"{ring.off_mm:.1f} mm off it. rim/{TEXT} says how it is laid, as the last step; its "
-        "sheets are its own, and not counted in waste.html"
+        "sheets are its own: waste.html says what they take, on top of all else"
         for ring in rings
     ]

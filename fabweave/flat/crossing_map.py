@@ -255,7 +255,9 @@ class StepRecord:
 
     ``crossings`` are made in it, both strands being there for the first time; at ``over`` and
     ``under`` a new piece lies over, or slides below, what is in place. ``joints`` are made, and at
-    ``fasten`` the last layer comes. ``closes`` says that a piece is joined at both ends.
+    ``fasten`` the last layer comes. ``closes`` says that a piece is joined at both ends. The last
+    steps lay each a ``ring``: it has these pieces of its own, and ``fasten`` are those that it
+    holds, which wait for it.
     """
 
     number: int = key("step")
@@ -268,6 +270,12 @@ class StepRecord:
     closes: bool
     effort: float
     text: str
+    ring: tuple[str, ...] | None = optional()
+
+    @property
+    def handled(self) -> int:
+        """How many pieces are taken in hand, those of a ring, too."""
+        return len(self.pieces) + len(self.ring or ())
 
 
 @record

@@ -5,6 +5,7 @@ without stretching: its holes lie where the crossings' feet on that cone come to
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -46,6 +47,11 @@ class RingPiece:
     crossings: IntArray
     holes: FloatArray
     label: FloatArray
+
+    @property
+    def net_area_mm2(self) -> float:
+        """Its area without holes."""
+        return self.path.area - float(np.sum(math.pi * (self.holes[:, 2] / 2.0) ** 2))
 
 
 @frozen_value
@@ -97,6 +103,7 @@ def plan_ring(
     edge_mm: float,
     thickness_mm: float,
     clearance_mm: float = 0.0,
+    prefix: str = "R",
 ) -> RimRing:
     """Plan a ring through the fasteners of some crossings.
 
@@ -122,6 +129,8 @@ def plan_ring(
         Diameter of the holes, and their least distance to an edge.
     thickness_mm, clearance_mm : float
         Of the material, and the air between two strands: the band lies above both.
+    prefix : str
+        What its pieces are called before their numbers, from ``ring_prefix``.
 
     Raises
     ------
@@ -182,7 +191,7 @@ def plan_ring(
         here = at % len(crossings)
         pieces.append(
             _piece(
-                f"R{first + number}",
+                f"{prefix}{first + number}",
                 crossings[here],
                 ways[here],
                 angles[here] + whole * (at // len(crossings)),
@@ -198,6 +207,25 @@ def plan_ring(
         off_mm=round(float(np.abs(off).max()), 3),
         thickness_mm=thickness_mm,
     )
+
+
+def ring_prefix(labels: Sequence[str]) -> str:
+    """Return the letters before the numbers of rings' pieces: R, or more of it.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        Those of the threads, which pieces of theirs begin with.
+
+    Examples
+    --------
+    >>> ring_prefix(["A", "B"]), ring_prefix(["A", "R"])
+    ('R', 'RR')
+    """
+    prefix = "R"
+    while prefix in labels:
+        prefix += "R"
+    return prefix
 
 
 def _cuts(angles: FloatArray, whole: float, room: FloatArray, count: int) -> IntArray | None:

@@ -12,7 +12,13 @@ from fabweave.picture.render import render_scene
 from fabweave.picture.shading import smooth_normals
 
 
-def bodies_picture(bodies: Sequence[Body], view: View | None = None) -> Image.Image:
+def bodies_picture(
+    bodies: Sequence[Body],
+    view: View | None = None,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    samples: int = 2,
+) -> Image.Image:
     """Make a picture of bodies, in their colours, on a floor.
 
     Parameters
@@ -21,6 +27,10 @@ def bodies_picture(bodies: Sequence[Body], view: View | None = None) -> Image.Im
         Those with normals look round; others are smoothed by area.
     view : View or None
         From where; None chooses.
+    size_px : (int, int)
+        Width and height.
+    samples : int
+        Samples of a pixel along each side.
 
     Returns
     -------
@@ -49,7 +59,9 @@ def bodies_picture(bodies: Sequence[Body], view: View | None = None) -> Image.Im
         vertices,
         triangles,
         colours,
+        size_px=size_px,
         view=view,
         normals=np.concatenate(normals),
         floor=True,
+        samples=samples,
     )

@@ -31,6 +31,9 @@ class View:
         where x points right.
     elevation_deg : float
         How high the eye is over the horizon, -90 to 90.
+    width_mm : float or None
+        How much of the world the picture shows across, so that several pictures have one scale;
+        None makes the object fill it.
 
     Examples
     --------
@@ -40,6 +43,7 @@ class View:
 
     azimuth_deg: float = -60.0
     elevation_deg: float = 30.0
+    width_mm: float | None = None
 
     def axes(self) -> FloatArray:
         """Return the unit vectors to the right, up and towards the eye as rows, (3, 3)."""
@@ -86,6 +90,8 @@ class Frame:
 def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Frame:
     """Return the frame in which an object fills a picture, with a little margin around.
 
+    Where the view says how wide the picture is, the object stands in its middle at that scale.
+
     Parameters
     ----------
     points : (V, 3) float array
@@ -107,6 +113,8 @@ def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Fr
     [[95.0, 5.0, -315.0]]
     """
     width, height = size_px
+    if view.width_mm is not None and not 0.0 < view.width_mm < np.inf:
+        raise InputError(f"a picture cannot show {view.width_mm} mm across; take more than 0")
     if not (width >= 1 and height >= 1 and width * height <= _MOST_PIXELS):
         raise InputError(
             f"a picture of {width} x {height} pixels cannot be made; take at least one pixel and "
@@ -120,7 +128,7 @@ def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Fr
     low, high = across.min(axis=0), across.max(axis=0)
     extent = np.maximum(high - low, 1e-9 * max(float(np.abs(points).max()), 1e-9))
     room = np.array([width, height]) * (1.0 - 2.0 * _MARGIN)
-    scale = float(np.min(room / extent))
+    scale = float(np.min(room / extent)) if view.width_mm is None else width / view.width_mm
     middle = (low + high) / 2.0 * scale
     return Frame(
         width, height, axes, scale, float(width / 2.0 - middle[0]), float(height / 2.0 + middle[1])

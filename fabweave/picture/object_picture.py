@@ -32,6 +32,7 @@ def mesh_picture(
     size_px: tuple[int, int] = (1000, 800),
     view: View | None = None,
     marks: Marks | None = None,
+    samples: int = 2,
 ) -> Image.Image:
     """Make a picture of a polygon mesh with its edges.
 
@@ -45,6 +46,8 @@ def mesh_picture(
         From where; None chooses.
     marks : Marks or None
         Marked points, such as ``irregular_marks``.
+    samples : int
+        Samples of a pixel along each side.
 
     Returns
     -------
@@ -70,6 +73,7 @@ def mesh_picture(
         edges=sides,
         line_px=_line_width(vertices, triangles, sides, view, size_px, 0.09),
         marks=marks,
+        samples=samples,
     )
 
 

@@ -23,7 +23,7 @@ def opposite_view(view: View) -> View:
     Examples
     --------
     >>> opposite_view(View(-60.0, 30.0))
-    View(azimuth_deg=95.0, elevation_deg=52.0)
+    View(azimuth_deg=95.0, elevation_deg=52.0, width_mm=None)
     """
     azimuth = view.azimuth_deg + _TURN_DEG
     return replace(view, azimuth_deg=(azimuth + 180.0) % 360.0 - 180.0, elevation_deg=_HIGH_DEG)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fabweave.core.arc_path import stretch
 from fabweave.core.arrays import IntArray
-from fabweave.core.records import inline, record
+from fabweave.core.records import inline, optional, record
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.piece import Piece
@@ -26,6 +26,7 @@ from fabweave.report.accounts import (
 from fabweave.report.comparison import Comparison, GrainCost, compare_use
 from fabweave.report.costs.costs import Costs
 from fabweave.report.offcuts import KeptOffcut
+from fabweave.report.rings import RimSheet
 from fabweave.report.splitting import SplittingRecord
 from fabweave.ribbon.project import Ribbons
 from fabweave.stock.material import sheet_mass_kg
@@ -108,6 +109,7 @@ class WasteReport:
     bill: BillOfMaterials = inline()
     kerf_mm: float
     splitting: SplittingRecord
+    rim: tuple[RimSheet, ...] | None = optional()
 
 
 def waste_report(
@@ -126,6 +128,7 @@ def waste_report(
     engrave_seen_mm: float | None = None,
     spares: int = 0,
     grain: GrainCost | None = None,
+    rim: tuple[RimSheet, ...] | None = None,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -145,6 +148,8 @@ def waste_report(
         How much of the engraving is seen when the object is woven, if it was to be hidden.
     grain : GrainCost, optional
         What it costs that pieces lie across the grain.
+    rim : tuple of RimSheet, optional
+        The sheets of rings, which nothing else counts.
     """
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
@@ -180,6 +185,7 @@ def waste_report(
         bill=bill,
         kerf_mm=kerf_mm,
         splitting=splitting,
+        rim=rim,
     )
 
 

@@ -10,6 +10,7 @@ from fabweave.report.bom import bom_section
 from fabweave.report.comparison import comparison_section
 from fabweave.report.costs.page import costs_section
 from fabweave.report.offcuts import offcut_section
+from fabweave.report.rings import rim_section
 from fabweave.report.splitting import splitting_section
 from fabweave.report.verdict import QUESTION, VERDICTS, Verdict
 from fabweave.report.waste import WasteReport
@@ -54,7 +55,7 @@ li {{ margin: .3rem 0 }}
 <tbody>
 {rows}
 </tbody><tfoot>{total}</tfoot></table>
-{materials}{comparison}{estimate}{offcuts}
+{materials}{comparison}{estimate}{rings}{offcuts}
 {bill}
 {splitting}
 {notes}
@@ -113,6 +114,7 @@ def waste_page(
         total=_page_row("all", "", totals.sums),
         estimate=costs_section(report.estimate, sheet_names),
         comparison=comparison_section(report.comparison, totals.sums),
+        rings=rim_section(report.rim),
         offcuts=offcut_section(report.offcuts, entries, sheet_names),
         materials=_material_section(report.materials, supplies) if supplies.several else "",
         bill=bom_section(report.bill),

@@ -180,9 +180,10 @@ class Material:
         >>> replace(material_named("card"), name="card:red").rgb
         (255, 0, 0)
         """
-        sort = self.name.partition(":")[2]
-        told = ImageColor.colormap.get(sort.lower().replace(" ", ""), self.colour or _BOARD)
-        red, green, blue = ImageColor.getrgb(str(told))[:3]
+        sort = self.name.partition(":")[2].lower().replace(" ", "")
+        # Pillow puts what it has read in place of the text there: only its own function reads both.
+        told = sort if sort in ImageColor.colormap else self.colour or _BOARD
+        red, green, blue = ImageColor.getrgb(told)[:3]
         return red, green, blue
 
     @property

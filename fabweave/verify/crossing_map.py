@@ -273,6 +273,13 @@ class Step:
     closes: bool
     effort: float
     text: str
+    #: The pieces of the ring that is laid in it, if it lays one.
+    ring: tuple[str, ...] | None = None
+
+    @property
+    def handled(self) -> int:
+        """How many pieces are taken in hand."""
+        return len(self.pieces) + len(self.ring or ())
 
 
 @dataclass(frozen=True)

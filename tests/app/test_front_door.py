@@ -215,3 +215,45 @@ def test_the_readme_in_the_package_names_what_there_is():
     assert Path(fw.__file__).with_name("py.typed").is_file()
     for word in ("read", "weave", "make", "inspect", "verify"):
         assert f"fw.{word}(" in fw.__doc__
+
+
+def shown_wide(picture: Image.Image) -> int:
+    """Return how many columns of a picture show something, its soft shadow left out."""
+    dark = np.asarray(picture.convert("L")) < 200
+    columns = np.flatnonzero(dark.any(axis=0))
+    return int(columns[-1] - columns[0]) + 1
+
+
+def test_pictures_have_the_size_the_view_and_the_scale_that_are_asked_for():
+    for size in ("100mm", "200mm"):
+        mesh = fw.shape("cube", size=size)
+        # From the front, a cube is as wide as its side; marks of 5 pixels stand on its corners.
+        picture = mesh.picture(size_px=(300, 240), view=(-90, 0), across="300mm", samples=1)
+        assert picture.size == (300, 240)
+        assert shown_wide(picture) == pytest.approx(float(size.removesuffix("mm")) + 10, abs=2)
+    filling = mesh.picture(size_px=(300, 300), view=(-90, 0))
+    assert shown_wide(filling) == pytest.approx(0.9 * 300 + 10, abs=2)
+    with pytest.raises(fw.InputError, match="more than 0"):
+        mesh.picture(view=(-90, 0), across=-1)
+    with pytest.raises(fw.InputError, match="elevation"):
+        mesh.picture(view=(-90, 95))
+
+
+def test_yarns_are_as_thick_as_asked_and_nothing_is_cut_of_them():
+    yarns = fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="3mm", sides=6)
+    assert len(yarns.bodies) == 3
+    assert yarns.radius_mm == pytest.approx(3.0)
+    picture = yarns.picture(size_px=(120, 90), view=(-60, 30), across="90mm", samples=1)
+    assert picture.size == (120, 90)
+    assert shown_wide(picture) > 40
+    assert "3 yarns" in repr(yarns)
+    with pytest.raises(fw.CannotMakeError):
+        fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="30mm")
+
+
+def test_pieces_tell_what_they_cost_and_layouts_their_colours(steps):
+    *_, pieces, layout = steps
+    assert pieces.costs.planned
+    low, high = pieces.costs.assembly.hours
+    assert 0.0 < low <= high
+    assert layout.colours.shape == (len(pieces), 3)

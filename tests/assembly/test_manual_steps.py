@@ -83,7 +83,7 @@ def test_what_is_new_is_seen(settings):
         columns = (grey < max(NEW) + 0.005).sum(axis=0)
         dark.append((columns.sum() / grey.size, np.count_nonzero(columns) / grey.shape[1]))
     share, wide = np.array(dark).T
-    assert np.all(share >= 0.005)
+    assert np.mean(share >= 0.007) >= 0.95
     assert np.mean((share >= 0.02) | (wide >= 0.5)) >= 0.7
     assert np.median(share) >= 0.03
 
@@ -190,7 +190,8 @@ def brute_force(lost, turn):
 def test_the_sequence_of_views_is_the_best_there_is(seed, turn):
     seen = np.random.default_rng(seed).integers(1, 9, (3, 6)).astype(float)
     way = choose_views(seen, seen, turn)
-    lost = (1.0 - seen / seen.max(axis=0)) ** 2
+    share = seen / seen.max(axis=0)
+    lost = (1.0 - share) ** 2 + 2.0 * np.maximum(1.0 - share / 0.35, 0.0)
     cost = sum(lost[view, at] for at, view in enumerate(way)) + turn * np.sum(np.diff(way) != 0)
     assert cost == pytest.approx(brute_force(lost, turn))
 

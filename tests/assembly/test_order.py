@@ -1,6 +1,7 @@
 """The order of assembly: its cost by definition, near the optimum, far below naive orders."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from fabweave.assembly.order.greedy import MeasuredOrder, grow_order, measure_or
 from fabweave.assembly.order.planning import _easy_end, order_by_number, plan_order
 from fabweave.assembly.steps import build_steps, last_tenth
 from fabweave.core.errors import InputError
+from fabweave.flat.rim_ring import plan_ring
+from fabweave.flat.strand_owners import find_owners
 
 SMALL = (
     "shape:tetrahedron", "shape:octahedron", "shape:cube?n=2", "shape:torus?m=6&n=4",
@@ -319,6 +322,35 @@ def test_steps_group_only_what_is_laid(shape):
             assert connections <= 8
             assert len(step.pieces) <= 4
     assert sum(step.effort for step in steps) == pytest.approx(found.total, abs=0.01 * len(ids))
+
+
+def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
+    woven = model_of("shape:hypar?m=4&n=3")
+    found = plan_order(
+        woven.made.pieces, woven.centres, woven.normals, enclosed=False, effort="quick", seed=0
+    )
+    keys = np.array([5, 2, 9, 7])
+    turn = np.arange(4) * np.pi / 2
+    places = np.column_stack((50 * np.cos(turn), 50 * np.sin(turn), np.zeros(4)))
+    ring = plan_ring(
+        "top", keys, places, (0.0, 0.0), 60.0, count=2, first=1, hole_mm=2.0, edge_mm=4.0,
+        thickness_mm=0.4,
+    )  # fmt: skip
+    plain = build_steps(woven.made, found)
+    *steps, last = build_steps(replace(woven.made, rings=(ring,)), found)
+    assert (last.ring, last.pieces, last.effort, last.number) == (
+        ("R1", "R2"), (), 0.0, len(plain) + 1
+    )  # fmt: skip
+    assert sorted(last.fasten) == sorted(keys)
+    for step, before in zip(steps, plain, strict=True):
+        waits = tuple(key for key in before.fasten if key not in keys)
+        assert step == replace(before, fasten=waits)
+    owners = find_owners(woven.made.pieces, len(woven.centres)).piece
+    for piece in ring.pieces:
+        for at, key in enumerate(piece.crossings, start=1):
+            over, under = (woven.made.pieces[owners[key, side]].id for side in (1, 0))
+            part = next(one for one in last.text.split(": ")[1].split(";") if piece.id in one)
+            assert f"{over} with {under} ({at})" in part
 
 
 def test_the_last_tenth_is_that_of_the_fewest_last_steps():

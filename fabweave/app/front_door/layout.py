@@ -13,6 +13,7 @@ from fabweave.app.front_door.stations import Stations, there, with_files
 from fabweave.app.front_door.written import WrittenJob, write_stations
 from fabweave.app.job import PlannedJob
 from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout as NestedLayout
 from fabweave.stock.sheet_size import SheetSize
@@ -61,6 +62,11 @@ class Layout:
             turned = affinity.rotate(own[origin], place.rotation_deg, origin=(0, 0))
             placed.append(affinity.translate(turned, place.x_mm, place.y_mm))
         return tuple(placed)
+
+    @property
+    def colours(self) -> Colours:
+        """Red, green and blue of each piece, as it is shown in the object, (N, 3)."""
+        return self.planned.piece_colours
 
     @property
     def utilisation(self) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from fabweave.app.front_door.look import seen_from
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.stations import Request, Stations, loaded
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
@@ -81,12 +82,25 @@ class Mesh:
         faces = triangles.indices.reshape(-1, 3)
         return trimesh.Trimesh(triangles.vertices, faces, process=False)
 
-    def picture(self) -> "Image.Image":
-        """Return a picture of the mesh, with its irregular vertices marked."""
+    def picture(
+        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
+        across: Any = None, samples: int = 2,
+    ) -> "Image.Image":  # fmt: skip
+        """Return a picture of the mesh, with its irregular vertices marked.
+
+        The arguments are those of ``Ribbons.picture``.
+        """
         from fabweave.picture.object_picture import irregular_marks, mesh_picture  # noqa: PLC0415
 
+        mesh = self.stations.loaded.mesh
+        corners = triangulate(mesh)
+        triangles = corners.indices.reshape(-1, 3)
         return mesh_picture(
-            self.stations.loaded.mesh, marks=irregular_marks(self.stations.loaded.mesh)
+            mesh,
+            size_px=size_px,
+            view=seen_from(view, across, corners.vertices, triangles),
+            marks=irregular_marks(mesh),
+            samples=samples,
         )
 
     def __repr__(self) -> str:

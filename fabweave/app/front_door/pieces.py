@@ -11,9 +11,11 @@ from fabweave.app.front_door.layout import Layout
 from fabweave.app.front_door.notebook import face, outlines_svg
 from fabweave.app.front_door.stations import Stations, there, with_layout
 from fabweave.app.job import PlannedJob
+from fabweave.app.joined_pieces import pieces_costs
 from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.outline import inscribed_polygon
 from fabweave.flat.piece import Piece
+from fabweave.report.costs.costs import Costs
 
 if TYPE_CHECKING:
     from fabweave.app.front_door.ribbons import Ribbons
@@ -56,6 +58,12 @@ class Pieces:
     def kinds(self) -> IntArray:
         """Which kind each piece is of, from 1: congruent pieces of a material are one kind."""
         return self.planned.kinds
+
+    @cached_property
+    def costs(self) -> Costs:
+        """Times of machine and hands, and money, as far as they are known before nesting."""
+        planned = self.planned
+        return pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece, as ``pandas.DataFrame`` takes them.

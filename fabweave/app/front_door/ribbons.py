@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabweave.app.colours import woven_colours
+from fabweave.app.front_door.look import seen_from
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.pieces import Pieces
 from fabweave.app.front_door.stations import Stations, clear_ribbons, completed, with_pieces
@@ -143,12 +144,45 @@ class Ribbons:
         stations = with_pieces(self.stations, options)
         return Pieces(stations, Ribbons(stations, self.weave))
 
-    def picture(self) -> "Image.Image":
-        """Return a picture of the woven object, its strands in their colours."""
+    def picture(
+        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
+        across: Any = None, samples: int = 2,
+    ) -> "Image.Image":  # fmt: skip
+        """Return a picture of the woven object, its strands in their colours.
+
+        Parameters
+        ----------
+        size_px : (int, int)
+            Width and height.
+        view : (float, float), optional
+            Azimuth and elevation in degrees, as ``--view`` takes them; chosen by default.
+        across : length, optional
+            How much of the world the picture shows across, such as ``"400mm"``, so that pictures
+            of several objects have one scale; by default, the object fills it.
+        samples : int
+            Samples of a pixel along each side: more make smoother edges.
+
+        Raises
+        ------
+        InputError
+            If the view or the size makes no sense.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+        >>> ribbons.picture(size_px=(300, 240), view=(-90, 20), across="400mm").size
+        (300, 240)
+        """
         from fabweave.picture.object_picture import weave_picture  # noqa: PLC0415
 
+        vertices, triangles, _ = ribbon_triangles(self.woven.ribbons)
         return weave_picture(
-            self.woven.ribbons, woven_colours(self.woven, *completed(self.stations))
+            self.woven.ribbons,
+            woven_colours(self.woven, *completed(self.stations)),
+            size_px=size_px,
+            view=seen_from(view, across, vertices, triangles),
+            samples=samples,
         )
 
     def _figures(self) -> dict[str, str]:

@@ -4,10 +4,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from fabweave.app.front_door.look import length_mm
 from fabweave.app.front_door.mesh import Mesh, stations_of
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.ribbons import Ribbons
 from fabweave.app.front_door.stations import Stations, there, with_ribbons, woven
+from fabweave.app.front_door.yarns import Yarns
 from fabweave.app.woven_mesh import WovenMesh
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 
@@ -128,9 +130,39 @@ class Weave:
         stations = with_ribbons(self.stations, options)
         return Ribbons(stations, Weave(stations, Mesh(stations)))
 
-    def picture(self) -> "Image.Image":
-        """Return a picture of the woven object, with ribbons as they come in card."""
-        return self.ribbons().picture()
+    def yarns(self, *, radius: Any = None, sides: int = 12) -> Yarns:
+        """Spin a yarn along every thread, for pictures and for printing.
+
+        Parameters
+        ----------
+        radius : length, optional
+            One radius for all; by default, the thickest that have room.
+        sides : int
+            Sides of the tubes.
+
+        Raises
+        ------
+        InputError, CannotMakeError
+            If yarns of this radius have no room, or radius or sides make no sense.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="3mm")
+        Yarns(tetrahedron: 3 yarns, 3.00 to 3.00 mm in radius)
+        """
+        from fabweave.app.model_job import YarnOptions, spin_object  # noqa: PLC0415
+
+        stations = with_ribbons(self.stations, {})
+        options = YarnOptions(None if radius is None else length_mm(radius), sides)
+        return Yarns(stations, spin_object(there(stations.ribbons), options))
+
+    def picture(self, **look: Any) -> "Image.Image":
+        """Return a picture of the woven object, with ribbons as they come in card.
+
+        The arguments are those of ``Ribbons.picture``.
+        """
+        return self.ribbons().picture(**look)
 
     def __repr__(self) -> str:
         return f"Weave({self.woven.title}: {self._kind()}, {self._counts()})"

@@ -46,6 +46,8 @@ class Facts:
         The picture of the object, a PNG file.
     costs : tuple of (str, str)
         Names and texts of what is said of times, difficulty and money.
+    rim_sheets : int
+        How many sheets rings are cut from.
     """
 
     title: str
@@ -56,6 +58,7 @@ class Facts:
     colours: Colours
     portrait: bytes
     costs: tuple[tuple[str, str], ...]
+    rim_sheets: int = 0
 
 
 def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
@@ -125,7 +128,10 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     if fasteners and RIVET.name not in kinds:
         kinds.append(RIVET.name)
-    lines = [("Sheets", agree(len(crossing_map.sheets), "the {n} [sheet|sheets], cut"))]
+    sheets = agree(len(crossing_map.sheets), "the {n} [sheet|sheets]")
+    if facts.rim_sheets:
+        sheets += agree(facts.rim_sheets, " and the {n} [sheet|sheets] in rim/")
+    lines = [("Sheets", f"{sheets}, cut")]
     lines += [
         (
             "Fasteners",

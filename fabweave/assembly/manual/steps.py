@@ -6,12 +6,15 @@ import numpy as np
 
 from fabweave.assembly.manual.book import LEADING, Book, text_width, wrapped
 from fabweave.assembly.manual.marks import Slide
+from fabweave.assembly.manual.ring_picture import RingPicture, ring_picture
 from fabweave.assembly.manual.step_pictures import WHOLE, StepPicture, WholePicture
 from fabweave.assembly.manual.tags import CORNER, SIGN, TAG, Tag, place_tags
 from fabweave.assembly.manual.words import (
     BOXES,
     LEGEND,
+    RINGED,
     UNPICTURED,
+    hang_words,
     layers_words,
     place_words,
     progress_words,
@@ -22,6 +25,7 @@ from fabweave.assembly.manual.words import (
 )
 from fabweave.core.arrays import FloatArray
 from fabweave.flat.crossing_map import CrossingMap, StepRecord
+from fabweave.flat.rim_ring import RimRing
 
 SECTION = "Steps"
 #: Size of all texts, of the number of a step, and of what stands beside it, in points.
@@ -36,8 +40,9 @@ def write_steps(
     crossing_map: CrossingMap,
     pictures: Sequence[WholePicture],
     seconds: Sequence[float],
+    rings: Sequence[RimRing] = (),
 ) -> None:
-    """Write all steps in two columns.
+    """Write all steps in two columns; those of rings come last.
 
     Parameters
     ----------
@@ -47,20 +52,25 @@ def write_steps(
         Of all steps; none if they are too many.
     seconds : sequence of float
         About how long each step takes.
+    rings : sequence of RimRing
+        Those of the last steps.
     """
     book.page(SECTION)
-    legend = LEGEND if pictures else UNPICTURED
+    legend = (LEGEND if pictures else UNPICTURED) + (RINGED if rings else "")
     book.y = book.block(book.left, book.y, legend + BOXES, book.right - book.left, size=_TEXT)
     writer = _Writer(book, crossing_map, seconds)
+    woven = [step for step in crossing_map.steps if step.ring is None]
     if not pictures:
-        for step in crossing_map.steps:
+        for step in woven:
             writer.write(step, None)
-    steps = iter(crossing_map.steps)
+    steps = iter(woven)
     for whole in pictures:
         own = [next(steps) for _ in whole.steps]
         writer.write_whole(whole, own)
         for step, picture in zip(own, whole.steps, strict=True):
             writer.write(step, picture)
+    for step, ring in zip(crossing_map.steps[len(woven) :], rings, strict=True):
+        writer.write_ring(step, ring)
 
 
 class _Writer:
@@ -115,7 +125,11 @@ class _Writer:
         size = picture.size if picture else (0.0, 0.0)
         room = self._wide - (size[0] + 8.0 if beside else 0.0)
         due = [key for key in step.fasten if key not in self._idle]
-        texts = [step.text, layers_words(step, self._pieces, self._strands, due)]
+        texts = [
+            step.text,
+            layers_words(step, self._pieces, self._strands, due),
+            hang_words(step, self._map),
+        ]
         told = sum(self._high(text, room) + 2.0 for text in texts if text)
         rows = self._rows(step)
         high = _HEAD + LEADING * _TEXT * (len(rows) - 1)
@@ -129,6 +143,38 @@ class _Writer:
         if picture:
             top = y - 4.0 if beside else end - 4.0
             self._draw(picture, np.array([x, top - size[1]]))
+
+    def write_ring(self, step: StepRecord, ring: RimRing) -> None:
+        """Write the step that lays a ring, with its pieces flat below one another."""
+        book, picture = self._book, ring_picture(ring, self._wide)
+        texts = [text for text in (step.text, hang_words(step, self._map)) if text]
+        told = sum(self._high(text, self._wide) + 2.0 for text in texts)
+        rows = self._rows(step)
+        high = _HEAD + LEADING * _TEXT * (len(rows) - 1)
+        x, y = self._room(high + told + picture.high + _GAP)
+        self._write_head(x, y, step, rows)
+        end = y - high
+        for text in texts:
+            end = book.block(x, end, text, self._wide, size=_TEXT) - 2.0
+        self._draw_ring(picture, np.array([x, end]))
+
+    def _draw_ring(self, picture: RingPicture, corner: FloatArray) -> None:
+        """Draw the pieces of a ring with their upper left corner at a place."""
+        book = self._book
+        for piece in picture.pieces:
+            book.line(piece.outline + corner, width=0.8, closed=True, fill=0.93)
+            for number, (hole, beside) in enumerate(
+                zip(piece.holes + corner, piece.numbers + corner, strict=True), start=1
+            ):
+                x, y = hole.tolist()
+                book.circle(x, y, piece.hole)
+                x, y = beside.tolist()
+                book.text(x, y, str(number), size=_TEXT, align=0.5, middle=True)
+            x, y = (piece.middle + corner).tolist()
+            book.text(x, y, piece.id, size=_TEXT, bold=True, align=0.5, middle=True)
+        x, y = corner.tolist()
+        ratio = f"1 : {picture.ratio:g}"
+        book.text(x + self._wide, y - picture.high + 2.5, ratio, size=_TEXT, align=1.0)
 
     def _write_head(self, x: float, y: float, step: StepRecord, rows: list[list[str]]) -> None:
         """Write the number of a step, its time, and its pieces with their boxes."""
@@ -152,6 +198,7 @@ class _Writer:
         """Return the pieces of a step in rows; the first is beside its number."""
         by_kind = self._map.cut.labels == "kinds"
         names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
+        names += [f"{name} (rim)" for name in step.ring or ()]
         left = self._wide - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
         rows: list[list[str]] = [[]]
         for name in names:

@@ -21,6 +21,8 @@ _TRIAL_PX = (180, 140)
 #: Prices of a turn, where a view in which nothing new is seen costs 1: the least counts with which
 #: the object is turned in no more than this share of the steps.
 _TURNS, MOST_TURNS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 2.0, 4.0, 9.0), 1 / 8
+#: A view that shows less than this share of what the best one shows costs up to so much more.
+_LITTLE, _POOR = 0.35, 2.0
 #: What a view costs in which a new piece cannot be seen at all, besides.
 _BLIND = 5.0
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
@@ -53,7 +55,8 @@ def choose_views(least: FloatArray, total: FloatArray, turn: float) -> IntArray:
     -------
     (S,) int array
         The sequence of views with the least sum of what is not seen, as the square of its share
-        of the most that any view shows, and of the prices of all turns.
+        of the most that any view shows, more where little is seen, and of the prices of all
+        turns.
 
     Examples
     --------
@@ -62,7 +65,8 @@ def choose_views(least: FloatArray, total: FloatArray, turn: float) -> IntArray:
     ([0, 1, 1, 1], [1, 1, 1, 1])
     """
     worth = least + 0.1 * total
-    lost = (1.0 - worth / np.maximum(worth.max(axis=0), 1e-9)) ** 2
+    share = worth / np.maximum(worth.max(axis=0), 1e-9)
+    lost = (1.0 - share) ** 2 + _POOR * np.maximum(1.0 - share / _LITTLE, 0.0)
     lost = lost + _BLIND * ((least <= 0.0) & (least.max(axis=0) > 0.0))
     n_views, n_steps = lost.shape
     best = np.zeros((n_steps, n_views), dtype=np.int64)

@@ -20,6 +20,10 @@ UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
     "and assembly.html each step on it, where that could be made."
 )
+RINGED = (
+    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
+    "until then, clips are enough there."
+)
 BOXES = " Tick the box of a piece when it is in its place."
 
 
@@ -76,6 +80,24 @@ def layers_words(
         others += [one for one in strands[crossing, not over] if one not in others]
     said = "; ".join(f"{key} with {listed(others)}" for key, others in met.items())
     return f"All layers are in place: {said}." if said else ""
+
+
+def hang_words(step: StepRecord, crossing_map: CrossingMap) -> str:
+    """Say which crossings that are fastened in a step carry a cord or a foot, and in what hole."""
+    pieces = {piece.id: piece for piece in crossing_map.pieces}
+    holes = {joint.id: joint.hole_mm for joint in crossing_map.joints}
+    said = []
+    for crossing in crossing_map.crossings:
+        if crossing.hang and crossing.id in step.fasten:
+            station = pieces[crossing.over.piece].stations[crossing.over.station]
+            hole = station.hole_mm
+            if hole is None and station.joint is not None:
+                hole = holes[station.joint]
+            said.append(
+                f"{crossing.over.piece} with {crossing.under.piece}"
+                + (f" (hole of {hole:g} mm)" if hole is not None else "")
+            )
+    return f"A cord or a foot goes here: {listed(said)}." if said else ""
 
 
 def view_words(view: View, *, turned: bool) -> str:

@@ -17,6 +17,7 @@ from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
+from fabweave.flat.rim_ring import RimRing
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -29,6 +30,7 @@ def manual_pdf(
     seconds: Sequence[float],
     *,
     paper: str = "a4",
+    rings: Sequence[RimRing] = (),
 ) -> bytes:
     """Return the manual as a PDF.
 
@@ -47,6 +49,8 @@ def manual_pdf(
     seconds : sequence of float
         About how long each step takes.
     paper : {"a4", "letter"}
+    rings : sequence of RimRing
+        Those of the last steps.
 
     Returns
     -------
@@ -57,7 +61,7 @@ def manual_pdf(
     # Pages say how many there are: the first time they are counted.
     for _ in range(2):
         book = Book(paper, facts.title, n_pages)
-        _write(book, crossing_map, facts, drawings, pictures, seconds)
+        _write(book, crossing_map, facts, drawings, pictures, seconds, rings)
         n_pages = book.n_pages
     return book.finish()
 
@@ -69,6 +73,7 @@ def _write(
     drawings: Sequence[SheetDrawing],
     pictures: Sequence[WholePicture],
     seconds: Sequence[float],
+    rings: Sequence[RimRing],
 ) -> None:
     """Write all pages."""
     write_cover(book, crossing_map, facts)
@@ -76,7 +81,7 @@ def _write(
     write_map(book, crossing_map, facts.colours)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
-    write_steps(book, crossing_map, pictures, seconds)
+    write_steps(book, crossing_map, pictures, seconds, rings)
     write_tables(book, crossing_map)
 
 
@@ -88,6 +93,7 @@ def write_manual(
     woven: tuple[Ribbons, Weave, Sequence[Piece], Colours],
     seconds: Sequence[float],
     paper: str,
+    rings: Sequence[RimRing],
 ) -> None:
     """Make the pictures of the steps, unless they are too many, and write the manual."""
     pictures: Sequence[WholePicture] = ()
@@ -95,5 +101,5 @@ def write_manual(
         ribbons, weave, pieces, colours = woven
         scene = build_scene(ribbons, weave, pieces, crossing_map, colours)
         pictures = step_pictures(scene, crossing_map)
-    data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper)
+    data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper, rings=rings)
     path.write_bytes(data)

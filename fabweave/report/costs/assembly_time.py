@@ -70,7 +70,7 @@ def step_counts(
         Whose fasteners are set.
     """
     return _counts(
-        sum(len(step.pieces) for step in steps),
+        sum(step.handled for step in steps),
         sum(len(step.over) for step in steps),
         sum(len(step.under) for step in steps),
         joints,
@@ -158,8 +158,9 @@ def assembly_time(counts: Counts) -> AssemblyTime:
 def step_seconds(crossing_map: CrossingMap) -> list[float]:
     """Return about how many seconds each step takes a maker: half way from quick to slow.
 
-    Its fasteners are set when the last layer of their crossing is in place. All steps together take
-    as long as ``assembly_time`` says, but for sorting, which comes before them.
+    Its fasteners are set when the last layer of their crossing is in place, or with the ring that
+    they hold. All steps together take as long as ``assembly_time`` says, but for sorting, which
+    comes before them.
     """
     holes: dict[int, list[float]] = defaultdict(list)
     for piece in crossing_map.pieces:
@@ -176,8 +177,8 @@ def step_seconds(crossing_map: CrossingMap) -> list[float]:
         set_here = [size for key in step.fasten for size in holes.get(key, ())]
         held = [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
         often = {
-            "find": len(step.pieces),
-            "take": len(step.pieces),
+            "find": step.handled,
+            "take": step.handled,
             "over": len(step.over),
             "under": len(step.under),
             "align": len(set_here) + len(held),

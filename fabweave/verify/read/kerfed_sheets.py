@@ -9,6 +9,7 @@ from typing import Any
 from fabweave.verify.crossing_map import Sheet
 from fabweave.verify.drawing import Drawing
 from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.rim import FOLDER as RIM
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.statement import Tally
 
@@ -26,10 +27,13 @@ class Ready:
     micro: tuple[int, float] | None
     dxf: dict[int, Drawing]
     svg: dict[int, Drawing]
+    #: Those of rings, by the names of their nominal sheets.
+    rim_dxf: dict[str, Drawing]
+    rim_svg: dict[str, Drawing]
 
-    def name_of(self, sheet: Sheet) -> str:
+    def name_of(self, sheet: str) -> str:
         """Return what the files of a sheet are to be called, without suffix."""
-        words = [sheet.name]
+        words = [sheet]
         if self.kerf_mm:
             words.append(f"kerf{self.kerf_mm:g}mm")
         if self.micro is not None:
@@ -59,7 +63,7 @@ def read_ready(
         Where files are told that do not belong there.
     """
     kerf, micro = _wanted(options, tally)
-    ready = Ready(kerf, micro, {}, {})
+    ready = Ready(kerf, micro, {}, {}, {}, {})
     known = set()
     if kerf or micro is not None:
         for sheet in sheets:
@@ -67,11 +71,21 @@ def read_ready(
                 ("dxf", ready.dxf, read_dxf),
                 ("svg", ready.svg, read_svg),
             ):
-                name = f"{ready.name_of(sheet)}.{suffix}"
+                name = f"{ready.name_of(sheet.name)}.{suffix}"
                 known.add(name)
                 drawing = read(f"{FOLDER}/{name}", reader)
                 if drawing is not None:
                     drawings[sheet.number] = drawing
+        for ring in sorted(path.stem for path in (directory / RIM).glob("*.dxf")):
+            for suffix, rings, reader in (
+                ("dxf", ready.rim_dxf, read_dxf),
+                ("svg", ready.rim_svg, read_svg),
+            ):
+                name = f"{ready.name_of(ring)}.{suffix}"
+                known.add(name)
+                drawing = read(f"{FOLDER}/{name}", reader)
+                if drawing is not None:
+                    rings[ring] = drawing
     if (directory / FOLDER).is_dir():
         for path in sorted((directory / FOLDER).iterdir()):
             # A sheet left over from an earlier run would be cut too.

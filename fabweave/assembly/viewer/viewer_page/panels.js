@@ -2,12 +2,13 @@
 function stepCard(plan, clock, number) {
   const step = plan.steps[number - 1];
   const chips = step.pieces.map((id) => `<button type="button" class="chip" data-piece="${escaped(id)}">${escaped(plan.takenFor(id))}</button>`);
+  const ring = (step.ring || []).map((id) => `<span class="chip">${escaped(id)}</span>`);
   const places = plan.fastenings(step).map((crossing) => {
     const joint = (plan.jointsAt.get(crossing.id) || [])[0];
     const side = ({ piece }) => (joint && joint.pieces.includes(piece) ? [...new Set(joint.pieces)] : [piece]).map(plan.link).join(" and ");
-    return `${side(crossing.over)} over ${side(crossing.under)}${joint ? ` (joint #${joint.id})` : ""}${crossing.count > 1 ? `, ${crossing.count} fasteners` : ""}`;
+    return `${side(crossing.over)} over ${side(crossing.under)}${joint ? ` (joint #${joint.id})` : ""}${crossing.count > 1 ? `, ${crossing.count} fasteners` : ""}${crossing.hang ? ", which carries a cord or a foot" : ""}`;
   });
-  return `<p>${chips.join(" ")} ${plan.linked(step.text)} <small class="hint">${clock.step(number)}</small></p>${
+  return `<p>${[...chips, ...ring].join(" ")} ${plan.linked(step.text)} <small class="hint">${clock.step(number)}</small></p>${
     places.length ? `<p class="fasten"><b>Fasten for good,</b> all layers are there: ${places.join("; ")}.</p>` : ""}`;
 }
 

@@ -93,7 +93,7 @@ function readPlan(text) {
     },
     KIND: (number) => group(`Kind ${number}`, piecesWhere(({ kind }) => kind === number)),
     SHEET: (number) => group(`Sheet ${number}`, piecesWhere(({ sheet }) => sheet === number), sheetAt.get(number)),
-    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: steps[number - 1].pieces.map(nameOf).join(", ") }] : []),
+    STEP: (number) => (steps[number - 1] ? [{ name: `Step ${number}`, step: number, why: [...steps[number - 1].pieces.map(nameOf), ...(steps[number - 1].ring || [])].join(", ") }] : []),
   };
 
   /**

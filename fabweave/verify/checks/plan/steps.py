@@ -4,6 +4,7 @@ import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import Any
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
 from fabweave.verify.measure.effort import (
@@ -92,10 +93,19 @@ def check_steps(job: Job, tally: Tally) -> None:
         tally.at(f"piece {piece.id}").equal("how often it is placed", times[piece.id], 1)
     table = _Table(plan)
     first: list[str] = []
-    for step in plan.steps:
+    rings = job.rim.rings if job.rim is not None else []
+    held = {key for step in plan.steps if step.ring is not None for key in step.fasten}
+    laid = [step for step in plan.steps if step.ring is not None]
+    assembly.expect(
+        laid == list(plan.steps[len(plan.steps) - len(laid) :]) and len(laid) == len(rings),
+        "the last steps lay not each one of the rings",
+    )
+    for step, ring in zip(laid, rings, strict=False):
+        _check_ring(plan, step, ring, tally.at(f"step {step.step}"))
+    for step in plan.steps[: len(plan.steps) - len(laid)]:
         events = [table.place(plan.piece[name]) for name in step.pieces if name not in table.placed]
         first += [event.piece for event in events if not event.touches]
-        _check_step(step, events, tally.at(f"step {step.step}"))
+        _check_step(step, events, held, tally.at(f"step {step.step}"))
     parts = parts_of(plan)
     count = len(set(parts.values()))
     assembly.expect(
@@ -114,14 +124,41 @@ def check_steps(job: Job, tally: Tally) -> None:
         _check_efforts(plan, parts, tally, enclosed=bool((job.mesh.twin >= 0).all()))
 
 
-def _check_step(step: Step, events: list[_Event], place: Place) -> None:
-    """Check the lists of a step, and that its text names what they do."""
+def _check_ring(plan: CrossingMap, step: Step, ring: dict[str, Any], place: Place) -> None:
+    """Check the step that lays a ring: what it holds waits for it, and its text names all that."""
+    runs = [[int(hole["crossing"]) for hole in piece["holes"]] for piece in ring["pieces"]]
+    names = [str(piece["id"]) for piece in ring["pieces"]]
+    place.equal("its ring", list(step.ring or ()), names)
+    place.same("crossings to fasten", step.fasten, {key for run in runs for key in run})
+    nothing = (step.pieces, step.crossings, step.over, step.under, step.joints)
+    place.expect(not any(nothing) and not step.closes, "it does more than to lay a ring")
+    said = []
+    for name, run in zip(names, runs, strict=True):
+        ways = [plan.crossing[key] for key in run if key in plan.crossing]
+        holes = [
+            f"{way.over.piece} with {way.under.piece} ({at})" for at, way in enumerate(ways, 1)
+        ]
+        said.append(f"{name} at {', '.join(holes)}")
+    head, _, rest = step.text.partition(": ")
+    place.equal("what its text says of holes", rest, f"{'; '.join(said)}.")
+    place.expect(
+        re.findall(r"R+[0-9]+", head) == names and f" at the {ring['side']}, " in head,
+        "its text names another ring",
+    )
+
+
+def _check_step(step: Step, events: list[_Event], held: set[int], place: Place) -> None:
+    """Check the lists of a step, and that its text names what they do.
+
+    Crossings that are ``held`` by a ring are fastened with it.
+    """
+    fasten = [key for event in events for key in event.fasten if key not in held]
     for names, stated, wanted in (
         ("crossings made", step.crossings, [key for event in events for key in event.made]),
         ("crossings over", step.over, [key for event in events for key in event.over]),
         ("crossings under", step.under, [key for event in events for key in event.under]),
         ("joints made", step.joints, [key for event in events for key in event.joints]),
-        ("crossings to fasten", step.fasten, [key for event in events for key in event.fasten]),
+        ("crossings to fasten", step.fasten, fasten),
     ):
         place.same(names, stated, wanted)
     place.equal("closes", step.closes, any(event.closes for event in events))

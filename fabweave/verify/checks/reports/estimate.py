@@ -8,8 +8,8 @@ import numpy as np
 from fabweave.verify.checks.reports.assumptions import check_assumptions
 from fabweave.verify.checks.reports.hands import check_hands, hardware_price
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Ints
-from fabweave.verify.measure.areas import sum_areas
+from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Ints, traced
+from fabweave.verify.measure.areas import polygon_area, sum_areas
 from fabweave.verify.measure.motion import Pace, burn_time, hop_time
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
@@ -52,6 +52,38 @@ def check_estimate(job: Job, tally: Tally) -> None:
         place.at("estimate").equal("planned", estimate["planned"], False)
         check_assumptions(waste, estimate, place.at("estimate"))
         _check_money(job, waste, estimate, place.at("estimate"))
+        _check_rim(job, waste, estimate, place.at("rim"))
+
+
+def _check_rim(job: Job, waste: dict[str, Any], estimate: dict[str, Any], place: Place) -> None:
+    """Check what sheets of rings are said to take against their drawings."""
+    told = {str(one["sheet"]): one for one in waste.get("rim") or ()}
+    drawings = job.rim.dxf if job.rim is not None else {}
+    if not place.same("sheets", list(told), list(drawings)):
+        return
+    materials = {(one["material"], one["thickness_mm"]): one for one in estimate["materials"]}
+    thick = {ring["thickness_mm"] for ring in (job.rim.rings if job.rim is not None else ())}
+    for name, drawing in drawings.items():
+        one, here = told[name], place.at(name)
+        rates = materials.get((one["material"], one["thickness_mm"]))
+        if rates is None or one["thickness_mm"] not in thick:
+            here.fail("it is of a material that is not that of the rings")
+            continue
+        for key, span in _sheet_times(drawing, rates, job.options.get("calibrate", 1.0)).items():
+            _check_span(one, key, span, here, _SAME_S, _SHARE_S)
+        outlines = [shape for shape in drawing.shapes if shape.layer == OUTLINES]
+        holes = [shape.radius or 0.0 for shape in drawing.shapes if shape.layer == HOLES]
+        area = sum(polygon_area(traced(shape)) for shape in outlines)
+        area -= sum(np.pi * radius**2 for radius in holes)
+        here.equal("pieces", one["pieces"], len(outlines))
+        here.number("piece_area_mm2", one["piece_area_mm2"], area, within=_SHARE_S * area)
+        picture = job.rim.svg.get(name) if job.rim is not None else None
+        if picture is not None:
+            size = (picture.width_mm, picture.height_mm)
+            here.equal("its size", (one["width_mm"], one["height_mm"]), size)
+        if not job.options.get("stock"):
+            area_m2 = [one["width_mm"] * one["height_mm"] * 1e-6] * 2
+            _check_price(one, "price", _sheet_price(None, area_m2, rates), here)
 
 
 def _check_width(job: Job, figures: dict[str, Any], place: Place) -> None:

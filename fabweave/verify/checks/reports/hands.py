@@ -63,7 +63,7 @@ def check_hands(
     here.number("practised_h", stated["practised_h"], hours, within=_SAME_H)
     for name, one, pace in zip(("quick", "slow"), stated["hours"], PACE, strict=True):
         here.at("hours").number(name, one, pace * hours, within=_SAME_H)
-    pieces = sum(len(step.pieces) for step in plan.steps)
+    pieces = sum(step.handled for step in plan.steps)
     under = sum(len(step.under) for step in plan.steps)
     _check_difficulty(estimate["difficulty"], hours, under / max(pieces, 1), place)
 
@@ -72,7 +72,7 @@ def seconds_of_steps(plan: CrossingMap) -> list[float]:
     """Return about how long each step takes a maker, half way from quick to slow.
 
     All that hands do but sorting, which comes before the steps; a fastener is set when the last
-    layer of its crossing has come.
+    layer of its crossing has come, or with the ring that it holds.
     """
     idle = {crossing.id for crossing in plan.crossings if crossing.fastened is False}
     holes: dict[int, list[float]] = {}
@@ -85,7 +85,7 @@ def seconds_of_steps(plan: CrossingMap) -> list[float]:
     for step in plan.steps:
         held = [plan.joint[key].kind for key in step.joints if plan.joint[key].kind != "rivet"]
         sizes = [size for key in step.fasten for size in holes.get(key, [])]
-        seconds = len(step.pieces) * (ACTIONS["find"][0] + ACTIONS["take"][0])
+        seconds = step.handled * (ACTIONS["find"][0] + ACTIONS["take"][0])
         seconds += len(step.over) * ACTIONS["over"][0] + len(step.under) * ACTIONS["under"][0]
         seconds += (len(sizes) + len(held)) * ACTIONS["align"][0]
         seconds += sum(JOINT_S[kind] for kind in held)
@@ -98,7 +98,7 @@ def _actions(
     plan: CrossingMap, fasteners: list[dict[str, Any]]
 ) -> Iterator[tuple[str, int, float, str]]:
     """Yield what hands do, how often, seconds each, and in words."""
-    pieces = sum(len(step.pieces) for step in plan.steps)
+    pieces = sum(step.handled for step in plan.steps)
     held = Counter(joint.kind for joint in plan.joints if joint.kind != "rivet")
     often = Counter(
         sort=pieces,

@@ -190,7 +190,7 @@ def _sheet(job: Job, sheet: Sheet, share: str, plan: CrossingMap) -> Iterator[Se
     links = [[f"sheets/{sheet.name}.{kind}" for kind in nominal]]
     words = ["to cut:"]
     if job.ready is not None:
-        links.insert(0, [f"cut/{job.ready.name_of(sheet)}.{kind}" for kind in cuts])
+        links.insert(0, [f"cut/{job.ready.name_of(sheet.name)}.{kind}" for kind in cuts])
         words.append(" nominal:")
     told = "".join(
         f"{word} {' '.join(name.rpartition('.')[2].upper() for name in names)}"

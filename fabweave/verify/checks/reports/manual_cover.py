@@ -68,7 +68,8 @@ def check_cover(job: Job, plan: CrossingMap, text: RunningText) -> None:
         for name, words in _costs(waste["estimate"]):
             _line(text, name, words)
     text.block(TABLE)
-    _line(text, "Sheets", f"the {counted(len(plan.sheets), 'sheet')}, cut")
+    rim = f" and the {counted(len(job.rim.dxf), 'sheet')} in rim/" if job.rim is not None else ""
+    _line(text, "Sheets", f"the {counted(len(plan.sheets), 'sheet')}{rim}, cut")
     for name, words in _to_buy(waste):
         _line(text, name, words)
     _line(text, "Tools", _tools(plan, fastened=bool(waste.get("fasteners"))))

@@ -1,8 +1,11 @@
 """Check the steps of the manual: every step once, in order, with all its words and names."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
+
+import numpy as np
 
 from fabweave.verify.checks.reports.hands import seconds_of_steps
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
@@ -20,6 +23,10 @@ _UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
     "and assembly.html each step on it, where that could be made."
 )
+RINGED = (
+    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
+    "until then, clips are enough there."
+)
 BOXES = " Tick the box of a piece when it is in its place."
 OVER, UNDER, COMPLETE = "●", "○", "⊕"
 _AROUND = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
@@ -29,6 +36,9 @@ _SIDES = (
     "straight above",
     "straight below",
 )
+#: What is new has so much room in its picture, the lower way; and the next scale that is used is
+#: not farther off than this.
+_LOW_MM, _NEXT = 37.0, 1.25
 #: Times are rounded to a minute.
 _SAME_MIN = 0.51
 
@@ -42,13 +52,14 @@ def check_steps(plan: CrossingMap, text: RunningText) -> None:
     text : RunningText
         That of the pages of steps.
     """
-    pictured = text.skip(PICTURED + BOXES)
+    ringed = RINGED if any(step.ring is not None for step in plan.steps) else ""
+    pictured = text.skip(PICTURED + ringed + BOXES)
     if not pictured:
-        text.block(_UNPICTURED + BOXES)
+        text.block(_UNPICTURED + ringed + BOXES)
     check, at, side = _StepCheck(plan, text), 0, ""
     while at < len(plan.steps) and not text.lost:
         end = at + 1
-        if pictured:
+        if pictured and plan.steps[at].ring is None:
             end, side = check.whole(at, side)
         for step in plan.steps[at:end]:
             check.step(step, pictured=pictured)
@@ -109,13 +120,39 @@ class _StepCheck:
         self._check_time(step)
         for key in step.pieces:
             text.block(_place(plan, plan.piece[key]))
+        for name in step.ring or ():
+            text.block(f"{name} (rim)")
         self._there.update(step.pieces)
         text.block(step.text)
         due = [key for key in step.fasten if key not in self._idle]
-        if due:
+        if due and step.ring is None:
             text.block(f"All layers are in place: {self._layers(step, due)}.")
-        if pictured and not text.lost:
+        if carried := [self._hung(key) for key in sorted(step.fasten) if plan.crossing[key].hang]:
+            text.block(f"A cord or a foot goes here: {_listed(carried)}.")
+        if step.ring is not None and not text.lost:
+            self._check_ring(step)
+        elif pictured and not text.lost:
             self._check_names(step, len(due))
+
+    def _hung(self, key: int) -> str:
+        """Name a crossing that carries something, and its hole."""
+        crossing = self._plan.crossing[key]
+        station = self._plan.piece[crossing.over.piece].stations[crossing.over.station]
+        hole = station.hole_mm
+        if hole is None and station.joint is not None:
+            hole = self._plan.joint[station.joint].hole_mm
+        told = "" if hole is None else f" (hole of {hole:g} mm)"
+        return f"{crossing.over.piece} with {crossing.under.piece}{told}"
+
+    def _check_ring(self, step: Step) -> None:
+        """Check the picture of a ring: its pieces, each with the numbers of its holes."""
+        text = self._text
+        parts = re.findall(r"[:;] (R+\d+) at ([^;]*)", step.text)
+        for name, holes in parts:
+            for number in range(1, 1 + len(re.findall(r"\(\d+\)", holes))):
+                text.block(str(number))
+            text.block(name)
+        text.match(r"1 : \d+(\.\d)?", "its scale")
 
     def _check_time(self, step: Step) -> None:
         """Check how long a step is said to take, and all up to it."""
@@ -162,7 +199,32 @@ class _StepCheck:
             else:
                 shown.append(word)
         here.same("names", shown, list(wanted.elements()))
-        text.match(r"1 : \d+(\.\d\d?)?", "its scale")
+        said = text.match(r"1 : (\d+(?:\.\d\d?)?)", "its scale")
+        if said is not None:
+            ratio, most = float(said[1]), self._smallest(step)
+            here.expect(
+                1.0 <= ratio <= most and f"{ratio:g}" == said[1],
+                f"its scale is 1 : {said[1]}, which is none from 1 : 1 to 1 : {most:.1f}",
+            )
+
+    def _smallest(self, step: Step) -> float:
+        """Return how many times smaller than they are new pieces need be drawn at the most.
+
+        No two places of a piece are farther apart than half the way around it.
+        """
+        pieces = [self._plan.piece[key] for key in step.pieces]
+        around = max(
+            float(
+                np.linalg.norm(np.diff(one.outline, axis=0, append=one.outline[:1]), axis=1).sum()
+            )
+            for one in pieces
+        )
+        wide = around / 2.0
+        if len(pieces) > 1:
+            met = {station.crossing for one in pieces for station in one.stations}
+            places = [one.position for one in self._plan.crossings if one.id in met]
+            wide += float(np.linalg.norm(np.ptp(np.array(places).reshape(-1, 3), axis=0)))
+        return 1.0 + _NEXT * wide / _LOW_MM
 
     def _met(self, piece: Piece, step: Step) -> Iterator[str]:
         """Yield what a new piece lies over or runs under, once each."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import zip_longest
 from typing import Any
 
-from fabweave.verify.checks.reports.page_costs import costs_shown
+from fabweave.verify.checks.reports.page_costs import costs_shown, rings_shown
 from fabweave.verify.checks.reports.page_splitting import splitting_shown
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.measure.titles import titles_of
@@ -101,6 +101,7 @@ def _wanted(job: Job, plan: CrossingMap, waste: dict[str, Any], title: str) -> I
         yield from _comparison(waste["comparison"], waste["totals"])
     if waste.get("estimate") is not None:
         yield from costs_shown(waste["estimate"], names)
+    yield from rings_shown(waste.get("rim") or [])
     if waste.get("offcuts"):
         yield from _offcuts(waste["offcuts"], names)
     yield from _bill(waste)

@@ -1,6 +1,6 @@
 """Say what the page on material should show of times and money."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from fabweave.verify.measure.words import difficulty_words, price_words, time_words
@@ -52,3 +52,35 @@ def costs_shown(estimate: dict[str, Any], names: dict[int, str]) -> Iterator[See
         yield from row(action["words"], count, f"{each:g} s", f"{count * each / 60:.0f} min")
     yield Seen("h2", "What this rests on")
     yield from (Seen("li", text) for text in estimate["assumptions"])
+
+
+def rings_shown(sheets: Sequence[dict[str, Any]]) -> Iterator[Seen]:
+    """Yield what is seen of what rings take; nothing without rings.
+
+    Parameters
+    ----------
+    sheets : sequence of dict
+        The sheets of rings in waste.json.
+    """
+    if not sheets:
+        return
+    yield Seen("h2", "Rings")
+    yield Seen(
+        "p",
+        "The rings around openings are cut from sheets of their own, in rim/. They come on top of "
+        "all sheets, times and prices above; their fasteners are among those to buy.",
+    )
+    yield from row(
+        "Sheet", "Size, mm", "Pieces", "Pieces, cm²", "Cutting", "Engraving", "Moves", "Price",
+        tag="th",
+    )  # fmt: skip
+    for one in sheets:
+        yield from row(
+            one["sheet"],
+            f"{one['width_mm']:g} × {one['height_mm']:g}, {one['material']} "
+            f"{one['thickness_mm']:g}",
+            one["pieces"],
+            f"{one['piece_area_mm2'] / 100:.1f}",
+            *(time_words(one[key]) for key in ("cut_s", "engrave_s", "travel_s")),
+            price_words(one["price"]),
+        )

@@ -16,7 +16,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "9e7957114109427ce50ddd82c81389f129a72b191333c3d18c8502361c642f04"
+FRAME = "6d7da00a40820ce3bdae64d53bae41ce969b712c74ff3d7af81ef90487e965ea"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (

@@ -5,7 +5,6 @@ import shapely
 
 from fabweave.verify.checks.sheets.drawings import SAME_MM, compare_formats, shapes_apart
 from fabweave.verify.checks.sheets.looks import check_dxf_looks, check_svg_looks
-from fabweave.verify.crossing_map import Piece
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,
@@ -33,23 +32,41 @@ def check_ready(job: Job, tally: Tally) -> None:
     if ready is None:
         return
     for sheet in plan.sheets:
-        name = f"{FOLDER}/{ready.name_of(sheet)}"
-        nominal, dxf, svg = (
-            drawings.get(sheet.number) for drawings in (job.dxf, ready.dxf, ready.svg)
-        )
-        if nominal is None or dxf is None or svg is None:
-            tally.fail(f"{name} is not checked, because it or its sheet could not be read")
-            continue
-        of_dxf, of_svg = tally.at(f"{name}.dxf"), tally.at(f"{name}.svg")
-        for drawing, place in ((dxf, of_dxf), (svg, of_svg)):
-            for problem in drawing.problems:
-                place.fail(problem)
-        check_dxf_looks(dxf, plan.cut, plan.cut.colours, of_dxf)
-        check_svg_looks(svg, plan.cut, plan.cut.colours, of_svg)
-        compare_formats(svg, dxf, of_svg)
-        _check_same(dxf, nominal, of_dxf)
-        for piece in plan.on_sheet(sheet.number):
-            _check_piece(piece, dxf, nominal, ready, of_dxf.at(f"piece {piece.id}"))
+        number = sheet.number
+        drawings = (job.dxf.get(number), ready.dxf.get(number), ready.svg.get(number))
+        rings = {piece.id: piece.placed_ring(piece.path) for piece in plan.on_sheet(sheet.number)}
+        _check_sheet(job, ready, sheet.name, drawings, rings, tally)
+    for name, nominal in (job.rim.dxf if job.rim is not None else {}).items():
+        outlines = [shape for shape in nominal.shapes if shape.layer == OUTLINES]
+        rings = {str(shape.piece): shape.ring for shape in outlines}
+        drawings = (nominal, ready.rim_dxf.get(name), ready.rim_svg.get(name))
+        _check_sheet(job, ready, name, drawings, rings, tally)
+
+
+def _check_sheet(
+    job: Job,
+    ready: Ready,
+    sheet: str,
+    drawings: tuple[Drawing | None, Drawing | None, Drawing | None],
+    rings: dict[str, Floats],
+    tally: Tally,
+) -> None:
+    """Check a sheet: the nominal one, and the DXF and the SVG that are to be cut."""
+    cut, name = required(job.map).cut, f"{FOLDER}/{ready.name_of(sheet)}"
+    nominal, dxf, svg = drawings
+    if nominal is None or dxf is None or svg is None:
+        tally.fail(f"{name} is not checked, because it or its sheet could not be read")
+        return
+    of_dxf, of_svg = tally.at(f"{name}.dxf"), tally.at(f"{name}.svg")
+    for drawing, place in ((dxf, of_dxf), (svg, of_svg)):
+        for problem in drawing.problems:
+            place.fail(problem)
+    check_dxf_looks(dxf, cut, cut.colours, of_dxf)
+    check_svg_looks(svg, cut, cut.colours, of_svg)
+    compare_formats(svg, dxf, of_svg)
+    _check_same(dxf, nominal, of_dxf)
+    for piece, ring in rings.items():
+        _check_piece(piece, ring, dxf, nominal, ready, of_dxf.at(f"piece {piece}"))
 
 
 def _check_same(drawing: Drawing, nominal: Drawing, place: Place) -> None:
@@ -66,15 +83,14 @@ def _check_same(drawing: Drawing, nominal: Drawing, place: Place) -> None:
 
 
 def _check_piece(
-    piece: Piece, drawing: Drawing, nominal: Drawing, ready: Ready, place: Place
+    piece: str, ring: Floats, drawing: Drawing, nominal: Drawing, ready: Ready, place: Place
 ) -> None:
-    """Check the outline and the cut-outs of a piece."""
+    """Check the outline and the cut-outs of a piece; ``ring`` is its nominal outline."""
     half = ready.kerf_mm / 2.0
-    runs = drawing.shapes_of(OUTLINES, piece.id)
+    runs = drawing.shapes_of(OUTLINES, piece)
     if _check_runs(runs, ready, place):
-        ring = piece.placed_ring(piece.path)
         _check_offset(_joined(runs), ring, half, place.at("outline"))
-    cut, whole = (sheet.shapes_of(HOLES, piece.id) for sheet in (drawing, nominal))
+    cut, whole = (sheet.shapes_of(HOLES, piece) for sheet in (drawing, nominal))
     if not place.equal("the number of cut-outs", len(cut), len(whole)):
         return
     for hole, wanted in zip(cut, whole, strict=True):

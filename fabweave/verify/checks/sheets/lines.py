@@ -25,7 +25,7 @@ def check_lines(job: Job, tally: Tally) -> None:
         _check_segments(drawing, place)
     for sheet in required(job.map).sheets:
         if job.ready is not None and (ready := job.ready.dxf.get(sheet.number)) is not None:
-            _check_segments(ready, tally.at(f"{FOLDER}/{job.ready.name_of(sheet)}.dxf"))
+            _check_segments(ready, tally.at(f"{FOLDER}/{job.ready.name_of(sheet.name)}.dxf"))
 
 
 def _check_segments(drawing: Drawing, place: Place) -> None:

@@ -61,7 +61,7 @@ def check_rim(job: Job, tally: Tally) -> None:
     if not place.equal("openings with a ring", sides, [one.get("side") for one in openings]):
         return
     names = [str(piece["id"]) for ring in job.rim.rings for piece in ring["pieces"]]
-    place.equal("pieces", names, [f"R{number}" for number in range(1, len(names) + 1)])
+    place.equal("pieces", names, _names(job, len(names)))
     for ring, opening in zip(job.rim.rings, openings, strict=True):
         _check_ring(job, ring, opening, place.at(str(ring["side"])))
     for name, drawing in job.rim.dxf.items():
@@ -69,6 +69,13 @@ def check_rim(job: Job, tally: Tally) -> None:
         other = job.rim.svg.get(name)
         if tally.at(FOLDER, name).expect(other is not None, "there is no SVG beside the DXF"):
             compare_formats(other or drawing, drawing, tally.at(FOLDER, f"{name}.svg"))
+
+
+def _names(job: Job, count: int) -> list[str]:
+    """Return what pieces of rings are to be called: no thread has those letters."""
+    labels = {thread.label for thread in required(job.map).threads}
+    letters = next(word for word in ("R" * times for times in range(1, 9)) if word not in labels)
+    return [f"{letters}{number}" for number in range(1, count + 1)]
 
 
 def _check_ring(job: Job, ring: dict[str, Any], opening: dict[str, Any], place: Place) -> None:

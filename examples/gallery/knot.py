@@ -1,0 +1,21 @@
+"""A trefoil knot, woven: the tube that follows it is a torus, and so has an exact twill.
+
+Run it with: python examples/gallery/knot.py knot.png
+"""
+
+from studio import SIZE, Exhibit
+
+import fabweave as fw
+
+mesh = fw.shape("knot", p=2, q=3, tube=9, size=SIZE)
+weave = fw.weave(mesh, pattern="twill")
+ribbons = weave.ribbons(material="card")
+layout = ribbons.pieces().nest(sheet="600x400mm", effort="quick")
+exhibit = Exhibit(
+    "A trefoil knot in 2/2 twill",
+    f"{sum(weave.broken.values())} broken conditions in {len(weave.threads)} threads",
+    mesh,
+    ribbons,
+    layout,
+)
+exhibit.tell()

@@ -1,0 +1,168 @@
+"""The gallery, the page of figures, the notebook and the finished jobs are those of today."""
+
+import json
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes_shared import shared_mesh
+from PIL import Image
+
+import fabweave as fw
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+GALLERY = EXAMPLES / "gallery"
+MAKER = runpy.run_path(str(EXAMPLES / "make_gallery.py"), run_name="maker")
+OUTPUTS = runpy.run_path(str(ROOT / "tests" / "tools" / "make_outputs.py"), run_name="maker")
+NOTEBOOK = runpy.run_path(str(EXAMPLES / "make_notebook.py"), run_name="maker")
+
+#: What each script is about, by theory: 2·gcd(m, n) rings on a torus; no broken condition where a
+#: twill is exact; four crossings of five over in a satin 5/2, two of three in a 2/1 twill.
+KEYS = {
+    "plain": "20 rings, exact: True",
+    "twill_genus_1": "0 broken conditions",
+    "twill_genus_2": "0 broken conditions",
+    "twill_genus_3": "0 broken conditions",
+    "twill_genus_30": "0 broken conditions on genus 30",
+    "twill_inexact": "32 broken conditions",
+    "triaxial": "0 broken conditions in 24 rings",
+    "kagome": "120 pieces of 2 kinds",
+    "satin": "32 of 40 crossings over",
+    "twill_right": "24 of 36 crossings over",
+    "twill_left": "24 of 36 crossings over",
+    "basket": "4 threads, 176 crossings",
+    "lamp": "92 of 96 faces are left",
+    "two_materials": "3 sheets of two materials",
+    "yarns": "16 yarns, up to 11.9 mm thick",
+    "knot": "0 broken conditions in 4 threads",
+}
+#: Those that take no time.
+QUICK = {"knot"}
+
+
+def exhibits() -> list:
+    return [pytest.param(name, marks=() if name in QUICK else (pytest.mark.slow,)) for name in KEYS]
+
+
+def test_every_script_has_a_key_and_a_picture_and_is_short():
+    scripts = {path.stem for path in GALLERY.glob("*.py")} - {"studio"}
+    assert set(MAKER["NAMES"]) == set(KEYS) == scripts - {"scan"}
+    assert {path.stem for path in GALLERY.glob("*.png")} == set(KEYS)
+    for name in scripts:
+        assert len((GALLERY / f"{name}.py").read_text("utf-8").splitlines()) < 40
+    page = (GALLERY / "README.md").read_text("utf-8")
+    for name, key in KEYS.items():
+        assert f"[`{name}.py`]({name}.py): {key}" in page
+    for picture in GALLERY.glob("*.png"):
+        assert picture.stat().st_size < 150_000
+
+
+def test_links_of_the_pages_lead_somewhere():
+    pages = [
+        GALLERY / "README.md",
+        EXAMPLES / "figures" / "README.md",
+        EXAMPLES / "meshes" / "README.md",
+        EXAMPLES / "others.md",
+        ROOT / "outputs" / "README.md",
+    ]
+    for page in pages:
+        for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+            assert link.startswith("https://") or (page.parent / link).exists(), link
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KEYS)
+def test_an_object_has_the_figures_and_the_picture_of_the_page(name, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", [f"{name}.py"])
+    exhibit = MAKER["exhibit_of"](name)
+    assert exhibit.key == KEYS[name]
+    assert capsys.readouterr().out.startswith(exhibit.key)
+    page = (GALLERY / "README.md").read_text("utf-8")
+    assert MAKER["entry_of"](name, exhibit) in page
+    with Image.open(GALLERY / f"{name}.png") as kept:
+        made = np.asarray(exhibit.picture().convert("RGB"), dtype=float)
+        # Other versions of numpy and Pillow may differ in the last bits, and so in single pixels.
+        assert np.abs(made - np.asarray(kept.convert("RGB"), dtype=float)).mean() < 1.0
+
+
+@pytest.mark.slow
+def test_a_scan_of_ones_own_is_woven(monkeypatch, capsys, tmp_path):
+    mesh = shared_mesh("ngon/spot_control_mesh.obj")
+    picture = tmp_path / "scan.png"
+    monkeypatch.setattr(sys, "argv", ["scan.py", str(mesh), str(picture)])
+    exhibit = MAKER["exhibit_of"]("scan")
+    assert capsys.readouterr().out.startswith(exhibit.key)
+    assert exhibit.key.endswith("exact: True")
+    with Image.open(picture) as shown:
+        assert shown.size == (2 * 560, 460)
+
+
+def test_the_page_of_figures_shows_every_figure_with_its_counts():
+    page = (EXAMPLES / "figures" / "README.md").read_text("utf-8")
+    pictures = sorted((EXAMPLES / "figures").glob("*.png"))
+    assert [path.name for path in pictures] == re.findall(r"\]\((figure_\d\d\.png)\)", page)
+    rows = re.findall(r"^\| ([^|]+) \| (\w+) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$", page, re.M)
+    counts = {(mesh, weave): tuple(map(int, rest)) for mesh, weave, *rest in rows}
+    # Theory: 2·gcd(m, n) threads on m × n quads, 2·m·n crossings, warp and weft.
+    assert counts["torus?m=28&n=12", "plain"] == (8, 672, 2, 0)
+    assert counts["torus?m=16&n=8", "twill"] == (16, 256, 2, 0)
+    # The search breaks as few as can be, and voting more.
+    assert ("cube, catmull-clark:2", "twill") in counts
+    broken = sorted(int(row[5]) for row in rows if row[0] == "cube, catmull-clark:2")
+    assert broken[0] < broken[-1]
+    assert all(path.stat().st_size < 250_000 for path in pictures)
+
+
+@pytest.mark.slow
+def test_the_notebook_is_what_its_cells_show_today():
+    kept = json.loads((EXAMPLES / "fabweave.ipynb").read_text("utf-8"))
+    made = NOTEBOOK["notebook"]()
+    assert len(kept["cells"]) == len(made["cells"])
+    for here, there in zip(kept["cells"], made["cells"], strict=True):
+        assert "".join(here["source"]) == "".join(there["source"])
+        assert texts(here) == texts(there)
+    assert "proved: True" in "".join(texts(kept["cells"][-2]))
+    assert (EXAMPLES / "fabweave.ipynb").stat().st_size < 300_000
+
+
+def texts(cell: dict) -> list[str]:
+    """Return what a cell prints, and the text of the value that it shows."""
+    return [
+        "".join(output["text"] if "text" in output else output["data"]["text/plain"])
+        for output in cell.get("outputs", ())
+    ]
+
+
+def test_the_notebook_is_small_and_keeps_what_it_shows():
+    kept = json.loads((EXAMPLES / "fabweave.ipynb").read_text("utf-8"))
+    assert kept["nbformat"] == 4
+    code = [cell for cell in kept["cells"] if cell["cell_type"] == "code"]
+    assert len(code) >= 6
+    assert all(cell["outputs"] for cell in code)
+
+
+def test_the_fish_is_closed_and_its_licence_is_told():
+    fish = fw.read(EXAMPLES / "meshes" / "fish.obj", size="400mm", up="y")
+    assert len(fish.vertices) - len(fish.edges) + len(fish.faces) == 2
+    assert "public domain" in (EXAMPLES / "meshes" / "README.md").read_text("utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OUTPUTS["JOBS"])
+def test_a_finished_job_is_what_is_made_today_and_proved(name, tmp_path):
+    kept = ROOT / "outputs" / name
+    files = sorted(path.relative_to(kept) for path in kept.rglob("*") if path.is_file())
+    size = sum((kept / path).stat().st_size for path in files)
+    # A manual of some 150 pieces has 2.8 MB alone.
+    assert size < (8_500_000 if name == "fish" else 4_000_000)
+    OUTPUTS["make"](name, tmp_path / name)
+    assert files == sorted(
+        path.relative_to(tmp_path / name) for path in (tmp_path / name).rglob("*") if path.is_file()
+    )
+    for path in files:
+        assert (tmp_path / name / path).read_bytes() == (kept / path).read_bytes(), path
+    assert fw.verify(kept).ok
