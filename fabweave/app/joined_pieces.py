@@ -70,11 +70,7 @@ def joined_pieces(
         fastened |= crossings
     hanging = hung(woven, settings)
     fastened |= hanging
-    holes, holed = chosen_holes(settings), fastened
-    if holes == "all":
-        holed = np.ones_like(fastened)
-    elif holes == "alike" and joined.repeats is not None:
-        holed = joined.repeats.alike(joined.plan.runs, woven.weave.threads, fastened)
+    holes = chosen_holes(settings)
     piece_set = build_pieces(
         woven.ribbons,
         woven.weave,
@@ -85,7 +81,8 @@ def joined_pieces(
         slots=settings.slots,
         cut=joined.cut,
         fastened=fastened,
-        holed=holed,
+        holed=np.ones_like(fastened) if holes == "all" else None,
+        alike=holes == "alike",
         supply=supplies.of(woven.bunches),
         fit=KIND_PRICES[settings.kinds] is not None,
     )

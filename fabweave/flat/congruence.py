@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.flat.piece import Piece
+from fabweave.mesh.topology import label_links
 
 #: Pieces of one kind differ by no more than this when they are superposed.
 SAME_MM = 0.02
@@ -77,6 +78,54 @@ def compare_pieces(
             first_of.append(index)
             kinds[index] = len(first_of)
     return Kinds(kinds, turned, off)
+
+
+def alike_crossings(
+    pieces: Sequence[Piece], kinds: Kinds, wanted: BoolArray, *, same_mm: float = SAME_MM
+) -> BoolArray:
+    """Return the crossings at which pieces of one kind have all what one of them has, (X,).
+
+    Two crossings are alike if they are the same station of two pieces of one kind, laid on one
+    another. What holds of one of them then holds of all that are alike, for either strand.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    kinds : Kinds
+        Of these pieces.
+    wanted : (X,) bool array
+        The crossings of which something holds.
+    same_mm : float
+        By how much pieces of one kind may differ: those that cover themselves when they are
+        turned end for end are the same seen from either end.
+    """
+    lengths = np.array([len(piece.crossings) for piece in pieces], dtype=np.int64)
+    both_ways = np.array(
+        [
+            apart_mm(pieces[at], pieces[at], backwards=True) <= same_mm
+            for at in kinds.first.tolist()
+        ],
+        dtype=np.bool_,
+    )
+    if not len(pieces):
+        return wanted
+    piece = np.repeat(np.arange(len(pieces)), lengths)
+    station = np.arange(len(piece)) - offsets_of(lengths)[piece]
+    mirrored = lengths[piece] - 1 - station
+    crossing = np.concatenate([one.crossings for one in pieces])
+    kind = kinds.number[piece] - 1
+    first = len(wanted) + offsets_of(lengths[kinds.first])
+    place = first[kind] + np.where(kinds.turned[piece], mirrored, station)
+    either = both_ways[kind]
+    opposite = first[kind] + np.where(kinds.turned[piece], station, mirrored)
+    _, label = label_links(
+        np.concatenate((crossing, crossing[either])),
+        np.concatenate((place, opposite[either])),
+        int(first[-1]),
+    )
+    held = np.zeros(int(first[-1]), dtype=np.bool_)
+    held[label[: len(wanted)][wanted]] = True
+    return np.asarray(held[label[: len(wanted)]])
 
 
 def _invariants(piece: Piece, same_mm: float) -> npt.NDArray[np.float64]:

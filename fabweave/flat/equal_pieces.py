@@ -38,16 +38,15 @@ def equal_pieces(pieces: Sequence[Piece], kinds: Kinds, most_mm: float) -> tuple
     """
     several = np.bincount(kinds.number)[kinds.number] > 1
     fit = several & (kinds.off_mm <= most_mm)
-    leaders = {
-        int(kinds.number[at]): _rounded(pieces[at]) for at in kinds.first.tolist() if several[at]
-    }
+    first = kinds.first.tolist()
+    leaders = {int(kinds.number[at]): _rounded(pieces[at]) for at in first if several[at]}
     result = []
     for at, piece in enumerate(pieces):
         if not fit[at]:
             result.append(piece)
             continue
         leader = leaders[int(kinds.number[at])]
-        if at in kinds.first:
+        if at == first[int(kinds.number[at]) - 1]:
             result.append(leader)
             continue
         turned = bool(kinds.turned[at])

@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.flat.congruence import SAME_MM, Kinds, compare_pieces
+from fabweave.flat.congruence import SAME_MM, Kinds, alike_crossings, compare_pieces
 from fabweave.flat.covers import covered_parts
 from fabweave.flat.equal_pieces import FIT_MM, equal_pieces
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
@@ -83,6 +83,7 @@ def build_pieces(
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
     holed: BoolArray | None = None,
+    alike: bool = False,
     supply: IntArray | None = None,
     fit: bool = False,
 ) -> PieceSet:
@@ -110,6 +111,9 @@ def build_pieces(
     fastened, holed
         Which crossings are to take a fastener, and which are to have holes, as for
         :func:`fabweave.flat.joint.drill.drill`.
+    alike : bool
+        Whether pieces that are the same but for their holes have holes at the same stations, too,
+        so that they are of one kind; ``holed`` does not count then.
     supply : (T,) int array, optional
         What each thread is cut from; pieces of different supplies are different. By default all
         are from one.
@@ -119,16 +123,72 @@ def build_pieces(
     """
     plan = plan_joints(ribbons, weave, runs, JointRule()) if plan is None else plan
     cut = cut_strips(ribbons, weave, runs, plan) if cut is None else cut
-    drilled = drill(ribbons, weave, plan, cut, rules, slots=slots, fastened=fastened, holed=holed)
-    kinds = [
+    covers = covered_parts(ribbons, weave, cut.stations)
+    of_piece = None if supply is None else supply[runs.thread].tolist()
+
+    def drilled_at(crossings: BoolArray | None, rules: Sequence[HoleRule] = rules) -> Drilled:
+        return drill(
+            ribbons, weave, plan, cut, rules, slots=slots, fastened=fastened, holed=crossings
+        )
+
+    def laid(drilled: Drilled) -> tuple[Piece, ...]:
+        return _pieces(labels, runs, weave, cut, plan, drilled, covers)
+
+    drilled = drilled_at(holed)
+    loose = fit and all(kind.laps and kind.shape is None for kind in _joint_kinds(plan, drilled))
+    fit_mm = FIT_MM if loose else _ROUNDED_MM
+    same_mm = max(fit_mm, SAME_MM)
+    if alike:
+        bare = laid(drilled_at(None, ()))
+        wanted = drilled.fastened
+        # Twins are what may be one kind. Where there is no room for the hole that some have, they
+        # are not, and no longer ask one another for holes: each turn tells more of them apart.
+        twins = compare_pieces(bare, of_piece, same_mm=same_mm)
+        while True:
+            drilled = drilled_at(alike_crossings(bare, twins, wanted, same_mm=same_mm))
+            pieces = laid(drilled)
+            same = compare_pieces(pieces, of_piece, same_mm=same_mm)
+            pairs = np.stack((twins.number, same.number), axis=1)
+            found, finer = np.unique(pairs, axis=0, return_inverse=True)
+            # More holes may have made another size the best, for which fewer have room.
+            kept = wanted & drilled.fastened
+            if len(found) == len(twins.first) and np.array_equal(kept, wanted):
+                break
+            wanted = kept
+            twins = compare_pieces(bare, finer.ravel().tolist(), same_mm=same_mm)
+    else:
+        pieces = laid(drilled)
+        same = compare_pieces(pieces, of_piece, same_mm=same_mm)
+    kinds = _joint_kinds(plan, drilled)
+    pieces = equal_pieces(pieces, same, fit_mm)
+    joints = _join(pieces, plan, kinds)
+    return PieceSet(
+        pieces, joints, drilled.rule, drilled.room_mm, plan, drilled.fastened, same, fit_mm
+    )
+
+
+def _joint_kinds(plan: JointPlan, drilled: Drilled) -> list[JointKind]:
+    """Return the kind of each joint: those that could not be given their fasteners are glued."""
+    return [
         GLUE if kind.most_fasteners and not held else kind
         for kind, held in zip(plan.kind, drilled.held.tolist(), strict=True)
     ]
-    marked = np.array([kind.marked for kind in kinds], dtype=np.bool_)
+
+
+def _pieces(
+    labels: Sequence[str],
+    runs: Runs,
+    weave: Weave,
+    cut: CutStrips,
+    plan: JointPlan,
+    drilled: Drilled,
+    covers: Sequence[FloatArray | None],
+) -> tuple[Piece, ...]:
+    """Lay all pieces to rest, with their names, joints and holes."""
+    marked = np.array([kind.marked for kind in _joint_kinds(plan, drilled)], dtype=np.bool_)
     guides = guide_lines(cut, plan, marked)
-    covers = covered_parts(ribbons, weave, cut.stations)
     numbers = _number_in_thread(runs)
-    pieces = tuple(
+    return tuple(
         _piece(
             f"{labels[runs.thread[index]]}{numbers[index]}",
             int(runs.thread[index]),
@@ -141,15 +201,6 @@ def build_pieces(
             covers,
         )
         for index in range(len(numbers))
-    )
-    loose = fit and all(kind.laps and kind.shape is None for kind in kinds)
-    fit_mm = FIT_MM if loose else _ROUNDED_MM
-    of_piece = None if supply is None else supply[runs.thread].tolist()
-    same = compare_pieces(pieces, of_piece, same_mm=max(fit_mm, SAME_MM))
-    pieces = equal_pieces(pieces, same, fit_mm)
-    joints = _join(pieces, plan, kinds)
-    return PieceSet(
-        pieces, joints, drilled.rule, drilled.room_mm, plan, drilled.fastened, same, fit_mm
     )
 
 

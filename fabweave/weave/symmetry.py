@@ -85,14 +85,16 @@ class WeaveSymmetry:
         return np.flatnonzero(self.thread_images(np.array([thread]))[:, 0] == thread)
 
 
-def symmetry_tolerance(mesh: PolyMesh, halfedges: Halfedges) -> float:
-    """Return how exactly a mesh is symmetric, as a share of its size: EXACT, or NEARLY.
+def nearest_symmetry(mesh: PolyMesh, halfedges: Halfedges) -> Symmetry:
+    """Find the motions that map a mesh onto itself: exactly, or else nearly.
 
-    EXACT as well if it is not symmetric at all.
+    Its tolerance is EXACT or NEARLY; EXACT as well if the mesh is not symmetric at all.
     """
-    if find_symmetry(mesh, halfedges).order > 1:
-        return EXACT
-    return NEARLY if find_symmetry(mesh, halfedges, tolerance=NEARLY).order > 1 else EXACT
+    exact = find_symmetry(mesh, halfedges)
+    if exact.order > 1:
+        return exact
+    nearly = find_symmetry(mesh, halfedges, tolerance=NEARLY)
+    return nearly if nearly.order > 1 else exact
 
 
 def find_weave_symmetry(

@@ -7,7 +7,7 @@ import pytest
 
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.flat.congruence import SAME_MM, apart_mm, compare_pieces
+from fabweave.flat.congruence import SAME_MM, alike_crossings, apart_mm, compare_pieces
 from fabweave.flat.equal_pieces import equal_pieces
 from fabweave.flat.outline import Frame
 
@@ -118,3 +118,21 @@ def test_only_what_is_near_is_made_equal_and_stays_where_it_was(pieces):
         # Whatever it is made equal to, it is laid on where it was.
         for piece, before in zip(made, (leader, uneven, turned_round(uneven)), strict=True):
             assert apart_mm(piece, before, backwards=False) <= 0.015
+
+
+def test_crossings_are_alike_where_pieces_of_a_kind_lie_on_one_another(pieces):
+    piece = max(pieces, key=lambda one: np.ptp(one.outline[:, 1]))
+    count = len(piece.crossings)
+    copies = [piece, moved(piece), turned_round(piece), moved(piece, mirrored=True)]
+    several = [
+        replace(copy, crossings=np.arange(at * count, (at + 1) * count))
+        for at, copy in enumerate(copies)
+    ]
+    kinds = compare_pieces(several)
+    assert kinds.number.tolist() == [1, 1, 1, 2]
+    wanted = np.zeros(4 * count, dtype=bool)
+    wanted[1] = True
+    places = {1, count + 1, 3 * count - 2}
+    if apart_mm(piece, piece, backwards=True) <= SAME_MM:
+        places |= {count - 2, 2 * count - 2, 2 * count + 1}
+    assert set(np.flatnonzero(alike_crossings(several, kinds, wanted)).tolist()) == places

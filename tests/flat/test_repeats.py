@@ -16,6 +16,7 @@ from fabweave.flat.congruence import compare_pieces
 from fabweave.flat.split.repeats import Repeats, find_repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, tube
@@ -189,3 +190,48 @@ def test_each_thread_is_cut_by_itself_if_any_kinds_will_do():
     settings, supplies = complete_settings(asked)
     woven = weave_object(settings, supplies)
     assert object_repeats(woven, settings, supplies) is None
+
+
+def test_holes_are_alike_in_pieces_of_one_kind_and_not_in_those_that_only_nearly_repeat(
+    monkeypatch, tmp_path
+):
+    """What rotations take to one another only roughly is cut alike, but is of several kinds."""
+    path = tmp_path / "torus.obj"
+    mesh = parse_shape("shape:torus?m=9&n=6")
+    noise = np.random.default_rng(5).uniform(0.99, 1.01, (len(mesh.vertices), 1))
+    path.write_bytes(mesh_bytes(path, mesh.with_vertices(mesh.vertices * noise)))
+
+    def woven(name):
+        asked = settings_from_options(
+            name,
+            size="300mm",
+            sheet="700x500mm",
+            kinds="fewest",
+            max_length="300mm",
+            fasten="joints",
+        )
+        settings, supplies = complete_settings(asked)
+        return weave_object(settings, supplies), settings, supplies
+
+    repeats = object_repeats(*woven("shape:torus?m=9&n=6"))
+    monkeypatch.setattr("fabweave.app.joined_object.object_repeats", lambda *_: repeats)
+    uneven, settings, supplies = woven(str(path))
+    rules = hole_rules(settings, supplies)
+    joined = split_object(uneven, settings, supplies, rules)
+    made = joined_pieces(joined, settings, supplies, rules)
+    assert len(made.kinds.first) > len(np.unique(repeats.classes(joined.plan.runs), axis=0))
+    stations = [
+        (int(crossing), (kind, min(at, len(piece.crossings) - 1 - at)), bool(drilled))
+        for piece, kind in zip(made.pieces, made.kinds.number.tolist(), strict=True)
+        for at, (crossing, drilled) in enumerate(
+            zip(piece.crossings, np.isfinite(piece.hole_mm), strict=True)
+        )
+    ]
+    allowed = set(np.flatnonzero(made.fastened).tolist())
+    while True:
+        places = {place for crossing, place, _ in stations if crossing in allowed}
+        more = {crossing for crossing, place, _ in stations if place in places} - allowed
+        if not more:
+            break
+        allowed |= more
+    assert {crossing for crossing, _, drilled in stations if drilled} <= allowed

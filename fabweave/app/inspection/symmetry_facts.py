@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from fabweave.app.woven_object import WovenObject
-from fabweave.mesh.symmetry.group import Symmetry
-from fabweave.mesh.symmetry.search import EXACT, find_symmetry
-from fabweave.weave.symmetry import find_weave_symmetry, symmetry_tolerance
+from fabweave.mesh.symmetry.group import Symmetry, orbits
+from fabweave.mesh.symmetry.search import EXACT
+from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
 
 
 def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
@@ -20,19 +20,16 @@ def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
     n_pieces : int or None
         How many pieces it is cut from, if that is known.
     """
-    tolerance = symmetry_tolerance(woven.mesh, woven.halfedges)
-    mesh = find_symmetry(woven.mesh, woven.halfedges, tolerance=tolerance)
+    mesh = nearest_symmetry(woven.mesh, woven.halfedges)
+    tolerance = mesh.tolerance
     weave = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance)
-    turned = weave
-    if weave.group.n_reflections:
-        turned = find_weave_symmetry(
-            woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance, reflections=False
-        )
     kinds = None
     if n_pieces is not None:
-        # Each orbit of threads has kinds of its own, and each kind a place for each rotation.
-        n_orbits = int(turned.thread_orbits.max(initial=-1)) + 1
-        kinds = max(n_orbits, -(-n_pieces // turned.group.order))
+        # Each orbit of threads has kinds of its own, and each kind a place for each rotation; a
+        # piece is not the mirror image of itself.
+        every = np.arange(woven.weave.threads.n_threads)
+        turned = orbits(weave.thread_images(every)[weave.group.proper], len(every))
+        kinds = max(int(turned.max(initial=-1)) + 1, -(-n_pieces // weave.group.n_rotations))
     return {
         "tolerance_percent": round(100 * tolerance, 6),
         "exact": tolerance == EXACT,

@@ -4,11 +4,9 @@ from math import gcd
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.flat.split.runs import Runs
-from fabweave.mesh.topology import label_links
 from fabweave.weave.symmetry import WeaveSymmetry
-from fabweave.weave.threads import Threads
 
 
 @frozen_value
@@ -86,49 +84,6 @@ class Repeats:
         turned = (self.turn[thread] - begin - steps) % count % period
         turned = np.where(self.turn[thread] >= 0, turned, -1)
         return np.asarray(begin % period), np.asarray(turned)
-
-    def alike(self, runs: Runs, threads: Threads, wanted: BoolArray) -> BoolArray:
-        """Return the crossings at which pieces of one class have all what one of them has, (X,).
-
-        Two crossings are alike if they are the same station of two runs of one class. What holds
-        of one of them then holds of all that are alike, for either strand.
-
-        Parameters
-        ----------
-        runs : Runs
-            Those of all pieces.
-        threads : Threads
-        wanted : (X,) bool array
-            The crossings of which something holds.
-        """
-        if not len(runs.thread):
-            return wanted
-        classes, steps = self.classes(runs), runs.last - runs.first
-        _, kind = np.unique(classes, axis=0, return_inverse=True)
-        count = np.maximum(self.lengths[runs.thread], 1)
-        offsets = offsets_of(steps + 1)
-        run = np.repeat(np.arange(len(steps)), steps + 1)
-        station = np.arange(offsets[-1]) - offsets[run]
-        place = (runs.first[run] + station) % count[run]
-        crossing = threads.crossing[threads.offsets[runs.thread[run]] + place]
-        base = offsets_of(np.bincount(kind.ravel(), steps + 1).astype(np.int64))
-        first, second = [], []
-        for backwards in (False, True):
-            there = self._runs_so(runs, classes, backwards=backwards)[run]
-            at = np.where(backwards, steps[run] - station, station)
-            first.append(crossing[there])
-            second.append(threads.n_crossings + (base[kind.ravel()[run]] + at)[there])
-        nodes = threads.n_crossings + int(base[-1])
-        _, label = label_links(np.concatenate(first), np.concatenate(second), nodes)
-        held = np.zeros(nodes, dtype=np.bool_)
-        held[label[: threads.n_crossings][wanted]] = True
-        return np.asarray(held[label[: threads.n_crossings]])
-
-    def _runs_so(self, runs: Runs, classes: IntArray, *, backwards: bool) -> BoolArray:
-        """Say which runs are as the first of their class is, or against it, (N,); some are both."""
-        straight, turned = (begins == classes[:, 1] for begins in self._begins(runs))
-        back = self.sign[runs.thread] < 0
-        return np.asarray(np.where(back == backwards, straight, turned))
 
     def turn_of(self, thread: int) -> int | None:
         """Return which position of a thread its first may be turned to; None if it may not."""
