@@ -2,12 +2,13 @@
 
 import io
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from PIL import Image
 
 from fabweave.assembly.extent import MOST_VIEWED
-from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width
+from fabweave.assembly.manual.book import LEADING, TEXT, Book, text_width, wrapped
 from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
@@ -18,8 +19,8 @@ from fabweave.flat.joint.kinds import KINDS, RIVET
 COVER = "Overview"
 #: The parts of the cover below what is said of the object.
 TABLE, PROCEED = "On the table", "How to proceed"
-#: Size of their heads.
-_HEAD = 12.0
+#: Size of their heads, and room below each line.
+_HEAD, _BELOW = 12.0, 4.0
 _VIEWER = " assembly.html shows the same steps on an object that you can turn and zoom."
 
 
@@ -71,35 +72,58 @@ def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
     book.y -= 10.0
     with Image.open(io.BytesIO(facts.portrait)) as file:
         picture = file.convert("RGB")
-    high = wide * picture.height / picture.width
-    book.image(picture, book.left, book.y - high, wide, high)
+    parts = [
+        _Part("", _overview(crossing_map, facts)),
+        _Part(TABLE, _on_the_table(crossing_map, facts), indent=16.0),
+        _Part(PROCEED, _proceed(crossing_map), beside=16.0),
+    ]
+    natural = wide * picture.height / picture.width
+    # A long verdict makes the picture smaller, down to a half, and then runs on to a second page.
+    room = book.y - book.foot - 10.0 - sum(part.height(wide) for part in parts)
+    high = min(natural, max(room, natural / 2.0))
+    left = book.left + (wide - wide * high / natural) / 2.0
+    book.image(picture, left, book.y - high, wide * high / natural, high)
     book.y -= high + 10.0
-    for name, text in _overview(crossing_map, facts):
-        _write_line(book, name, text)
-    _write_head(book, TABLE)
-    for name, text in _on_the_table(crossing_map, facts):
-        book.tick_box(book.left, book.y - LEADING * TEXT - 0.5)
-        _write_line(book, name, text, indent=16.0)
-    _write_head(book, PROCEED)
-    for number, text in enumerate(_proceed(crossing_map), start=1):
-        _write_line(book, str(number), text, beside=16.0)
+    for part in parts:
+        part.write(book)
 
 
-def _write_head(book: Book, text: str) -> None:
-    """Write the head of a part of the page."""
-    book.y -= 8.0 + LEADING * _HEAD
-    book.text(book.left, book.y + 0.25 * _HEAD, text, size=_HEAD, bold=True)
-    book.y -= 2.0
+class _Part(NamedTuple):
+    """A part of the cover: its head, and lines with their names; ticked off where they stand in."""
 
+    head: str
+    lines: Sequence[tuple[str, str]]
+    indent: float = 0.0
+    beside: float = 76.0
 
-def _write_line(
-    book: Book, name: str, text: str, *, indent: float = 0.0, beside: float = 76.0
-) -> None:
-    """Write a text with its name beside it."""
-    left = book.left + indent + beside
-    end = book.block(left, book.y, text, book.right - left)
-    book.text(book.left + indent, book.y - LEADING * TEXT + 0.25 * TEXT, name, bold=True)
-    book.y = end - 4.0
+    def height(self, wide: float) -> float:
+        """Return how high it is on a page so wide."""
+        return self._head_high() + sum(self._line_high(text, wide) for _, text in self.lines)
+
+    def write(self, book: Book) -> None:
+        """Write it, on as many pages as it takes."""
+        wide = book.right - book.left
+        if self.head:
+            book.room(self._head_high() + self._line_high(self.lines[0][1], wide), COVER)
+            book.y -= 8.0 + LEADING * _HEAD
+            book.text(book.left, book.y + 0.25 * _HEAD, self.head, size=_HEAD, bold=True)
+            book.y -= 2.0
+        left = book.left + self.indent + self.beside
+        for name, text in self.lines:
+            book.room(self._line_high(text, wide), COVER)
+            if self.indent:
+                book.tick_box(book.left, book.y - LEADING * TEXT - 0.5)
+            end = book.block(left, book.y, text, book.right - left)
+            at = book.y - LEADING * TEXT + 0.25 * TEXT
+            book.text(book.left + self.indent, at, name, bold=True)
+            book.y = end - _BELOW
+
+    def _head_high(self) -> float:
+        return 10.0 + LEADING * _HEAD if self.head else 0.0
+
+    def _line_high(self, text: str, wide: float) -> float:
+        lines = wrapped(text, TEXT, wide - self.indent - self.beside)
+        return LEADING * TEXT * len(lines) + _BELOW
 
 
 def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
@@ -153,10 +177,10 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     return lines
 
 
-def _proceed(crossing_map: CrossingMap) -> list[str]:
-    """Return what is done, in order."""
+def _proceed(crossing_map: CrossingMap) -> list[tuple[str, str]]:
+    """Return what is done, in order, each line with its number."""
     viewer = _VIEWER if len(crossing_map.crossings) <= MOST_VIEWED else ""
-    return [
+    lines = [
         "Take the pieces out of their sheets, one sheet after another, and tick each in the list "
         "of its sheet.",
         f"Sort them: {_piles(crossing_map)}.",
@@ -164,6 +188,7 @@ def _proceed(crossing_map: CrossingMap) -> list[str]:
         "Leave a fastener loose as long as a layer is still to come, and tighten it when the step "
         "says that all layers are in place.",
     ]
+    return [(str(number), line) for number, line in enumerate(lines, start=1)]
 
 
 def _piles(crossing_map: CrossingMap) -> str:
