@@ -3,6 +3,7 @@
 import io
 import re
 import zlib
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from fabweave.app.options.table import option_named
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual import book as manual_book
+from fabweave.assembly.manual.cover import write_cover
 from fabweave.assembly.manual.piece_titles import place_across
 from fabweave.assembly.manual.pixels import Painted
 from fabweave.assembly.manual.scene import build_scene
@@ -315,3 +317,18 @@ def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_ma
     assert min(least[name] for name in ("Overview", "How to read", "Parts")) >= 9.5
     # Names on pieces, and of pieces on bands, are somewhat smaller where there is no room.
     assert min(least.values()) >= 8.0
+
+
+@pytest.mark.parametrize(("words", "pages"), [(10, 1), (150, 1), (600, 2)])
+def test_a_long_verdict_makes_the_picture_small_and_runs_on(words, pages):
+    facts = replace(facts_of(job_of()), buildable="Yes, with care. " * (words // 3))
+    book = manual_book.Book("a4", "Torus", of_pages=pages)
+    write_cover(book, job_map(job_of()), facts)
+    reader = pypdf.PdfReader(io.BytesIO(book.finish()))
+    assert len(reader.pages) == pages
+    heights = []
+    for page in reader.pages:
+        assert page.extract_text().startswith("Overview")
+        page.extract_text(visitor_text=lambda text, _, at, *__: heights.append((at[5], text)))
+    assert "".join(text for _, text in heights).count("Yes,") == words // 3
+    assert min(at for at, text in heights if text.strip()) >= manual_book.MARGIN
