@@ -34,6 +34,7 @@ def steps():
     return mesh, weave, ribbons, pieces, pieces.nest(effort="quick")
 
 
+@pytest.mark.slow
 def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
     mesh, weave, ribbons, pieces, layout = steps
     # An icosphere is not turned or torn: V - E + F = 2, and one crossing on every edge.

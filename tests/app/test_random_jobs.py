@@ -6,7 +6,9 @@ from random_jobs import hull, outcome, outcome_of
 
 
 # tests/tools/random_jobs.py makes as many as one likes.
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "seed", [*range(8), *(pytest.param(n, marks=pytest.mark.slow) for n in range(8, 30))]
+)
 def test_a_random_job_is_proved_or_refused_in_words(seed):
     outcome, said = outcome_of(seed)
     assert outcome in ("proved", "cannot be made", "bad input"), said

@@ -123,7 +123,7 @@ def test_weights_are_what_is_counted(text: str, face: float, vertex: float) -> N
     assert couplings.unit == pytest.approx(scale * total / conditions.count)
 
 
-@pytest.mark.parametrize("text", ["2/2", "0.5/0.5"])
+@pytest.mark.parametrize("text", ["2/2", pytest.param("0.5/0.5", marks=pytest.mark.slow)])
 def test_a_weave_is_best_by_its_own_weights(text: str) -> None:
     weights = parse_weights(text)
     of_edge, of_face, of_vertex = weights.whole
@@ -342,6 +342,7 @@ def test_parity_does_not_depend_on_the_twists(mesh: PolyMesh, seed) -> None:
         assert parity == 0
 
 
+@pytest.mark.slow
 @given(meshes())
 def test_no_condition_counts_for_more_than_itself(mesh: PolyMesh) -> None:
     halfedges = build_halfedges(mesh)
