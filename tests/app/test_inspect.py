@@ -298,6 +298,7 @@ def test_json_is_one_document_with_the_same_facts(capsys) -> None:
     assert told.err == ""
 
 
+@pytest.mark.slow
 def test_a_finished_jobs_settings_can_be_inspected(tmp_path, capsys) -> None:
     options = ("--size", "250mm", "--pattern", "triaxial", "--boundary", "turn", "--refine",
                "catmull-clark:1", "--colours", "hue-circle")  # fmt: skip

@@ -380,6 +380,7 @@ def eye(tab):
     return np.array(tab.page.evaluate("fabweave.lens.position.toArray()"))
 
 
+@pytest.mark.slow
 def test_one_finger_turns_two_come_nearer_a_tap_chooses(browser, torus):
     opened = Tab(browser, torus, size=SIZES["tablet"], has_touch=True)
     box = opened.page.locator("#object").bounding_box()
@@ -417,7 +418,9 @@ def test_one_finger_turns_two_come_nearer_a_tap_chooses(browser, torus):
     opened.close()
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    "size", ["phone", *(pytest.param(s, marks=pytest.mark.slow) for s in ("laptop", "tablet"))]
+)
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_every_size_has_room_for_everything(browser, torus, tmp_path, size, scheme):
     opened = Tab(browser, torus, size=SIZES[size], color_scheme=scheme)

@@ -84,6 +84,7 @@ def test_too_little_memory_is_told(monkeypatch, capsys):
     assert said.startswith("fabweave: there is not enough memory for this; use a coarser mesh")
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_ascii_alone_gets_plain_letters():
     code, shown, said = run("inspect", "shape:cube", LC_ALL="C", PYTHONIOENCODING="ascii")
     assert (code, said) == (0, "")

@@ -239,6 +239,7 @@ def messages() -> list[str]:
     return [block.strip() for block in blocks]
 
 
+@pytest.mark.slow
 def test_the_messages_that_are_explained_are_said():
     assert len(messages()) >= 20
     assert len(set(messages())) == len(messages())

@@ -124,6 +124,7 @@ def squeezed(mesh):
     return mesh.with_vertices(vertices)
 
 
+@pytest.mark.slow
 def test_even_quads_are_kept_and_uneven_ones_made_anew():
     pytest.importorskip("pyQuadriFlow", reason="the extra quad is not installed")
     ball = grids.sphere(6, 50.0)

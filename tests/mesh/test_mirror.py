@@ -108,6 +108,7 @@ def test_a_half_and_its_image_are_the_whole(way):
     )
 
 
+@pytest.mark.slow
 def test_triangles_of_a_symmetric_model_are_symmetric():
     mesh = resize_mesh(read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh, size_mm=400.0)[
         0

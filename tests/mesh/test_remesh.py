@@ -572,6 +572,7 @@ def assert_fits(remeshed, mesh, number, most_irregular):
     assert f"{len(remeshed.irregular)} irregular vertices" in remeshed.notes[-1]
 
 
+@pytest.mark.slow
 @needs_quadriflow
 def test_quadriflow_makes_a_sphere_with_eight_irregular_vertices():
     ball = icosphere(3)

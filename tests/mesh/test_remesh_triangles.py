@@ -75,6 +75,7 @@ def test_quads_that_share_a_diagonal_are_cut_another_way():
     assert_same_topology(cut_surface(lens), lens)
 
 
+@pytest.mark.slow
 def test_same_mesh_same_bytes():
     mesh = grids.torus(30, 20, 35.0, 15.0)
     one, two = remesh_triangles(mesh, 150), remesh_triangles(mesh, 150)
@@ -104,6 +105,7 @@ def test_genus_two_stays():
     assert check_mesh(remeshed.mesh).genus == 2
 
 
+@pytest.mark.slow
 def test_edges_of_a_box_stay_edges():
     fine = grid_box(8, 100.0)
     remeshed = remesh_triangles(fine, 100)

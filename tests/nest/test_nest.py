@@ -106,6 +106,7 @@ def test_piece_that_just_fits_is_placed_on_the_margin():
         np.testing.assert_allclose(stands.max(axis=0), [590, 390], atol=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     st.floats(20, 300), st.floats(1, 60), st.floats(60, 250), st.floats(60, 250), st.integers(0, 2)

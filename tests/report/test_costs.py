@@ -53,7 +53,8 @@ def costs_of(job, materials=None, calibration=1.0):
 # ---- the machine --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("joint", ["rivet", pytest.param("slot", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", ["rivet", "slot"])
 def test_plan_and_drawing_agree_on_all_lines_and_nearly_on_the_ways(joint):
     job = job_of(joint=joint)
     materials = [CARD] * len(job.piece_set.pieces)

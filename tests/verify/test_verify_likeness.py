@@ -30,6 +30,7 @@ def test_the_picture_is_there_and_is_told(remeshed):
     assert "likeness_mm = " in (remeshed / "job.toml").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_a_picture_that_is_gone_or_broken_is_a_finding(remeshed):
     picture = remeshed / "likeness.png"
     picture.write_bytes(picture.read_bytes()[:-300])
@@ -50,6 +51,7 @@ def test_a_likeness_is_a_length(remeshed, value):
     assert set(told(remeshed)) == {"outcome"}
 
 
+@pytest.mark.slow
 def test_a_mesh_as_it_comes_has_no_likeness(finished, tmp_path):
     folder = shutil.copytree(finished(*OCTAHEDRON), tmp_path / "job")
     (folder / "likeness.png").write_bytes((folder / "render.png").read_bytes())

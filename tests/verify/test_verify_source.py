@@ -136,6 +136,7 @@ def test_relative_paths_begin_above_the_job(copied, tmp_path, monkeypatch):
     assert source_findings(copied / "job") == ((), 1)
 
 
+@pytest.mark.slow
 def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
     vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]

@@ -123,7 +123,8 @@ def test_weights_are_what_is_counted(text: str, face: float, vertex: float) -> N
     assert couplings.unit == pytest.approx(scale * total / conditions.count)
 
 
-@pytest.mark.parametrize("text", ["2/2", pytest.param("0.5/0.5", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("text", ["2/2", "0.5/0.5"])
 def test_a_weave_is_best_by_its_own_weights(text: str) -> None:
     weights = parse_weights(text)
     of_edge, of_face, of_vertex = weights.whole
