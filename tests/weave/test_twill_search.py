@@ -401,3 +401,15 @@ def test_long_coolings_lead_seams_another_way(name: str, at_most: int) -> None:
     mesh = refined(slab_with_two_holes(), "catmull-clark:2") if name == "slab" else real_mesh(name)
     found = optimise_twill(couple(conditions_of(mesh)), vote_of(mesh).twist, effort="normal")
     assert count_broken(conditions_of(mesh), found).total <= at_most
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_best_search_never_breaks_more_than_the_normal_one(seed: int) -> None:
+    mesh = refined(solids.cube(), "catmull-clark:1")
+    couplings, start = couple(conditions_of(mesh)), vote_of(mesh).twist
+    normal, best = (
+        score(couplings, optimise_twill(couplings, start, effort=effort, seed=seed))
+        for effort in ("normal", "best")
+    )
+    assert best <= normal
