@@ -11,6 +11,9 @@ from fabweave.verify.checks.plan.fastening import check_fastening
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.statement import Tally
 
+# A whole job of its own stands behind each.
+pytestmark = pytest.mark.slow
+
 MADE = "shape:hypar?n=4 --size 200mm --fasten {} --effort quick"
 LOOKUPS = ("thread", "crossing", "piece", "joint", "sheet")
 

@@ -10,6 +10,9 @@ from fabweave.verify.checks.sheets.labels import check_labels
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.statement import Tally
 
+# A whole job of its own stands behind each.
+pytestmark = pytest.mark.slow
+
 JOB = "shape:octahedron --size 200mm --refine catmull-clark:1 --labels kinds --effort quick"
 
 

@@ -18,6 +18,9 @@ from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.statement import Tally
 
+# A whole job of its own stands behind each.
+pytestmark = pytest.mark.slow
+
 JOB = [
     "shape:octahedron", "--size", "200mm", "--refine", "catmull-clark:1", "--effort", "quick",
     "--spares", "10%", "--profile", "service",
