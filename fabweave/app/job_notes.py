@@ -95,7 +95,7 @@ def _fit_notes(pieces: PieceSet) -> tuple[str, ...]:
 
 def _spare_notes(planned: PlannedJob) -> tuple[str, ...]:
     """Say how many spares there are, and how they are told from the pieces."""
-    spares, kinds = len(planned.spared), int(planned.kinds.max(initial=0))
+    spares, kinds = len(planned.spared), planned.piece_set.kinds.count
     if not spares:
         return ()
     some = planned.to_cut[-spares].id

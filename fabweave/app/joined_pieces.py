@@ -13,6 +13,7 @@ from fabweave.app.woven_object import WovenObject
 from fabweave.core.arrays import BoolArray
 from fabweave.core.errors import InputError
 from fabweave.cut.labels.marks import mark_pieces
+from fabweave.flat.file_records import DECIMALS
 from fabweave.flat.joint.fastening import (
     beside_edges,
     fastened_crossings,
@@ -37,8 +38,6 @@ from fabweave.stock.supplies import Supplies
 MOST_RING_PIECES = 12
 #: Vertices of a rim are on its circle to this, but for those that are told to be off it.
 _ON_RIM_MM = 1e-3
-#: Of the places of crossings in the map.
-POSITION_DECIMALS = 6
 
 
 def chosen_fastening(woven: WovenObject, settings: Settings, supplies: Supplies) -> str:
@@ -65,7 +64,8 @@ def joined_pieces(
         woven.halfedges,
         joined.joints.crossing,
     )
-    beside = [beside_opening(woven, opening) for opening in ringed(woven, settings)]
+    openings = ringed(woven, settings)
+    beside = [beside_opening(woven, opening) for opening in openings]
     for crossings in beside:
         fastened |= crossings
     hanging = hung(woven, settings)
@@ -86,7 +86,7 @@ def joined_pieces(
         supply=supplies.of(woven.bunches),
         fit=KIND_PRICES[settings.kinds] is not None,
     )
-    rings = _rings(ringed(woven, settings), beside, piece_set, woven, settings, supplies)
+    rings = _rings(openings, beside, piece_set, woven, settings, supplies)
     return replace(piece_set, rings=rings, hanging=hanging)
 
 
@@ -95,7 +95,7 @@ def hung(woven: WovenObject, settings: Settings) -> BoolArray:
     if settings.hang is None:
         return np.zeros(woven.weave.threads.n_crossings, dtype=np.bool_)
     # As the map tells where they are: of two that are as high, both choose the same.
-    places = woven.ribbons.centre.round(POSITION_DECIMALS)
+    places = woven.ribbons.centre.round(DECIMALS)
     return hanging_crossings(parse_hanging(settings.hang), places)
 
 

@@ -33,7 +33,13 @@ from fabweave.flat.crossing_map import (
     StrandRecord,
     ThreadRecord,
 )
-from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, weave_record
+from fabweave.flat.file_records import (
+    DECIMALS,
+    CutRecord,
+    LayoutRecord,
+    RotationRecord,
+    weave_record,
+)
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
@@ -47,8 +53,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 from fabweave.weave.weave_pattern import WeaveResult
 
-#: Lengths in the map are rounded to a millionth of a millimetre, angles to as many degrees.
-_DECIMALS = 6
+#: Bulges are shares, and are told more finely.
 _BULGE_DECIMALS = 9
 
 
@@ -242,7 +247,7 @@ def _pieces(
 ) -> tuple[PieceRecord, ...]:
     """Return the pieces with their outline, stations, labels and placement."""
     pieces, records = piece_set.pieces, []
-    kinds, fitted = piece_set.kinds, np.round(piece_set.fitted_mm, _DECIMALS)
+    kinds, fitted = piece_set.kinds, np.round(piece_set.fitted_mm, DECIMALS)
     for index, piece in enumerate(pieces):
         records.append(
             PieceRecord(
@@ -350,8 +355,8 @@ def _label(label: Label) -> LabelRecord:
         height_mm=label.height_mm,
         x_mm=x,
         y_mm=y,
-        rotation_deg=round(label.rotation_deg, _DECIMALS),
-        box_mm=(round(length, _DECIMALS), round(height, _DECIMALS)),
+        rotation_deg=round(label.rotation_deg, DECIMALS),
+        box_mm=(round(length, DECIMALS), round(height, DECIMALS)),
         hidden=label.hidden or None,
     )
 
@@ -367,7 +372,7 @@ def _joints(piece_set: PieceSet) -> tuple[JointRecord, ...]:
             kind=joint.kind.name,
             holes=tuple(_points(pair) for pair in joint.holes),
             hole_mm=None if np.isnan(joint.hole_mm) else joint.hole_mm,
-            lap_mm=round(joint.lap_mm, _DECIMALS),
+            lap_mm=round(joint.lap_mm, DECIMALS),
             grip_mm=float(grip[joint.crossing]) if len(joint.holes) else None,
         )
         for joint in piece_set.joints
@@ -382,4 +387,4 @@ def _corners(path: Path) -> tuple[Corner, ...]:
 
 def _points(values: FloatArray) -> Any:
     """Return the rows of an array, (N, D), as tuples of rounded floats, without negative zeros."""
-    return tuple(map(tuple, (np.round(values, _DECIMALS) + 0.0).tolist()))
+    return tuple(map(tuple, (np.round(values, DECIMALS) + 0.0).tolist()))

@@ -110,7 +110,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),
-        "kinds": int(job.kinds.max(initial=0)),
+        "kinds": job.piece_set.kinds.count,
         "spares": len(job.spared),
         "joints": len(job.piece_set.joints),
         "sheets": [drawing.name for drawing in job.drawings],
@@ -135,7 +135,7 @@ def _tell(made: "FinishedJob", output: Path) -> None:
         console.print(f"  {note}", markup=False, style="dim")
     console.print(
         f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')} of "
-        f"{agree(int(job.kinds.max(initial=0)), '{n} kind[|s]')}, "
+        f"{agree(job.piece_set.kinds.count, '{n} kind[|s]')}, "
         f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
         f"{agree(len(job.drawings), '{n} sheet[|s]')}; "
         f"proved by {len(proof.checks)} checks of the written files",

@@ -183,9 +183,10 @@ def rim_notes(rings: Sequence[RimRing]) -> list[str]:
         f"ring at the {ring.side}: "
         + agree(len(ring.pieces), "{n} piece[|s]")
         + f" ({', '.join(piece.id for piece in ring.pieces)}) of {ring.width_mm:.1f} mm, "
-        f"{ring.slope_deg:.0f}° off the level, around an opening of {ring.opening_mm:.1f} mm, "
-        f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there are up to "
-        f"{ring.off_mm:.1f} mm off it. rim/{TEXT} says how it is laid, as the last step; its "
-        "sheets are its own: waste.html says what they take, on top of all else"
+        f"{ring.slope_deg:.0f}° from flat, around an opening of {ring.opening_mm:.1f} mm, "
+        f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there lie "
+        f"within {max(ring.off_mm, 0.05):.1f} mm of it. rim/{TEXT} says how it is laid, as the "
+        "last step. It is cut from sheets of its own, which cost what waste.html says, on top of "
+        "the rest"
         for ring in rings
     ]

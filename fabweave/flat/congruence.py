@@ -37,6 +37,11 @@ class Kinds:
     off_mm: FloatArray
 
     @property
+    def count(self) -> int:
+        """How many kinds there are."""
+        return int(self.number.max(initial=0))
+
+    @property
     def first(self) -> IntArray:
         """The first piece of each kind, (K,)."""
         return np.unique(self.number, return_index=True)[1]

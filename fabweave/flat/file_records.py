@@ -6,6 +6,9 @@ from fabweave.core.records import optional, record
 from fabweave.weave.twill.conditions import Broken
 from fabweave.weave.weave_pattern import WeaveResult
 
+#: Lengths in the map are rounded to a millionth of a millimetre, angles to as many degrees.
+DECIMALS = 6
+
 
 @record
 class WeaveRecord:

@@ -156,4 +156,5 @@ def grain_notes(
     if count:
         asks = agree(count, "{n} bend[ is|s are] tighter than that")
         return [f"grain: {takes}; {asks}, and --rotations auto would lay pieces across the grain"]
-    return [f"grain: pieces need not lie across the grain. {takes}, and no bend is tighter"]
+    need_not = "grain: pieces need not lie across the grain"
+    return [f"{need_not}. {takes}, and no bend here is tighter than that"]

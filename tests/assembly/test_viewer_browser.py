@@ -7,36 +7,11 @@ import numpy as np
 import pytest
 from PIL import Image
 from pypdf import PdfReader
-from viewer_tab import CHROMIUM, Scene, Tab, chromium
+from viewer_tab import Scene, Tab, all_of
 
 pytestmark = pytest.mark.apt
-playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is absent")
 
 SIZES = {"laptop": (1280, 800), "tablet": (1024, 768), "phone": (390, 844)}
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("there is no chromium here")
-    with playwright.sync_playwright() as tool, chromium(tool) as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def torus(tmp_path_factory):
-    return Scene(tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0)
-
-
-@pytest.fixture
-def tab(browser, torus):
-    opened = Tab(browser, torus)
-    yield opened
-    opened.close()
-
-
-def all_of(scene):
-    return np.ones(len(scene.ids), dtype=bool)
 
 
 @pytest.mark.slow

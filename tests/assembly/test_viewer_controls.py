@@ -7,38 +7,17 @@ from base64 import b64decode, b64encode
 import numpy as np
 import pytest
 from viewer_scene import page_data
-from viewer_tab import CHROMIUM, Scene, Tab, chromium
+from viewer_tab import Scene, Tab, all_of
 
 from fabweave.report.costs.texts import hours_text
 from fabweave.stock.labour import MIDDLE_PACE, PACE
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
-playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is absent")
 
 SIZES = {
     "phone": (390, 844), "phone on its side": (844, 390), "tablet upright": (820, 1180),
     "tablet": (1180, 820), "laptop": (1440, 900),
 }  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("there is no chromium here")
-    with playwright.sync_playwright() as tool, chromium(tool) as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def torus(tmp_path_factory):
-    return Scene(tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0)
-
-
-@pytest.fixture
-def tab(browser, torus):
-    opened = Tab(browser, torus)
-    yield opened
-    opened.close()
 
 
 def slide(tab, name, value):
@@ -47,10 +26,6 @@ def slide(tab, name, value):
         "s.dispatchEvent(new Event('input')); }", [name, value],
     )  # fmt: skip
     tab.settle()
-
-
-def all_of(scene):
-    return np.ones(len(scene.ids), dtype=bool)
 
 
 GROUPS = {

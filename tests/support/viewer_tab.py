@@ -181,3 +181,7 @@ class Tab:
 
     def tap(self, x, y):
         self.page.locator("#object").click(position={"x": x, "y": y})
+
+
+def all_of(scene):
+    return np.ones(len(scene.ids), dtype=bool)

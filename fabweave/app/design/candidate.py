@@ -207,7 +207,7 @@ def _figures(planned: PlannedJob, layout: Layout | None) -> Figures:
         crossings=planned.weave.threads.n_crossings,
         broken=planned.weave.broken.total,
         pieces=len(pieces),
-        kinds=int(planned.kinds.max(initial=0)),
+        kinds=planned.piece_set.kinds.count,
         joints=len(planned.piece_set.joints),
         sheets=count,
         use=round(area / sheets_mm2, 4),

@@ -1,0 +1,26 @@
+"""The viewer of a small job, open in a real browser."""
+
+import pytest
+from viewer_tab import CHROMIUM, Scene, Tab, chromium
+
+
+@pytest.fixture(scope="module")
+def browser():
+    reason = "the package playwright is absent"
+    playwright = pytest.importorskip("playwright.sync_api", reason=reason)
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium here")
+    with playwright.sync_playwright() as tool, chromium(tool) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def torus(tmp_path_factory):
+    return Scene(tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0)
+
+
+@pytest.fixture
+def tab(browser, torus):
+    opened = Tab(browser, torus)
+    yield opened
+    opened.close()
