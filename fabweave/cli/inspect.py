@@ -2,6 +2,8 @@
 
 import json
 import os
+from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,10 @@ from fabweave.core.parallel.interrupt import held_back
 
 #: How many designs are tried, from coarse to fine.
 _DESIGNS = 3
+#: Columns of the topics, so that parts that are printed one by one stand in line.
+_TOPIC = 10
+#: What can be pasted begins so.
+_COMMAND = "fabweave make "
 
 
 @click.command(cls=SectionedCommand)
@@ -52,6 +58,12 @@ _DESIGNS = 3
     help="Plan the pieces and look for every remedy however large the mesh is. Without it, what "
     "takes long is left out above some thousand crossings, and the answer says what.",
 )
+@click.option(
+    "--no-designs",
+    is_flag=True,
+    help="Leave out the designs from coarse to fine that are tried at the end, which takes longer "
+    "than all the rest.",
+)
 @json_option
 def inspect(
     png: Path | None,
@@ -59,12 +71,14 @@ def inspect(
     gauss: Path | None,
     edges: Path | None,
     thorough: bool,
+    no_designs: bool,
     as_json: bool,
     mesh: str | None,
     **options: Any,
 ) -> None:
-    """Tell what MESH is, whether it can be woven in twill, and what would make it so.
+    """Tell what MESH is, whether it can be built, what would help, and what can be woven on it.
 
+    What is known is printed at once; then three designs from coarse to fine are tried.
     Options that change the mesh, its weave or its ribbons are those of fabweave make, so that each
     can be tried here first.
 
@@ -75,18 +89,14 @@ def inspect(
       fabweave inspect shape:tetrahedron --pd rings.txt
     """
     with held_back():
-        from rich.console import Console
-        from rich.table import Table
-        from rich.text import Text
-
-        from fabweave.app.inspection.facts import inspect_mesh
+        from fabweave.app.inspection.facts import inspect_mesh, tries_designs
         from fabweave.app.inspection.files import (
             inspection_edges,
             inspection_gauss,
             inspection_link,
             inspection_picture,
         )
-        from fabweave.app.inspection.text import inspection_text
+        from fabweave.app.inspection.text import design_rows, first_rows, further_rows
         from fabweave.core.parallel.executors import processes
         from fabweave.picture.object_picture import png_bytes
 
@@ -99,14 +109,37 @@ def inspect(
         raise InputError(
             "two of --png, --pd, --gauss and --edges name the same file; name one for each"
         )
+    n_designs = 0 if no_designs or not tries_designs(settings) else _DESIGNS
+    parts = iter((first_rows, further_rows))
     with progress_bar(as_json) as progress:
+
+        def tell(facts: dict[str, Any]) -> None:
+            """Print what is known now and was not before."""
+            if not as_json:
+                with progress.aside():
+                    _print(next(parts)(facts))
+
+        def tell_stage(what: str, done: int, total: int) -> None:
+            """Show progress, and say that designs are being tried before they are."""
+            if what == "designs" and done == 0 and not as_json:
+                with progress.aside():
+                    click.echo(
+                        f"\nTrying {total} designs, from coarse to fine; --no-designs leaves them "
+                        "out ..."
+                    )
+            progress(what, done, total)
+
         found = inspect_mesh(
             settings,
-            progress,
+            tell_stage,
             thorough=thorough,
-            n_designs=_DESIGNS,
+            n_designs=n_designs,
             executors=processes(os.cpu_count() or 1),
+            told=tell,
         )
+        if not as_json:
+            with progress.aside():
+                _print(design_rows(found.facts["designs"]))
         files: dict[Path, bytes] = {}
         if pd is not None:
             files[pd] = inspection_link(found).encode()
@@ -120,8 +153,26 @@ def inspect(
         write_files(files)
     if as_json:
         click.echo(json.dumps(found.facts, indent=1))
-        return
-    table = Table(box=None, show_header=False, padding=(0, 1))
-    for topic, text in inspection_text(found.facts):
-        table.add_row(f"[bold]{topic}[/]", Text(text))
-    Console(highlight=False).print(table)
+
+
+def _print(rows: Sequence[tuple[str, str]]) -> None:
+    """Print topics and sentences in two columns.
+
+    Commands stand in lines of their own that are not broken, so that they can be pasted.
+    """
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    for command, some in groupby(rows, lambda row: row[1].startswith(_COMMAND)):
+        if command:
+            for _, text in some:
+                console.print(f"    {text}", soft_wrap=True, markup=False)
+            continue
+        table = Table(box=None, show_header=False, padding=(0, 1))
+        table.add_column(min_width=_TOPIC)
+        table.add_column()
+        for topic, text in some:
+            table.add_row(f"[bold]{topic}[/]", Text(text))
+        console.print(table)

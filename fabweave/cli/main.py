@@ -61,6 +61,11 @@ def main(arguments: list[str] | None = None) -> None:
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("stopped; nothing was written", err=True)
         sys.exit(130)
+    except click.NoSuchOption as error:
+        # Of those that resemble it, click tells all by the alphabet; the nearest is meant.
+        near = (error.possibilities or [])[:1]
+        click.NoSuchOption(error.option_name, possibilities=near, ctx=error.ctx).show()
+        sys.exit(2)
     except click.ClickException as error:
         error.show()
         sys.exit(2)

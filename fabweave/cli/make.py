@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fabweave.cli.job_summary import tell_job
 from fabweave.cli.options import (
     SectionedCommand,
     cluster_option,
@@ -15,11 +16,10 @@ from fabweave.cli.options import (
     job_settings,
     json_option,
     quiet_option,
+    verbose_option,
 )
 from fabweave.cli.progress import progress_bar
-from fabweave.cli.terminal import VERDICT_STYLES
 from fabweave.cli.wish_options import wish_options, wished
-from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
@@ -36,11 +36,13 @@ if TYPE_CHECKING:
 @cluster_option("Nest very many pieces")
 @json_option
 @quiet_option
+@verbose_option
 def make(
     output: Path,
     cluster: str | None,
     as_json: bool,
     quiet: bool,
+    verbose: bool,
     mesh: str | None,
     **options: Any,
 ) -> None:
@@ -96,7 +98,7 @@ def make(
     elif not quiet:
         if why:
             click.echo(why)
-        _tell(made, output)
+        tell_job(made, output, verbose=verbose)
 
 
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
@@ -119,39 +121,3 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "verdict": verdict_json(job.verdict),
         "notes": list(job.notes),
     }
-
-
-def _tell(made: "FinishedJob", output: Path) -> None:
-    """Print what was made, what was found, and where it is."""
-    from rich.console import Console
-
-    from fabweave.cut.preflight.violations import flaw_lines
-    from fabweave.report.costs.texts import costs_text
-    from fabweave.report.verdict import verdict_text
-
-    job, proof, found = made
-    console = Console(highlight=False, soft_wrap=True)
-    for note in job.notes:
-        console.print(f"  {note}", markup=False, style="dim")
-    console.print(
-        f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')} of "
-        f"{agree(job.piece_set.kinds.count, '{n} kind[|s]')}, "
-        f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
-        f"{agree(len(job.drawings), '{n} sheet[|s]')}; "
-        f"proved by {len(proof.checks)} checks of the written files",
-        markup=False,
-    )
-    console.print(costs_text(job.costs), markup=False)
-    # Widths and bends are among the notes already.
-    told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
-    for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
-        console.print(f"preflight: {line}", markup=False)
-    if job.offcuts:
-        console.print(
-            f"{agree(len(job.offcuts), '{n} offcut[ is|s are]')} worth keeping: --stock "
-            f"{output / 'offcuts' / 'stock.toml'} takes them first in a later job",
-            markup=False,
-        )
-    verdict = job.verdict
-    console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
-    console.print(f"Look first at {output / 'index.html'}", markup=False)

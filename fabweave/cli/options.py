@@ -1,5 +1,6 @@
 """The options of the main job on the command line, made of the table of options."""
 
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -117,10 +118,26 @@ def job_options(*, making: bool = False) -> Decorator:
     return give
 
 
+class _Folder(click.Path):
+    """A folder to write; where none is named, the message has an example."""
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None) -> str:  # noqa: ARG002
+        """Return an example, named after the mesh if there is one."""
+        mesh = (ctx.params.get("mesh") if ctx is not None else None) or ""
+        stem = Path(mesh.partition("?")[0].removeprefix("shape:")).stem
+        return f"Name a folder to write, for example: -o {shlex.quote(stem or 'out')}"
+
+
 def folder_option(text: str) -> Decorator:
     """Return what gives a command the folder that it writes."""
-    kind = click.Path(path_type=Path)
-    return click.option("-o", "--output", type=kind, metavar="DIR", required=True, help=text)
+    return click.option(
+        "-o",
+        "--output",
+        type=_Folder(path_type=Path),
+        metavar="DIR",
+        required=True,
+        help=text,
+    )
 
 
 def cluster_option(work: str) -> Decorator:
@@ -135,6 +152,9 @@ def cluster_option(work: str) -> Decorator:
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+verbose_option = click.option(
+    "-v", "--verbose", is_flag=True, help="Print everything that is known, not only what matters."
+)
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 
 

@@ -16,6 +16,10 @@ from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
     from fabweave.app.remake import Remake
+    from fabweave.verify.report import Check, VerifyReport
+
+#: How names of what is measured end, and the signs of these units.
+_UNITS = {"_mm": " mm", "_mm2": " mm²", "_deg": "°"}
 
 
 @click.command()
@@ -53,15 +57,15 @@ def verify(directory: Path, remake: bool, as_json: bool, quiet: bool) -> None:
         click.echo(json.dumps(told, indent=1))
     elif not quiet:
         console = Console(highlight=False)
-        table = Table("check", "", "checked", "worst", "what it proves", box=None)
+        table = Table("check", "", "checked", "nearest its limit", "what it proves", box=None)
         for check in proof.checks:
-            worst = "" if check.worst is None else f"{check.worst:.2g}"
             mark = "[green]ok[/]" if check.ok else "[red]FAILS[/]"
-            table.add_row(check.name, mark, str(check.count), worst, check.meaning)
+            table.add_row(check.name, mark, str(check.count), _worst(check), check.meaning)
         console.print(table)
         for check in proof.checks:
             for finding in check.findings:
                 console.print(f"{check.name}: {finding}", markup=False, soft_wrap=True)
+        console.print(_outcome(proof), markup=False, soft_wrap=True)
     faults = [fault for check in proof.checks for fault in check.faults]
     if faults:
         handle, name = tempfile.mkstemp(prefix="fabweave-verify-", suffix=".txt")
@@ -76,6 +80,23 @@ def verify(directory: Path, remake: bool, as_json: bool, quiet: bool) -> None:
         click.echo(_remade(again))
     if not proof.ok or (again is not None and not again.ok):
         sys.exit(1)
+
+
+def _worst(check: "Check") -> str:
+    """Return the value of a check that comes nearest to its limit, and that, with their unit."""
+    for measure in check.measured:
+        if measure.value == check.worst:
+            unit = next((sign for end, sign in _UNITS.items() if measure.what.endswith(end)), "")
+            return f"{measure.value:.2g} of {measure.limit:.2g}{unit}"
+    return ""
+
+
+def _outcome(proof: "VerifyReport") -> str:
+    """Say how many checks passed, and the names of those that did not."""
+    failed = [check.name for check in proof.checks if not check.ok]
+    if not failed:
+        return f"all {len(proof.checks)} checks passed"
+    return f"{len(failed)} of {len(proof.checks)} checks failed: {', '.join(failed)}"
 
 
 def _remade(again: "Remake") -> str:

@@ -1,10 +1,12 @@
 """Read the files that users name: ordinary files only, of bounded size, and with plain errors."""
 
+import difflib
 import logging
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 
 from fabweave.core.errors import InputError
@@ -15,6 +17,8 @@ MOST_TEXT_BYTES = 16 * 2**20
 MOST_BYTES = 2 * 2**30
 
 _CHUNK = 2**20
+#: Among so many names of a folder one is looked for that resembles a missing one.
+_MOST_NAMES = 2000
 
 
 def read_input(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> bytes:
@@ -59,7 +63,9 @@ def read_input(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> byte
                 )
             return data
     except FileNotFoundError:
-        raise InputError(f"cannot read {what} in {path}: there is no such file") from None
+        raise InputError(
+            f"cannot read {what} in {path}: there is no such file{_resembling(path)}"
+        ) from None
     except IsADirectoryError:
         raise InputError(f"cannot read {what} in {path}: it is a folder; name a file") from None
     except OSError as error:
@@ -68,6 +74,16 @@ def read_input(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> byte
         if isinstance(error, InputError):
             raise
         raise InputError(f"cannot read {what} in {str(path)!r}: {error}") from error
+
+
+def _resembling(path: Path) -> str:
+    """Ask whether a file beside one that is missing is meant; nothing where none is called so."""
+    try:
+        names = [entry.name for entry in islice(path.parent.iterdir(), _MOST_NAMES)]
+    except (OSError, ValueError):
+        return ""
+    near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.7)
+    return f"; did you mean {path.with_name(near[0])}?" if near else ""
 
 
 def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:

@@ -1,15 +1,22 @@
 """Inspect a mesh: what it is, and what can be woven on it, before anything is decided."""
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from fabweave.app.design.candidate import Tried
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.search import explore
+from fabweave.app.inspection.advice import advice
+from fabweave.app.inspection.mesh_facts import (
+    bunch_facts,
+    fabric_facts,
+    mesh_facts,
+    spread,
+    thread_facts,
+)
 from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, split_object
@@ -25,17 +32,11 @@ from fabweave.app.woven_object import (
     weave_object,
     width_notes,
 )
-from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
-from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.irregular import find_irregular, interior_valences
-from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.coarse import paired_quads
-from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.report.costs.texts import cost_rows
 from fabweave.report.grain import grain_notes
@@ -49,18 +50,23 @@ from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_text import format_stock
 from fabweave.stock.supplies import Supplies
-from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
-from fabweave.weave.fabric.fabrics import weave_fabric
-from fabweave.weave.fabric.repeat import parse_fabric
-from fabweave.weave.threads import Threads
+from fabweave.weave.bunches import count_bodies
 
-#: Fabrics that are tried.
-_FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
-#: would be made ...
-_MOST_SEARCHED = 2000
+#: would be made, which is most of the work ...
+_MOST_SEARCHED = 100
+#: ... times and costs are told ...
+_MOST_PRICED = 2000
 #: ... and pieces are planned and ribbons kept clear.
 _MOST_PLANNED = 20_000
+
+#: Told what is found as soon as it is: at first ``mesh``, ``verdict`` and ``notes``, then all but
+#: the designs.
+Told: TypeAlias = Callable[[dict[str, Any]], None]
+
+
+def _nobody(_facts: dict[str, Any]) -> None:
+    """Tell nobody."""
 
 
 @frozen_value
@@ -74,6 +80,7 @@ class Inspection:
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
         ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
+        ``advice`` (what would help, with the command that does it),
         ``designs`` (that were tried), ``left_out`` (what only a thorough inspection tells) and
         ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction,
         ``openings`` where faces were left out.
@@ -94,6 +101,7 @@ def inspect_mesh(
     thorough: bool = False,
     n_designs: int = 0,
     executors: Executors = here,
+    told: Told = _nobody,
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
@@ -113,21 +121,25 @@ def inspect_mesh(
         How many designs from coarse to fine to try, where the mesh is given as a model to remesh.
     executors : callable
         Opens the executor that tries them; changes no result.
+    told : callable
+        Called twice before designs are tried: with what the mesh is and whether it can be built,
+        within seconds; and with everything but the designs.
 
     Raises
     ------
     InputError, CannotMakeError
         If the mesh cannot be woven at all.
     """
+    asked = settings
     settings, supplies = complete_settings(settings)
     woven = weave_object(settings, supplies, progress, given_mesh)
     settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
-    threads = woven.weave.threads
+    mesh, threads = woven.mesh, woven.weave.threads
     depth = _depth(threads.n_crossings, thorough=thorough)
     left_out: list[str] = []
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, depth, progress)
-    costs = None
-    if joined is not None and depth == Depth.SEARCHED:
+    costs, piece_set = None, None
+    if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
         pieces["kinds"] = int(piece_set.kinds.number.max(initial=0))
@@ -137,34 +149,39 @@ def inspect_mesh(
         left_out.append("times and costs")
     if "left_out" in pieces:
         left_out.append("the pieces, and how near ribbons come to one another")
-    if depth == Depth.SEARCHED or stiff is None:
-        progress("checks", 0, 1)
-        check = check_joined(woven, settings, supplies, depth)
-    else:
-        check = stiff
+
+    def with_all(check: RibbonCheck) -> RibbonCheck:
+        known = joined is not None and piece_set is not None
+        return with_grain(check, joined, piece_set.pieces, settings) if known else check
+
+    progress("checks", 0, 1)
+    check = stiff or check_joined(woven, settings, supplies, min(depth, Depth.NEAR))
+    facts: dict[str, Any] = {
+        "mesh": mesh_facts(mesh, woven.halfedges),
+        "verdict": _verdict(woven, with_all(check), pieces),
+        "notes": [*woven.source.notes, *woven.result.notes],
+    }
+    told(facts)
     notes = []
     if depth == Depth.SEARCHED:
+        progress("remedies", 0, 1)
+        check = check_joined(woven, settings, supplies, depth)
         progress("refinements as remedy", 0, 1)
         check = try_refinement(check, woven, settings, supplies)
-        if joined is not None:
-            check = with_grain(check, joined, piece_set.pieces, settings)
         progress("widths", 0, 1)
         notes += width_notes(woven, settings, supplies)
     else:
         if check.findings:
             left_out.append("the size at which all rules hold, and other remedies")
         left_out.append("how wide ribbons of constant width could be")
-    mesh, halfedges = woven.mesh, woven.halfedges
-    designs = _designs(settings, n_designs, progress, executors, given_mesh)
-    progress("mesh facts", 0, 1)
-    facts = {
-        "mesh": _mesh_facts(mesh, halfedges),
+    check = with_all(check)
+    facts |= {
         "symmetry": symmetry_facts(woven, pieces["count"]),
-        "threads": _thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
-        "bunches": _bunch_facts(threads),
+        "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
+        "bunches": bunch_facts(threads),
         "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
-        "fabrics": _fabric_facts(halfedges, threads, woven.labels, progress),
-        "ribbons": _spread(ribbon_widths(woven.ribbons)),
+        "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+        "ribbons": spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
         "costs": costs,
         "checks": {
@@ -180,10 +197,9 @@ def inspect_mesh(
                 ),
             ],
         },
-        "verdict": _verdict(woven, check, pieces),
-        "designs": [to_json(one.candidate) for one in designs],
+        "advice": advice(asked, woven, check, facts["verdict"]["level"]),
+        "designs": [],
         "left_out": left_out,
-        "notes": [*woven.source.notes, *woven.result.notes],
     }
     if woven.source.likeness is not None:
         facts["likeness"] = woven.source.likeness.record()
@@ -191,6 +207,9 @@ def inspect_mesh(
         facts["openings"] = [opening.record() for opening in woven.source.openings]
     if woven.source.alignment is not None:
         facts["alignment"] = woven.source.alignment.record()
+    told(facts)
+    designs = _designs(settings, n_designs, progress, executors, given_mesh)
+    facts["designs"] = [to_json(one.candidate) for one in designs]
     return Inspection(woven, facts, designs)
 
 
@@ -206,6 +225,12 @@ def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) 
     return to_json(verdict)
 
 
+def tries_designs(settings: Settings) -> bool:
+    """Tell whether designs can be tried: the mesh is a model that may be remeshed."""
+    stated = settings.remesh is not None or settings.refine is not None
+    return not stated and not is_shape(settings.mesh)
+
+
 def _designs(
     settings: Settings,
     count: int,
@@ -214,8 +239,7 @@ def _designs(
     given: PolyMesh | None,
 ) -> tuple[Tried, ...]:
     """Try some designs from coarse to fine."""
-    stated = settings.remesh is not None or settings.refine is not None
-    if not count or stated or is_shape(settings.mesh):
+    if not count or not tries_designs(settings):
         return ()
     asked = replace(settings, effort="quick")
     designs = plan_designs(asked, 3 * count, progress, given)[:count]
@@ -229,83 +253,6 @@ def _depth(n_crossings: int, *, thorough: bool) -> Depth:
     if thorough or n_crossings <= _MOST_SEARCHED:
         return Depth.SEARCHED
     return Depth.NEAR if n_crossings <= _MOST_PLANNED else Depth.ALONG
-
-
-def _mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
-    """Return sizes, topology and regularity."""
-    report = check_mesh(mesh)
-    first = halfedges.edge_halfedge
-    ends = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
-    _, valences = interior_valences(halfedges)
-    irregular = find_irregular(mesh)
-    mirror = find_mirror(mesh)
-    return {
-        "vertices": report.n_vertices,
-        "edges": report.n_edges,
-        "faces": report.n_faces,
-        "face_sizes": {str(size): number for size, number in report.face_sizes},
-        "valences": {str(k): int(n) for k, n in sorted(Counter(valences.tolist()).items())},
-        "components": report.n_components,
-        "boundary_loops": report.n_boundary_loops,
-        "genus": report.genus,
-        "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
-        "edge_mm": _spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
-        "mirror": {
-            "symmetric": mirror.symmetric,
-            "normal": [round(float(x), 4) for x in mirror.normal],
-            "off_percent": round(mirror.rms_percent, 3),
-        },
-        "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
-        "irregular_vertices": len(irregular),
-        "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
-    }
-
-
-def _thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray) -> dict[str, Any]:
-    """Return how many threads there are and how long; the longest by name."""
-    longest = np.argsort(-threads.lengths, kind="stable")[:8]
-    return {
-        "count": threads.n_threads,
-        "closed": int(np.count_nonzero(threads.closed)),
-        "crossings": threads.n_crossings,
-        "crossing_themselves": int(np.count_nonzero(thread_graph(threads).diagonal())),
-        "passes": _spread(threads.lengths),
-        "length_mm": _spread(length_mm),
-        "total_mm": round(float(length_mm.sum()), 1),
-        "longest": [
-            {
-                "label": labels[number],
-                "passes": int(threads.lengths[number]),
-                "length_mm": round(float(length_mm[number]), 1),
-            }
-            for number in longest.tolist()
-        ],
-    }
-
-
-def _bunch_facts(threads: Threads) -> dict[str, Any]:
-    """Return how many bunches there are."""
-    bunches = find_bunches(threads)
-    return {
-        "count": bunches.n_bunches,
-        "fewest": bunches.fewest,
-        "warp_and_weft": bunches.warp_and_weft,
-    }
-
-
-def _fabric_facts(
-    halfedges: Halfedges, threads: Threads, labels: Sequence[str], progress: Progress
-) -> dict[str, Any]:
-    """Try the usual fabrics."""
-    exact, reasons = [], {}
-    for number, text in enumerate(_FABRICS):
-        progress("fabrics", number, len(_FABRICS))
-        result = weave_fabric(halfedges, threads, parse_fabric(text), labels=labels)
-        if result.weave is not None:
-            exact.append(text)
-        elif result.obstruction is not None:
-            reasons[text] = result.obstruction.text
-    return {"exact": exact, "because": reasons}
 
 
 def _planned(
@@ -342,14 +289,3 @@ def _planned(
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
     return woven, pieces, None, joined
-
-
-def _spread(values: FloatArray | IntArray) -> dict[str, float]:
-    """Return the least, the middle and the greatest of some values."""
-    if not len(values):
-        return {"least": 0.0, "median": 0.0, "greatest": 0.0}
-    return {
-        "least": round(float(values.min()), 3),
-        "median": round(float(np.median(values)), 3),
-        "greatest": round(float(values.max()), 3),
-    }

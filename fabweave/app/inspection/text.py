@@ -12,6 +12,8 @@ from fabweave.stock.labour import CURRENCY
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
+#: Notes on ribbons that mean nothing where these cannot be built: the advice says what to do.
+_OF_NO_USE = ("checks: ", "bend: ", "twist: ")
 
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
@@ -32,21 +34,61 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     list of (topic, sentence)
         In the order in which a person reads; a line without a topic goes on with the one above.
     """
-    notes = [_topic(note) for note in facts["notes"] if not note.startswith(_SAID_OTHERWISE)]
+    return [*first_rows(facts), *further_rows(facts), *design_rows(facts["designs"])]
+
+
+def first_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what the mesh is in a line, and whether it can be built as asked, and why not."""
+    mesh, sides = facts["mesh"], (f"{side:.0f}" for side in facts["mesh"]["size_mm"])
+    genus = "" if mesh["genus"] is None else f", genus {mesh['genus']}"
+    bounds = agree(mesh["boundary_loops"], "{n} boundary loop[|s]")
+    text = (
+        f"{agree(mesh['faces'], '{n} [face|faces]')}, {mesh['vertices']} vertices, "
+        f"{bounds if mesh['boundary_loops'] else 'closed'}{genus}; {' × '.join(sides)} mm"
+    )
+    return [("mesh", text), *_verdict_rows(facts["verdict"])]
+
+
+def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what would help, what can be woven, and figures: all but the designs."""
+    told = {finding["text"] for finding in facts["checks"]["findings"]}  # the verdict's reasons
+    built = facts["verdict"]["level"] != "not makeable"
+    checks = [note for note in facts["checks"]["notes"] if note not in told]
     return [
-        *notes,
+        *_advice_rows(facts["advice"]),
+        *_mesh_notes(facts),
         *_mesh_rows(facts["mesh"], facts["symmetry"]),
         *_thread_rows(facts["threads"], facts["bunches"]),
         *_twill_rows(facts["twill"], facts["mesh"]),
         *_fabric_rows(facts["fabrics"]),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
-        *(_topic(note) for note in facts["checks"]["notes"]),
+        *(_topic(note) for note in checks if built or not note.startswith(_OF_NO_USE)),
         ("pieces", _pieces(facts["pieces"])),
-        *_choices(facts["pieces"]),
-        *_cost_rows(facts["costs"]),
+        # What cannot be built need not be priced; the facts hold it.
+        *(_choices(facts["pieces"]) if built else []),
+        *(_cost_rows(facts["costs"]) if built else []),
         *_left_out_rows(facts["left_out"]),
-        *_design_rows(facts["designs"]),
-        *_verdict_rows(facts["verdict"]),
+    ]
+
+
+def _advice_rows(advice: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Say what would help, and below each the command that does it."""
+    rows: list[tuple[str, str]] = []
+    for way in advice:
+        rows.append(("" if rows else "next", way["text"]))
+        if way["command"] is not None:
+            rows.append(("", way["command"]))
+    return rows
+
+
+def _mesh_notes(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the notes on mesh and weave that nothing else says."""
+    counted = f"{facts['mesh']['faces']} faces, "
+    return [
+        _topic(note)
+        for note in facts["notes"]
+        if not note.startswith(_SAID_OTHERWISE)
+        and not (note.startswith("mesh: ") and counted in note)
     ]
 
 
@@ -89,7 +131,7 @@ def _symmetry_rows(mirror: Mapping[str, Any], symmetry: Mapping[str, Any]) -> li
     if weave["rotations"] > 1 and symmetry["kinds_possible"] is not None:
         kinds = "about {n} kind[|s] of pieces [is|are] possible"
         told.append(agree(symmetry["kinds_possible"], kinds))
-    if mesh["reflections"] and not weave["reflections"]:
+    if told and mesh["reflections"] and not weave["reflections"]:
         text = "{n} reflection[|s] of the mesh [does|do] not keep over and under"
         told.append(agree(mesh["reflections"], text))
     rows = [f"mirror-symmetric from {_way(mirror['normal'])}"] if mirror["symmetric"] else []
@@ -184,7 +226,8 @@ def _cost_rows(costs: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     """Say what the job would cost, roughly, as nothing is nested yet."""
     if costs is None:
         return []
-    return [(name.lower(), text) for name, text in costs["told"].items()]
+    rows = [(name.lower(), text) for name, text in costs["told"].items()]
+    return [*rows, ("", "your own hours are not in this cost")]
 
 
 def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
@@ -198,18 +241,22 @@ def _verdict_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say whether it can be built as it is asked for, and what wants care."""
     rows = [("buildable", VERDICTS[verdict["level"]])]
     for reason in verdict["reasons"]:
-        rows.append(("", f"{reason['level']}: {from_json(Reason, reason).told}"))
+        mixed = verdict["level"] != reason["level"]
+        level = f"{reason['level']}: " if mixed else ""
+        rows.append(("", level + from_json(Reason, reason).told))
     return rows
 
 
-def _design_rows(designs: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
-    """Say what designs from coarse to fine come to, which were tried."""
+def design_rows(designs: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Say what designs from coarse to fine come to, which were tried, and what makes each."""
     rows = []
     for design in designs:
         told = ""
         if design["figures"] is not None:
             told = f": {words(from_json(Figures, design['figures']), foretold=True)}"
         rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
+        if design["verdict"]["level"] != "not makeable":
+            rows.append(("", design["command"]))
     return rows
 
 
@@ -225,7 +272,10 @@ def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
         )
         if not rows or not rows[-1][1].endswith(f" {figures}"):
             rows.append(("", f"--max-length {choice['max_length_mm']:g}mm: {figures}"))
-    return rows
+    if not rows:
+        return []
+    head = f"other lengths, with hours and {CURRENCY} for sheets, fasteners, handling and cutting:"
+    return [("", head), *rows]
 
 
 def _range(spread: Mapping[str, float], digits: int) -> str:
