@@ -100,7 +100,7 @@ def one_named(kind: str, name: str, known: Mapping[str, _Value]) -> _Value:
     wanted = name.strip().lower()
     if wanted not in known:
         names = closest_first(wanted, known)
-        near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.75)
-        meant = f"; did you mean {near[0]}? There are" if near else ": choose one of"
-        raise InputError(f"no {kind} is called {name!r}{meant} {', '.join(names)}")
+        near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.65)
+        meant = f"; did you mean {near[0]}?" if near else ""
+        raise InputError(f"no {kind} is called {name!r}: choose one of {', '.join(names)}{meant}")
     return known[wanted]

@@ -12,9 +12,10 @@ from meshes_shared import known_meshes, mesh_params, shared_mesh
 from PIL import Image
 
 from fabweave.app.design.candidate import Candidate, Tried
+from fabweave.app.inspection.advice import MOST_LARGER
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.inspection.files import inspection_picture
-from fabweave.app.inspection.text import inspection_text
+from fabweave.app.inspection.text import first_rows, inspection_text
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.core.errors import CannotMakeError
@@ -395,7 +396,12 @@ def test_files_that_cannot_be_written_are_told_at_once(
 @pytest.fixture
 def small_limits(monkeypatch) -> None:
     """Let 64 crossings be many."""
-    for name in ("facts._MOST_SEARCHED", "facts._MOST_PLANNED", "twill_facts._MOST_QUICK"):
+    for name in (
+        "facts._MOST_SEARCHED",
+        "facts._MOST_PRICED",
+        "facts._MOST_PLANNED",
+        "twill_facts._MOST_QUICK",
+    ):
         monkeypatch.setattr(f"fabweave.app.inspection.{name}", 20)
 
 
@@ -447,6 +453,44 @@ def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(mon
     for rule in alike:
         assert 120 < quick[rule]["size_mm"] <= full[rule]["size_mm"]
     assert "the size at which all rules hold, and other remedies" in facts["left_out"]
+
+
+def test_mesh_and_verdict_are_told_first_and_then_all_the_rest() -> None:
+    told: list[dict] = []
+    found = inspect_mesh(
+        Settings("shape:octahedron", size_mm=300.0), told=lambda facts: told.append(dict(facts))
+    )
+    first, rest = told
+    assert set(first) == {"mesh", "verdict", "notes"}
+    assert rest == found.facts
+    assert all(rest[key] == first[key] for key in first)
+    rows = inspection_text(found.facts)
+    assert rows[: len(first_rows(first))] == first_rows(first)
+    assert [topic for topic, _ in rows[:2]] == ["mesh", "buildable"]
+    assert rows[0][1] == "8 faces, 6 vertices, closed, genus 0; 300 × 300 × 300 mm"
+    assert rows[1][1] == "Yes."
+    (way,) = found.facts["advice"]
+    assert way["command"] == "fabweave make shape:octahedron --size 300mm -o job"
+
+
+def test_sizes_that_help_nobody_are_no_advice() -> None:
+    # The torus is too small for its material by little, and then by much.
+    for size, helps in ((120.0, True), (60.0, False)):
+        facts = facts_of_torus(size)
+        least = max(found["size_mm"] or 0 for found in facts["checks"]["findings"])
+        assert (least <= MOST_LARGER * size) == helps
+        commands = [way["command"] or "" for way in facts["advice"]]
+        assert any("--size" in command for command in commands) == helps
+        assert ("too fine for 60 mm" in text_of(facts)) == (not helps)
+        # What the verdict says is not said again.
+        for finding in facts["checks"]["findings"]:
+            assert finding["text"] not in text_of(facts)
+
+
+def facts_of_torus(size_mm: float) -> dict:
+    return inspect_mesh(
+        Settings("shape:torus?m=8&n=4", size_mm=size_mm, material="birch-veneer", rotations="free")
+    ).facts
 
 
 @slow

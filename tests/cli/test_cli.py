@@ -303,3 +303,19 @@ def test_an_interrupted_run_leaves_the_older_job_alone(octahedron, stage, times,
     assert error.strip() == b"stopped; nothing was written"
     assert digest(folder) == before
     assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_verify_says_at_last_how_many_checks_passed_or_which_did_not(octahedron, tmp_path, capsys):
+    assert run("verify", octahedron) == 0
+    told = capsys.readouterr().out
+    count = len(json.loads((octahedron / "verify.json").read_text("utf-8"))["checks"])
+    assert told.splitlines()[-1] == f"all {count} checks passed"
+    spoilt = tmp_path / "spoilt"
+    shutil.copytree(octahedron, spoilt)
+    (spoilt / "verdict.json").write_text("{}")
+    assert run("verify", spoilt) == 1
+    told = capsys.readouterr().out
+    failed = [line.split()[0] for line in told.splitlines() if " FAILS " in line]
+    assert "verdict" in failed
+    last = f"{len(failed)} of {count} checks failed: {', '.join(failed)}"
+    assert told.splitlines()[-1] == last

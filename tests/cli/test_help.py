@@ -7,6 +7,7 @@ import sys
 
 import click
 import pytest
+from jobs import run
 
 from fabweave.app.options.option import SECTIONS
 from fabweave.app.options.table import OPTIONS
@@ -103,3 +104,24 @@ def test_help_does_not_load_what_jobs_are_made_with() -> None:
     loaded = set(done.stdout.decode().split())
     assert "fabweave.app.options.table" in loaded
     assert not loaded & {"numpy", "scipy", "shapely", "trimesh", "ezdxf", "rich", "platformdirs"}
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (("make", "cow.obj", "--siz", "400mm"), "Did you mean '--size'?"),
+        (("make", "my cow.obj", "--size", "400mm"), "for example: -o 'my cow'"),
+        (("make", "shape:torus?m=8&n=4"), "for example: -o torus"),
+        (("guide", "asembly"), "did you mean assembling?"),
+        (("inspect", "{folder}/cwo.obj"), "did you mean {folder}/cow.obj?"),
+    ],
+)
+def test_what_is_nearly_right_is_answered_with_what_is_meant(
+    typed, words, tmp_path, capsys
+) -> None:
+    (tmp_path / "cow.obj").touch()
+    (tmp_path / "job.toml").touch()
+    assert run(*(word.format(folder=tmp_path) for word in typed)) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.rstrip().endswith(words.format(folder=tmp_path))

@@ -151,8 +151,9 @@ def inspect_mesh(
         left_out.append("the pieces, and how near ribbons come to one another")
 
     def with_all(check: RibbonCheck) -> RibbonCheck:
-        known = joined is not None and piece_set is not None
-        return with_grain(check, joined, piece_set.pieces, settings) if known else check
+        if joined is None or piece_set is None:
+            return check
+        return with_grain(check, joined, piece_set.pieces, settings)
 
     progress("checks", 0, 1)
     check = stiff or check_joined(woven, settings, supplies, min(depth, Depth.NEAR))
@@ -208,7 +209,7 @@ def inspect_mesh(
     if woven.source.alignment is not None:
         facts["alignment"] = woven.source.alignment.record()
     told(facts)
-    designs = _designs(settings, n_designs, progress, executors, given_mesh)
+    designs = _designs(asked, n_designs, progress, executors, given_mesh)
     facts["designs"] = [to_json(one.candidate) for one in designs]
     return Inspection(woven, facts, designs)
 
