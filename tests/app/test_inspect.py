@@ -475,13 +475,13 @@ def test_mesh_and_verdict_are_told_first_and_then_all_the_rest() -> None:
 
 def test_sizes_that_help_nobody_are_no_advice() -> None:
     # The torus is too small for its material by little, and then by much.
-    for size, helps in ((120.0, True), (60.0, False)):
+    for size, helps in ((200.0, True), (120.0, False)):
         facts = facts_of_torus(size)
         least = max(found["size_mm"] or 0 for found in facts["checks"]["findings"])
         assert (least <= MOST_LARGER * size) == helps
         commands = [way["command"] or "" for way in facts["advice"]]
         assert any("--size" in command for command in commands) == helps
-        assert ("too fine for 60 mm" in text_of(facts)) == (not helps)
+        assert ("too fine for 120 mm" in text_of(facts)) == (not helps)
         # What the verdict says is not said again.
         for finding in facts["checks"]["findings"]:
             assert finding["text"] not in text_of(facts)
