@@ -116,13 +116,7 @@ def test_same_bytes():
 def test_every_piece_is_in_every_section_that_lists_pieces():
     crossing_map, _ = parts_of()
     ids = {piece.id for piece in crossing_map.pieces}
-    for name in (
-        "Threads and their pieces",
-        "Parts list",
-        "Sheets",
-        "Steps",
-        "What each piece meets",
-    ):
+    for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps"):
         words = set(re.findall(r"[A-Z]+\d+", section(name)))
         assert ids <= words, name
         assert words <= ids, name
@@ -152,15 +146,11 @@ def test_cover_has_the_figures():
     assert sum(needed) == holes > 0
 
 
-def test_what_a_piece_meets_is_told_in_order():
+def test_the_map_tells_the_step_of_each_piece():
     crossing_map, _ = parts_of()
-    text = section("What each piece meets")
-    for piece in crossing_map.pieces:
-        step = next(step for step in crossing_map.steps if piece.id in step.pieces)
-        row = re.search(rf"\b{piece.id} \({step.number}\) (.*?)(?= [A-Z]+\d+ \(\d|$)", text)[1]
-        told = [name for name in row.split() if not name.startswith("#")]
-        assert told == [station.partner for station in piece.stations]
-        assert re.findall(r"#(\d+)>", row) == [str(key) for key in piece.joints if key is not None]
+    told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
+    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
 
 
 @pytest.mark.slow

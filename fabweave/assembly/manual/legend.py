@@ -193,8 +193,8 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
                 "1 Kind",
                 f"K{piece.kind}: all pieces with these letters are alike, and any of them fits any "
                 f"of their places. {piece.id} is a name of the place alone: its letters name the "
-                "thread, and the number counts its pieces. Stations are counted along the arrow, "
-                "from 0; or against it, where a step says that the arrow runs back.",
+                "thread, and the number counts its pieces. The arrow points from the start of a "
+                "piece to its end; or back, where a step says so.",
             )
         )
     elif "id" in labels:
@@ -202,7 +202,7 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
             (
                 "1 Id",
                 f"{piece.id}: the letters name the thread, and the number counts its pieces. The "
-                "arrow points along the thread; stations are counted in its direction, from 0.",
+                "arrow points from the start of the piece to its end.",
             )
         )
     if "joint" in labels:

@@ -11,7 +11,6 @@ from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.sheets import drawn_pieces, write_parts, write_sheets
 from fabweave.assembly.manual.step_pictures import WholePicture, step_pictures
 from fabweave.assembly.manual.steps import write_steps
-from fabweave.assembly.manual.tables import write_tables
 from fabweave.assembly.manual.thread_map import write_map
 from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
@@ -34,8 +33,8 @@ def manual_pdf(
 ) -> bytes:
     """Return the manual as a PDF.
 
-    Overview, how to read a piece, threads, parts list, a page or more for each sheet, the steps,
-    and a table of stations for each piece.
+    Overview, how to read a piece, threads with all that their pieces meet, parts list, a page or
+    more for each sheet, and the steps.
 
     Parameters
     ----------
@@ -82,7 +81,6 @@ def _write(
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
     write_steps(book, crossing_map, pictures, seconds, rings)
-    write_tables(book, crossing_map)
 
 
 def write_manual(

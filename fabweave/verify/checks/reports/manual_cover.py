@@ -220,14 +220,14 @@ def _signs(plan: CrossingMap, piece: Piece) -> Iterator[tuple[str, str]]:
             "1 Kind",
             f"K{piece.kind}: all pieces with these letters are alike, and any of them fits any of "
             f"their places. {piece.id} is a name of the place alone: its letters name the thread, "
-            "and the number counts its pieces. Stations are counted along the arrow, from 0; or "
-            "against it, where a step says that the arrow runs back.",
+            "and the number counts its pieces. The arrow points from the start of a piece to its "
+            "end; or back, where a step says so.",
         )
     elif "id" in kinds:
         yield (
             "1 Id",
             f"{piece.id}: the letters name the thread, and the number counts its pieces. The arrow "
-            "points along the thread; stations are counted in its direction, from 0.",
+            "points from the start of the piece to its end.",
         )
     if "joint" in kinds:
         joint = next(plan.joint[key] for key in piece.joints if key is not None)
