@@ -122,6 +122,8 @@ class _Writer:
         book = self._book
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
+        if book.counting:
+            return
         room = self._wide - WHOLE[0] - _GUTTER
         head = steps_words(steps[0].number, steps[-1].number)
         book.text(x, y - 16.0, head, size=14.0, bold=True)
@@ -152,6 +154,8 @@ class _Writer:
         high = self._text_top(rows) + self._told(texts, room)
         high += sum(max(card.high for card in line) + _CARD_GAP for line in lines)
         x, y = self._room(max(high, tall + _BELOW_LINE))
+        if self._book.counting:
+            return
         end = self._write_texts(x, y, step, rows, texts, room)
         for line in lines:
             for number, card in enumerate(line):

@@ -20,12 +20,12 @@ _INTRO = (
 #: Least and greatest distance of crossings along a band, in points, and the band's half width.
 _PITCH, _WIDEST, _HALF = 9.9, 16.0, 4.5
 #: Above the middle of a band stand its pieces, then its joints; below it signs, then partners.
-_PIECES_UP, _JOINTS_UP, _SIGNS_DOWN, _PARTNERS_DOWN = 14.5, 24.5, 12.0, 16.5
+_PIECES_UP, _JOINTS_UP, _SIGNS_DOWN, _PARTNERS_DOWN = 14.5, 23.5, 11.5, 15.5
 #: The least size of a name that has little room, in points.
 _LEAST = 8.0
 #: Height of a thread's heading, of what is above and below a band, and half the width of a strand
 #: that crosses it.
-_HEAD, _ABOVE, _BELOW, _STRAND = 14.0, 37.0, 38.0, 1.9
+_HEAD, _ABOVE, _BELOW, _STRAND = 14.0, 34.0, 36.0, 1.9
 
 
 @dataclass(frozen=True)
