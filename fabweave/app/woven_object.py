@@ -265,7 +265,7 @@ def stiffness_check(
 def require_stiffness(
     woven: WovenObject, settings: Settings, supplies: Supplies, check: RibbonCheck | None = None
 ) -> None:
-    """Raise CannotMakeError if a material is too stiff for an object.
+    """Raise TooFineError if a material is too stiff for an object.
 
     Parameters
     ----------
@@ -281,7 +281,7 @@ def require_stiffness(
             thinner = thinner_supply(supplies, index, finding.value)
             material = supplies.materials[index]
             formed = forming_advice(material, finding.value)
-            require_pliable(check, material.title, thinner, formed)
+            require_pliable(check, material.description, thinner, formed)
 
 
 def _narrowed_notes(woven: WovenObject) -> list[str]:
