@@ -29,8 +29,8 @@ TAKE = (
     "its sheet."
 )
 LOOSE = (
-    "Leave a fastener loose as long as a layer is still to come, and tighten it when the step says "
-    "that all layers are in place."
+    "Leave a fastener loose as long as a layer is still to come, and tighten it when the step "
+    "shows that all layers are in place."
 )
 VIEWER = " assembly.html shows the same steps on an object that you can turn and zoom."
 #: The number by which a picture points out each kind of label, holes, and ticks.
