@@ -21,6 +21,7 @@ from fabweave.core.parallel.workers import Start, at_once
 from fabweave.core.records import to_json
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import CUT_FOLDER
+from fabweave.cut.notes.qr_tag import CODE_FILE, TAG_FOLDER, code_png, draw_tag
 from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
@@ -97,6 +98,7 @@ def write_job(
         ]
         _write(rim / RECORD, json_text(to_json(rim_record(job.piece_set.rings, job.rim_layout))))
         _write(rim / TEXT, rim_text(job.piece_set.rings))
+    _write_code(job, directory)
     crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
     written.append(
         start(
@@ -160,6 +162,15 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
         stroke_width_mm=settings.line_mm,
     )
     _write(folder / f"{drawing.name}.svg", svg)
+
+
+def _write_code(job: Job, directory: Path) -> None:
+    """Write the QR code as a picture, and as a tag where that is asked for."""
+    if job.settings.qr != "none":
+        (directory / CODE_FILE).write_bytes(code_png(job.code))
+    if job.settings.qr == "offcut":
+        (directory / TAG_FOLDER).mkdir()
+        _write_cuts(directory / TAG_FOLDER, draw_tag(job.code, job.woven.title), job.settings)
 
 
 def _write_service(job: Job, directory: Path) -> None:

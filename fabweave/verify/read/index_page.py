@@ -24,7 +24,7 @@ _ATTRIBUTES = frozenset({
     "viewbox", "x", "y",
 })  # fmt: skip
 #: Where a job has files.
-_FOLDERS = ("sheets", "cut", "service", "rim", "offcuts")
+_FOLDERS = ("sheets", "cut", "service", "rim", "tag", "offcuts")
 
 
 @dataclass(frozen=True)
