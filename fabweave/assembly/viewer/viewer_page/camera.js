@@ -31,10 +31,16 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     }, 0);
   }
 
-  function home() {
+  /** Look from where the object is seen first; done at once, as an address may ask for another view. */
+  function aim() {
     [turn, rise] = firstDeg.map((angle) => (angle * Math.PI) / 180);
     whole = true;
     target = ball.center.clone();
+  }
+  aim();
+
+  function home() {
+    aim();
     place();
   }
 
@@ -258,8 +264,7 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     },
     resize(width, height) {
       aspect = width / height;
-      if (target) settle();
-      else home();
+      settle();
     },
   };
 }

@@ -18,7 +18,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "57859234cff16f173d4a63887b141a31c7006764500a9137e95a233a98c2b572"
+FRAME = "aa6488579ff0afb76f5caf82fbf3c4ad7575453a798e004597f142ccf53cf65e"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
