@@ -50,6 +50,9 @@ h3 { font-size: 1.1rem; margin: 1rem 0 .3rem }
   grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)) }
 svg { display: block; width: 100%; max-width: 22rem; height: auto }
 svg text { font: 15px system-ui, sans-serif }
+@media screen and (max-width: 30rem) {
+  .figures { grid-template-columns: 1fr 1fr } .figures strong { font-size: 1.15rem }
+}
 @page { size: A4; margin: 12mm }
 @media print {
   body { font-size: 10pt; line-height: 1.3; margin: 0; max-width: none; padding: 0 }

@@ -253,6 +253,7 @@ def test_all_of_the_object_is_shown_again(tab, torus):
     tab.page.click("[data-move=left]")
     tab.page.click("#view summary")
     tab.page.click("#home")
+    tab.page.click("#facts")
     tab.settle()
     assert np.count_nonzero(np.any(tab.pixels() != first, axis=2)) <= 20
     assert len(all_of(torus)) == len(torus.ids)
