@@ -18,7 +18,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "b2a3f3c5713b38dfc3d1898f6223595997c70c4538280a89d803c574e6e9e762"
+FRAME = "b156577fb228b89572f82af3379460989615d26215bf92af4ef1b78af46e7cfa"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
