@@ -18,7 +18,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "b156577fb228b89572f82af3379460989615d26215bf92af4ef1b78af46e7cfa"
+FRAME = "4ef278c5e1ab45c1685a15d54e30e4887c372a9f224b6fe343d7ccd96390c0bd"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
