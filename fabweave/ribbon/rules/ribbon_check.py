@@ -160,9 +160,7 @@ def _why_near(
         first, second = crossing[near.passes[near.broken]], crossing[near.others[near.broken]]
         count = int(np.count_nonzero(clashing[first] & clashing[second]))
         if count:
-            causes.append(
-                f"in {count} of them the mesh intersects itself, so repair the mesh"
-            )
+            causes.append(f"in {count} of them the mesh intersects itself, so repair the mesh")
     if auto:
         causes.append(
             f"ribbons cannot be narrower there: below {limits.width_mm:g} mm they cannot be handled"
