@@ -171,9 +171,12 @@ def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
             4,
             marks=pytest.mark.slow,
         ),
-        pytest.param(
-            "shape:icosahedron", {"refine": "catmull-clark:2", "kinds": "fewest"}, 4,
-            marks=pytest.mark.slow,
+        *(
+            pytest.param(
+                "shape:icosahedron", {"refine": "catmull-clark:2", **fewer}, most,
+                marks=pytest.mark.slow,
+            )
+            for fewer, most in (({"kinds": "fewest"}, 2), ({"holes": "alike"}, 4))
         ),
     ],
 )  # fmt: skip
