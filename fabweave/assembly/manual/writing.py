@@ -19,6 +19,7 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
 from fabweave.flat.rim_ring import RimRing
+from fabweave.picture.camera import View
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -95,8 +96,14 @@ def write_manual(
     seconds: Sequence[float],
     paper: str,
     rings: Sequence[RimRing],
-) -> None:
-    """Make the pictures of the steps, unless they are too many, and write the manual."""
+) -> tuple[View, ...]:
+    """Make the pictures of the steps, unless they are too many, and write the manual.
+
+    Returns
+    -------
+    tuple of View
+        From where each step is seen, for others that show it; nothing of those without a picture.
+    """
     pictures: Sequence[WholePicture] = ()
     if len(crossing_map.steps) <= MOST_PICTURED:
         ribbons, weave, pieces, colours = woven
@@ -104,3 +111,4 @@ def write_manual(
         pictures = step_pictures(scene, crossing_map)
     data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper, rings=rings)
     path.write_bytes(data)
+    return tuple(picture.view for picture in pictures for _ in picture.steps)
