@@ -104,9 +104,10 @@ function makePanels(by, plan, clock, state) {
     shown.here = here;
   }
 
-  /** How long all takes that is not done. */
+  /** How long all steps take that are not done. */
   function leftText() {
-    return state.done.size === last ? "All is done." : `${clock.left(state.done)} left of ${clock.all()}.`;
+    if (state.done.size === last) return "All is done.";
+    return `${clock.left(state.done)} left of ${clock.all()} for the steps; sorting comes before.`;
   }
 
   return { showPiece, showSheet, showSteps, leftText };

@@ -18,7 +18,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "4ef278c5e1ab45c1685a15d54e30e4887c372a9f224b6fe343d7ccd96390c0bd"
+FRAME = "1e5056a44f18169d8586a076d81cf4358c72af6d3104f2e213c7a7525224360c"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
