@@ -84,27 +84,38 @@ def legend(plan):
     )
     kinds = {one["kind"] for one in piece["labels"]}
     name, first = piece["id"], piece["stations"][0]
-    numbers = {"id": "1", "joint": "2"}
+    explained = [kind for kind in ("id", "joint") if kind in kinds] + ["crossing", "hole"]
+    number = {kind: str(at) for at, kind in enumerate(explained, start=1)}
     ways = {one["station"] is not None and piece["stations"][one["station"]]["over"]
             for one in piece["labels"] if one["kind"] in ("partner", "sign")}  # fmt: skip
-    texts = [numbers[kind] for kind in numbers if kind in kinds] + ["3"] * len(ways) + ["4", "5"]
+    texts = [number[kind] for kind in explained[:-2]]
+    texts += [number["crossing"]] * len(ways) + [number["hole"]]
     side = "inside" if any(sheet.get("mirrored") for sheet in plan["sheets"]) else "outside"
     texts += [f"Piece {name} of this object", "Engraved face", f"This is the {side} of the object."]
     if "id" in kinds:
-        texts += ["1 Id", f"{name}: the letters name the thread, and the number counts its pieces. "
-                  "The arrow points from the start of the piece to its end."]  # fmt: skip
+        texts += [
+            f"{number['id']} Id",
+            f"{name}: the letters name the thread, and the number counts its pieces. "
+            "The arrow points from the start of the piece to its end.",
+        ]
     if "joint" in kinds:
         key = next(key for key in piece["joints"] if key is not None)
         pair = next(joint["pieces"] for joint in plan["joints"] if joint["id"] == key)
         mate = next((other for other in pair if other != name), name)
-        texts += ["2 Joint", f"#{key}>{mate}: joint {key} joins this end to piece {mate}."]
+        texts += [
+            f"{number['joint']} Joint",
+            f"#{key}>{mate}: joint {key} joins this end to piece {mate}.",
+        ]
     over = "over" if first["over"] else "under"
-    texts += ["3 Crossing", "Beside a crossing stands the piece that is met there: with a disc "
-              "before its id where this piece passes over, with a ring where it passes under. At "
-              f"its first station, {name} passes {over} {first['partner']}."]  # fmt: skip
+    texts += [
+        f"{number['crossing']} Crossing",
+        "Beside a crossing stands the piece that is met there: with a disc "
+        "before its id where this piece passes over, with a ring where it passes under. At "
+        f"its first station, {name} passes {over} {first['partner']}.",
+    ]
     return [
         *texts,
-        "5 Hole",
+        f"{number['hole']} Hole",
         "A fastener goes through all layers of the crossing: line up their holes.",
     ]
 

@@ -172,6 +172,11 @@ def check_legend(plan: CrossingMap, text: RunningText) -> None:
     piece = max(
         plan.pieces, key=lambda one: (len({label.kind for label in one.labels}), len(one.labels))
     )
+    signs = list(_signs(plan, piece))
+    counted = {
+        name[0]: str(number)
+        for number, (name, _) in enumerate((one for one in signs if one[0][0].isdigit()), start=1)
+    }
     holes = [station for station in piece.stations if station.hole_mm]
     numbers = [_NUMBERS[kind] for kind in ("id", "joint") if kind in _kinds(piece)]
     # Of crossings one is shown that is passed over, and one under.
@@ -183,16 +188,17 @@ def check_legend(plan: CrossingMap, text: RunningText) -> None:
         }
     )
     numbers += [_HOLE] if holes else []
-    shown = text.some_of({*numbers, _TICKS})
+    numbers, ticks = [counted[kind] for kind in numbers], counted.get(_TICKS, "")
+    shown = text.some_of({*numbers, ticks} - {""})
     text.place.equal(
         "the list of numbers, ticks left out,",
-        sorted(number for number in shown if number != _TICKS),
+        sorted(number for number in shown if number != ticks),
         sorted(numbers),
     )
-    text.place.expect(shown.count(_TICKS) <= 1, "it points out ticks twice")
+    text.place.expect(shown.count(ticks) <= 1, "it points out ticks twice")
     text.block(f"Piece {piece.id} of this object")
-    for name, words in _signs(plan, piece):
-        text.block(name)
+    for name, words in signs:
+        text.block(counted.get(name[0], name[0]) + name[1:])
         text.block(words)
     text.end()
 
