@@ -16,7 +16,7 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.handles import add_handles, parse_handles
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.io.files import MeshFile, read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.loss import LossMap, loss_map
 from fabweave.mesh.openings.leave_out import Opening, leave_out
@@ -48,6 +48,7 @@ from fabweave.mesh.shapes.titles import object_title
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise
+from fabweave.mesh.union import join_bodies
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -77,6 +78,8 @@ class LoadedMesh:
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
     clashes : int
         How many pairs of faces ran through one another, or touched, as the mesh was given.
+    left_out : float
+        The share of the given surface whose bodies were left out.
     likeness : Likeness or None
         How like the given mesh the remeshed one is, refined and faired as it may be; None where it
         was not remeshed.
@@ -96,6 +99,7 @@ class LoadedMesh:
     notes: tuple[str, ...]
     n_old_vertices: int = 0
     clashes: int = 0
+    left_out: float = 0.0
     likeness: Likeness | None = None
     loss: LossMap | None = None
     alignment: Alignment | None = None
@@ -140,16 +144,14 @@ def load_mesh(
         file = read_mesh(settings.mesh)
         mesh, unit, unit_mm, up = file.mesh, file.unit, file.unit_mm or 1.0, file.up
         notes += file.notes
-        if settings.up is None and up != "z":
-            notes.append(
-                f"the mesh was turned so that its {up} axis points up, as {file.format.upper()} "
-                "files have it; --up z leaves it as it is"
-            )
+        if settings.up is None:
+            notes.append(_up_note(file))
     _require_small_faces(mesh)
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
     mesh, welded = weld_seams(mesh, settings.weld)
-    mesh, kept = keep_bodies(mesh, parse_bodies(settings.bodies))
+    most, joins = parse_bodies(settings.bodies)
+    mesh, kept, left_out = join_bodies(mesh) if joins else keep_bodies(mesh, most)
     notes += [*welded, *kept]
     mesh = turn_upright(mesh, settings.up or up)
     try:
@@ -188,11 +190,22 @@ def load_mesh(
         notes=tuple(notes),
         n_old_vertices=n_old_vertices,
         clashes=len(clashes),
+        left_out=left_out,
         likeness=like,
         loss=loss,
         alignment=alignment,
         openings=openings,
         portals=portals_of(settings.course, mesh, halfedges),
+    )
+
+
+def _up_note(file: MeshFile) -> str:
+    """Say which axis of a file was taken to point up, and how another one is chosen."""
+    if file.up == "z":
+        return "z is taken to point up; if pictures show it lying, add --up y or --up x"
+    return (
+        f"the mesh was turned so that its {file.up} axis points up, as {file.format.upper()} "
+        "files have it; --up z leaves it as it is"
     )
 
 
@@ -356,7 +369,8 @@ def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
         notes.append(
             agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
             + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
-            "move these parts of the surface apart in a modelling program"
+            + ("--bodies join makes one surface of the bodies, or " if bodies else "")
+            + "move these parts of the surface apart in a modelling program"
         )
     return notes
 

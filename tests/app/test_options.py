@@ -162,6 +162,7 @@ SPOILT = {
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),
     "template": ("a5", None),
+    "qr": ("phone", None),
     "calibrate": (*NO_NUMBERS, 0, 51.0, "1.3", None),
 }  # fmt: skip
 
@@ -271,7 +272,7 @@ SHEETS = st.builds(
 TYPED = {
     "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
     "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
-    "bodies": st.sampled_from(["all", "largest", "12"]),
+    "bodies": st.sampled_from(["all", "largest", "join", "12"]),
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
     "remesh": st.sampled_from(["quads", "quads:300"]),
@@ -408,7 +409,7 @@ def changed(folder) -> Settings:
         target="school", targets=f"{folder}/targets.toml", strict=True, force=True,
         labels="none",
         label_side="inside", paper="letter", kerf="0.1mm", micro_joints=4, cut_order="cool",
-        template="a4", calibrate=1.3,
+        template="a4", qr="offcut", calibrate=1.3,
     )  # fmt: skip
 
 
