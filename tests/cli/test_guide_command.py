@@ -49,6 +49,6 @@ def test_an_unknown_topic_names_the_closest_first_and_all(capsys):
         main(["guide", "weavs"])
     assert stop.value.code == 2
     told = capsys.readouterr().err
-    named = told.partition("choose one of ")[2].strip().split(", ")
+    named = told.partition("choose one of ")[2].partition(";")[0].split(", ")
     assert named[0] == "weaves"
     assert sorted(named) == sorted([*TOPICS, "options"])
