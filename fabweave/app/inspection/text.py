@@ -272,7 +272,7 @@ def _choices(pieces: Mapping[str, Any]) -> list[tuple[str, str]]:
         )
         if not rows or not rows[-1][1].endswith(f" {figures}"):
             rows.append(("", f"--max-length {choice['max_length_mm']:g}mm: {figures}"))
-    if not rows:
+    if len(rows) < 2:  # the one is that of the line above
         return []
     head = f"other lengths, with hours and {CURRENCY} for sheets, fasteners, handling and cutting:"
     return [("", head), *rows]
