@@ -9,7 +9,7 @@ import numpy as np
 
 from fabweave.app.design.candidate import Tried
 from fabweave.app.design.job import plan_designs
-from fabweave.app.design.search import explore
+from fabweave.app.design.rounds import Search, search_designs
 from fabweave.app.inspection.symmetry_facts import symmetry_facts
 from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, split_object
@@ -74,9 +74,10 @@ class Inspection:
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
         ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
-        ``designs`` (that were tried), ``left_out`` (what only a thorough inspection tells) and
-        ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction,
-        ``openings`` where faces were left out.
+        ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
+        ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness`` where the
+        mesh was remeshed, ``alignment`` where along a direction, ``openings`` where faces were left
+        out.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
     """
@@ -110,7 +111,8 @@ def inspect_mesh(
         which may take an hour. How much is done otherwise depends on the number of crossings
         alone, so the same mesh is always told the same.
     n_designs : int
-        How many designs from coarse to fine to try, where the mesh is given as a model to remesh.
+        How many designs from coarse to fine to try, where the mesh is given as a model to remesh;
+        as many again where few of them can be built.
     executors : callable
         Opens the executor that tries them; changes no result.
 
@@ -155,7 +157,8 @@ def inspect_mesh(
             left_out.append("the size at which all rules hold, and other remedies")
         left_out.append("how wide ribbons of constant width could be")
     mesh, halfedges = woven.mesh, woven.halfedges
-    designs = _designs(settings, n_designs, progress, executors, given_mesh)
+    found = _searched(settings, n_designs, progress, executors, given_mesh)
+    designs = _shown(found, n_designs)
     progress("mesh facts", 0, 1)
     facts = {
         "mesh": _mesh_facts(mesh, halfedges),
@@ -182,6 +185,7 @@ def inspect_mesh(
         },
         "verdict": _verdict(woven, check, pieces),
         "designs": [to_json(one.candidate) for one in designs],
+        "designs_why": found.why,
         "left_out": left_out,
         "notes": [*woven.source.notes, *woven.result.notes],
     }
@@ -206,22 +210,37 @@ def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) 
     return to_json(verdict)
 
 
-def _designs(
+def _searched(
     settings: Settings,
     count: int,
     progress: Progress,
     executors: Executors,
     given: PolyMesh | None,
-) -> tuple[Tried, ...]:
-    """Try some designs from coarse to fine."""
+) -> Search:
+    """Try some designs from coarse to fine, and others where few of them can be built."""
     stated = settings.remesh is not None or settings.refine is not None
     if not count or stated or is_shape(settings.mesh):
-        return ()
+        return Search(designs=(), tried=())
     asked = replace(settings, effort="quick")
-    designs = plan_designs(asked, 3 * count, progress, given)[:count]
-    # Seconds are promised, and most would go to nesting; a sheet more or less decides nothing here.
-    found = explore(asked, designs, None, progress, executors=executors, given=given, nested=False)
-    return tuple(found)
+    planned = plan_designs(asked, 3 * count, progress, given)[:count]
+    return search_designs(
+        asked, planned, 2 * count, progress=progress, executors=executors, given=given
+    )
+
+
+def _shown(found: Search, count: int) -> tuple[Tried, ...]:
+    """Return the designs to show, from coarse to fine: those that can be built go first."""
+    built = sorted((one for one in found.tried if one.candidate.makeable), key=_pieces_of)
+    if len(built) > count:
+        built = [built[round(at)] for at in np.linspace(0, len(built) - 1, count).tolist()]
+    others = [one for one in found.tried if not one.candidate.makeable]
+    return tuple(sorted([*built, *others][:count], key=_pieces_of))
+
+
+def _pieces_of(tried: Tried) -> float:
+    """Return how many pieces a design has; infinite if that is not known."""
+    figures = tried.candidate.figures
+    return np.inf if figures is None else figures.pieces
 
 
 def _depth(n_crossings: int, *, thorough: bool) -> Depth:

@@ -46,6 +46,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_cost_rows(facts["costs"]),
         *_left_out_rows(facts["left_out"]),
         *_design_rows(facts["designs"]),
+        *([("", facts["designs_why"])] if facts["designs_why"] else []),
         *_verdict_rows(facts["verdict"]),
     ]
 
@@ -208,7 +209,7 @@ def _design_rows(designs: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
     for design in designs:
         told = ""
         if design["figures"] is not None:
-            told = f": {words(from_json(Figures, design['figures']), foretold=True)}"
+            told = f": {words(from_json(Figures, design['figures']))}"
         rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
     return rows
 
