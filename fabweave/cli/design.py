@@ -47,10 +47,11 @@ def design(
 ) -> None:
     """Try designs of MESH from coarse to fine, and show which can be built and what they take.
 
-    Each goes through everything up to its pieces on their sheets: meshes of quads and of
-    triangles, plain weave and twill, wider and narrower ribbons. What you ask for with options is
-    the same in all of them. The page design.html shows them with pictures, figures and the exact
-    fabweave make command of each.
+    Each goes through everything up to its pieces: meshes of quads and of triangles, plain weave and
+    twill, wider and narrower ribbons. What you ask for with options is the same in all of them.
+    Where few can be built, others are tried near these; where none can, it is said why, and what
+    would help. The page design.html shows them with pictures, figures and the exact fabweave make
+    command of each.
 
     \b
     Examples:

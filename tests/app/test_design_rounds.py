@@ -149,7 +149,7 @@ def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
     assert found.makeable == 0
     assert len(found.tried) == 2
     assert found.why == (
-        "None of 2 designs can be built from Birch veneer ply, 0.8 mm at 300 mm. The nearest, D, "
+        "None of 2 designs can be built from Birch veneer ply, 0.8 mm, at 300 mm. The nearest, D, "
         "fails by this: bend is broken. Tried, and can be built: this design at 600 mm."
     )
     sizes = [one.size_mm for call in explored[1:] for one in call]

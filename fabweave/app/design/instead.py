@@ -113,13 +113,15 @@ def instead_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequen
     if built > 1 or not candidates:
         return ""
     supplies = complete_settings(asked)[1]
-    size = "" if asked.size_mm is None else f" at {asked.size_mm:g} mm"
+    size = "" if asked.size_mm is None else f", at {asked.size_mm:g} mm"
     whose = f"{agree(len(candidates), '{n} design[|s]')} can be built from {supplies.titles}{size}"
     told = f"Only one of {whose}." if built else f"None of {whose}."
     near = nearest([asked] * len(candidates), candidates)
     failed = near[1] if near is not None else next(one for one in candidates if not one.makeable)
     which = f"{'The' if not built else 'Of the others, the'} nearest, {failed.name}"
-    told += f" {which}, fails by this: {failed.verdict.reasons[0].text}."
+    # What was tried says more than the size that a refusal computes.
+    reason = failed.verdict.reasons[0].text.partition(": use --")[0]
+    told += f" {which}, fails by this: {reason}."
     if built or not helps:
         return told
     ways = list(_ways(asked, helps))

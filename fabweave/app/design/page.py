@@ -112,9 +112,10 @@ def design_page(title: str, found: Search) -> str:
         '<meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}: designs</title><style>{_STYLE}</style></head><body>\n"
         f"<h1>{html.escape(title)}: {len(tried)} designs</h1>\n"
-        f"<p>{found.makeable} of them can be built. A blue frame marks those that no other design "
-        "is better than in work, likeness, narrowest ribbon and sheets at once. Grey ones cannot "
-        f"be built from this material, and say why. Sheets are foretold.</p>\n{why}"
+        f"<p>{found.makeable or 'None'} of them can be built. A blue frame marks those that no "
+        "other design is better than in work, likeness, narrowest ribbon and sheets at once. Grey "
+        "ones cannot be built from this material, and say why. Sheets are foretold.</p>\n"
+        f"{why}"
         f'<div class="cards">\n{cards}\n</div>\n{_instead(found.instead)}<h2>Compared</h2>\n'
         f'<div class="plots">{plots}</div>\n<h2>Figures</h2>\n'
         f"<table><thead><tr><th>design</th>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>\n</body></html>\n"
