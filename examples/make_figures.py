@@ -21,6 +21,7 @@ from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import WovenMesh, weave_mesh
 from fabweave.app.woven_object import keep_clear, lay_object
+from fabweave.core.messages import agree
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import contact_sheet
@@ -126,11 +127,13 @@ def hexagons(rows: int = 5) -> PolyMesh:
 
 
 def figure_1() -> Iterator[Tile]:
-    """Show twill-woven objects."""
-    yield Tile(ribbons(woven("shape:slit?genus=3")), "genus 3, 2/2 twill")
-    yield Tile(ribbons(woven("shape:knot")), "a knot, 2/2 twill")
-    yield Tile(ribbons(woven("shape:icosahedron", "loop:2", "triaxial")), "a ball, triaxial twill")
-    yield Tile(ribbons(woven("shape:bipyramid")), "a bipyramid with handles, 2/2 twill")
+    """Show twill-woven objects, by Catmull-Clark steps of one mesh."""
+    shape = "shape:slit?genus=3&m=16&n=4&slit=4"
+    for steps in range(3):
+        one = woven(shape, f"catmull-clark:{steps}" if steps else None)
+        if not steps:
+            yield Tile(mesh_picture(one.mesh.mesh, size_px=TILE), "the mesh, of genus 3")
+        yield Tile(ribbons(one), f"its 2/2 twill after {agree(steps, '{n} step[|s]')}")
 
 
 def figure_2() -> Iterator[Tile]:
@@ -226,7 +229,7 @@ FIGURES = {
 
 #: What each figure of the paper is about, for the page.
 ABOUT = {
-    1: "twill-woven objects",
+    1: "twill-woven objects by Catmull-Clark steps of one mesh",
     2: "plain weave beside twill",
     4: "the tiling by regular hexagons and its triaxial twill",
     10: "meshes whose edges have the two colours of an exact twill",

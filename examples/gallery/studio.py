@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw
 import fabweave as fw
 
 #: What all objects measure at most, and what all pictures show across, at this size.
-SIZE, ACROSS, TILE_PX = "300mm", "460mm", (560, 460)
+SIZE, ACROSS, TILE_PX = "300mm", "440mm", (960, 780)
 #: From where all are seen: azimuth and elevation in degrees.
 VIEW = (-60.0, 30.0)
 #: Colours that the files of the gallery are reduced to.

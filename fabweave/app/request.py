@@ -133,7 +133,7 @@ def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
         if hole < least:
             raise InputError(
                 f"a hole of {hole:g} mm is too small for a laser in "
-                f"{material.thickness_mm:g} mm {material.title}: use {least:g} mm or more, "
+                f"{material.description}: use {least:g} mm or more, "
                 "or --hole none"
             )
         holes: Sequence[float] = (hole,)

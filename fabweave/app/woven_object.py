@@ -281,7 +281,7 @@ def require_stiffness(
             thinner = thinner_supply(supplies, index, finding.value)
             material = supplies.materials[index]
             formed = forming_advice(material, finding.value)
-            require_pliable(check, material.title, thinner, formed)
+            require_pliable(check, material.description, thinner, formed)
 
 
 def _narrowed_notes(woven: WovenObject) -> list[str]:

@@ -42,7 +42,7 @@ def coupon(
     planned = coupon_for(directory, material, thickness, hole, own)
     write_coupon(planned, output)
     click.echo(
-        f"coupon: {planned.material.title}, {planned.material.thickness_mm:g} mm; hole "
+        f"coupon: {planned.material.description}; hole "
         f"{planned.hole_mm:g} mm, lap {planned.lap_mm:.1f} mm, ribbon {planned.width_mm:.1f} mm, "
         f"bend radius {planned.bend_mm:.1f} mm"
     )

@@ -94,8 +94,8 @@ def plan_coupon(
     hole = max(_HOLE_MM, least) if hole_mm is None else hole_mm
     if hole < least:
         raise InputError(
-            f"a hole of {hole:g} mm is too small for a laser in {material.thickness_mm:g} mm "
-            f"{material.title}: use {least:g} mm or more"
+            f"a hole of {hole:g} mm is too small for a laser in "
+            f"{material.description}: use {least:g} mm or more"
         )
     needed = round(2 * hole_edge_mm(material, hole), 6)
     width = max(needed, width_mm or 0.0)
@@ -151,7 +151,7 @@ def coupon_text(coupon: Coupon) -> str:
     """Return the instructions that go with a coupon: what to measure, and what to set."""
     material, hole = coupon.material, coupon.hole_mm
     first, last = hole + LADDER_MM[0], hole + LADDER_MM[-1]
-    return f"""{FIRST_WORDS}{material.title}, {material.thickness_mm:g} mm
+    return f"""{FIRST_WORDS}{material.description}
 
 Cut it with the settings that you will use for the job, from a sheet of the same stock.
 

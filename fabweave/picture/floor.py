@@ -17,8 +17,11 @@ _SKY_TURNS, _SKY_LEAN_DEG = 6, 38.0
 _COARSER = 4
 #: Softness of both shadows, as shares of the picture's smaller side.
 _KEY_BLUR, _SKY_BLUR = 0.0025, 0.022
-#: Shadows fade in this border of the picture, a share of its smaller side; it is left free.
+#: The key light's shadow fades in this border of the picture, a share of its smaller side.
 _FADE = 0.05
+#: The sky's shadow ends nowhere: from this share of the way from the middle to the border on it
+#: fades, round, so that no straight edge is seen.
+_SKY_FADE = 0.45
 #: Seen from lower than this, a floor would be a line, or hide the object.
 _LOWEST_DEG = 4.0
 
@@ -67,26 +70,40 @@ def floor_light(
     points, corners = vertices[used], corners.reshape(-1, 3)
     small = min(frame.width_px, frame.height_px)
     key = _covered(frame.pixels(floor_points(points, view)), corners, frame, 1)
-    shadow = _KEY_SHADE * _blurred(key, _KEY_BLUR * small, frame)
+    shadow = _KEY_SHADE * _blurred(key, _KEY_BLUR * small, frame) * _faded(frame)
     lean = np.radians(_SKY_LEAN_DEG)
     sky = np.zeros_like(_covered(points[:0], corners[:0], frame, _COARSER))
     for turn in 2.0 * np.pi * np.arange(_SKY_TURNS) / _SKY_TURNS:
         aside = np.array([np.cos(turn), np.sin(turn), 0.0])
         fallen = _fallen(points, np.sin(lean) * aside + (0.0, 0.0, np.cos(lean)))
         sky += _covered(frame.pixels(fallen), corners, frame, _COARSER) / _SKY_TURNS
-    shadow += _SKY_SHADE * _blurred(sky, _SKY_BLUR * small / _COARSER, frame)
-    return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
+    shadow += _SKY_SHADE * _blurred(sky, _SKY_BLUR * small / _COARSER, frame) * _sky_faded(frame)
+    return np.asarray(1.0 - shadow, dtype=np.float32)
 
 
 def _faded(frame: Frame) -> FloatArray:
-    """Return a share for each pixel that falls to 0 at the borders, where soft shadows end."""
+    """Return a share for each pixel that falls to 0 at the borders."""
     width = _FADE * min(frame.width_px, frame.height_px)
     shares = []
     for size in (frame.height_px, frame.width_px):
         place = np.arange(size) + 0.5
-        near = np.clip(np.minimum(place, size - place) / width, 0.0, 1.0)
-        shares.append(near * near * (3.0 - 2.0 * near))
+        shares.append(_eased(np.minimum(place, size - place) / width))
     return np.asarray(np.outer(*shares), dtype=np.float64)
+
+
+def _sky_faded(frame: Frame) -> FloatArray:
+    """Return a share for each pixel that falls to 0 on the ellipse that touches the borders."""
+    down, across = (
+        (2.0 * np.arange(size) + 1.0) / size - 1.0 for size in (frame.height_px, frame.width_px)
+    )
+    away = np.hypot(down[:, np.newaxis], across)
+    return _eased((1.0 - away) / (1.0 - _SKY_FADE))
+
+
+def _eased(shares: FloatArray) -> FloatArray:
+    """Return shares, kept between 0 and 1, that set out and arrive without a corner."""
+    kept = np.clip(shares, 0.0, 1.0)
+    return np.asarray(kept * kept * (3.0 - 2.0 * kept), dtype=np.float64)
 
 
 def _fallen(points: FloatArray, towards: FloatArray) -> FloatArray:

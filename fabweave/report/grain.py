@@ -141,7 +141,7 @@ def grain_notes(
     if not grained:
         return []
     takes = "; ".join(
-        f"{material.title} bends to a radius of "
+        f"{material.description} bends to a radius of "
         f"{min_bend_radius_mm(laid_across(material)):.1f} mm across the grain of its "
         f"face, and of {along_radius_mm(material):.1f} mm along it"
         for material in grained

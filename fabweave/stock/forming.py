@@ -44,4 +44,4 @@ def forming_advice(material: Material, wanted_mm: float) -> str | None:
     if radius is None or radius > wanted_mm:
         return None
     how = material.formed or "softened"
-    return f"{how}, {material.title} bends to a radius of {radius:.0f} mm"
+    return f"{how}, {material.description} bends to a radius of {radius:.0f} mm"

@@ -172,6 +172,17 @@ class Material:
     laid_across: bool = False
 
     @property
+    def description(self) -> str:
+        """Its name for people, with the thickness that is used.
+
+        Examples
+        --------
+        >>> material_named("birch-veneer").description
+        'Birch veneer ply, 0.8 mm'
+        """
+        return f"{self.title}, {self.thickness_mm:g} mm"
+
+    @property
     def rgb(self) -> tuple[int, int, int]:
         """Its colour in pictures: that which its sort is called by, as ``card:red``, or its own.
 

@@ -41,7 +41,7 @@ class Supply:
     @property
     def description(self) -> str:
         """Its material in words, with the thickness."""
-        return f"{self.material.title}, {self.material.thickness_mm:g} mm"
+        return self.material.description
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Supplies:
     @property
     def titles(self) -> str:
         """The names of all materials for people."""
-        return " and ".join(material.title for material in self.materials)
+        return " and ".join(material.description for material in self.materials)
 
     @property
     def description(self) -> str:
