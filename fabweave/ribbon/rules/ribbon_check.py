@@ -213,12 +213,10 @@ def require_pliable(
         sizes = []
         if finding.may_be_mm is not None:
             sizes.append(
-                f"--size {finding.may_be_mm}mm, with care (all bends are within the limit "
-                + (
-                    f"only from {finding.size_mm}mm)"
-                    if finding.size_mm is not None
-                    else "at no size)"
-                )
+                f"--size {finding.size_mm}mm (from {finding.may_be_mm}mm on, --force makes it)"
+                if finding.size_mm is not None
+                else f"--size {finding.may_be_mm}mm and --force (some bends are too tight at any "
+                "size)"
             )
         if thinner is not None:
             sizes.append(thinner)
