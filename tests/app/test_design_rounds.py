@@ -167,7 +167,10 @@ def test_one_that_can_be_built_is_told_as_the_only_one():
 def test_the_nearest_is_what_misses_least():
     some = [failed(), stopped("bend", 3.0), GOOD, stopped("width", 2.0)]
     designs = [quads(count) for count in (10, 20, 30, 40)]
-    assert nearest(designs, some) == (designs[3], some[3])
+    # What bends too much is mended by size, or thinner sheet; what is too narrow, hardly.
+    assert nearest(designs, some) == (designs[1], some[1])
+    assert nearest(designs, [*some[:1], GOOD, *some[2:]]) == (designs[3], some[3])
+    assert nearest(designs[:2], [stopped("twist", 4.0), some[1]]) == (designs[1], some[1])
     assert nearest(designs[:1], some[:1]) is None
 
 

@@ -1,7 +1,8 @@
 """Search designs of many meshes, sizes and materials; make and prove the best: design_table.py OUT.
 
-Usage: design_table.py OUT.jsonl TRIES MADE MESH...; goes on where OUT ends. Prints a table. So many
-designs are tried of each, and half as many again beside them where few can be built.
+Usage: design_table.py OUT.jsonl TRIES MADE MESH...; goes on where OUT ends, and keeps what it tries
+beside it, in OUT.designs. Prints a table. So many designs are tried of each, and half as many again
+beside them where few can be built.
 """
 
 import json
@@ -22,7 +23,7 @@ from fabweave.core.errors import FabweaveError
 SIZES, MATERIALS = ("500mm", "300mm"), ("card", "birch-veneer", "aluminium-5052")
 
 
-def searched(mesh, size, material, tries, made, meshes):
+def searched(mesh, size, material, tries, made, meshes, folder):
     """Return what a search finds, in plain values; with how many of the best made and proved."""
     begun, begun_cpu = time.monotonic(), time.process_time()
     asked = settings_from_options(mesh, size=size, material=material, effort="quick")
@@ -30,7 +31,7 @@ def searched(mesh, size, material, tries, made, meshes):
         planned = plan_designs(asked, tries)
     except FabweaveError as error:
         return {"refused": str(error)}
-    search = search_designs(asked, planned, tries + tries // 2, meshes=meshes)
+    search = search_designs(asked, planned, tries + tries // 2, folder, meshes=meshes)
     designs, tried = search.designs, search.candidates
     best = best_of(tried)
     order = sorted(range(len(tried)), key=lambda at: (not tried[at].makeable, not best[at]))
@@ -81,7 +82,8 @@ def main():
         if material == MATERIALS[0]:
             remeshed.clear()
         if cell not in known:
-            known[cell] = {"cell": cell, **searched(*cell, int(tries), int(made), remeshed)}
+            found = searched(*cell, int(tries), int(made), remeshed, Path(f"{out}.designs"))
+            known[cell] = {"cell": cell, **found}
             with Path(out).open("a") as file:
                 file.write(json.dumps(known[cell]) + "\n")
         row = known[cell]

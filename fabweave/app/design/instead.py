@@ -16,6 +16,8 @@ SOFT = "card"
 #: or did not, less or more.
 _LARGER, _LESS_LARGE, _MUCH_LARGER = (1.6, 2.5), {1.6: 1.25, 2.5: 2.0}, 4.0
 _THINNER, _LESS_THIN, _MUCH_THINNER = 0.5, 0.75, 0.25
+#: What stands in the way of a mesh with narrow places, of any size.
+_NARROW = {"width", "clearance", "layers"}
 #: Nobody sells thinner sheet.
 _THINNEST_MM = 0.1
 
@@ -24,15 +26,18 @@ Found: TypeAlias = tuple[Settings, Candidate]
 
 
 def nearest(designs: Sequence[Settings], candidates: Sequence[Candidate]) -> Found | None:
-    """Return the design that misses least what could be built; None if nothing was laid."""
+    """Return the design that misses least what could be built; None if nothing was laid.
+
+    Those go first that miss only what a larger object, or thinner sheet, bends to.
+    """
     found = [
-        (candidate.excess, at)
+        (bool(_NARROW & {stop.rule for stop in candidate.verdict.stops}), candidate.excess, at)
         for at, candidate in enumerate(candidates)
         if candidate.excess is not None and not candidate.makeable
     ]
     if not found:
         return None
-    at = min(found)[1]
+    at = min(found)[-1]
     return designs[at], candidates[at]
 
 
