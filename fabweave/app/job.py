@@ -112,6 +112,7 @@ class PlannedJob:
             (*self.check.findings, *holes),
             narrowest_mm=float(self.check.measured["width"].value.min(initial=np.inf)),
             bodies=count_bodies(self.weave.threads),
+            left_out=self.woven.source.left_out,
             unnamed=unnamed,
             forced=self.settings.force,
         )

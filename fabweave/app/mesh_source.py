@@ -49,6 +49,7 @@ from fabweave.mesh.shapes.titles import object_title
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise
+from fabweave.mesh.union import join_bodies
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -78,6 +79,8 @@ class LoadedMesh:
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
     clashes : int
         How many pairs of faces ran through one another, or touched, as the mesh was given.
+    left_out : float
+        The share of the given surface whose bodies were left out.
     likeness : Likeness or None
         How like the given mesh the remeshed one is, refined and faired as it may be; None where it
         was not remeshed.
@@ -99,6 +102,7 @@ class LoadedMesh:
     notes: tuple[str, ...]
     n_old_vertices: int = 0
     clashes: int = 0
+    left_out: float = 0.0
     likeness: Likeness | None = None
     loss: LossMap | None = None
     alignment: Alignment | None = None
@@ -158,7 +162,8 @@ def load_mesh(
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
     mesh, welded = weld_seams(mesh, settings.weld)
-    mesh, kept = keep_bodies(mesh, parse_bodies(settings.bodies))
+    most, joins = parse_bodies(settings.bodies)
+    mesh, kept, left_out = join_bodies(mesh) if joins else keep_bodies(mesh, most)
     notes += [*welded, *kept]
     mesh = turn_upright(mesh, settings.up or up)
     try:
@@ -197,6 +202,7 @@ def load_mesh(
         notes=tuple(notes),
         n_old_vertices=n_old_vertices,
         clashes=len(clashes),
+        left_out=left_out,
         likeness=like,
         loss=loss,
         alignment=None if remeshed is None else remeshed.alignment,

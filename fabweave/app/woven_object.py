@@ -265,7 +265,7 @@ def stiffness_check(
 def require_stiffness(
     woven: WovenObject, settings: Settings, supplies: Supplies, check: RibbonCheck | None = None
 ) -> None:
-    """Raise CannotMakeError if a material is too stiff for an object.
+    """Raise TooFineError if a material is too stiff for an object.
 
     Parameters
     ----------

@@ -14,3 +14,7 @@ class InputError(FabweaveError, ValueError):
 
 class CannotMakeError(FabweaveError, RuntimeError):
     """Report a job that cannot be made as asked; the command line exits with 1."""
+
+
+class TooFineError(CannotMakeError):
+    """Report ribbons too narrow to be cut, or too tightly bent for their material."""

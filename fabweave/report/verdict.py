@@ -25,6 +25,8 @@ COAXED = {"width": 0.02, "bend": 0.10, "crease": 0.10, "twist": 0.25, "layers": 
 FAR_SHARE = 0.005
 #: Narrower ribbons want tweezers, and have no room for a label.
 NARROW_MM = 4.0
+#: What is made is not the whole model if more of its surface than this is left out.
+LEFT_OUT = 0.01
 #: What stands on the sheets of what is made all the same.
 FORCED = "CANNOT BE BUILT AS IT IS: MADE WITH --FORCE"
 #: What the verdict answers, and each as its answer.
@@ -96,7 +98,7 @@ class NotMakeableError(CannotMakeError):
         stops = "\n".join(f"  {reason.text}" for reason in verdict.stops)
         super().__init__(
             f"this cannot be built as asked:\n{stops}\n{ways}"
-            "--force makes it all the same, and says so on every sheet"
+            "--force makes the files anyway, and says so on every sheet"
         )
         self.verdict = verdict
 
@@ -106,6 +108,7 @@ def judge(
     *,
     narrowest_mm: float,
     bodies: int = 1,
+    left_out: float = 0.0,
     unnamed: int = 0,
     forced: bool = False,
 ) -> Verdict:
@@ -123,6 +126,8 @@ def judge(
         The least width of a ribbon.
     bodies : int
         How many bodies there are that no thread joins.
+    left_out : float
+        The share of the given surface whose bodies were left out.
     unnamed : int
         How many pieces have no room for their id.
     forced : bool
@@ -156,6 +161,16 @@ def judge(
                 level="with care",
                 text=f"there are {bodies} bodies that no thread joins",
                 advice="each is an object of its own; --bodies largest keeps one",
+            )
+        )
+    if left_out >= LEFT_OUT:
+        reasons.append(
+            Reason(
+                rule="left-out",
+                level="with care",
+                text=f"bodies with {left_out:.0%} of the model's surface were left out",
+                advice="look at the picture: this is not the whole model; --bodies join makes one "
+                "surface of bodies that run into one another",
             )
         )
     if unnamed:

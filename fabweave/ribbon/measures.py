@@ -5,12 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import TooFineError
 from fabweave.core.messages import agree
 from fabweave.ribbon.project import Ribbons, following_rung
 
 #: Narrower than this, a ribbon is burnt away by the cut beside it.
 NARROWEST_MM = 0.2
+#: What helps ribbons that are too narrow or bend too tightly; and up to how many times the size
+#: that was asked for a larger one is told, too: much larger ones are no help to anybody.
+COARSER, NEAR_SIZE = "a coarser mesh (--remesh quads:N makes one)", 1.5
 
 
 def ribbon_widths(ribbons: Ribbons) -> FloatArray:
@@ -41,7 +44,7 @@ def size_for(room_mm: float, needed_mm: float, size_mm: float) -> int:
 
 
 def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> None:
-    """Raise CannotMakeError if a ribbon is somewhere too narrow to be cut.
+    """Raise TooFineError if a ribbon is somewhere too narrow to be cut.
 
     Parameters
     ----------
@@ -58,11 +61,11 @@ def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> No
     threads = np.unique(np.searchsorted(ribbons.offsets, narrow, side="right") - 1)
     names = ", ".join(labels[thread] for thread in threads[:6]) + (" …" if len(threads) > 6 else "")
     least = float(width.min())
-    remedy = f"--size {size_for(least, NARROWEST_MM, size_mm)}mm or more" if least > 0 else ""
-    raise CannotMakeError(
+    size = size_for(least, NARROWEST_MM, size_mm)
+    larger = f", or --size {size}mm or more" if size <= NEAR_SIZE * size_mm else ""
+    raise TooFineError(
         f"ribbons are narrower than {NARROWEST_MM:g} mm in "
         f"{agree(len(narrow), '{n} place[|s]')} "
         f"({agree(len(threads), 'thread[|s]')} {names}; "
-        f"the narrowest is {least:.3g} mm wide) and would burn away: use "
-        + " or ".join(filter(None, (remedy, "a mesh without such small or thin faces")))
+        f"the narrowest is {least:.3g} mm wide) and would burn away: use {COARSER}{larger}"
     )

@@ -236,6 +236,20 @@ def test_a_wish_is_met_by_what_is_made(tmp_path):
 
 
 @pytest.mark.slow
+def test_what_is_too_fine_is_refused_with_what_can_be_built(tmp_path):
+    mesh = tmp_path / "ring.obj"
+    write_mesh(mesh, parse_shape("shape:torus?m=60&n=30"))
+    asked = Settings(str(mesh), size_mm=200.0, material="museum-board", effort="quick")
+    with pytest.raises(CannotMakeError, match="is too stiff") as refusal:
+        make_or_advise(asked, tmp_path / "job")
+    told = str(refusal.value)
+    # Nobody wants it several times as large.
+    assert "--size" not in told.partition("These were tried")[0]
+    assert "a coarser mesh (--remesh quads:N makes one)" in told
+    assert "These were tried, and can be built:\n  --" in told
+
+
+@pytest.mark.slow
 def test_what_cannot_be_built_is_refused_with_what_can(tmp_path):
     asked = Settings("shape:sphere?n=3", size_mm=110.0, material="birch-veneer", effort="quick")
     with pytest.raises(NotMakeableError) as refusal:

@@ -107,9 +107,15 @@ def test_what_is_stated_stays_and_no_mesh_is_too_fine():
     assert all(int(one.remesh.partition(":")[2]) <= MOST for one in fine)
 
 
-def test_a_mesh_that_cannot_be_made_is_asked_for_only_without_small_bodies():
+def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out():
     found = nearer(ASKED, [quads(100)], [failed()], alone=True)
-    assert found == [quads(100, bodies="largest"), quads(60)]
+    assert found == [
+        quads(100, bodies="join"),
+        quads(100, bodies="largest"),
+        quads(60),
+    ]
+    tried = [quads(100), quads(100, bodies="join")]
+    assert nearer(ASKED, tried, [failed(), failed()], alone=True)[0] == quads(100, bodies="largest")
     assert nearer(ASKED, [quads(100)], [failed()]) == [quads(60)]
 
 

@@ -98,7 +98,7 @@ def test_a_scan_of_ones_own_is_woven(monkeypatch, capsys, tmp_path):
     assert capsys.readouterr().out.startswith(exhibit.key)
     assert exhibit.key.endswith("exact: True")
     with Image.open(picture) as shown:
-        assert shown.size == (2 * 560, 460)
+        assert shown.size == (2 * 960, 780)
 
 
 def test_the_page_of_figures_shows_every_figure_with_its_counts():

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from irregular_meshes import together
 from jobs import run
 from meshes_shared import shared_mesh
 
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.core.errors import InputError
-from fabweave.mesh.bodies import keep_bodies, parse_bodies
+from fabweave.mesh.bodies import KeptBodies, keep_bodies, parse_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -28,18 +29,6 @@ def split_along(mesh: PolyMesh, where: np.ndarray) -> PolyMesh:
     indices = mesh.indices.copy()
     indices[chosen] = mesh.n_vertices + place
     return PolyMesh(np.concatenate((mesh.vertices, mesh.vertices[used])), mesh.offsets, indices)
-
-
-def together(*meshes: PolyMesh) -> PolyMesh:
-    shift = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
-    return PolyMesh.from_faces(
-        np.concatenate([mesh.vertices for mesh in meshes]).tolist(),
-        [
-            [corner + int(start) for corner in face]
-            for mesh, start in zip(meshes, shift, strict=False)
-            for face in mesh.faces()
-        ],
-    )
 
 
 @pytest.mark.parametrize("mesh", [grids.torus(8, 6, 3.0, 1.0), solids.dodecahedron()])
@@ -88,7 +77,7 @@ def test_a_surface_that_was_cut_open_because_it_is_one_sided_stays_so() -> None:
 def test_what_the_check_refuses_is_left_to_it() -> None:
     wrong = PolyMesh.from_faces([[0, 0, 0]], [[0, 1, 2]])
     assert weld_seams(wrong, True) == (wrong, ())
-    assert keep_bodies(wrong, 1) == (wrong, ())
+    assert keep_bodies(wrong, 1) == KeptBodies(wrong)
 
 
 def test_bodies_are_kept_by_size_and_debris_is_told() -> None:
@@ -97,24 +86,27 @@ def test_bodies_are_kept_by_size_and_debris_is_told() -> None:
     specks = [tiny.with_vertices(tiny.vertices + 5.0 * number) for number in range(3)]
     other = large.with_vertices(large.vertices * 0.5 + [200.0, 0, 0])
     mesh = together(*specks[:2], large, other, specks[2])
-    same, notes = keep_bodies(mesh, None)
+    same, notes, _ = keep_bodies(mesh, None)
     assert same is mesh
     assert notes == (
         "3 of the 5 bodies are smaller than a twentieth of the largest, and may be debris; "
         "--bodies 2 keeps only the large ones",
     )
-    assert keep_bodies(together(large, other), None)[1] == ()
-    kept, notes = keep_bodies(mesh, 1)
+    assert keep_bodies(together(large, other), None).notes == ()
+    kept, notes, left_out = keep_bodies(mesh, 1)
     assert np.array_equal(kept.vertices, large.vertices)
     assert kept.faces() == large.faces()
-    assert notes == ("4 of 5 bodies were left out, with 66 faces (--bodies)",)
-    assert check_mesh(keep_bodies(mesh, 2)[0]).component_genus == (1, 1)
-    assert keep_bodies(mesh, 5) == (mesh, ())
+    assert notes == (
+        "4 of 5 bodies were left out, with 66 faces and 20% of the surface (--bodies)",
+    )
+    assert left_out == 0.2
+    assert check_mesh(keep_bodies(mesh, 2).mesh).component_genus == (1, 1)
+    assert keep_bodies(mesh, 5) == KeptBodies(mesh)
 
 
 @pytest.mark.parametrize("text", ["none", "0", "-1", "1.5", "", "9" * 40])
 def test_other_numbers_of_bodies_are_refused(text) -> None:
-    with pytest.raises(InputError, match="all, largest, or a whole number"):
+    with pytest.raises(InputError, match="all, largest, join, or a whole number"):
         parse_bodies(text)
 
 

@@ -37,12 +37,17 @@ def test_a_ribbon_that_is_far_too_narrow_at_one_place_breaks_there():
     assert judge([found("width", 1, 1000, far=1)], narrowest_mm=0.3).level == "not makeable"
 
 
-@given(st.floats(0.5, 50.0), st.integers(0, 4), st.integers(0, 4))
-def test_narrow_ribbons_loose_bodies_and_missing_ids_want_care(narrowest_mm, bodies, unnamed):
-    verdict = judge([], narrowest_mm=narrowest_mm, bodies=bodies, unnamed=unnamed)
+@given(st.floats(0.5, 50.0), st.integers(0, 4), st.integers(0, 4), st.integers(0, 100))
+def test_narrow_ribbons_loose_bodies_and_missing_ids_want_care(
+    narrowest_mm, bodies, unnamed, percent
+):
+    verdict = judge(
+        [], narrowest_mm=narrowest_mm, bodies=bodies, left_out=percent / 100, unnamed=unnamed
+    )
     expected = {
         "narrow": narrowest_mm < NARROW_MM,
         "bodies": bodies > 1,
+        "left-out": percent > 0,
         "ids": unnamed > 0,
     }
     assert {reason.rule for reason in verdict.reasons} == {k for k, v in expected.items() if v}

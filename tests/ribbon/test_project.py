@@ -153,11 +153,18 @@ def test_faces_folded_flat_on_one_another_are_refused():
 
 
 def test_a_hair_is_refused_with_the_size_that_would_do():
-    weave, ribbons = woven(shape_at("torus?m=24&n=12", 2.0))
+    weave, ribbons = woven(shape_at("torus?m=24&n=12", 5.5))
     labels = tuple(map(str, range(weave.threads.n_threads)))
     with pytest.raises(CannotMakeError, match=r"--size (\d+)mm") as refused:
-        require_width(ribbons, labels, 2.0)
+        require_width(ribbons, labels, 5.5)
     size = float(re.search(r"--size (\d+)mm", str(refused.value))[1])
     _, larger = woven(shape_at("torus?m=24&n=12", size))
     require_width(larger, labels, size)
     assert ribbon_widths(larger).min() >= NARROWEST_MM
+
+
+def test_a_size_that_is_far_is_no_help_and_not_told():
+    weave, ribbons = woven(shape_at("torus?m=24&n=12", 2.0))
+    labels = tuple(map(str, range(weave.threads.n_threads)))
+    with pytest.raises(CannotMakeError, match=r"quads:N makes one\)$"):
+        require_width(ribbons, labels, 2.0)

@@ -3,9 +3,13 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
+from irregular_meshes import together
 from jobs import OCTAHEDRON
 
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.verify import verify_job
 
 
@@ -91,3 +95,33 @@ def test_the_settings_say_the_same(ball, tmp_path):
     toml = copy / "job.toml"
     toml.write_text(toml.read_text().replace('verdict = "', 'verdict = "not '))
     assert "verdict" in verify_job(copy).failed
+
+
+@pytest.fixture(scope="module")
+def half(tmp_path_factory, finished):
+    """A job of which a body was left out: a third of the surface."""
+    path = tmp_path_factory.mktemp("half") / "two.obj"
+    ball = parse_shape("shape:octahedron")
+    small = ball.with_vertices(ball.vertices / np.sqrt(2.0) + 3.0 * np.ptp(ball.vertices))
+    write_mesh(path, together(ball, small))
+    return finished(path, *OCTAHEDRON[1:], "--bodies", "largest")
+
+
+def test_what_was_left_out_is_told_in_the_verdict_and_proved(half, tmp_path):
+    verdict = json.loads((half / "verdict.json").read_text())
+    told = [reason["text"] for reason in verdict["reasons"] if reason["rule"] == "left-out"]
+    assert told == ["bodies with 33% of the model's surface were left out"]
+    assert verdict["level"] == "with care"
+    assert verify_job(half).ok
+
+    def silent(verdict):
+        verdict["reasons"] = [one for one in verdict["reasons"] if one["rule"] != "left-out"]
+
+    assert "verdict" in edited(tmp_path, half, "verdict.json", silent)
+    shutil.rmtree(tmp_path / "job")
+
+    def less(verdict):
+        for one in verdict["reasons"]:
+            one["text"] = one["text"].replace("33%", "3%")
+
+    assert "verdict" in edited(tmp_path, half, "verdict.json", less)

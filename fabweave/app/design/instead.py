@@ -125,7 +125,7 @@ def instead_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequen
     failed = near[1] if near is not None else next(one for one in candidates if not one.makeable)
     which = f"{'The' if not built else 'Of the others, the'} nearest, {failed.name}"
     # What was tried says more than the size that a refusal computes.
-    reason = failed.verdict.reasons[0].text.partition(": use --")[0]
+    reason = failed.verdict.reasons[0].text.partition(": use ")[0]
     told += f" {which}, fails by this: {reason}."
     if built or not helps:
         return told

@@ -12,6 +12,7 @@ from fabweave.app.design.wishes import Wishes, choose, distance
 from fabweave.app.pipeline import FinishedJob, run_job
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.verdict import NotMakeableError
@@ -99,7 +100,9 @@ def make_or_advise(
             executors=executors,
             replaced=replaced,
         )
-    except NotMakeableError as error:
-        verdict = error.verdict
-    ways = ways_out(settings, progress, executors=processes(workers), given=mesh)
-    raise NotMakeableError(verdict, ways_text(ways))
+    except (NotMakeableError, TooFineError) as error:
+        refused = error
+    ways = ways_text(ways_out(settings, progress, executors=processes(workers), given=mesh))
+    if isinstance(refused, NotMakeableError):
+        raise NotMakeableError(refused.verdict, ways)
+    raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None

@@ -44,7 +44,8 @@ def nearer(
     candidates : sequence of Candidate
         and what they came to.
     alone : bool
-        Whether the model has several bodies: small ones beside a large one cannot be remeshed.
+        Whether the model has several bodies: those that touch cannot be remeshed apart, nor small
+        ones beside a large one.
 
     Returns
     -------
@@ -138,12 +139,16 @@ def _coarser(design: Settings) -> Iterator[Settings]:
 def _alone(
     asked: Settings, designs: Sequence[Settings], candidates: Sequence[Candidate]
 ) -> Iterator[Settings]:
-    """Yield what could not be remeshed, without its small bodies."""
+    """Yield what could not be remeshed as one surface, and then without its small bodies."""
     if asked.bodies != option_of_field("bodies").default_value:
         return
-    for one, candidate in zip(designs, candidates, strict=True):
-        if one.remesh is not None and not candidate.laid:
-            yield replace(one, bodies="largest")
+    unmade = [
+        one
+        for one, candidate in zip(designs, candidates, strict=True)
+        if one.remesh is not None and not candidate.laid
+    ]
+    for bodies in ("join", "largest"):
+        yield from (replace(one, bodies=bodies) for one in unmade if one.bodies == asked.bodies)
 
 
 def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator[Settings]:

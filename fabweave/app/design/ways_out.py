@@ -56,7 +56,10 @@ def ways_out(
 def ways_text(ways: list[Candidate]) -> str:
     """Return ways out as lines of a message; nothing where there are none."""
     if not ways:
-        return "Coarser and finer meshes, narrower ribbons, card and a larger size did not help.\n"
+        return (
+            "Coarser and finer meshes, narrower ribbons, card and a larger size were tried, and "
+            "did not help. fabweave guide troubleshooting says what else may.\n"
+        )
     lines = []
     for way in ways:
         told = f": {words(way.figures)}" if way.figures is not None else ""

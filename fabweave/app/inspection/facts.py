@@ -204,6 +204,7 @@ def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) 
         check.findings,
         narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
         bodies=count_bodies(woven.weave.threads),
+        left_out=woven.source.left_out,
     )
     if "because" in pieces:
         verdict = refused(pieces["because"], verdict)

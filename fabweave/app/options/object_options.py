@@ -69,10 +69,13 @@ OBJECT_OPTIONS = (
         "bodies",
         MESH,
         text(
-            "all|largest|N", "all, largest or a whole number", "fabweave.mesh.bodies.parse_bodies"
+            "all|largest|N|join",
+            "all, largest, join or a whole number",
+            "fabweave.mesh.bodies.parse_bodies",
         ),
         "How many bodies of the mesh to keep: all, only the largest, or the N largest, by the "
-        "diagonals of their bounding boxes. Scans often hold small pieces of debris.",
+        "diagonals of their bounding boxes. Scans often hold small pieces of debris. join makes "
+        "one surface of closed bodies that run into one another, as models are often put together.",
         default="all",
     ),
     Option(

@@ -1,4 +1,4 @@
-"""Draw the pieces and sheets of the manual: parts list, sheet pages, and how to read a piece."""
+"""Draw the sheets of the manual, with the names of their pieces and boxes to tick."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -6,37 +6,24 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fabweave.assembly.manual.book import (
-    LEADING,
-    SMALL,
     TEXT,
     Book,
     text_width,
-    wrapped,
 )
 from fabweave.assembly.manual.piece_titles import place_across, upright
 from fabweave.assembly.manual.stock import draw_stock, write_stock
 from fabweave.core.arrays import FloatArray, frozen_value
-from fabweave.core.messages import agree
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.labels.titles import Title, place_titles
-from fabweave.flat.crossing_map import CrossingMap, PieceRecord
+from fabweave.flat.crossing_map import CrossingMap
 
-PARTS, SHEETS = "Parts list", "Sheets"
+SHEETS = "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
 _MOST_TILES, _READABLE = 4, 8.0
 #: The largest titles, in points, and how many rows of ids are a short list.
 _LARGEST, _SHORT_LIST = 14.0, 8
 _TITLE_MM = 14.0
-#: Cells of the parts list: at most so many in a row, the space below a piece for two lines of text,
-#: and that beside it.
-_COLUMNS, _TEXTS, _BESIDE = 3, 40.0, 14.0
-#: Height of what is said above them.
-_INTRODUCED = 50.0
 _FLAT_MM = 0.1
-_SPARES = (
-    " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
-    "that kind that breaks."
-)
 
 
 @frozen_value
@@ -80,127 +67,6 @@ def drawn_pieces(*drawings: SheetDrawing) -> dict[str, DrawnPiece]:
                 lines.append((entity.layer, np.vstack((points, points[:1])) if closed else points))
         drawn[piece.piece_id] = DrawnPiece(tuple(lines), np.array(holes).reshape(-1, 3), outline)
     return drawn
-
-
-def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetDrawing]) -> None:
-    """Write the parts list: each kind of piece to one scale, with its length, stations and places.
-
-    Pieces of which only one is cut are called by their id, and their place is told; of others the
-    ids stand by sheet, those of spares among them.
-    """
-    drawn = drawn_pieces(*drawings)
-    kinds: dict[int, list[PieceRecord]] = {}
-    for piece in crossing_map.to_cut:
-        kinds.setdefault(piece.kind, []).append(piece)
-    parts = list(kinds.values())
-    own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
-    level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
-    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
-    told = [_places(pieces, names, drawn) for pieces in parts]
-    book.page(PARTS)
-    # Few kinds are drawn large: in as few columns as a page has room for.
-    for columns in range(1, _COLUMNS + 1):
-        cell = (book.right - book.left) / columns
-        scale = (cell - _BESIDE) / max(float(np.ptp(points[:, 0])) for points in level)
-        rows = [range(first, min(first + columns, len(parts)))
-                for first in range(0, len(parts), columns)]  # fmt: skip
-        places = [
-            [line for text in texts for line in wrapped(text, SMALL, cell - _BESIDE)]
-            for texts in told
-        ]
-        highs = [max(float(np.ptp(level[at][:, 1])) for at in row) * scale for row in rows]
-        deeps = [
-            _TEXTS + LEADING * SMALL * (max(len(places[at]) for at in row) - 1) for row in rows
-        ]
-        heights = [high + deep for high, deep in zip(highs, deeps, strict=True)]
-        if sum(heights) <= book.y - book.foot - _INTRODUCED:
-            break
-    book.y = book.block(
-        book.left,
-        book.y,
-        agree(len(own), "{n} [piece|pieces]")
-        + (agree(spares, " and {n} spare[|s]") if spares else "")
-        + agree(len(parts), " of {n} [kind|kinds], engraved face up, drawn at a scale of")
-        + f" 1 : {72.0 / 25.4 / scale:.1f}. Pieces of one kind are cut alike: they are drawn once, "
-        "and their ids stand by sheet. Where there is only one, its place is that of its middle on "
-        "the sheet, in mm from the left edge and from the lower edge."
-        + (_SPARES if spares else ""),
-        book.right - book.left,
-        size=SMALL,
-    )
-    book.y -= 8.0
-    starts = page_starts(heights, book.y - book.foot, book.top - book.foot)
-    for number, row in enumerate(rows):
-        if number in starts:
-            book.page(PARTS)
-        for column, at in enumerate(row):
-            points, piece, count = level[at], parts[at][0], len(parts[at])
-            x = book.left + column * cell
-            shift = np.array([x, book.y - highs[number]]) - points.min(axis=0) * scale
-            book.line(points * scale + shift, width=0.6, closed=True, fill=0.9)
-            y = book.y - highs[number] - 13.0
-            key = piece.id if count == 1 else f"Kind {piece.kind}"
-            book.text(x, y, key, size=12.0, bold=True)
-            book.text(
-                x + text_width(key, 12.0, bold=True) + 6.0,
-                y,
-                ("" if count == 1 else f"{_times(parts[at], own)}: ")
-                + f"{np.ptp(points[:, 0]):.0f} mm, "
-                + agree(len(piece.stations), "{n} [station|stations]"),
-                size=SMALL,
-            )
-            for line in places[at]:
-                y -= LEADING * SMALL
-                book.text(x, y, line, size=SMALL)
-        book.y -= heights[number]
-
-
-def page_starts(heights: Sequence[float], first: float, page: float) -> set[int]:
-    """Return the rows that begin a page: none is left over on a page of its own.
-
-    Parameters
-    ----------
-    heights : sequence of float
-        Of the rows, in points.
-    first, page : float
-        What is left of the page that they begin on, and the height of another.
-
-    Examples
-    --------
-    >>> sorted(page_starts([10.0] * 7, 20.0, 40.0)), sorted(page_starts([10.0] * 7, 30.0, 30.0))
-    ([2, 5], [3, 5])
-    """
-    starts: list[int] = []
-    left = first
-    for number, height in enumerate(heights):
-        if height > left:
-            starts.append(number)
-            left = page
-        left -= height
-    before = starts[-2] if len(starts) > 1 else 0
-    if starts and starts[-1] == len(heights) - 1 and starts[-1] - before > 1:
-        starts[-1] -= 1
-    return set(starts)
-
-
-def _times(pieces: Sequence[PieceRecord], own: set[str]) -> str:
-    """Say how often a kind is wanted, and how many spares there are."""
-    wanted = sum(piece.id in own for piece in pieces)
-    spares = len(pieces) - wanted
-    return f"x {wanted}" + (agree(spares, " and {n} spare[|s]") if spares else "")
-
-
-def _places(
-    pieces: Sequence[PieceRecord], names: Mapping[int, str], drawn: Mapping[str, DrawnPiece]
-) -> list[str]:
-    """Say where pieces of one kind are: their ids sheet by sheet, or the place of the only one."""
-    if len(pieces) == 1:
-        across, up = drawn[pieces[0].id].middle.tolist()
-        return [f"{names[pieces[0].sheet]} at {across:.0f}, {up:.0f}"]
-    by_sheet: dict[int, list[str]] = {}
-    for piece in pieces:
-        by_sheet.setdefault(piece.sheet, []).append(piece.id)
-    return [f"{names[sheet]}: {' '.join(by_sheet[sheet])}" for sheet in sorted(by_sheet)]
 
 
 def levelled(outline: FloatArray) -> FloatArray:

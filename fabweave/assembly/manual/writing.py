@@ -7,8 +7,9 @@ from fabweave.assembly.extent import MOST_PICTURED
 from fabweave.assembly.manual.book import Book
 from fabweave.assembly.manual.cover import Facts, write_cover
 from fabweave.assembly.manual.legend import write_legend
+from fabweave.assembly.manual.parts_list import write_parts
 from fabweave.assembly.manual.scene import build_scene
-from fabweave.assembly.manual.sheets import drawn_pieces, write_parts, write_sheets
+from fabweave.assembly.manual.sheets import drawn_pieces, write_sheets
 from fabweave.assembly.manual.step_pictures import WholePicture, step_pictures
 from fabweave.assembly.manual.steps import write_steps
 from fabweave.assembly.manual.tables import write_tables

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, frozen_value
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import TooFineError
+from fabweave.ribbon.measures import COARSER, NEAR_SIZE
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.finding import FAR, Finding
@@ -25,6 +26,8 @@ from fabweave.weave.pattern import Weave
 
 #: Ribbons that are too near to one another can be pushed aside, unless they pass through.
 _FAR = {"clearance": 1e-9}
+#: A material is not said to do, with care, where all is well only at so many times the size.
+_FAR_SIZE = 3.0
 
 
 @frozen_value
@@ -193,9 +196,14 @@ def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
 
 
 def require_pliable(
-    check: RibbonCheck, material: str, thinner: str | None = None, formed: str | None = None
+    check: RibbonCheck,
+    material: str,
+    thinner: str | None = None,
+    formed: str | None = None,
 ) -> None:
-    """Raise CannotMakeError if a material is too stiff, and say at which size it would do.
+    """Raise TooFineError if a material is too stiff, and say what would do.
+
+    A larger size is told only where it is near, and most of what is wrong would be right there.
 
     Parameters
     ----------
@@ -210,23 +218,25 @@ def require_pliable(
     for finding in check.refused:
         bend = check.measured["bend"].value[stiffest(check.measured["bend"])]
         hard = int(np.count_nonzero(bend * TOO_STIFF < finding.limit))
-        sizes = []
-        if finding.may_be_mm is not None:
-            sizes.append(
+        ways = [COARSER]
+        if (
+            finding.may_be_mm is not None
+            and finding.size_mm is not None
+            and finding.may_be_mm <= NEAR_SIZE * check.size_mm
+            and finding.size_mm <= _FAR_SIZE * check.size_mm
+        ):
+            ways.append(
                 f"--size {finding.size_mm}mm (from {finding.may_be_mm}mm on, --force makes it)"
-                if finding.size_mm is not None
-                else f"--size {finding.may_be_mm}mm and --force (some bends are too tight at any "
-                "size)"
             )
         if thinner is not None:
-            sizes.append(thinner)
-        sizes.append("another material")
-        raise CannotMakeError(
+            ways.append(thinner)
+        ways.append("another material")
+        raise TooFineError(
             f"{material} is too stiff: it bends to a radius of {finding.limit:.0f} mm, but in "
             f"{hard} of {len(bend)} places between crossings a ribbon must bend to less than half "
             f"of that (the tightest is {finding.value:.1f} mm, on thread {finding.thread} after "
             f"crossing {finding.crossing}): use "
-            + ", or ".join(sizes)
+            + ", or ".join(ways)
             + (
                 f". It may do as it is: {formed}; --materials takes an entry of your own with that "
                 "radius"

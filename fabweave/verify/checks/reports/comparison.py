@@ -14,7 +14,7 @@ import shapely
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.areas import least_rectangle, polygon_area, sum_areas
-from fabweave.verify.measure.development import develop_thread
+from fabweave.verify.measure.development import develop_thread, drift
 from fabweave.verify.read.job_files import Job
 from fabweave.verify.statement import Place
 
@@ -54,9 +54,11 @@ def check_comparison(plan: CrossingMap, job: Job, waste: Mapping[str, Any], plac
     ]
     here = place.at("strips")
     around = sum(float(np.prod(sides)) for _, sides in whole_threads)
-    here.number(
-        "area_mm2", told["strips"]["area_mm2"], around, within=_AREA_MM2 + _UNFOLDED * around
+    doubt = sum(
+        float(np.prod(sides)) * (_UNFOLDED + drift(strips[plan.thread[thread].label]))
+        for thread, sides in whole_threads
     )
+    here.number("area_mm2", told["strips"]["area_mm2"], around, within=_AREA_MM2 + doubt)
     # No whole thread has a spare.
     woven = sum_areas(job.areas[name] for name in plan.piece).piece_mm2
     _check_way(plan, job, told["strips"], whole_threads, woven, here)

@@ -28,6 +28,8 @@ BROKEN = {
 FAR = 0.005
 #: Narrower ribbons want care; widths are rounded to a thousandth.
 NARROW_MM, _ROUNDED_MM = 4.0, 5e-4
+#: What is left out is told from this share of the surface on.
+LEFT_OUT = 0.01
 #: What is said to do where care is wanted.
 CARE_WORDS = {
     "width": "handle them with tweezers",
@@ -40,11 +42,14 @@ CARE_WORDS = {
     "hole": "leave those crossings without a fastener, or use glue",
     "narrow": "handle these with tweezers; their labels may have no room",
     "bodies": "each is an object of its own; --bodies largest keeps one",
+    "left-out": "look at the picture: this is not the whole model; --bodies join makes one surface "
+    "of bodies that run into one another",
     "ids": "write the id on as you peel the piece, from the picture of its sheet; a larger --size, "
     "wider ribbons (--width) or --hole none make room for it",
 }
 #: What parts a finding's text, and where notes tell the size at which all holds.
 _MEND = ". To fix it, use "
+_BODIES = re.compile(r"\d+ of \d+ bodies w\w+ left out, with .* and (\d+)% of the surface .*")
 _SMALLEST = re.compile(r"^checks: .* hold(?:, and would)? at --size (\d+)mm")
 
 
@@ -62,6 +67,8 @@ def check_verdict(job: Job, tally: Tally) -> None:
         found.append(("narrow", CARE))
     if _bodies(plan) > 1:
         found.append(("bodies", CARE))
+    if _left_out(job) >= LEFT_OUT:
+        found.append(("left-out", CARE))
     if any(dropped.kind == "id" for piece in plan.pieces for dropped in piece.dropped):
         found.append(("ids", CARE))
     stated = [(reason.get("rule"), reason.get("level")) for reason in verdict["reasons"]]
@@ -69,6 +76,7 @@ def check_verdict(job: Job, tally: Tally) -> None:
     told = [
         *(_told(finding) for finding in ribbons["findings"]),
         *_told_besides(plan, min(narrow, default=NARROW_MM)),
+        f"bodies with {_left_out(job):.0%} of the model's surface were left out",
     ]
     for reason in verdict["reasons"]:
         here = place.at(f"reason {reason.get('rule')}")
@@ -91,6 +99,13 @@ def check_verdict(job: Job, tally: Tally) -> None:
     place.against("job.toml").expect(
         not forced or job.options.get("force") is True, "it is forced, but nobody asked for that"
     )
+
+
+def _left_out(job: Job) -> float:
+    """Return the share of the model's surface whose bodies notes say were left out."""
+    notes = (job.waste or {}).get("notes")
+    found = [_BODIES.fullmatch(note) for note in notes or () if isinstance(note, str)]
+    return next((int(one[1]) / 100 for one in found if one), 0.0)
 
 
 def _told(finding: dict[str, Any]) -> str:
