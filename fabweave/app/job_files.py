@@ -21,6 +21,7 @@ from fabweave.core.parallel.workers import Start, at_once
 from fabweave.core.records import to_json
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerfed_sheets import CUT_FOLDER
+from fabweave.cut.notes.qr_tag import CODE_FILE, TAG_FOLDER, code_png, draw_tag
 from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
@@ -97,20 +98,20 @@ def write_job(
         ]
         _write(rim / RECORD, json_text(to_json(rim_record(job.piece_set.rings, job.rim_layout))))
         _write(rim / TEXT, rim_text(job.piece_set.rings))
+    _write_code(job, directory)
     crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
-    written.append(
-        start(
-            write_manual,
-            directory / "assembly.pdf",
-            crossing_map,
-            job_facts(job, bill),
-            job.drawings,
-            (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
-            step_seconds(crossing_map),
-            job.settings.paper,
-            job.piece_set.rings,
-        )
+    manual = start(
+        write_manual,
+        directory / "assembly.pdf",
+        crossing_map,
+        job_facts(job, bill),
+        job.drawings,
+        (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
+        step_seconds(crossing_map),
+        job.settings.paper,
+        job.piece_set.rings,
     )
+    written.append(manual)
     if job.settings.profile == "service":
         _write_service(job, directory / "service")
     report = _waste_report(job, bill)
@@ -118,6 +119,8 @@ def write_job(
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
+    if job.weave.threads.n_crossings <= MOST_VIEWED:
+        _write(directory / "assembly.html", job_viewer(job, crossing_map, manual()))
     (directory / "render.png").write_bytes(job.portrait())
     lost = job.likeness()
     if lost is not None:
@@ -160,6 +163,15 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
         stroke_width_mm=settings.line_mm,
     )
     _write(folder / f"{drawing.name}.svg", svg)
+
+
+def _write_code(job: Job, directory: Path) -> None:
+    """Write the QR code as a picture, and as a tag where that is asked for."""
+    if job.settings.qr != "none":
+        (directory / CODE_FILE).write_bytes(code_png(job.code))
+    if job.settings.qr == "offcut":
+        (directory / TAG_FOLDER).mkdir()
+        _write_cuts(directory / TAG_FOLDER, draw_tag(job.code, job.woven.title), job.settings)
 
 
 def _write_service(job: Job, directory: Path) -> None:
@@ -223,7 +235,7 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
 def _write_tables(
     job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path
 ) -> Preflight:
-    """Write every file but the sheets, the manual and the pictures; see ``write_job``."""
+    """Write every file but sheets, manual, viewer and pictures; see ``write_job``."""
     woven = job.woven
     names = [drawing.name for drawing in job.drawings]
     entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
@@ -256,8 +268,6 @@ def _write_tables(
     _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
     _write(directory / "crossing_map.csv", crossing_table(crossing_map))
     _write(directory / "stations.csv", station_table(crossing_map))
-    if job.weave.threads.n_crossings <= MOST_VIEWED:
-        _write(directory / "assembly.html", job_viewer(job, crossing_map))
     _write(
         directory / "pieces.csv",
         piece_table(job.to_cut, job.kinds, job.origins, job.layout, woven.labels, job.allotment),

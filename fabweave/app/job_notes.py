@@ -68,7 +68,7 @@ def job_notes(
         ),
         order_note(order, steps),
         *layout.notes,
-        *code_notes(drawings),
+        *(code_notes(drawings) if settings.qr != "none" else ()),
         *kerf_notes(
             kerfed,
             settings.kerf_mm,

@@ -1,5 +1,7 @@
 """Put together what a job's files say: its crossing map, and the facts of manual and viewer."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fabweave.app.job import Job
@@ -13,7 +15,7 @@ from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
 from fabweave.flat.unfold.stretch import piece_stretches
 from fabweave.model.rung_colours import rung_colours
-from fabweave.picture.camera import choose_view
+from fabweave.picture.camera import View, choose_view
 from fabweave.picture.strand_colours import crossing_colours
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.report.costs.assembly_time import step_seconds
@@ -75,8 +77,11 @@ def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
     )
 
 
-def job_viewer(job: Job, crossing_map: CrossingMap) -> str:
-    """Return the page that shows a job's object, pieces, sheets and steps."""
+def job_viewer(job: Job, crossing_map: CrossingMap, views: Sequence[View] = ()) -> str:
+    """Return the page that shows a job's object, pieces, sheets and steps.
+
+    ``views`` are those from which the manual shows the steps.
+    """
     ribbons = job.woven.ribbons
     vertices, triangles, _ = ribbon_triangles(ribbons)
     view = choose_view(vertices, triangles)
@@ -89,6 +94,7 @@ def job_viewer(job: Job, crossing_map: CrossingMap) -> str:
         title=job.woven.title,
         colours=rung_colours(ribbons, job.colours)[rungs],
         view_deg=(view.azimuth_deg, view.elevation_deg),
+        step_views_deg=[(one.azimuth_deg, one.elevation_deg) for one in views],
         hands={
             "seconds": [round(seconds, 1) for seconds in step_seconds(crossing_map)],
             "hours": list(job.costs.assembly.hours),

@@ -106,10 +106,11 @@ def split_object(
     plan = plan_pieces(
         ribbons, weave, labels, settings, rules, supplies, bunches=woven.bunches, repeats=repeats
     )
+    even = repeats is not None or plan.likes
     barred, most, apart = None, None, None
     lapped = np.zeros(0, dtype=np.int64)
     while True:
-        laid, joints = _with_joints(woven, plan.runs, settings, supplies, repeats, most, lapped)
+        laid, joints = _with_joints(woven, plan.runs, settings, supplies, even, most, lapped)
         cut = cut_strips(laid.ribbons, weave, plan.runs, joints)
         crossing = find_self_crossing(laid.ribbons, weave, plan.runs, cut.outlines)
         if not crossing:
@@ -189,7 +190,8 @@ def remake(
             repeats=repeats,
         )
         laid = replace(other, ribbons=ribbons)
-        return _with_joints(laid, plan.runs, settings, supplies, repeats)[0]
+        even = repeats is not None or plan.likes
+        return _with_joints(laid, plan.runs, settings, supplies, even)[0]
     except CannotMakeError:
         return keep_clear(other, settings, supplies)
 
@@ -220,21 +222,21 @@ def _with_joints(
     runs: Runs,
     settings: Settings,
     supplies: Supplies,
-    repeats: Repeats | None = None,
+    even: bool,
     most: FloatArray | None = None,
     lapped: IntArray | None = None,
 ) -> tuple[WovenObject, JointPlan]:
     """Plan the joints, and lay the ribbons again with room for laps where they are.
 
-    Where pieces are to repeat, there is room for a lap everywhere: else a piece would differ from
-    its like by the joints of the strands that it crosses.
+    Where pieces are to repeat, ``even``, there is room for a lap everywhere: else a piece would
+    differ from its like by the joints of the strands that it crosses.
 
     If the width is left to fabweave, they are no wider than by factors ``most`` at each pass. At
     the crossings ``lapped``, pieces lap whatever is asked.
     """
     rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
     thickness = supplies.thickness_mm(woven.bunches)
-    if repeats is not None:
+    if even:
         woven = keep_clear(woven, settings, supplies, None, most)
         return woven, plan_joints(woven.ribbons, woven.weave, runs, rule, thickness, lapped)
     laps = plan_joints(woven.ribbons, woven.weave, runs, rule, thickness, lapped).laps

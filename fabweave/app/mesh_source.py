@@ -16,7 +16,7 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.handles import add_handles, parse_handles
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.io.files import MeshFile, read_mesh
 from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.loss import LossMap, loss_map
 from fabweave.mesh.openings.leave_out import Opening, leave_out
@@ -153,11 +153,8 @@ def load_mesh(
         file = read_mesh(settings.mesh)
         mesh, unit, unit_mm, up = file.mesh, file.unit, file.unit_mm or 1.0, file.up
         notes += file.notes
-        if settings.up is None and up != "z":
-            notes.append(
-                f"the mesh was turned so that its {up} axis points up, as {file.format.upper()} "
-                "files have it; --up z leaves it as it is"
-            )
+        if settings.up is None:
+            notes.append(_up_note(file))
     _require_small_faces(mesh)
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
@@ -209,6 +206,16 @@ def load_mesh(
         openings=openings,
         portals=portals_of(settings.course, mesh, halfedges),
         remeshed=remeshed,
+    )
+
+
+def _up_note(file: MeshFile) -> str:
+    """Say which axis of a file was taken to point up, and how another one is chosen."""
+    if file.up == "z":
+        return "z is taken to point up; if pictures show it lying, add --up y or --up x"
+    return (
+        f"the mesh was turned so that its {file.up} axis points up, as {file.format.upper()} "
+        "files have it; --up z leaves it as it is"
     )
 
 
@@ -374,7 +381,8 @@ def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
         notes.append(
             agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
             + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
-            "move these parts of the surface apart in a modelling program"
+            + ("--bodies join makes one surface of the bodies, or " if bodies else "")
+            + "move these parts of the surface apart in a modelling program"
         )
     return notes
 

@@ -327,7 +327,8 @@ def draw_job(
             ),
         ],
     )
-    code = command_text(settings, complete_settings(usual_settings(settings))[0])
+    usual = complete_settings(usual_settings(settings))[0]
+    code = "" if settings.qr == "none" else command_text(settings, usual)
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
     kerfed = kerfed_sheets(drawings, settings.kerf_mm, settings.micro_joints)
     woven = planned.woven

@@ -126,6 +126,7 @@ class Settings:
     micro_joints: MicroJoints | None = default("micro_joints")
     cut_order: str = default("cut_order")
     template: str = default("template")
+    qr: str = default("qr")
     calibrate: float = default("calibrate")
 
     def __post_init__(self) -> None:

@@ -22,11 +22,18 @@ from fabweave.flat.split.length_curve import (
     foretell,
     preferred,
 )
-from fabweave.flat.split.preferences import CUT_MM_S, KIND_PRICES, StockSheet, Workshop
+from fabweave.flat.split.preferences import (
+    CUT_MM_S,
+    KIND_PRICES,
+    LIKE_PRICES,
+    StockSheet,
+    Workshop,
+)
 from fabweave.flat.split.repeats import Repeats, find_repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
+from fabweave.flat.split.window_kinds import repeating, window_kinds
 from fabweave.mesh.symmetry.search import EXACT
 from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle
@@ -102,6 +109,11 @@ def plan_pieces(
     if bunches is None:
         bunches = np.zeros(weave.threads.n_threads, dtype=np.int64)
     workshop = _workshop(supplies, bunches)
+    likes = None
+    if repeats is None and settings.kinds in LIKE_PRICES and (earlier is None or earlier.likes):
+        found = window_kinds(candidates.course, candidates.sites, candidates.windows, weave.over)
+        likes = found if earlier is not None or repeating(found) else None
+    prices = KIND_PRICES if likes is None else LIKE_PRICES
 
     def cut(length: float, threads: IntArray | None = None) -> Runs:
         limit = np.inf if asked is None else max(asked, length) - 2 * beyond
@@ -115,7 +127,8 @@ def plan_pieces(
             room,
             threads,
             repeats=repeats,
-            kind_price=KIND_PRICES[settings.kinds] or 0.0,
+            kind_price=prices[settings.kinds] or 0.0,
+            likes=likes,
         )
 
     def told(length: float, runs: Runs) -> Choice:
@@ -142,11 +155,11 @@ def plan_pieces(
         float(count.sum() / max(count[some].sum(), 1)),
     )
     if asked is not None and as_asked is not None:
-        return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None)
+        return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None, likes is not None)
     best = preferred(choices, settings.prefer)
     runs = cut(best.length_mm)
     chosen = best if best.exact else told(best.length_mm, runs)
-    return SplitPlan(runs, best.length_mm, choices, chosen, settings.prefer)
+    return SplitPlan(runs, best.length_mm, choices, chosen, settings.prefer, likes is not None)
 
 
 def object_repeats(woven: WovenMesh, settings: Settings, supplies: Supplies) -> Repeats | None:

@@ -16,7 +16,7 @@ from fabweave.core.arrays import (
     frozen_value,
     no_progress,
 )
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import TooFineError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.heights import crossing_heights
@@ -311,11 +311,11 @@ def opening_notes(woven: WovenObject, settings: Settings) -> list[str]:
 
 
 def require_wide(woven: WovenObject, settings: Settings) -> None:
-    """Raise CannotMakeError if a ribbon is too narrow to be cut, and say what would help."""
+    """Raise TooFineError if a ribbon is too narrow to be cut, and say what would help."""
     try:
         require_width(woven.ribbons, woven.labels, woven.size_mm)
-    except CannotMakeError as error:
-        raise CannotMakeError(". ".join([str(error), *opening_notes(woven, settings)])) from None
+    except TooFineError as error:
+        raise TooFineError(". ".join([str(error), *opening_notes(woven, settings)])) from None
 
 
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:

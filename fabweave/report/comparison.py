@@ -177,7 +177,10 @@ def _grain_ways(told: GrainCost | None) -> list[tuple[str, RoughWay]]:
 
 
 def comparison_section(told: Comparison, sums: SheetSums) -> str:
-    """Return the comparison as a section of a web page."""
+    """Return the comparison as a section of a web page.
+
+    Only areas of whole sheets stand in one column: that around pieces would mislead there.
+    """
     ways = [
         ("this job", f"{sums.area_mm2 / 1e6:.2f}", str(sums.sheets), told.gross),
         (
@@ -188,14 +191,14 @@ def comparison_section(told: Comparison, sums: SheetSums) -> str:
         ),
         (
             "no layout could be better: pieces with half the gap around",
-            f"{told.bound_mm2 / 1e6:.2f}",
+            "",
             str(told.bound_sheets),
             told.best,
         ),
         *(
             (
                 name,
-                f"{way.area_mm2 / 1e6:.2f}",
+                "",
                 str(way.sheets)
                 if not way.too_large
                 else agree(way.too_large, "{n} do[es|] not fit"),
@@ -223,6 +226,6 @@ def comparison_section(told: Comparison, sums: SheetSums) -> str:
     )
     return (
         "<h2>How well the material is used</h2><p>Share of whole sheets that becomes pieces; holes "
-        "are waste in all of them.</p><table><thead><tr><th>Way</th><th>Area, m²</th>"
+        "are waste in all of them.</p><table><thead><tr><th>Way</th><th>Sheets, m²</th>"
         f"<th>Sheets</th><th>Used</th><th></th></tr></thead><tbody>{rows}</tbody></table>"
     )

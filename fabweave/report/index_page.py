@@ -50,6 +50,9 @@ h3 { font-size: 1.1rem; margin: 1rem 0 .3rem }
   grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)) }
 svg { display: block; width: 100%; max-width: 22rem; height: auto }
 svg text { font: 15px system-ui, sans-serif }
+@media screen and (max-width: 30rem) {
+  .figures { grid-template-columns: 1fr 1fr } .figures strong { font-size: 1.15rem }
+}
 @page { size: A4; margin: 12mm }
 @media print {
   body { font-size: 10pt; line-height: 1.3; margin: 0; max-width: none; padding: 0 }
@@ -105,12 +108,13 @@ _AGAIN = (
     ("woven_mesh.obj", "the mesh that was woven"),
     ("model.glb", "the woven object, for programs that show 3-D models"),
     ("render.png", "its picture"),
+    ("qr_code.png", "the command that makes it again, for the camera of a phone"),
     ("contents.json", "all these files with their SHA-256"),
 )
 #: These are written when the page is there already.
 _LATER = ("verify.json", "contents.json")
 #: What is shown small beside its link.
-_SHOWN = {"assembly.html": "render.png", "likeness.png": "likeness.png"}
+_SHOWN = {name: name for name in ("likeness.png", "qr_code.png")} | {"assembly.html": "render.png"}
 
 
 @frozen_value
@@ -264,6 +268,7 @@ def _cut(
             "service/",
         ),
         ("The ring around each opening, to cut as well; rim.txt says how it is laid.", "rim/"),
+        ("The QR code as a tag, to engrave on an offcut and to cut from it.", "tag/"),
         (
             "What is left and worth keeping, and a list of it for the --stock of a later job.",
             "offcuts/",

@@ -17,7 +17,8 @@ from fabweave.report.waste import WasteReport
 from fabweave.stock.supplies import Supplies
 
 _PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}: material</title>
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width"><title>{title}: material</title>
 <style>
 body {{ font: 16px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 60rem; padding: 0 1rem;
   color: #1b1b1b }}
@@ -32,6 +33,11 @@ pre {{ background: #f4f2ee; padding: .8rem; overflow-x: auto; font-size: .85rem 
 figure {{ margin: 1rem 0 }} img {{ max-width: 100%; border: 1px solid #ccc }}
 li {{ margin: .3rem 0 }}
 .verdict {{ border-left: .5rem solid #009e73; padding: .2rem .9rem; background: #f4f2ee }}
+@media screen and (max-width: 44rem) {{
+  body {{ margin: 1rem auto; overflow-wrap: anywhere }} table {{ display: block; overflow-x: auto }}
+  th, td {{ padding: .3rem; font-size: .8rem; overflow-wrap: normal }} .bar {{ min-width: 3rem }}
+  svg {{ max-width: 100%; height: auto }}
+}}
 @page {{ size: A4; margin: 12mm }}
 @media print {{
   body {{ font-size: 8pt; line-height: 1.25; margin: 0; max-width: none; padding: 0 }}

@@ -162,6 +162,7 @@ SPOILT = {
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),
     "template": ("a5", None),
+    "qr": ("phone", None),
     "calibrate": (*NO_NUMBERS, 0, 51.0, "1.3", None),
 }  # fmt: skip
 
@@ -408,7 +409,7 @@ def changed(folder) -> Settings:
         target="school", targets=f"{folder}/targets.toml", strict=True, force=True,
         labels="none",
         label_side="inside", paper="letter", kerf="0.1mm", micro_joints=4, cut_order="cool",
-        template="a4", calibrate=1.3,
+        template="a4", qr="offcut", calibrate=1.3,
     )  # fmt: skip
 
 

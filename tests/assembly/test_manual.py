@@ -116,13 +116,7 @@ def test_same_bytes():
 def test_every_piece_is_in_every_section_that_lists_pieces():
     crossing_map, _ = parts_of()
     ids = {piece.id for piece in crossing_map.pieces}
-    for name in (
-        "Threads and their pieces",
-        "Parts list",
-        "Sheets",
-        "Steps",
-        "What each piece meets",
-    ):
+    for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps"):
         words = set(re.findall(r"[A-Z]+\d+", section(name)))
         assert ids <= words, name
         assert words <= ids, name
@@ -152,15 +146,11 @@ def test_cover_has_the_figures():
     assert sum(needed) == holes > 0
 
 
-def test_what_a_piece_meets_is_told_in_order():
+def test_the_map_tells_the_step_of_each_piece():
     crossing_map, _ = parts_of()
-    text = section("What each piece meets")
-    for piece in crossing_map.pieces:
-        step = next(step for step in crossing_map.steps if piece.id in step.pieces)
-        row = re.search(rf"\b{piece.id} \({step.number}\) (.*?)(?= [A-Z]+\d+ \(\d|$)", text)[1]
-        told = [name for name in row.split() if not name.startswith("#")]
-        assert told == [station.partner for station in piece.stations]
-        assert re.findall(r"#(\d+)>", row) == [str(key) for key in piece.joints if key is not None]
+    told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
+    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
 
 
 @pytest.mark.slow
@@ -246,7 +236,7 @@ def test_each_sign_that_is_explained_is_pointed_out():
     text = section("How to read")
     explained = set(re.findall(r"(\d) (?:Id|Joint|Crossing|Cross|Hole)", text))
     head = re.split(r"page 2 / \d+", text)[1].split("Piece ")[0]
-    assert set(head.split()) == explained == set("1235")
+    assert set(head.split()) == explained == set("1234")
 
 
 def test_pieces_that_are_alike_are_drawn_once():
@@ -271,10 +261,12 @@ def test_pictures_take_few_bytes():
 
 
 @pytest.mark.slow
-def test_a_hundred_pieces_have_twenty_pages_of_steps():
+def test_a_hundred_pieces_have_a_third_of_their_pages():
+    """Once there was a page for each piece; with cards, steps need no tables behind them."""
     demo = {"mesh": "shape:torus?m=24&n=12", "pattern": "twill"}
-    steps = [page for page in pages_of(**demo) if page.startswith("Steps ")]
-    assert len(steps) <= 0.2 * len(job_of(**demo).piece_set.pieces)
+    pages, pieces = pages_of(**demo), len(job_of(**demo).piece_set.pieces)
+    assert len(pages) <= pieces / 3
+    assert sum(page.startswith("Steps ") for page in pages) <= 0.22 * pieces
 
 
 def test_pictures_are_kept_as_they_are():
@@ -296,7 +288,7 @@ def test_pictures_are_kept_as_they_are():
 
 
 def test_characters_that_no_font_has_become_question_marks():
-    book = manual_book.Book("a4", "Knödel 編み (a\\b)")
+    book = manual_book.Book("a4", "Knödel 編み (a\\b)", 1)
     book.page("One")
     text = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0].extract_text()
     assert "Knödel ?? (a\\b)" in text

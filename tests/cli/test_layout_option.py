@@ -24,8 +24,8 @@ def test_recorded_layout_gives_the_same_bytes_and_other_pieces_are_refused(
     assert tomllib.loads((again / "job.toml").read_text())["job"]["layout"] == "crossing_map.json"
     one, two = files(first), files(again)
     assert one.keys() == two.keys()
-    # The code on a sheet tells of the layout; all that it does not stand on is the same.
-    coded = {"crossing_map.json", "assembly.html", "verify.json", "contents.json"}
+    # The code tells of the layout; all that it does not stand on is the same.
+    coded = {"crossing_map.json", "assembly.html", "verify.json", "contents.json", "qr_code.png"}
     coded |= {f"sheets/sheet_01.{suffix}" for suffix in ("dxf", "svg", "png", "pdf")}
     differing = {str(name) for name in one if one[name] != two[name]}
     assert "job.toml" in differing

@@ -7,7 +7,11 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from irregular_meshes import together
 from jobs import run
+
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 
 PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 EXTRAS = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
@@ -20,6 +24,7 @@ WITHOUT = {
         ("make", "shape:cube", "--cluster", "tcp://127.0.0.1:1", "-o", "out"), 2,
     ),
     "rhino": (("rhino3dm",), ("model", "shape:cube", "-o", "cube.3dm"), 2),
+    "join": (("manifold3d",), ("make", "two.obj", "--bodies", "join", "-o", "out"), 2),
     # There are other ways to quads; where none of them helps, the mesh cannot be made of them.
     "quad": (
         ("pyQuadriFlow", "pynanoinstantmeshes"),
@@ -37,7 +42,11 @@ def test_every_extra_is_tried():
 
 @pytest.mark.parametrize(
     ("extra", "missing"),
-    [(extra, module) for extra in ("threemf", "cluster", "rhino") for module in WITHOUT[extra][0]]
+    [
+        (extra, module)
+        for extra in ("threemf", "cluster", "rhino", "join")
+        for module in WITHOUT[extra][0]
+    ]
     + [("quad", ",".join(WITHOUT["quad"][0]))],
 )
 def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
@@ -45,6 +54,9 @@ def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
     if extra == "threemf":
         # Writing needs no extra.
         assert run("model", "shape:cube", "-o", tmp_path / "cube.3mf", "-q") == 0
+    if extra == "join":
+        cube = parse_shape("shape:cube")
+        write_mesh(tmp_path / "two.obj", together(cube, cube.with_vertices(cube.vertices + 1.0)))
     before = sorted(tmp_path.rglob("*"))
     script = (
         "import sys\n"

@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.flat.split.shortest_path import cheapest_mirrored, cheapest_ring, cheapest_row
+from fabweave.flat.split.shortest_path import (
+    cheapest_mirrored,
+    cheapest_repeats,
+    cheapest_ring,
+    cheapest_row,
+)
 
 
 @st.composite
@@ -110,3 +115,24 @@ def test_no_way_to_cut_a_row_that_is_its_own_mirror_image_is_cheaper(cost):
         assert cuts[0] == 0
         assert mirrored(cuts[1:].tolist(), count - 1, count)
         assert total_of(cost, cuts.tolist(), count - 1) == pytest.approx(total)
+
+
+@given(costs(), st.integers(1, 4))
+def test_no_way_to_cut_a_ring_into_two_lengths_of_whole_periods_is_cheaper(cost, times):
+    period = min(len(cost), 8 // times)
+    ring = np.tile(cost[:period], (times, 1))
+    count = len(ring)
+    total, cuts = cheapest_repeats(ring, period)
+    ways = {}
+    for some in filter(None, every_cut(range(count))):
+        steps = set(np.diff([*some, some[0] + count]).tolist())
+        if len(steps) <= 2 and not any(step % period for step in steps):
+            ways[tuple(some)] = total_of(ring, some, some[0] + count)
+    assert total == pytest.approx(min(ways.values()), abs=1e-3)
+    if np.isfinite(total):
+        assert ways[tuple(cuts.tolist())] == pytest.approx(total, abs=1e-3)
+        # What is dearer in one period alone counts in all.
+        dear = ring.copy()
+        dear[cuts[0]] += 1.0
+        every = np.tile(dear.reshape(times, period, -1).max(axis=0), (times, 1))
+        assert cheapest_repeats(dear, period)[0] == cheapest_repeats(every, period)[0]

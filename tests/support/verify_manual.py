@@ -7,7 +7,7 @@ is seen with jobs of theirs.
 import numpy as np
 from verify_specimen import placed
 
-from fabweave.verify.checks.reports.manual import MAP, SECTIONS, TABLES
+from fabweave.verify.checks.reports.manual import MAP, SECTIONS
 from fabweave.verify.checks.reports.manual_cover import LOOSE, PROCEED, TABLE, TAKE, VIEWER
 from fabweave.verify.checks.reports.manual_steps import BOXES, PICTURED
 
@@ -39,7 +39,7 @@ def manual_pages(specimen, verdict):
         [(cover(specimen, plan, verdict), "")], [(legend(plan), "")], [(thread_map(plan), "")],
         [(parts_list(plan), drawn)],
         [(sheet_texts(plan, sheet), sheet_figures(plan, sheet)) for sheet in plan["sheets"]],
-        [(steps(plan), "")], [(tables(plan), "")],
+        [(steps(plan), "")],
     ]  # fmt: skip
     return [(name, *page) for name, own in zip(SECTIONS, pages, strict=True) for page in own]
 
@@ -84,39 +84,52 @@ def legend(plan):
     )
     kinds = {one["kind"] for one in piece["labels"]}
     name, first = piece["id"], piece["stations"][0]
-    numbers = {"id": "1", "joint": "2"}
+    explained = [kind for kind in ("id", "joint") if kind in kinds] + ["crossing", "hole"]
+    number = {kind: str(at) for at, kind in enumerate(explained, start=1)}
     ways = {one["station"] is not None and piece["stations"][one["station"]]["over"]
             for one in piece["labels"] if one["kind"] in ("partner", "sign")}  # fmt: skip
-    texts = [numbers[kind] for kind in numbers if kind in kinds] + ["3"] * len(ways) + ["4", "5"]
+    texts = [number[kind] for kind in explained[:-2]]
+    texts += [number["crossing"]] * len(ways) + [number["hole"]]
     side = "inside" if any(sheet.get("mirrored") for sheet in plan["sheets"]) else "outside"
     texts += [f"Piece {name} of this object", "Engraved face", f"This is the {side} of the object."]
     if "id" in kinds:
-        texts += ["1 Id", f"{name}: the letters name the thread, and the number counts its pieces. "
-                  "The arrow points along the thread; stations are counted in its direction, from "
-                  "0."]  # fmt: skip
+        texts += [
+            f"{number['id']} Id",
+            f"{name}: the letters name the thread, and the number counts its pieces. "
+            "The arrow points from the start of the piece to its end.",
+        ]
     if "joint" in kinds:
         key = next(key for key in piece["joints"] if key is not None)
         pair = next(joint["pieces"] for joint in plan["joints"] if joint["id"] == key)
         mate = next((other for other in pair if other != name), name)
-        texts += ["2 Joint", f"#{key}>{mate}: joint {key} joins this end to piece {mate}."]
+        texts += [
+            f"{number['joint']} Joint",
+            f"#{key}>{mate}: joint {key} joins this end to piece {mate}.",
+        ]
     over = "over" if first["over"] else "under"
-    texts += ["3 Crossing", "Beside a crossing stands the piece that is met there: with a disc "
-              "before its id where this piece passes over, with a ring where it passes under. At "
-              f"its first station, {name} passes {over} {first['partner']}."]  # fmt: skip
+    texts += [
+        f"{number['crossing']} Crossing",
+        "Beside a crossing stands the piece that is met there: with a disc "
+        "before its id where this piece passes over, with a ring where it passes under. At "
+        f"its first station, {name} passes {over} {first['partner']}.",
+    ]
     return [
         *texts,
-        "5 Hole",
+        f"{number['hole']} Hole",
         "A fastener goes through all layers of the crossing: line up their holes.",
     ]
 
 
 def thread_map(plan):
     texts, pieces = [MAP], {piece["id"]: piece for piece in plan["pieces"]}
+    steps = {key: step["step"] for step in plan["steps"] for key in step["pieces"]}
     for thread in plan["threads"]:
         texts.append(f"Thread {thread['label']}")
+        placed = ", ".join(f"{key} {steps.get(key)}" for key in thread["pieces"])
         kind = "ring" if thread["closed"] else "open"
         texts.append(f"{kind}, {many(len(thread['pieces']), 'piece')}, "
-                     f"{many(len(set(thread['crossings'])), 'crossing')}")  # fmt: skip
+                     f"{many(len(set(thread['crossings'])), 'crossing')}; steps: "
+                     f"{placed}")  # fmt: skip
         for number, key in enumerate(thread["pieces"]):
             piece = pieces[key]
             texts.append(key)
@@ -125,7 +138,7 @@ def thread_map(plan):
                     continue
                 if station["joint"] is not None:
                     texts.append(f"#{station['joint']}")
-                texts.append(f"{station['crossing']} {'•' if station['over'] else 'o'}")
+                texts += ["●" if station["over"] else "○", station["partner"]]
     return texts
 
 
@@ -191,7 +204,9 @@ def steps(plan):
         words = step["text"].split(" ")
         half = len(words) // 2
         texts += [" ".join(words[:half]), " ".join(words[half:])]
-        texts += [*layers(plan, step), *names(plan, step, there), "1 : 2.5"]
+        texts += card_texts(plan, step, there)
+        texts += ["⊕" for _ in step["fasten"]]
+        texts += [*names(plan, step, there), "1 : 2.5"]
     return texts
 
 
@@ -204,22 +219,26 @@ def carriers(plan, crossing, over):
     ]
 
 
-def layers(plan, step):
-    """Return where all layers are in place, and a sign for each such crossing."""
-    met = {}
-    for key in step["fasten"]:
-        own = [(name, over) for name in step["pieces"] for over in (True, False)
-               if name in carriers(plan, key, over)]  # fmt: skip
-        name, over = own[-1]
-        met.setdefault(name, []).extend(carriers(plan, key, not over))
-    if not met:
-        return []
-    met = {name: list(dict.fromkeys(others)) for name, others in met.items()}
-    said = "; ".join(
-        f"{name} with {', '.join(others[:-1])}{' and ' if others[:-1] else ''}{others[-1]}"
-        for name, others in met.items()
-    )
-    return [f"All layers are in place: {said}.", *("⊕" for _ in step["fasten"])]
+def card_texts(plan, step, there):
+    """Return what stands on the cards of a step."""
+    texts = []
+    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
+    pieces = {piece["id"]: piece for piece in plan["pieces"]}
+    for name in step["pieces"]:
+        piece, words = pieces[name], []
+        ends = [f"#{key}>{next((one for one in joints[key] if one != name), name)}"
+                if key is not None and key in step["joints"] else None
+                for key in piece["joints"]]  # fmt: skip
+        for station in piece["stations"]:
+            key, over = station["crossing"], station["over"]
+            others = [one for one in carriers(plan, key, not over) if one in there]
+            if others and key in step["over" if over else "under"]:
+                words += ["●" if over else "○", " ".join(others)]
+                words += ["⊕"] if key in step["fasten"] else []
+        words = [*ends[:1], *words, *ends[1:]]
+        words = [word for word in words if word is not None]
+        texts += [name, *words] if words else []
+    return texts
 
 
 def names(plan, step, there):
@@ -236,23 +255,6 @@ def names(plan, step, there):
         }
         for over, other in sorted(met):
             texts += ["●" if over else "○", other]
-    return texts
-
-
-def tables(plan):
-    placed = {key: step["step"] for step in plan["steps"] for key in step["pieces"]}
-    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
-    texts = [TABLES]
-    for piece in plan["pieces"]:
-        name = piece["id"]
-        mates = {key: next((one for one in joints[key] if one != name), name)
-                 for key in piece["joints"] if key is not None}  # fmt: skip
-        first, last = piece["joints"]
-        texts.append(f"{name} ({placed.get(name)})")
-        texts += [f"#{first}>{mates[first]}"] if first is not None else []
-        for station in piece["stations"]:
-            texts += ["●" if station["over"] else "○", station["partner"]]
-        texts += [f"#{last}>{mates[last]}"] if last is not None else []
     return texts
 
 

@@ -617,6 +617,8 @@ def viewer_data(specimen, plan, *, edit=None):
         "schema": "fabweave.viewer/1",
         # Specimens have no estimate.
         "hands": None,
+        # Their manual shows all steps from one side.
+        "views_deg": [[-60.0, 35.0] for step in plan["steps"] if "ring" not in step],
         "plan": rounded(plan, 3),
         "colours": colours,
         "space": {

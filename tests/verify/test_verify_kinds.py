@@ -95,7 +95,7 @@ def uneven(tmp_path_factory) -> Path:
 @pytest.mark.parametrize("joint", ["rivet:2", "glue"])
 def test_what_differs_by_less_than_a_fastener_s_play_is_made_equal(finished, uneven, joint):
     folder = finished(str(uneven), "--size", "300mm", "--joint", joint, "--kinds", "fewest",
-                      "--effort", "quick", "--sheet", "400x300mm", "--holes", "all")  # fmt: skip
+                      "--effort", "quick", "--sheet", "400x300mm")  # fmt: skip
     job = load_job(folder, Tally("files"))
     pieces = job.map.pieces
     assert len({piece.kind for piece in pieces}) <= len(pieces) / 4

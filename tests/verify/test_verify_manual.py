@@ -33,16 +33,27 @@ def lose_a_thread_on_the_map(texts):
     texts[at(texts, "Thread A")] = "Yarn A"
 
 
-def a_crossing(texts):
-    return next(number for number, text in enumerate(texts) if re.fullmatch(r"\d+ o", text))
+def on_the_map(texts):
+    """Return where the first sign of the map stands."""
+    return next(k for k in range(at(texts, "Thread A"), len(texts)) if texts[k] in ("●", "○"))
 
 
 def turn_a_strand_on_the_map(texts):
-    texts[a_crossing(texts)] = texts[a_crossing(texts)].replace("o", "u")
+    cell = on_the_map(texts)
+    texts[cell] = "○" if texts[cell] == "●" else "●"
 
 
 def lose_a_crossing_on_the_map(texts):
-    del texts[a_crossing(texts)]
+    del texts[on_the_map(texts) : on_the_map(texts) + 2]
+
+
+def cross_another_piece_on_the_map(texts):
+    texts[on_the_map(texts) + 1] = "A1"
+
+
+def place_it_in_another_step(texts):
+    cell = next(number for number, text in enumerate(texts) if "; steps: A1 " in text)
+    texts[cell] = re.sub(r"A1 (\d+)", r"A1 9\1", texts[cell])
 
 
 def say_another_joint_on_the_map(texts):
@@ -77,44 +88,47 @@ def change_a_step(texts):
     texts[at(texts, "Step 2") + 1] = "Do not put"
 
 
-def a_row(texts):
-    return max(number for number, text in enumerate(texts) if text.startswith("A1 ("))
-
-
-def a_sign(texts):
-    return next(k for k in range(a_row(texts), len(texts)) if texts[k] in ("●", "○"))
+def on_a_card(texts):
+    """Return where the first sign of a card stands."""
+    start = at(texts, "Step 2")
+    return next(k for k in range(start, len(texts)) if texts[k] in ("●", "○"))
 
 
 def turn_over_to_under(texts):
-    cell = a_sign(texts)
+    cell = on_a_card(texts)
     texts[cell] = "○" if texts[cell] == "●" else "●"
 
 
 def cross_another_piece(texts):
-    texts[a_sign(texts) + 1] += "1"
-
-
-def place_it_in_another_step(texts):
-    texts[a_row(texts)] = "A1 (99)"
+    texts[on_a_card(texts) + 1] += "1"
 
 
 def say_another_joint(texts):
-    cell = next(k for k in range(a_row(texts), len(texts)) if re.match(r"#\d+>", texts[k]))
+    start = at(texts, "Step 1")
+    cell = next(k for k in range(start, len(texts)) if re.fullmatch(r"#\d+>\w+", texts[k]))
     texts[cell] = texts[cell].replace("#", "#1")
 
 
 def lose_a_station(texts):
-    del texts[a_sign(texts) : a_sign(texts) + 2]
+    del texts[on_a_card(texts) : on_a_card(texts) + 2]
 
 
-def lose_a_table(texts):
-    texts[a_row(texts)] = "Piece"
+def lose_a_card(texts):
+    start = at(texts, "Step 2")
+    key = texts[start + 2].split(" ")[0]
+    card = next(k for k in range(start, len(texts)) if texts[k] == key)
+    last = next(k for k in range(card + 1, len(texts)) if texts[k] == key)
+    del texts[card:last]
+
+
+def complete_a_crossing_on_a_card(texts):
+    texts.insert(on_a_card(texts) + 2, "⊕")
 
 
 def in_a_picture(texts):
-    """Return where a sign stands in the picture of a step."""
-    start = at(texts, "Step 2")
-    return next(k for k in range(start, len(texts)) if texts[k] in ("●", "○"))
+    """Return where the last sign stands in the picture of a step."""
+    end = at(texts, "Step 3")
+    return next(k for k in range(end - 1, 0, -1) if texts[k] in ("●", "○"))
 
 
 def turn_a_strand_in_a_picture(texts):
@@ -206,7 +220,8 @@ def count_a_station_more(texts):
 SPOILED = [
     rename_a_piece, lose_a_sheet, lose_a_step, exchange_two_steps, exchange_the_words_of_two_steps,
     change_a_step, turn_over_to_under, cross_another_piece, place_it_in_another_step,
-    say_another_joint, lose_a_station, lose_a_table, exchange_two_pieces_on_the_map,
+    say_another_joint, lose_a_station, lose_a_card, cross_another_piece_on_the_map,
+    complete_a_crossing_on_a_card, exchange_two_pieces_on_the_map,
     lose_a_thread_on_the_map, move_a_piece_on_its_sheet, name_another_sheet, tell_of_more_alike,
     count_a_station_more, turn_a_strand_on_the_map, lose_a_crossing_on_the_map,
     say_another_joint_on_the_map, turn_a_strand_in_a_picture, lose_a_name_in_a_picture,

@@ -177,6 +177,16 @@ CUTTER_OPTIONS = (
         making=True,
     ),
     Option(
+        "qr",
+        CUTTER,
+        choice(("paper", "offcut", "none")),
+        "The QR code with the command that makes the job again: on paper (the page that opens the "
+        "job, and what of each sheet is not cut), or also on a tag that is engraved on an offcut "
+        "and cut from it, in the folder tag.",
+        default="paper",
+        making=True,
+    ),
+    Option(
         "calibrate",
         CUTTER,
         calibration(),

@@ -42,9 +42,9 @@ CUTTING_OPTIONS = (
         SHEETS,
         choice("fabweave.flat.split.preferences.KIND_PRICES"),
         "How many different pieces there may be on an object that looks the same from several "
-        "sides: fewest (threads that repeat one another are cut alike, into as few kinds as can "
-        "be), auto (the same, but no kind is saved that costs more than four joints), or any (each "
-        "thread is cut as is best for it alone).",
+        "sides, or in many places: fewest (threads that repeat one another are cut alike, into as "
+        "few kinds as can be), auto (the same, but no kind is saved that costs more than four "
+        "joints), or any (each thread is cut as is best for it alone).",
         default="auto",
     ),
     Option(

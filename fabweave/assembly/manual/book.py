@@ -8,6 +8,7 @@ from PIL import Image
 from reportlab.pdfbase.pdfdoc import PDFZCompress
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
+from reportlab.pdfgen.pathobject import PDFPathObject
 
 from fabweave.assembly.manual.pixels import Painted, Pixels
 from fabweave.core.arrays import FloatArray
@@ -40,7 +41,7 @@ class Book:
 
     Examples
     --------
-    >>> book = Book("a4", "Torus")
+    >>> book = Book("a4", "Torus", 1)
     >>> book.page("Steps")
     >>> book.finish()[:5]
     b'%PDF-'
@@ -53,6 +54,8 @@ class Book:
         #: Where the next text or drawing on the page may begin.
         self.y = self.top
         self.n_pages, self._of_pages = 0, of_pages
+        #: Whether it is written only to count its pages: then nothing is drawn.
+        self.counting = not of_pages
         self._n_images = self._n_entries = 0
         self._title = printable(title)
         self._file = io.BytesIO()
@@ -110,6 +113,8 @@ class Book:
 
         y is the foot of the letters, or their middle; a line is turned about its place.
         """
+        if self.counting:
+            return
         shown, canvas = printable(text), self._canvas
         shift = -align * text_width(shown, size, bold=bold) if align else 0.0
         canvas.setFont(_BOLD if bold else _PLAIN, size)
@@ -139,13 +144,12 @@ class Book:
         dash: tuple[float, ...] = (),
     ) -> None:  # fmt: skip
         """Draw a run of straight lines, maybe dashed; a closed one may be filled with a grey."""
-        path = self._canvas.beginPath()
-        first, *others = points.tolist() if isinstance(points, np.ndarray) else points
-        path.moveTo(*first)
-        for point in others:
-            path.lineTo(*point)
-        if closed:
-            path.close()
+        if self.counting:
+            return
+        ways = points.tolist() if isinstance(points, np.ndarray) else points
+        # A path writes its numbers itself, but takes most of the time of a manual for it.
+        steps = [f"{x:.3f} {y:.3f} {'l' if at else 'm'}" for at, (x, y) in enumerate(ways)]
+        path = PDFPathObject(["n", *steps, "h"] if closed else ["n", *steps])
         self._canvas.setStrokeGray(grey)
         self._canvas.setLineWidth(width)
         if fill is not None:
@@ -221,7 +225,7 @@ class Book:
         canvas = self._canvas
         self._n_images += 1
         name = f"picture{self._n_images}"
-        if not self._of_pages:
+        if self.counting:
             return
         document, pixels = canvas._doc, Pixels(name, picture)
         document.Reference(pixels, document.getXObjectName(name))

@@ -186,7 +186,7 @@ def _proceed(crossing_map: CrossingMap) -> list[tuple[str, str]]:
         f"Sort them: {_piles(crossing_map)}.",
         f"Follow the steps.{viewer}",
         "Leave a fastener loose as long as a layer is still to come, and tighten it when the step "
-        "says that all layers are in place.",
+        "shows that all layers are in place.",
     ]
     return [(str(number), line) for number, line in enumerate(lines, start=1)]
 

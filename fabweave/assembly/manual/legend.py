@@ -15,7 +15,7 @@ from fabweave.flat.crossing_map import CrossingMap, PieceRecord
 from fabweave.flat.joint.kinds import KINDS
 
 LEGEND = "How to read a piece"
-#: The number that stands for a kind of label where signs are explained.
+#: The number of each kind of label among all signs; those that a page explains are counted anew.
 _NUMBER_OF = {"id": "1", "joint": "2", "partner": "3", "sign": "3"}
 #: Sizes of heads, and of texts that are read beside pictures.
 _HEAD, _READ = 12.0, 11.0
@@ -51,12 +51,21 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
     shift = np.array([book.left, book.y]) - np.array([low[0], high[1]]) * scale
     page = shapely.box(0.0, 0.0, book.width, book.height)
     _draw_piece(book, drawn_piece, lambda at: at @ turn * scale + shift, page)
-    spots = _spots(crossing_map, piece, drawn_piece)
+    signs = _signs(crossing_map, piece)
+    # Those that are explained are counted without a gap.
+    kinds = [name[0] for name, _ in signs if name[0].isdigit()]
+    counted = {kind: str(number) for number, kind in enumerate(kinds, start=1)}
+    spots = [
+        (counted[kind], spot)
+        for kind, spot in _spots(crossing_map, piece, drawn_piece)
+        if kind in counted
+    ]
     _point_out(book, spots, lambda at: at @ turn * scale + shift)
     book.y -= float(high[1] - low[1]) * scale + 20.0
     book.text(book.left, book.y, f"Piece {piece.id} of this object", size=_HEAD, bold=True)
     book.y -= 6.0
-    for name, text in _signs(crossing_map, piece):
+    for sign, text in signs:
+        name = counted.get(sign[0], sign[0]) + sign[1:]
         shown = [spot for number, spot in spots if number == name[:1]]
         book.room(_LENS[1] if shown else 30.0, LEGEND)
         top, left = book.y, book.left + (_LENS[0] + 14.0 if shown else 0.0)
@@ -72,7 +81,7 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
 def _spots(
     crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece
 ) -> list[tuple[str, FloatArray]]:
-    """Return the numbers of signs and where one of each stands on the sheet.
+    """Return the kinds of signs, by their numbers here, and where one of each is on the sheet.
 
     Of crossings that are passed over and under one each is shown, if there are both.
     """
@@ -193,8 +202,8 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
                 "1 Kind",
                 f"K{piece.kind}: all pieces with these letters are alike, and any of them fits any "
                 f"of their places. {piece.id} is a name of the place alone: its letters name the "
-                "thread, and the number counts its pieces. Stations are counted along the arrow, "
-                "from 0; or against it, where a step says that the arrow runs back.",
+                "thread, and the number counts its pieces. The arrow points from the start of a "
+                "piece to its end; or back, where a step says so.",
             )
         )
     elif "id" in labels:
@@ -202,7 +211,7 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord) -> list[tuple[str, str
             (
                 "1 Id",
                 f"{piece.id}: the letters name the thread, and the number counts its pieces. The "
-                "arrow points along the thread; stations are counted in its direction, from 0.",
+                "arrow points from the start of the piece to its end.",
             )
         )
     if "joint" in labels:

@@ -16,7 +16,7 @@ from fabweave.flat.crossing_map import CrossingMap
 from fabweave.picture.camera import Frame, View
 
 #: Sizes of pictures in points: of the whole object, and of what is new, wide or tall.
-WHOLE, WIDE, TALL = (254.0, 156.0), (254.0, 136.0), (122.0, 192.0)
+WHOLE, WIDE, TALL = (254.0, 134.0), (254.0, 130.0), (150.0, 138.0)
 #: What is new keeps so far from the border of its picture, in points: there is room for names.
 _ROOM = 15.0
 #: An object is drawn so many times smaller than it is, at the least and further on.

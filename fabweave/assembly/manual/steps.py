@@ -1,10 +1,11 @@
 """Write the steps of the manual: the whole object now and then, and each step in large."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from fabweave.assembly.manual.book import LEADING, Book, text_width, wrapped
+from fabweave.assembly.manual.cards import Card, lay_card, what_is_met, write_card
 from fabweave.assembly.manual.marks import Slide
 from fabweave.assembly.manual.ring_picture import RingPicture, ring_picture
 from fabweave.assembly.manual.step_pictures import WHOLE, StepPicture, WholePicture
@@ -29,10 +30,13 @@ from fabweave.flat.rim_ring import RimRing
 
 SECTION = "Steps"
 #: Size of all texts, of the number of a step, and of what stands beside it, in points.
-_TEXT, _NUMBER, _HEAD = 9.5, 24.0, 27.0
-#: Between columns, and below each step.
-_GUTTER, _GAP = 15.0, 12.0
+_TEXT, _NUMBER, _HEAD = 9.5, 24.0, 25.0
+_SEEN = 11.0
+#: Between columns, below each step, and between the line above it and its picture.
+_GUTTER, _GAP, _BELOW_LINE = 15.0, 5.0, 4.0
 _BOX = 8.0
+#: Between cards, and around them.
+_CARD_GAP = 5.0
 
 
 def write_steps(
@@ -42,7 +46,7 @@ def write_steps(
     seconds: Sequence[float],
     rings: Sequence[RimRing] = (),
 ) -> None:
-    """Write all steps in two columns; those of rings come last.
+    """Write all steps; those of rings come last.
 
     Parameters
     ----------
@@ -58,7 +62,7 @@ def write_steps(
     book.page(SECTION)
     legend = (LEGEND if pictures else UNPICTURED) + (RINGED if rings else "")
     book.y = book.block(book.left, book.y, legend + BOXES, book.right - book.left, size=_TEXT)
-    writer = _Writer(book, crossing_map, seconds)
+    writer = _Writer(book, crossing_map, seconds, pictured=bool(pictures))
     woven = [step for step in crossing_map.steps if step.ring is None]
     if not pictures:
         for step in woven:
@@ -74,15 +78,28 @@ def write_steps(
 
 
 class _Writer:
-    """Writes one step after another, down one column and then the next."""
+    """Writes one step below the other: words and cards at the left, the picture at the right.
 
-    def __init__(self, book: Book, crossing_map: CrossingMap, seconds: Sequence[float]) -> None:
+    Without pictures there are two columns.
+    """
+
+    def __init__(
+        self,
+        book: Book,
+        crossing_map: CrossingMap,
+        seconds: Sequence[float],
+        *,
+        pictured: bool,
+    ) -> None:
         self._book, self._map, self._seconds = book, crossing_map, seconds
         self._pieces = {piece.id: piece for piece in crossing_map.pieces}
         self._strands = strand_pieces(crossing_map)
         # Where no fastener goes, nobody needs to know that the last layer has come.
         self._idle = {one.id for one in crossing_map.crossings if one.fastened is False}
-        self._wide = (book.right - book.left - _GUTTER) / 2
+        self._joints = {joint.id: joint for joint in crossing_map.joints}
+        self._step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+        self._columns = 1 if pictured else 2
+        self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
         self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
         self._there, self._so_far = 0, 0.0
 
@@ -91,72 +108,105 @@ class _Writer:
         book = self._book
         if self._y - height < book.foot:
             self._column += 1
-            if self._column == 2:
+            if self._column == self._columns:
                 book.page(SECTION)
                 self._column, self._top = 0, book.top - _GAP / 2
             self._y = self._top
         x, y = book.left + self._column * (self._wide + _GUTTER), self._y
         book.line([(x, y), (x + self._wide, y)], width=0.6, grey=0.55)
-        self._y -= height
+        self._y -= height + _GAP
         return x, y
 
     def write_whole(self, whole: WholePicture, steps: Sequence[StepRecord]) -> None:
         """Write the picture of the whole object before the steps that it shows."""
         book = self._book
         self._there += sum(len(step.pieces) for step in steps)
-        seen = view_words(whole.view, turned=whole.turned)
-        progress = progress_words(self._there, len(self._pieces))
-        high = 20.0 + self._high(seen, self._wide, bold=whole.turned)
-        high += self._high(progress, self._wide) + 4.0
-        x, y = self._room(high + WHOLE[1] + _GAP)
+        x, y = self._room(WHOLE[1] + _BELOW_LINE)
+        if book.counting:
+            return
+        room = self._wide - WHOLE[0] - _GUTTER
         head = steps_words(steps[0].number, steps[-1].number)
         book.text(x, y - 16.0, head, size=14.0, bold=True)
-        end = book.block(x, y - 20.0, seen, self._wide, size=_TEXT, bold=whole.turned)
-        book.block(x, end, progress, self._wide, size=_TEXT)
-        low = y - high - WHOLE[1]
-        book.image(whole.painted, x, low, *WHOLE)
+        seen = view_words(whole.view, turned=whole.turned)
+        end = book.block(x, y - 22.0, seen, room, size=_SEEN, bold=whole.turned)
+        progress = progress_words(self._there, len(self._pieces))
+        book.block(x, end, progress, room, size=_TEXT)
+        left, low = x + self._wide - WHOLE[0], y - _BELOW_LINE - WHOLE[1]
+        book.image(whole.painted, left, low, *WHOLE)
         tags = place_tags(whole.marks, WHOLE, np.zeros((0, 2)), 0.0, whole.bands)
-        self._draw_tags(tags, np.array([x, low]), ringed=True)
+        self._draw_tags(tags, np.array([left, low]), ringed=True)
 
     def write(self, step: StepRecord, picture: StepPicture | None) -> None:
-        """Write a step: its number, its pieces, what to do, and its picture."""
-        book = self._book
-        beside = picture is not None and picture.size[0] < self._wide / 2
-        size = picture.size if picture else (0.0, 0.0)
-        room = self._wide - (size[0] + 8.0 if beside else 0.0)
+        """Write a step: its number, its pieces, what to do, its cards, and its picture."""
+        wide, tall = picture.size if picture else (-_GUTTER, 0.0)
+        room = self._wide - wide - _GUTTER
+        beside = 2 if len(step.pieces) > 1 else 1
+        cards = list(self._cards(step, (room + _GUTTER) / beside - _GUTTER)) if picture else []
+        lines = [cards[at : at + beside] for at in range(0, len(cards), beside)]
         due = [key for key in step.fasten if key not in self._idle]
         texts = [
             step.text,
-            layers_words(step, self._pieces, self._strands, due),
+            # A card shows it.
+            "" if picture else layers_words(step, self._pieces, self._strands, due),
             hang_words(step, self._map),
         ]
-        told = sum(self._high(text, room) + 2.0 for text in texts if text)
-        rows = self._rows(step)
-        high = _HEAD + LEADING * _TEXT * (len(rows) - 1)
-        body = max(told + 4.0, size[1] + 4.0) if beside else told + size[1] + 6.0
-        x, y = self._room(high + body + _GAP)
-        self._write_head(x, y, step, rows)
-        y -= high
-        end = y
-        for text in filter(None, texts):
-            end = book.block(x + self._wide - room, end, text, room, size=_TEXT) - 2.0
+        rows = self._rows(step, room)
+        high = self._text_top(rows) + self._told(texts, room)
+        high += sum(max(card.high for card in line) + _CARD_GAP for line in lines)
+        x, y = self._room(max(high, tall + _BELOW_LINE))
+        if self._book.counting:
+            return
+        end = self._write_texts(x, y, step, rows, texts, room)
+        for line in lines:
+            for number, card in enumerate(line):
+                left = x + number * (room + _GUTTER) / beside
+                write_card(self._book, card, left, end - _CARD_GAP / 2.0)
+            end -= max(card.high for card in line) + _CARD_GAP
         if picture:
-            top = y - 4.0 if beside else end - 4.0
-            self._draw(picture, np.array([x, top - size[1]]))
+            self._draw(picture, np.array([x + self._wide - wide, y - _BELOW_LINE - tall]))
 
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""
-        book, picture = self._book, ring_picture(ring, self._wide)
-        texts = [text for text in (step.text, hang_words(step, self._map)) if text]
-        told = sum(self._high(text, self._wide) + 2.0 for text in texts)
-        rows = self._rows(step)
-        high = _HEAD + LEADING * _TEXT * (len(rows) - 1)
-        x, y = self._room(high + told + picture.high + _GAP)
-        self._write_head(x, y, step, rows)
-        end = y - high
-        for text in texts:
-            end = book.block(x, end, text, self._wide, size=_TEXT) - 2.0
+        picture = ring_picture(ring, self._wide)
+        texts = [step.text, hang_words(step, self._map)]
+        rows = self._rows(step, self._wide)
+        x, y = self._room(self._text_top(rows) + self._told(texts, self._wide) + picture.high)
+        end = self._write_texts(x, y, step, rows, texts, self._wide)
         self._draw_ring(picture, np.array([x, end]))
+
+    def _told(self, texts: Sequence[str], room: float) -> float:
+        """Return the height of texts below one another."""
+        return sum(
+            LEADING * _TEXT * len(wrapped(text, _TEXT, room)) + 2.0 for text in texts if text
+        )
+
+    def _text_top(self, rows: Sequence[Sequence[str]]) -> float:
+        """Return how far below the line above a step its texts begin."""
+        return _HEAD + LEADING * _TEXT * (len(rows) - 1)
+
+    def _write_texts(
+        self,
+        x: float,
+        y: float,
+        step: StepRecord,
+        rows: list[list[str]],
+        texts: Sequence[str],
+        room: float,
+    ) -> float:
+        """Write the head of a step and its texts; return where they end."""
+        self._write_head(x, y, step, rows, room)
+        end = y - self._text_top(rows)
+        for text in filter(None, texts):
+            end = self._book.block(x, end, text, room, size=_TEXT) - 2.0
+        return end
+
+    def _cards(self, step: StepRecord, room: float) -> Iterator[Card]:
+        """Yield the cards of a step's pieces that meet something."""
+        by_kind = self._map.cut.labels == "kinds"
+        for piece in map(self._pieces.__getitem__, step.pieces):
+            met = what_is_met(piece, step, self._strands, self._joints, self._step_of, self._idle)
+            if met:
+                yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
 
     def _draw_ring(self, picture: RingPicture, corner: FloatArray) -> None:
         """Draw the pieces of a ring with their upper left corner at a place."""
@@ -176,7 +226,9 @@ class _Writer:
         ratio = f"1 : {picture.ratio:g}"
         book.text(x + self._wide, y - picture.high + 2.5, ratio, size=_TEXT, align=1.0)
 
-    def _write_head(self, x: float, y: float, step: StepRecord, rows: list[list[str]]) -> None:
+    def _write_head(
+        self, x: float, y: float, step: StepRecord, rows: list[list[str]], room: float
+    ) -> None:
         """Write the number of a step, its time, and its pieces with their boxes."""
         book = self._book
         seconds = self._seconds[step.number - 1]
@@ -185,7 +237,7 @@ class _Writer:
         head = f"Step {step.number}"
         book.text(x, y, head, size=_NUMBER, bold=True)
         time = time_words(seconds, self._so_far)
-        book.text(x + self._wide, y, time, size=_TEXT, align=1.0)
+        book.text(x + room, y, time, size=_TEXT, align=1.0)
         at = x + text_width(head, _NUMBER, bold=True) + 10.0
         for row in rows:
             for name in row:
@@ -194,28 +246,24 @@ class _Writer:
                 at += self._name_width(name)
             at, y = x, y - LEADING * _TEXT
 
-    def _rows(self, step: StepRecord) -> list[list[str]]:
+    def _rows(self, step: StepRecord, room: float) -> list[list[str]]:
         """Return the pieces of a step in rows; the first is beside its number."""
         by_kind = self._map.cut.labels == "kinds"
         names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
         names += [f"{name} (rim)" for name in step.ring or ()]
-        left = self._wide - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
+        left = room - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
         rows: list[list[str]] = [[]]
         for name in names:
             wide = self._name_width(name)
             if wide > left:
                 rows.append([])
-                left = self._wide
+                left = room
             rows[-1].append(name)
             left -= wide
         return rows
 
     def _name_width(self, name: str) -> float:
         return _BOX + 4.0 + text_width(name, _TEXT, bold=True) + 10.0
-
-    def _high(self, text: str, width: float, *, bold: bool = False) -> float:
-        """Return the height of a text."""
-        return LEADING * _TEXT * len(wrapped(text, _TEXT, width, bold=bold))
 
     def _draw(self, picture: StepPicture, corner: FloatArray) -> None:
         """Draw the picture of a step with its lower left corner at a place."""

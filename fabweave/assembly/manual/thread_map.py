@@ -1,34 +1,40 @@
-"""Draw the map of the manual: each thread as a band with its pieces, joints and crossings."""
+"""Draw the map of the manual: each thread as a band with its pieces, joints and what crosses it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
-from fabweave.assembly.manual.book import SMALL, Book, text_width
+from fabweave.assembly.manual.book import LEADING, SMALL, Book, text_width, wrapped
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.flat.crossing_map import CrossingMap, PieceRecord, ThreadRecord
 
 MAP = "Threads and their pieces"
-#: A disc and a ring, of those that the fonts of a PDF have.
-_OVER, _UNDER = "•", "o"
+_INTRO = (
+    "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
+    "are its pieces, with a line at each joint (#) between them; below it are the pieces that "
+    "cross it, each strand drawn, with a disc where the thread goes over and a ring where it "
+    "goes under, as on the pieces. A closed thread ends with the joint at which it began. Beside "
+    "the name of the thread is the step in which each piece is placed."
+)
 #: Least and greatest distance of crossings along a band, in points, and the band's half width.
 _PITCH, _WIDEST, _HALF = 9.9, 16.0, 4.5
-#: Above the middle of a band stand its pieces, then its joints; below it its crossings.
-_PIECES_UP, _JOINTS_UP, _CROSSINGS_DOWN = 12.0, 22.0, 11.0
+#: Above the middle of a band stand its pieces, then its joints; below it signs, then partners.
+_PIECES_UP, _JOINTS_UP, _SIGNS_DOWN, _PARTNERS_DOWN = 14.5, 23.5, 11.5, 15.5
 #: The least size of a name that has little room, in points.
 _LEAST = 8.0
 #: Height of a thread's heading, of what is above and below a band, and half the width of a strand
 #: that crosses it.
-_HEAD, _ABOVE, _BELOW, _STRAND = 14.0, 32.0, 40.0, 1.9
+_HEAD, _ABOVE, _BELOW, _STRAND = 14.0, 34.0, 36.0, 1.9
 
 
 @dataclass(frozen=True)
 class _Stop:
-    """A crossing on the way along a thread, with the piece and, if two pieces lap, the joint."""
+    """A crossing on the way along a thread, who is met, and, if two pieces lap, the joint."""
 
     crossing: int
     over: bool
+    partner: str
     piece: str
     joint: int | None
 
@@ -49,39 +55,35 @@ def thread_stops(thread: ThreadRecord, pieces: Mapping[str, PieceRecord]) -> lis
         piece = pieces[key]
         shared = 1 if stops and piece.joints[0] is not None else 0
         stops += [
-            _Stop(station.crossing, station.over, key, station.joint)
+            _Stop(station.crossing, station.over, station.partner, key, station.joint)
             for station in piece.stations[shared:]
         ]
     return stops
 
 
 def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
-    """Draw each thread as a band in its colours, with its pieces, joints and crossings in order."""
+    """Draw each thread as a band in its colours, with its pieces, joints and what crosses it."""
     book.page(MAP)
-    book.y = book.block(
-        book.left,
-        book.y,
-        "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
-        "are its pieces, with a line at each joint (#) between them; below it are the numbers of "
-        f"its crossings, with a disc {_OVER} where the thread goes over and a ring {_UNDER} where "
-        "it goes under, the strand drawn across it. A closed thread ends with the joint at which "
-        "it begins.",
-        book.right - book.left,
-        size=SMALL,
-    )
+    book.y = book.block(book.left, book.y, _INTRO, book.right - book.left, size=SMALL)
     pieces = {piece.id: piece for piece in crossing_map.pieces}
+    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
     wide = book.right - book.left
     per_row = int(wide / _PITCH) - 1
     for thread in crossing_map.threads:
         stops = thread_stops(thread, pieces)
-        book.room(_HEAD + _ABOVE + _BELOW, MAP)
-        book.y -= _HEAD
         name = f"Thread {thread.label}"
-        book.text(book.left, book.y, name, size=12.0, bold=True)
         figures = "ring" if thread.closed else "open"
         figures += agree(len(thread.pieces), ", {n} [piece|pieces]")
         figures += agree(len(set(thread.crossings)), ", {n} [crossing|crossings]")
-        book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y, figures, size=SMALL)
+        steps = ", ".join(f"{key} {step_of[key]}" for key in thread.pieces)
+        beside = text_width(name, 12.0, bold=True) + 8.0
+        lines = wrapped(f"{figures}; steps: {steps}", SMALL, wide - beside)
+        book.room(_HEAD + LEADING * SMALL * (len(lines) - 1) + _ABOVE + _BELOW, MAP)
+        book.y -= _HEAD
+        book.text(book.left, book.y, name, size=12.0, bold=True)
+        for number, line in enumerate(lines):
+            book.y -= LEADING * SMALL if number else 0.0
+            book.text(book.left + beside, book.y, line, size=SMALL)
         pitch = max(_PITCH, min(_WIDEST, wide / (len(stops) + 1)))
         start = 0
         while start < len(stops):
@@ -121,8 +123,9 @@ def _write_row(book: Book, stops: list[_Stop], pitch: float, colours: Colours) -
         if stop.joint is not None:
             book.line([(x, y - _HALF - 1.0), (x, y + _JOINTS_UP - 2.0)], width=1.3)
             book.text(x, y + _JOINTS_UP, f"#{stop.joint}", size=SMALL, align=0.5)
-        said = f"{stop.crossing} {_OVER if stop.over else _UNDER}"
-        book.text(x, y - _CROSSINGS_DOWN, said, size=SMALL, align=1.0, angle_deg=90.0, middle=True)
+        book.sign(x, y - _SIGNS_DOWN, over=stop.over)
+        low = y - _PARTNERS_DOWN
+        book.text(x, low, stop.partner, size=SMALL, align=1.0, angle_deg=90.0, middle=True)
     first = 0
     for at in range(1, len(stops) + 1):
         if at == len(stops) or stops[at].piece != stops[first].piece:

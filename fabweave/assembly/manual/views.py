@@ -30,13 +30,24 @@ _SIDES = ("front", "front right", "right", "back right", "back", "back left", "l
 
 def views_of_steps(scene: Scene) -> IntArray:
     """Return the number of the view of each step: the object is turned in an eighth of them."""
-    seen = np.array([_seen(scene, view) for view in VIEWS])
+    seen = seen_from_views(scene)
     chosen = np.zeros(0, dtype=np.int64)
     for turn in _TURNS:
         chosen = choose_views(seen[:, :, 0], seen[:, :, 1], turn)
         if np.count_nonzero(np.diff(chosen)) <= MOST_TURNS * len(chosen):
             break
     return chosen
+
+
+def seen_from_views(scene: Scene) -> FloatArray:
+    """Return what each view shows of each step's new pieces: of the least seen, and of all.
+
+    Returns
+    -------
+    (V, S, 2) float array
+        In pixels of small pictures, when the step is done.
+    """
+    return np.array([_seen(scene, view) for view in VIEWS])
 
 
 def choose_views(least: FloatArray, total: FloatArray, turn: float) -> IntArray:

@@ -14,7 +14,10 @@ LEGEND = (
     "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
     "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
     "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
-    "a cross where all layers are now in place."
+    "a cross where all layers are now in place. A card shows the new piece flat, its outer face up "
+    "and its start at the left: in order from there, all that crosses it and is in place, with a "
+    "disc where the piece goes over it and a ring where it runs under. Grey lines are strands to "
+    "come."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "

@@ -12,13 +12,13 @@ from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.sheets import drawn_pieces, write_sheets
 from fabweave.assembly.manual.step_pictures import WholePicture, step_pictures
 from fabweave.assembly.manual.steps import write_steps
-from fabweave.assembly.manual.tables import write_tables
 from fabweave.assembly.manual.thread_map import write_map
 from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
 from fabweave.flat.rim_ring import RimRing
+from fabweave.picture.camera import View
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -35,8 +35,8 @@ def manual_pdf(
 ) -> bytes:
     """Return the manual as a PDF.
 
-    Overview, how to read a piece, threads, parts list, a page or more for each sheet, the steps,
-    and a table of stations for each piece.
+    Overview, how to read a piece, threads with all that their pieces meet, parts list, a page or
+    more for each sheet, and the steps.
 
     Parameters
     ----------
@@ -83,7 +83,6 @@ def _write(
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
     write_steps(book, crossing_map, pictures, seconds, rings)
-    write_tables(book, crossing_map)
 
 
 def write_manual(
@@ -95,8 +94,14 @@ def write_manual(
     seconds: Sequence[float],
     paper: str,
     rings: Sequence[RimRing],
-) -> None:
-    """Make the pictures of the steps, unless they are too many, and write the manual."""
+) -> tuple[View, ...]:
+    """Make the pictures of the steps, unless they are too many, and write the manual.
+
+    Returns
+    -------
+    tuple of View
+        From where each step is seen, for others that show it; nothing of those without a picture.
+    """
     pictures: Sequence[WholePicture] = ()
     if len(crossing_map.steps) <= MOST_PICTURED:
         ribbons, weave, pieces, colours = woven
@@ -104,3 +109,4 @@ def write_manual(
         pictures = step_pictures(scene, crossing_map)
     data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper, rings=rings)
     path.write_bytes(data)
+    return tuple(picture.view for picture in pictures for _ in picture.steps)

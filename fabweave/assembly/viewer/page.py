@@ -55,6 +55,7 @@ def viewer_page(
     colours: Colours,
     view_deg: tuple[float, float],
     hands: dict[str, Any],
+    step_views_deg: Sequence[tuple[float, float]] = (),
 ) -> str:
     """Return the viewer as one HTML file that needs nothing else, neither files nor a network.
 
@@ -72,6 +73,9 @@ def viewer_page(
     hands : dict
         How long it takes: ``seconds`` of each step, half way from a quick to a slow maker, and
         ``hours`` of the whole job, for both.
+    step_views_deg : sequence of (float, float)
+        Azimuth and elevation from which the manual shows each step; of the first ones, or of none,
+        where it does not show them all.
 
     Returns
     -------
@@ -86,6 +90,7 @@ def viewer_page(
         "job": hashlib.sha256(_compact(shown).encode()).hexdigest()[:16],
         "colours": _colour_runs(colours, space),
         "view_deg": list(view_deg),
+        "views_deg": [list(view) for view in step_views_deg],
         "hands": hands,
         "plan": shown,
         "space": to_json(space),

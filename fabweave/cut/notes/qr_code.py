@@ -8,7 +8,7 @@ import segno
 import shapely
 from PIL import Image, ImageDraw
 
-from fabweave.core.arrays import FloatArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.messages import agree, few_of
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 
@@ -53,18 +53,36 @@ def draw_code(text: str, code: Code) -> tuple[Polyline, ...]:
     >>> lines[0].points.tolist(), lines[0].width_mm
     ([[10.0, 40.5], [17.0, 40.5]], 1.0)
     """
-    dark = _dots(text)
-    # From light to dark and back again, row by row.
-    row, column = np.nonzero(np.diff(np.pad(dark, ((0, 0), (1, 1))).astype(np.int8), axis=1))
-    x = code.x_mm + code.dot_mm * column.reshape(-1, 2)
-    y = code.y_mm + code.dot_mm * (len(dark) - 0.5 - row.reshape(-1, 2))
+    dark = code_dots(text)
+    row, left, right = dark_runs(dark)
+    x = code.x_mm + code.dot_mm * np.column_stack([left, right])
+    y = code.y_mm + code.dot_mm * (len(dark) - 0.5 - np.column_stack([row, row]))
     return tuple(
         Polyline(Layer.NOTES, points, width_mm=code.dot_mm) for points in np.stack([x, y], axis=2)
     )
 
 
-def _dots(text: str) -> Any:
-    """Return the dots of a code, True for dark, the uppermost row first."""
+def dark_runs(dots: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return row, first column and the column after the last one of each run of dark dots.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in dark_runs(np.array([[1, 1, 0, 1]], dtype=bool))]
+    [[0, 0], [0, 3], [2, 4]]
+    """
+    # From light to dark and back again, row by row.
+    row, column = np.nonzero(np.diff(np.pad(dots, ((0, 0), (1, 1))).astype(np.int8), axis=1))
+    return row[::2], column[::2], column[1::2]
+
+
+def code_dots(text: str) -> BoolArray:
+    """Return the dots of a code, True for dark, the uppermost row first.
+
+    Examples
+    --------
+    >>> code_dots("HELLO").shape
+    (21, 21)
+    """
     # Readers guess the alphabet of what is no ASCII, unless they are told.
     plain = text.isascii()
     symbol = segno.make(
@@ -82,10 +100,12 @@ def _dots(text: str) -> Any:
 def with_code(drawing: SheetDrawing, text: str) -> SheetDrawing:
     """Return a sheet with a code on it, as large as there is room for, or as it is.
 
-    The code stands as low as possible, and there as far to the right, on material that is left or
-    in the margin. Around its quiet border, a millimetre is free.
+    A text of nothing has no code. The code stands as low as possible, and there as far to the
+    right, on material that is left or in the margin. Around its quiet border, a millimetre is free.
     """
-    size = len(_dots(text)) + 2 * QUIET_DOTS
+    if not text:
+        return drawing
+    size = len(code_dots(text)) + 2 * QUIET_DOTS
     border, obstacles = _border(drawing), _obstacles(drawing)
     full = _full_cells(drawing, border, obstacles)
     for dot in DOTS_MM:

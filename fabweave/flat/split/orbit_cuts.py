@@ -7,7 +7,12 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.flat.split.repeats import Repeats
-from fabweave.flat.split.shortest_path import cheapest_mirrored, cheapest_ring, cheapest_row
+from fabweave.flat.split.shortest_path import (
+    cheapest_mirrored,
+    cheapest_repeats,
+    cheapest_ring,
+    cheapest_row,
+)
 from fabweave.flat.split.sites import Sites
 from fabweave.flat.split.stagger import Joints
 
@@ -104,6 +109,8 @@ class Orbit:
                 yield 1, lambda cost: cheapest_mirrored(cost, count - 1, ring=False)
             return
         most = count // self.period
+        if most > 1:
+            yield 1, lambda cost: cheapest_repeats(cost, self.period)
         for times in range(1, most + 1):
             if most % times:
                 continue

@@ -19,6 +19,9 @@ PREFERENCES = ("balanced", "work", "waste")
 #: What ``--kinds`` may say, and what a kind of piece costs more, in joints; none does where each
 #: thread is cut by itself. A kind is one more shape to sort and to tell apart: four joints' work.
 KIND_PRICES = {"auto": 4.0, "fewest": 50.0, "any": None}
+#: The same where pieces repeat though no rotation carries them onto one another. There each piece
+#: has its price, not each of many: at four joints, a block of squares took a third more pieces.
+LIKE_PRICES = {"auto": 0.5, "fewest": 4.0}
 
 #: A piece is taken out of its sheet, found and taken up in so many seconds, and a joint is brought
 #: into line and held: as costs count it, at a middling pace.

@@ -94,6 +94,67 @@ def cheapest_ring(cost: FloatArray) -> tuple[float, IntArray]:
     return float(laps[best]), np.sort((cuts + begin) % count)
 
 
+def cheapest_repeats(cost: FloatArray, period: int) -> tuple[float, IntArray]:
+    """Cut a ring into pieces of two lengths at most, of whole periods each, at least cost.
+
+    All pieces begin at the same site of a period, so that they are of two kinds at most where the
+    ring repeats itself.
+
+    Parameters
+    ----------
+    cost : (N, D) float array
+        As of :func:`cheapest_ring`. Where costs differ from period to period, the greatest counts.
+    period : int
+        After so many sites the ring repeats itself, a divisor of their number.
+
+    Returns
+    -------
+    total, cuts
+        As of :func:`cheapest_ring`.
+
+    Examples
+    --------
+    Three periods of two sites: two pieces of four and of two are cheaper than three of two.
+
+    >>> cost = np.tile([[9.0, 4.0, 9.0, 6.0], [9.0, 5.0, 9.0, 2.0]], (3, 1))
+    >>> total, cuts = cheapest_repeats(cost, 2)
+    >>> total, cuts.tolist()
+    (7.0, [1, 3])
+    """
+    most = len(cost) // period
+    # The greatest of all periods: row by row the site of a period, column by column the length.
+    each = cost.reshape(most, period, -1)[:, :, period - 1 :: period].max(axis=0)[:, :most]
+    if not np.isfinite(each).any():
+        return np.inf, np.zeros(0, dtype=np.int64)
+    length, times, other, more = _two_lengths(most, each.shape[1])
+    # What is not there costs nothing, even where it could not be.
+    rest = np.where(more > 0, each[:, other - 1], 0.0) * more
+    totals = np.round(each[:, length - 1] * times + rest, 3)
+    site, way = np.unravel_index(np.argmin(totals), totals.shape)
+    total = float(totals[site, way])
+    if not np.isfinite(total):
+        return np.inf, np.zeros(0, dtype=np.int64)
+    pieces = np.repeat((length[way], other[way]), (times[way], more[way]))
+    return total, np.asarray(site + period * (np.cumsum(pieces) - pieces))
+
+
+def _two_lengths(whole: int, longest: int) -> IntArray:
+    """Return the ways to divide a whole into parts of two lengths, (4, W).
+
+    The first length and how many of it, the second and how many of that; of parts that are all
+    equal there is none of the second.
+    """
+    ways = []
+    for length in range(1, min(whole, longest) + 1):
+        times = np.arange(1, whole // length + 1)
+        other = np.arange(1, longest + 1)
+        rest = (whole - length * times)[:, None]
+        some, fits = np.nonzero(rest % other == 0)
+        more = rest[some, 0] // other[fits]
+        ways.append(np.stack((np.full(len(some), length), times[some], other[fits], more)))
+    return np.concatenate(ways, axis=1)
+
+
 def cheapest_mirrored(cost: FloatArray, turn: int, *, ring: bool) -> tuple[float, IntArray]:
     """Cut a row or a ring of sites so that the cuts are their own mirror image, at least cost.
 

@@ -21,6 +21,8 @@ class SplitPlan:
         What the length that was taken comes to: as these runs are, before anything is nested.
     prefer : str or None
         By which preference one of the choices was taken; None if a length was asked for.
+    likes : bool
+        Whether threads are cut so that pieces repeat that no rotation carries onto one another.
     """
 
     runs: Runs
@@ -28,3 +30,4 @@ class SplitPlan:
     choices: tuple[Choice, ...]
     chosen: Choice
     prefer: str | None
+    likes: bool = False

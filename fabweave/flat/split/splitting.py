@@ -30,6 +30,7 @@ from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.sites import Sites
 from fabweave.flat.split.stagger import Joints
+from fabweave.flat.split.window_kinds import KindPrices
 from fabweave.weave.pattern import Weave
 
 #: A joint beside another strand's joint costs more by this share of a joint.
@@ -48,6 +49,7 @@ def choose_runs(
     *,
     repeats: Repeats | None = None,
     kind_price: float = 0.0,
+    likes: IntArray | None = None,
 ) -> Runs:
     """Cut every thread at crossings where it goes under, at the least cost.
 
@@ -80,6 +82,9 @@ def choose_runs(
         itself.
     kind_price : float
         What a kind of piece costs more, in joints.
+    likes : (N, D) int array, optional
+        The kind of each candidate, as of :func:`window_kinds`, where threads are cut so that pieces
+        repeat although no rotation carries them onto one another.
 
     Raises
     ------
@@ -89,11 +94,13 @@ def choose_runs(
     joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
     if threads is None:
         threads = np.flatnonzero(np.diff(candidates.sites.offsets))
-    kinds = repeats, kind_price * joint_price(candidates)
-    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads, *kinds)
+    price_mm2 = kind_price * joint_price(candidates)
+    kinds = repeats, price_mm2
+    priced = None if likes is None else KindPrices(likes, price_mm2)
+    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads, *kinds, priced)
     lost = _lost(cuts)
     if len(lost) and length_mm < max_length_mm:
-        cuts |= _cut(candidates, joints, bed, max_length_mm, lost, *kinds)
+        cuts |= _cut(candidates, joints, bed, max_length_mm, lost, *kinds, priced)
         lost = _lost(cuts)
     if len(lost):
         # What contains a stretch that can be no piece cannot be one, either: where there is any
@@ -124,6 +131,7 @@ def _cut(
     threads: IntArray,
     repeats: Repeats | None,
     kind_mm2: float,
+    likes: KindPrices | None = None,
 ) -> dict[int, IntArray | None]:
     """Cut some threads; None for those that cannot be cut so short.
 
@@ -138,6 +146,7 @@ def _cut(
     orbits = list(list_orbits(sites, threads, repeats))
     outer = sites.outer
     cuts: dict[int, IntArray | None] = {}
+    width = cost.shape[1]
     for _sweep in range(2):
         for orbit in orbits:
             begin = sites.offsets[orbit.threads]
@@ -147,9 +156,14 @@ def _cut(
                 if earlier is not None:
                     at = row + earlier
                     joints.add(sites.crossing[at[~outer[at]]], -1)
+                    if likes is not None:
+                        likes.add(at, _ahead(sites, thread, earlier), -1)
             beside = orbit.beside(sites.crossing[rows], joints)
             joint = np.where(outer[rows[0]], 0.0, price + beside)
-            cut = _cut_orbit(candidates, orbit, cost, joint, fitting, bed, kind_mm2)
+            more = joint[_targets(orbit, width)]
+            if likes is not None:
+                more += likes.costs(rows[0])
+            cut = _cut_orbit(candidates, orbit, cost, more, fitting, bed, kind_mm2)
             for number, thread in enumerate(orbit.threads.tolist()):
                 cuts[thread] = None
                 if cut is not None:
@@ -157,25 +171,44 @@ def _cut(
                     inner = ~outer[ways]
                     prices = np.where(inner, joints.costs(sites.crossing[ways]), 0.0).sum(axis=1)
                     at = ways[int(np.argmin(np.round(prices, 3)))]
-                    cuts[thread] = at - begin[number]
+                    cuts[thread] = chosen = at - begin[number]
                     joints.add(sites.crossing[at[~outer[at]]])
+                    if likes is not None:
+                        likes.add(at, _ahead(sites, thread, chosen))
     return cuts
+
+
+def _targets(orbit: Orbit, width: int) -> IntArray:
+    """Return the site at which each candidate of the first thread of an orbit ends, (N, D)."""
+    count = orbit.there.shape[1]
+    target = np.arange(count)[:, None] + np.arange(1, width + 1)
+    return target % count if orbit.closed else np.minimum(target, count - 1)
+
+
+def _ahead(sites: Sites, thread: int, cut: IntArray) -> IntArray:
+    """Return how many sites beyond the next one each piece of a thread ends."""
+    count = int(sites.offsets[thread + 1] - sites.offsets[thread])
+    after = np.append(cut[1:], cut[0] + count if sites.closed[thread] else count - 1)
+    return np.asarray(after - cut - 1)
 
 
 def _cut_orbit(
     candidates: Candidates,
     orbit: Orbit,
     cost: FloatArray,
-    joint: FloatArray,
+    more: FloatArray,
     fitting: BoolArray,
     bed: Bed,
     kind_mm2: float,
 ) -> IntArray | None:
-    """Cut the first thread of an orbit, so that few kinds come of it if a kind has a price."""
+    """Cut the first thread of an orbit, so that few kinds come of it if a kind has a price.
+
+    What candidates cost ``more`` than their sheet is known of the first thread only, (n, D).
+    """
     best, chosen = np.inf, None
     for times, solve in orbit.plans():
         total, cut = _cut_thread(
-            candidates, int(orbit.threads[0]), cost, joint, fitting, bed, solve, times
+            candidates, int(orbit.threads[0]), cost, more, fitting, bed, solve, times
         )
         if cut is None:
             continue
@@ -190,7 +223,7 @@ def _cut_thread(
     candidates: Candidates,
     thread: int,
     cost: FloatArray,
-    joint: FloatArray,
+    more: FloatArray,
     fitting: BoolArray,
     bed: Bed,
     solve: Solve,
@@ -203,21 +236,18 @@ def _cut_thread(
     sites = candidates.sites
     rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
     ring = bool(sites.closed[thread])
-    count, width = cost[rows].shape
+    count = len(cost[rows])
     if count == 1 and not ring:
         station = np.array([candidates.course.offsets[thread]])
         outline = strip_outlines(candidates.course.stretches(station, station))[0]
         return 0.0, np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
-    target = np.arange(count)[:, None] + np.arange(1, width + 1)
-    target = target % count if ring else np.minimum(target, count - 1)
     block = count // times
     while True:
-        total, cut = solve((cost[rows] + joint[target])[:block])
+        total, cut = solve((cost[rows] + more)[:block])
         if not np.isfinite(total):
             return np.inf, None
         cut = (np.arange(times)[:, None] * block + cut).ravel()
-        after = np.append(cut[1:], cut[0] + count if ring else count - 1)
-        row, ahead = sites.offsets[thread] + cut, after - cut - 1
+        row, ahead = sites.offsets[thread] + cut, _ahead(sites, thread, cut)
         doubtful = ~fitting[row, ahead]
         row, ahead = row[doubtful], ahead[doubtful]
         if not len(row):

@@ -9,7 +9,7 @@ exact, and the result depends on neither the order of additions nor the number o
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -136,20 +136,26 @@ def kernels_of(shape: ItemShape, grid: Grid, count: int) -> Kernels:
     return Kernels(shape.outline, sides, angles, corners, sizes, pixels, rim)
 
 
-@frozen_value
-class _Spectra:
-    """Kernels at all angles, transformed for patches of one size."""
-
-    shape: tuple[int, int]
-    pixels: _Spectrum
-
-
 @dataclass(frozen=True)
 class _Tile:
     """A square of positions, by its least row and column."""
 
     row: int
     column: int
+
+
+@frozen_value
+class _Spectra:
+    """Kernels at all angles, transformed for patches of one size.
+
+    ``able`` are the angles that had room in each tile when it was last searched: nothing is ever
+    taken away, so there is no room at the others.
+    """
+
+    kernels: Kernels
+    shape: tuple[int, int]
+    pixels: _Spectrum
+    able: dict[_Tile, IntArray] = field(default_factory=dict)
 
 
 class _Tiling:
@@ -197,6 +203,7 @@ class SheetPixels:
         inner = np.s_[grid.near : rows - grid.near, grid.near : columns - grid.near]
         self._touched[grid.pad : grid.pad + rows, grid.pad : grid.pad + columns][inner] = 0.0
         self._tilings: dict[int, _Tiling] = {}
+        self._last: _Spectra | None = None
         self._placed = PlacedOutlines(grid.container, grid.gap_mm)
         if grid.container.barred is not None:
             self._occupy(region_sides(grid.container.barred, grid.barred_mm))
@@ -236,7 +243,6 @@ class SheetPixels:
         )
         last = np.maximum(steps.astype(np.int64), 0)
         least = int(kernels.pixels.sum(axis=(1, 2)).min())
-        spectra: _Spectra | None = None
         for number in tiling.open_to(size, self.effort.same_size):
             tile = tiling.tiles[number]
             if tile.row > last[:, 1].max() or tile.column > last[:, 0].max():
@@ -249,7 +255,7 @@ class SheetPixels:
             patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
             occupied = self._occupied[patch]
             if occupied.size - int(occupied.sum()) >= least:
-                spectra = spectra or self._spectra(kernels, shape)
+                spectra = self._spectra(kernels, shape)
                 for free in self._free_spots(kernels, spectra, tile, tiling.side, last)[:_SLIDES]:
                     spot = slide(free, kernels.outline, self._placed)
                     if spot is not None:
@@ -268,12 +274,18 @@ class SheetPixels:
         return self._tilings[side]
 
     def _spectra(self, kernels: Kernels, shape: tuple[int, int]) -> _Spectra:
-        """Transform kernels for correlation with patches of at least this shape."""
-        fast = (
-            int(scipy.fft.next_fast_len(shape[0], real=False)),
-            int(scipy.fft.next_fast_len(shape[1], real=True)),
-        )
-        return _Spectra(fast, self._transform(kernels.pixels, fast))
+        """Transform kernels for correlation with patches of their shape.
+
+        Pieces of a shape come one after another, and patches of a shape are of one size: what was
+        transformed last is kept.
+        """
+        if self._last is None or self._last.kernels is not kernels:
+            fast = (
+                int(scipy.fft.next_fast_len(shape[0], real=False)),
+                int(scipy.fft.next_fast_len(shape[1], real=True)),
+            )
+            self._last = _Spectra(kernels, fast, self._transform(kernels.pixels, fast))
+        return self._last
 
     def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
         """Return conjugate spectra of kernels; rows of zeros are not transformed."""
@@ -292,10 +304,13 @@ class SheetPixels:
         rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
         columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
         extent = (len(rows), len(columns))
-        free = self._correlation(self._occupied, spectra.pixels, tile, spectra.shape, extent) < 0.5
-        free &= rows[None, :, None] <= last[:, 1][:, None, None]
-        free &= columns[None, None, :] <= last[:, 0][:, None, None]
-        able = np.flatnonzero(free.any(axis=(1, 2)))
+        angles = spectra.able.get(tile, np.arange(len(spectra.pixels)))
+        pixels = spectra.pixels[angles]
+        free = self._correlation(self._occupied, pixels, tile, spectra.shape, extent) < 0.5
+        free &= rows[None, :, None] <= last[angles, 1][:, None, None]
+        free &= columns[None, None, :] <= last[angles, 0][:, None, None]
+        some = free.any(axis=(1, 2))
+        able = spectra.able[tile] = angles[some]
         if len(able) == 0:
             return []
         score = self._correlation(self._touched, spectra.pixels[able], tile, spectra.shape, extent)
@@ -308,7 +323,7 @@ class SheetPixels:
         score -= (_UPWARD * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[
             None, :, None
         ]
-        score = np.where(free[able], score, np.float32(-np.inf))
+        score = np.where(free[some], score, np.float32(-np.inf))
         flat = score.reshape(len(able), -1)
         where = np.argmax(flat, axis=1)
         row, column = np.unravel_index(where, extent)

@@ -13,7 +13,7 @@ from fabweave.verify.read.waste_page import Seen, read_page
 
 INDEX, CONTENTS = "index.html", "contents.json"
 #: The SHA-256 of the page's style, which decides what of it is seen. A change there changes it.
-STYLE = "820dc5476d47bbf606e377e8436822a3ee08a1a0e3a882dc0c6be407c33cf248"
+STYLE = "82f84c500bb5b077f221b73a68c93a00daf17739e9f679a447d32b95a76d792d"
 _TAGS = frozenset({
     "html", "head", "body", "meta", "title", "style", "h1", "h2", "h3", "p", "table", "tr", "th",
     "td", "div", "span", "ul", "li", "a", "img", "strong", "em", "br", "svg", "text", "polyline",
@@ -24,7 +24,7 @@ _ATTRIBUTES = frozenset({
     "viewbox", "x", "y",
 })  # fmt: skip
 #: Where a job has files.
-_FOLDERS = ("sheets", "cut", "service", "rim", "offcuts")
+_FOLDERS = ("sheets", "cut", "service", "rim", "tag", "offcuts")
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from fabweave.verify.read.kerfed_sheets import Ready, read_ready
 from fabweave.verify.read.manual import ManualPage, read_manual
 from fabweave.verify.read.offcuts import Offcuts, read_offcuts
 from fabweave.verify.read.pictures import check_shape, read_png
+from fabweave.verify.read.qr_code import CodeFiles, read_code_files
 from fabweave.verify.read.rim import Rim, read_rim
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
@@ -98,6 +99,8 @@ class Job:
     offcuts: Offcuts | None = None
     #: The rings around openings, if there is such a folder.
     rim: Rim | None = None
+    #: The QR code on paper and as a tag, where the settings ask for it.
+    code: CodeFiles | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -301,6 +304,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         if (directory / SERVICE).is_dir()
         else None,
         offcuts=read_offcuts(directory, read, _read_toml),
+        code=read_code_files(directory, options, read, tally),
         rim=read_rim(directory, read, lambda path: _read_lists(path, "fabweave.rim/1", "rings")),
     )
 

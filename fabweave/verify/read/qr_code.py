@@ -1,15 +1,27 @@
 """Read a QR code from its dots, all of which must be right (ISO/IEC 18004, level L, bytes).
 
+And find the dots where a job has them besides its sheets: a picture, and a tag to engrave.
 Nothing is corrected: error correction is for cameras, and here a wrong dot is a fault. Codes of
 versions 1 to 9 are read, which hold up to 230 bytes.
 """
 
+import io
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 
-from fabweave.verify.drawing import Flags, Ints, ReadError
+from fabweave.verify.drawing import Drawing, Flags, Ints, ReadError
+from fabweave.verify.read.content import read_content
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.svg import read_svg
+from fabweave.verify.statement import Tally
 
 #: Of each version at level L: blocks, codewords with data in each, and with corrections in each.
 _BLOCKS = {
@@ -27,6 +39,15 @@ _ALIGNED = {7: (6, 22, 38), 8: (6, 24, 42), 9: (6, 26, 46)}
 _FORMAT_MASK = 0b10101
 _LEVEL_L = 0b01
 _BYTES, _ECI, _UTF8 = 0b0100, 0b0111, 26
+
+#: The picture of the code, and the folder of the tag and its file there without suffix.
+CODE, TAG_FOLDER, TAG = "qr_code.png", "tag", "qr_tag"
+#: Readers want a border of so many dots to be free.
+QUIET = 4
+#: A corner of a code begins with a run of so many dark dots.
+_CORNER = 7
+#: No picture of a code has more pixels to a side.
+_MOST_SIDE = 4096
 
 
 def read_code(dots: Flags) -> str:
@@ -165,3 +186,76 @@ def _text(bits: str, version: int) -> str:
         return data.decode("ascii" if ascii_only else "utf-8")
     except UnicodeDecodeError as error:
         raise ReadError(f"its bytes are no text: {error}") from error
+
+
+@dataclass(frozen=True, eq=False)
+class CodeFiles:
+    """The dots of the picture, and the drawings of the tag; None for what a job does without."""
+
+    dots: Flags | None
+    tag_dxf: Drawing | None
+    tag_svg: Drawing | None
+
+
+def read_code_files(
+    directory: Path,
+    options: dict[str, Any],
+    read: Callable[[str, Callable[[Path], Any]], Any],
+    tally: Tally,
+) -> CodeFiles:
+    """Read what the settings ask for, and tell of what they do not; older jobs ask for nothing.
+
+    Parameters
+    ----------
+    directory : Path
+        The job's folder.
+    options : dict
+        The settings of job.toml.
+    read : callable
+        Reads a file by its name and a reader, or tells why not.
+    tally : Tally
+        Where files are told that do not belong there.
+    """
+    asked = options.get("qr", "none")
+    for name, wanted in ((CODE, asked != "none"), (TAG_FOLDER, asked == "offcut")):
+        absent = not os.path.lexists(directory / name)
+        tally.at(name).expect(wanted or absent, "nobody asked for it")
+    dxf = svg = None
+    if asked == "offcut":
+        dxf = read(f"{TAG_FOLDER}/{TAG}.dxf", read_dxf)
+        svg = read(f"{TAG_FOLDER}/{TAG}.svg", read_svg)
+    return CodeFiles(None if asked == "none" else read(CODE, read_dots), dxf, svg)
+
+
+def read_dots(path: Path) -> Flags:
+    """Return the dots of a code's picture, True for dark, without its border.
+
+    Raises
+    ------
+    ReadError
+        If it is no picture of square dots, black on white, with a border.
+    """
+    data = io.BytesIO(read_content(path))
+    try:
+        with Image.open(data, formats=["PNG"]) as picture:
+            if max(picture.size) > _MOST_SIDE:
+                raise ReadError(f"it has {picture.size[0]} x {picture.size[1]} pixels")
+            grey = np.asarray(picture.convert("L"))
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise ReadError(f"it is not a complete PNG: {error}") from error
+    dark = grey == 0
+    rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
+    if not len(rows) or not np.all(dark | (grey == 255)):
+        raise ReadError("it is blank, or not in black and white")
+    corner = dark[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    light = np.flatnonzero(~corner[0])
+    dot = int(light[0]) // _CORNER if len(light) else 0
+    if not dot or corner.shape[0] != corner.shape[1] or len(corner) % dot:
+        raise ReadError("it is no code")
+    dots = corner[dot // 2 :: dot, dot // 2 :: dot]
+    if not np.array_equal(np.kron(dots, np.ones((dot, dot), dtype=np.bool_)), corner):
+        raise ReadError("its dots are no squares of one size")
+    free = min(rows[0], columns[0], *(np.array(dark.shape) - 1 - (rows[-1], columns[-1])))
+    if free < QUIET * dot:
+        raise ReadError(f"its border is {free / dot:.1f} dots wide: less than {QUIET}")
+    return dots

@@ -39,6 +39,8 @@ class Viewer:
         The crossing map as the page has it.
     hands : object
         Seconds of each step and hours of all, by which the page tells the time that is left.
+    views_deg : list
+        Azimuth and elevation from which each step is shown.
     colours : list of (R,) str arrays
         The colour of each rung of each piece.
     frame : str
@@ -59,6 +61,7 @@ class Viewer:
 
     plan: dict[str, Any]
     hands: Any
+    views_deg: list[list[float]]
     colours: list[npt.NDArray[np.str_]]
     frame: str
     three: str
@@ -109,6 +112,7 @@ def _viewer(parts: re.Match[str], document: dict[str, Any]) -> Viewer:
     return Viewer(
         plan=document["plan"],
         hands=document["hands"],
+        views_deg=[[float(azimuth), float(rise)] for azimuth, rise in document["views_deg"]],
         colours=[_colours(runs) for runs in document["colours"]],
         frame=_sha256("\n".join(parts.group("a", "b", "c", "d", "e"))),
         three=_sha256(parts["three"]),

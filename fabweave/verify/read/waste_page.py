@@ -40,7 +40,7 @@ _VALUES = {
 }  # fmt: skip
 _WIDTH = re.compile(r"width:[\d.]+%")
 #: The SHA-256 of the page's style, which decides what of it is seen. A change there changes it.
-STYLE = "3cf9d5c3e7c5ae4792dd8f8d1aafb7a3d27ab33e0ea84620fcb887d2063c2ee7"
+STYLE = "33f200dcd8106dae443d456671823541ae6648453faeeec89b4ad8e04cf8568b"
 #: Files of the job beside the page.
 _BESIDE = re.compile(r"(?!//)(?!.*\.\.)(?:[\w.,=+-]+/)*[\w.,=+ -]+")
 #: The page of a job of tens of thousands of pieces has not so many texts.

@@ -31,10 +31,16 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     }, 0);
   }
 
-  function home() {
+  /** Look from where the object is seen first; done at once, as an address may ask for another view. */
+  function aim() {
     [turn, rise] = firstDeg.map((angle) => (angle * Math.PI) / 180);
     whole = true;
     target = ball.center.clone();
+  }
+  aim();
+
+  function home() {
+    aim();
     place();
   }
 
@@ -79,14 +85,24 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
 
   /** Turn, by the shorter way, until a direction from a point of the object looks at the eye. */
   function face(direction, point) {
-    const goal = Math.atan2(direction.y, direction.x);
-    const away = Math.atan2(Math.sin(goal - turn), Math.cos(goal - turn));
     const up = Math.max(-1.2, Math.min(1.2, Math.asin(Math.max(-1, Math.min(1, direction.z)))));
+    turnTowards(Math.atan2(direction.y, direction.x), up, point);
+  }
+
+  /** See the object from an azimuth and an elevation; say so if it was seen from elsewhere. */
+  function look(viewDeg, point) {
+    const [goal, up] = viewDeg.map((angle) => (angle * Math.PI) / 180), before = spoken();
+    turnTowards(goal, up, point, () => spoken() !== before && tell.rest(spoken()));
+  }
+
+  function turnTowards(goal, up, point, then = () => {}) {
+    const away = Math.atan2(Math.sin(goal - turn), Math.cos(goal - turn));
     const from = [turn, rise, target.clone()], to = whole ? ball.center : point;
     fly((part) => {
       turn = from[0] + away * part;
       rise = from[1] + (up - from[1]) * part;
       target.copy(from[2]).lerp(to, part);
+      if (part === 1) then();
     });
   }
 
@@ -233,7 +249,7 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
   });
 
   return {
-    home, face, glimpse, move,
+    home, face, look, glimpse, move,
     get lens() { return lens; },
     towards,
     /** Keep lines parallel, or show what is nearer larger. */
@@ -248,8 +264,7 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     },
     resize(width, height) {
       aspect = width / height;
-      if (target) settle();
-      else home();
+      settle();
     },
   };
 }

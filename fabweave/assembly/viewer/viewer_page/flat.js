@@ -34,14 +34,17 @@ function pieceDrawing(plan, index, chosen, step) {
       <circle class="reach" r="${2 * r}"/><circle class="halo" r="${1.5 * r}"/><circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
       <text font-size="${11 * unit}" dy="${3.9 * unit}">${k}</text></g>`);
   const names = stations.map((station) => `<g class="partner${stationTime(plan, step, station)}" role="link" tabindex="0" data-piece="${escaped(station.partner)}">
-    <rect x="${station.x - 14 * unit}" y="${-low + 2 * unit}" width="${28 * unit}" height="${20 * unit}"/>
+    <rect x="${station.x - 17 * unit}" y="${-low - 2 * unit}" width="${34 * unit}" height="${30 * unit}"/>
     <text x="${station.x}" y="${-low + 15 * unit}" font-size="${11 * unit}">${escaped(plan.bears(plan.pieceAt.get(station.partner)))}</text></g>`);
-  const ends = [[0, left], [1, right]].flatMap(([end, x]) => piece.joints[end] === null ? [] : [
-    `<g role="link" tabindex="0" data-piece="${escaped(plan.mate(piece, piece.joints[end]))}"><text class="joint" x="${x}" y="${-high - 7 * unit}" font-size="${12 * unit}"
-      text-anchor="${end ? "end" : "start"}">#${piece.joints[end]} &#8594; ${escaped(plan.nameOf(plan.mate(piece, piece.joints[end])))}</text></g>`]);
+  const ends = [[0, left], [1, right]].flatMap(([end, x]) => {
+    if (piece.joints[end] === null) return [];
+    const mate = plan.mate(piece, piece.joints[end]), name = `#${piece.joints[end]} \u2192 ${plan.nameOf(mate)}`, wide = 8 * unit * name.length;
+    return [`<g role="link" tabindex="0" data-piece="${escaped(mate)}"><rect x="${end ? x - wide : x}" y="${-high - 26 * unit}" width="${wide}" height="${30 * unit}"/>
+      <text class="joint" x="${x}" y="${-high - 7 * unit}" font-size="${12 * unit}" text-anchor="${end ? "end" : "start"}">${escaped(name)}</text></g>`];
+  });
   const way = `<text class="way" x="${(left + right) / 2}" y="${-high - 7 * unit}" font-size="${12 * unit}">${
     escaped(plan.bears(index))} &#9654;</text>`;
-  const box = [left - pad, -high - 24 * unit, right - left + 2 * pad, high - low + 46 * unit];
+  const box = [left - pad, -high - 26 * unit, right - left + 2 * pad, high - low + 54 * unit];
   return `<div class="scroll"><svg class="piece" viewBox="${box.join(" ")}" style="width:clamp(${0.85 * shownWide}px, 100%, ${shownWide}px)" role="img"
     aria-label="Piece ${escaped(plan.named(index))}, flat"><path class="outline" style="fill:${plan.colour[index]}"
     d="${pathOf(piece.outline)}"/>${holes.join("")}<path class="line" d="M${line}" stroke-width="${1.5 * unit}"

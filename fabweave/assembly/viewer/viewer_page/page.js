@@ -10,7 +10,7 @@ const PLAY_MS = 2600;
   const state = {
     stepwise: kept.stepwise === true,
     step: Math.max(1, Math.min(last, Number(kept.step) || 1)),
-    piece: -1, station: -1, sheet: 0, zoom: 1, labels: false, follow: true,
+    piece: -1, station: -1, sheet: 0, zoom: 1, labels: false, follow: true, later: 0,
     scheme: schemes.includes(kept.scheme) ? kept.scheme : "job",
     // What is shown alone: its name, and its pieces.
     only: null,
@@ -58,14 +58,15 @@ const PLAY_MS = 2600;
       if (state.only && !state.only.pieces.has(piece)) return HIDDEN;
       if (!state.stepwise) return state.piece < 0 ? PLAIN : FADED;
       const away = state.step - 1 - plan.stepOf[piece];
-      return away < 0 ? HIDDEN : away > 0 ? FADED : FRESH;
+      return away < 0 ? (state.later ? LATER : HIDDEN) : away > 0 ? FADED : FRESH;
     });
   }
 
   function labels(how) {
     const order = plan.pieces.map((_, index) => ({ piece: index, text: plan.bears(index), code: how[index] }));
-    const wanted = order.filter(({ code }) => code >= FRESH || ((state.labels || state.only) && code !== HIDDEN));
-    return wanted.sort((a, b) => b.code - a.code).map((label) => ({ ...label, strong: label.code >= FRESH }));
+    const out = (code) => code === FRESH || code === CHOSEN;
+    const wanted = order.filter(({ code }) => out(code) || ((state.labels || state.only) && code !== HIDDEN && code !== LATER));
+    return wanted.sort((a, b) => b.code - a.code).map((label) => ({ ...label, strong: out(label.code) }));
   }
 
   function update() {
@@ -161,8 +162,16 @@ const PLAY_MS = 2600;
     if (piece !== undefined) state.sheet = plan.sheetAt.get(plan.pieces[piece].sheet);
     remember();
     update();
-    if (space && state.follow && piece !== undefined) space.face(piece, -1);
+    follow();
     if (!stepwise || state.step === before + 1) show();
+  }
+
+  /** See this step from where the manual shows it; a step that it does not show, from where it is seen. */
+  function follow() {
+    const view = plan.data.views_deg[state.step - 1], piece = plan.pieceAt.get(plan.steps[state.step - 1].pieces[0]);
+    if (!space || !state.follow || !state.stepwise || piece === undefined) return;
+    if (view) space.follow(piece, view);
+    else space.face(piece, -1);
   }
 
   /** Let the pieces of this step come to their places. */
@@ -264,6 +273,7 @@ const PLAY_MS = 2600;
     by(id).addEventListener("click", () => {
       state[name] = !state[name];
       update();
+      if (name === "follow") follow();
     });
   by("colours").addEventListener("change", () => {
     paint(by("colours").value);
@@ -275,9 +285,16 @@ const PLAY_MS = 2600;
   if (space) {
     by("explode").addEventListener("input", () => space.spread(Number(by("explode").value)));
     by("cut").addEventListener("input", () => space.cut(Number(by("cut").value)));
+    const ghost = () => {
+      state.later = Number(by("later").value);
+      space.ghost(Number(by("there").value), state.later);
+      update();
+    };
+    for (const id of ["there", "later"]) by(id).addEventListener("input", ghost);
     by("parallel").addEventListener("change", () => space.straighten(by("parallel").checked));
     by("home").addEventListener("click", () => {
-      for (const id of ["explode", "cut"]) by(id).value = 0;
+      for (const id of ["explode", "cut", "there", "later"]) by(id).value = by(id).defaultValue;
+      ghost();
       space.spread(0);
       space.cut(0);
       space.move("home");

@@ -36,7 +36,7 @@ function makePanels(by, plan, clock, state) {
         <button type="button" class="link" data-step="${plan.stepOf[chosen] + 1}">step ${plan.stepOf[chosen] + 1}</button>.</p>
       ${pieceDrawing(plan, chosen, state.station, step)}
       <p class="hint">${sideSign(true)} over ${sideSign(false)} under, outer face up, &#9654; along the thread.${
-        step ? " Ringed: made at this step. Pale: not before a later one." : ""} Millimetres from station 0.</p>
+        step ? " Ringed: made at this step. Grey: not before a later one." : ""} Millimetres from station 0.</p>
       ${stationTable(plan, chosen, state.station, step)}`;
     const row = panel.querySelector("tr.chosen");
     if (row) row.scrollIntoView({ block: "nearest" });
@@ -61,7 +61,7 @@ function makePanels(by, plan, clock, state) {
     shown.zoom = state.zoom;
     const letter = (letterHeight(plan, sheet) * drawing.clientWidth) / sheet.width_mm;
     drawing.classList.toggle("dense", letter < 7);
-    const names = ["later", "", state.stepwise ? "laid" : "", "fresh", "chosen"];
+    const names = ["later", "", state.stepwise ? "laid" : "", "fresh", "chosen", "later"];
     for (const group of panel.querySelectorAll("g[data-piece]"))
       group.setAttribute("class", group.dataset.piece === document.body.dataset.piece ? "chosen" : names[how[plan.pieceAt.get(group.dataset.piece)]]);
     const sought = plan.pieces.filter((piece, index) => piece.sheet === sheet.sheet && (index === state.piece || how[index] === FRESH));
@@ -76,7 +76,7 @@ function makePanels(by, plan, clock, state) {
       sheet.mirrored ? "The pieces lie on their outer faces: their inner faces are engraved." : "",
       sheet.defects.length ? "Hatched: defects." : "",
       sheet.rest ? `Dashed: ${sheet.rest.name}, to be kept.` : "",
-      state.stepwise ? "Ringed: this step. Pale: in place. White: still to come." : "",
+      state.stepwise ? "Ringed: this step. Grey: in place. White: still to come." : "",
     ].filter(Boolean).join(" ");
   }
 
@@ -104,9 +104,10 @@ function makePanels(by, plan, clock, state) {
     shown.here = here;
   }
 
-  /** How long all takes that is not done. */
+  /** How long all steps take that are not done. */
   function leftText() {
-    return state.done.size === last ? "All is done." : `${clock.left(state.done)} left of ${clock.all()}.`;
+    if (state.done.size === last) return "All is done.";
+    return `${clock.left(state.done)} left of ${clock.all()} for the steps; sorting comes before.`;
   }
 
   return { showPiece, showSheet, showSteps, leftText };

@@ -55,7 +55,8 @@ function readPlan(text) {
 
   /** A text with something else for each name of a piece, and for all the rest. */
   const retold = (text, name, rest) => text.split(/([A-Za-z]+\d+)/).map((part, k) => (k % 2 && pieceAt.has(part) ? name(part) : rest(part))).join("");
-  const linked = (text) => retold(text, link, escaped);
+  // A name stays with the comma or the point after it.
+  const linked = (text) => retold(text, link, escaped).replace(/(<button[^>]*>[^<]*<\/button>)([,.;:)]+)/g, '<span class="tied">$1$2</span>');
   const told = (text) => retold(text, nameOf, (part) => part);
 
   /** Where fasteners are set for good at a step: the crossing, its pieces, and how many there. */

@@ -1,5 +1,7 @@
 /** How a strip is shown. */
-const HIDDEN = 0, PLAIN = 1, FADED = 2, FRESH = 3, CHOSEN = 4;
+const HIDDEN = 0, PLAIN = 1, FADED = 2, FRESH = 3, CHOSEN = 4, LATER = 5;
+/** What is in place is as strong as this until somebody chooses otherwise. */
+const THERE = 0.5;
 
 const STRIP_VERTEX = `
 attribute float piece, across, along, dip;
@@ -26,34 +28,45 @@ uniform vec4 cut;
 varying vec4 vState;
 varying vec3 vPlace;
 void cutAway() {
-  if (vState.a < 0.5 && dot(vPlace, cut.xyz) > cut.w) discard;
+  if ((vState.a < 0.5 || vState.a > 0.9) && dot(vPlace, cut.xyz) > cut.w) discard;
 }`;
 
-// Where a strip dives under another it is darker, as in the shade of the one above; from behind,
-// the other way round.
+// Where a strip dives under another it is darker, as in the shade of the one above; where it lies
+// over another, a gap as pale as the paper runs along both of its rails, a share of its half width.
+// From behind it is the other way round.
 const STRIP_FRAGMENT = `${CUT}
+#define HALO 0.12
 uniform vec3 paper;
-uniform float pitch;
+uniform float pitch, there, later;
 varying vec3 vNormal, vTint;
 varying float vAcross, vAlong, vDip;
+// Of sixteen pixels side by side each has another number, from 0 to 15 sixteenths.
+float sieve(vec2 at) {
+  vec2 fine = mod(floor(at), 2.0), coarse = mod(floor(at / 2.0), 2.0);
+  return mod(2.0 * fine.x + 3.0 * fine.y, 4.0) / 4.0 + mod(2.0 * coarse.x + 3.0 * coarse.y, 4.0) / 16.0;
+}
 void main() {
   cutAway();
   float code = floor(vState.a * 5.1 + 0.5);
+  // What is to come is a veil: the more pixels, the denser.
+  if (code == 5.0 && sieve(gl_FragCoord.xy) >= later) discard;
+  bool brought = code == 3.0 || code == 4.0;
   float side = gl_FrontFacing ? 1.0 : -1.0;
   float lit = max(dot(normalize(vNormal) * side, normalize(vec3(-0.35, 0.5, 0.8))), 0.0);
   float below = max(0.0, -side * vDip);
-  vec3 colour = vTint * (0.58 + 0.45 * lit) * (1.0 - (code > 2.5 ? 0.2 : 0.5) * below * below);
+  vec3 colour = vTint * (0.58 + 0.45 * lit) * (1.0 - (brought ? 0.2 : 0.35) * below * below);
   if (side < 0.0) colour = mix(colour, vec3(dot(colour, vec3(0.3, 0.6, 0.1))), 0.35) * 0.8;
-  float middle = abs(vAcross - 0.5) * 2.0;
-  if (code == 2.0) colour = mix(paper, colour, 0.32);
+  float middle = abs(vAcross - 0.5) * 2.0, edge = 1.0 - HALO * smoothstep(0.0, 0.8, side * vDip);
+  if (code == 2.0) colour = mix(paper, colour, there);
   if (code == 4.0) {
     // Chevrons point along the thread.
     float wave = fract(vAlong / pitch + middle * 0.3);
     colour = mix(colour, vec3(1.0), 0.85 * (1.0 - smoothstep(0.30, 0.34, wave)) * smoothstep(0.0, 0.04, wave));
   }
-  float rim = code > 2.5 ? 0.16 : 0.08, soft = max(fwidth(middle), 1e-4);
-  float line = smoothstep(1.0 - rim - 0.5 * soft, 1.0 - rim + 0.5 * soft, middle) * clamp(rim / soft, 0.0, 1.0);
-  colour = mix(colour, code > 2.5 ? vec3(0.04) : colour * 0.45, line);
+  float rim = brought ? 0.16 : 0.08, soft = max(fwidth(middle), 1e-4);
+  float line = smoothstep(edge - rim - 0.5 * soft, edge - rim + 0.5 * soft, middle) * clamp(rim / soft, 0.0, 1.0);
+  colour = mix(colour, brought ? vec3(0.04) : colour * 0.45, line);
+  if (edge < 1.0) colour = mix(colour, paper, smoothstep(edge - 0.5 * soft, edge + 0.5 * soft, middle));
   gl_FragColor = vec4(colour, 1.0);
 }`;
 
@@ -61,6 +74,7 @@ const NUMBER_FRAGMENT = `${CUT}
 varying float vPiece;
 void main() {
   cutAway();
+  if (vState.a > 0.9) discard;
   float n = floor(vPiece + 0.5) + 1.0;
   gl_FragColor = vec4(mod(n, 256.0), mod(floor(n / 256.0), 256.0), floor(n / 65536.0), 255.0) / 255.0;
 }`;

@@ -45,7 +45,7 @@ function makeSpace(canvas, over, plan, tell) {
   const states = new THREE.DataTexture(table, 256, table.length / 1024, THREE.RGBAFormat, THREE.UnsignedByteType);
   const uniforms = {
     states: { value: states }, size: { value: new THREE.Vector2(256, table.length / 1024) },
-    paper: { value: new THREE.Color(0xffffff) }, spread: { value: 0 }, cut: { value: new THREE.Vector4(0, 0, 1, UNCUT) },
+    paper: { value: new THREE.Color(0xffffff) }, there: { value: THERE }, later: { value: 0 }, spread: { value: 0 }, cut: { value: new THREE.Vector4(0, 0, 1, UNCUT) },
     // Chevrons are about as long as a strip is wide.
     pitch: { value: 0.8 * usualWidth(made.position) },
   };
@@ -61,7 +61,9 @@ function makeSpace(canvas, over, plan, tell) {
   const every = Math.ceil(spots.length / 400);
   const outer = spots.filter((_, k) => k % every === 0).flatMap((places) => places.map(({ point }) => point));
 
-  let drawn = 0, rest = 0, anchors = [], wanted = [], mark = null, sought = -1, landing = null;
+  let drawn = 0, rest = 0, anchors = [], wanted = [], mark = null, landing = null;
+  // The piece that is to be seen, and how much of it is enough.
+  let sought = -1, enough = SEEN;
   // How pieces were shown last, and the triangles that must be drawn over what is seen; null: all.
   let before = plan.pieces.map(() => HIDDEN), fresh = null;
   const camera = makeCamera(canvas, ball, outer, plan.data.view_deg, {
@@ -119,7 +121,7 @@ function makeSpace(canvas, over, plan, tell) {
     }
     const share = place();
     write(over);
-    const hidden = sought >= 0 && share(sought) < SEEN ? sought : -1;
+    const hidden = sought >= 0 && share(sought) < enough ? sought : -1;
     sought = -1;
     if (hidden >= 0) turnToSee(hidden);
   }
@@ -272,7 +274,7 @@ function makeSpace(canvas, over, plan, tell) {
       mark = station ? [station[0], spots[station[0]][station[1]].point] : null;
       // Nothing moved: it is enough to draw what looks another way, unless something goes away.
       const changed = codes.flatMap((code, piece) => (code === before[piece] ? [] : [piece]));
-      if (changed.some((piece) => codes[piece] === HIDDEN)) fresh = null;
+      if (changed.some((piece) => codes[piece] === HIDDEN || codes[piece] === LATER)) fresh = null;
       else if (fresh && changed.length) fresh = joined(fresh, rangeOf(changed));
       before = codes;
       draw();
@@ -289,8 +291,18 @@ function makeSpace(canvas, over, plan, tell) {
     },
     /** Turn a piece to the eye if it looks away or, once that is known, if it is hidden. */
     face(piece, station) {
-      sought = piece;
+      [sought, enough] = [piece, SEEN];
       turnTo(piece, station, 0.3);
+    },
+    /** See a piece from an azimuth and an elevation, or from elsewhere if nothing of it shows there. */
+    follow(piece, viewDeg) {
+      [sought, enough] = [piece, 1e-9];
+      camera.look(viewDeg, spots[piece][plan.pieces[piece].stations.length >> 1].point.clone());
+    },
+    /** Show what is in place as strong as this, and what is to come; both from 0 to 1. */
+    ghost(there, later) {
+      [uniforms.there.value, uniforms.later.value] = [there, later];
+      drawAll();
     },
     /** Colour pieces: for each its colours, each with the number of rungs that have it. */
     colour(runs) {

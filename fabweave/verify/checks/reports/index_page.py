@@ -13,6 +13,7 @@ from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.measure.words import counted, price_words, time_words
 from fabweave.verify.read.index_page import INDEX, Index
 from fabweave.verify.read.job_files import LIKENESS, MOST_VIEWED, Job, required
+from fabweave.verify.read.qr_code import CODE
 from fabweave.verify.read.waste_page import Seen, bar, spaced
 from fabweave.verify.statement import Place, Tally
 
@@ -57,10 +58,11 @@ _ENTRIES: dict[str, tuple[tuple[str, str], ...]] = {
         ("woven_mesh.obj", "the mesh that was woven"),
         ("model.glb", "the woven object, for programs that show 3-D models"),
         (_PORTRAIT, "its picture"),
+        (CODE, "the command that makes it again, for the camera of a phone"),
         ("contents.json", "all these files with their SHA-256"),
     ),
 }
-_PICTURES = {_VIEWER: _PORTRAIT, LIKENESS: LIKENESS}
+_PICTURES = {_VIEWER: _PORTRAIT, LIKENESS: LIKENESS, CODE: CODE}
 
 
 def check_index(job: Job, tally: Tally) -> None:
@@ -120,6 +122,8 @@ def _absent(job: Job, plan: CrossingMap, index: Index) -> set[str]:
     outcome = (job.settings or {}).get("outcome")
     if not isinstance(outcome, dict) or "likeness_mm" not in outcome:
         absent.add(LIKENESS)
+    if job.options.get("qr", "none") == "none":
+        absent.add(CODE)
     if len(plan.crossings) > MOST_VIEWED and _VIEWER not in index.files:
         absent.add(_VIEWER)
     return absent
@@ -171,6 +175,7 @@ def _cut(
             "service/",
         ),
         ("The ring around each opening, to cut as well; rim.txt says how it is laid.", "rim/"),
+        ("The QR code as a tag, to engrave on an offcut and to cut from it.", "tag/"),
         (
             "What is left and worth keeping, and a list of it for the --stock of a later job.",
             "offcuts/",

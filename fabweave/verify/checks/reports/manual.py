@@ -6,7 +6,7 @@ from fabweave.verify.checks.reports.manual_cover import check_cover, check_legen
 from fabweave.verify.checks.reports.manual_drawings import check_parts, check_sheets
 from fabweave.verify.checks.reports.manual_steps import OVER, UNDER, check_steps
 from fabweave.verify.checks.reports.page import title_of
-from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.crossing_map import CrossingMap, Thread
 from fabweave.verify.measure.words import PAPERS_MM, counted
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.manual import ManualPage
@@ -15,24 +15,15 @@ from fabweave.verify.statement import Place, Tally
 
 SECTIONS = (
     "Overview", "How to read a piece", "Threads and their pieces", "Parts list", "Sheets", "Steps",
-    "What each piece meets",
 )  # fmt: skip
-#: What stands above the cells of a station.
-_HEADS = ("st.", "crossing", "mm", "passes", "joint", "step")
 #: Sizes of paper are told in hundredths of points.
 _PAPER_MM = 0.1
-#: Distances are rounded to a tenth.
-_SAME_MM = 0.0501
 MAP = (
     "Each thread is drawn as a band in the colours that it has on the cover. Above the band "
-    "are its pieces, with a line at each joint (#) between them; below it are the numbers of its "
-    "crossings, with a disc • where the thread goes over and a ring o where it goes under, the "
-    "strand drawn across it. A closed thread ends with the joint at which it begins."
-)
-TABLES = (
-    "For each piece, along its arrow: a disc before each piece that it lies over, a ring before "
-    "each that it runs under, and at its ends the joint and the piece that is joined there. The "
-    "number after its name is the step in which it is placed."
+    "are its pieces, with a line at each joint (#) between them; below it are the pieces that "
+    "cross it, each strand drawn, with a disc where the thread goes over and a ring where it "
+    "goes under, as on the pieces. A closed thread ends with the joint at which it began. Beside "
+    "the name of the thread is the step in which each piece is placed."
 )
 
 
@@ -45,14 +36,13 @@ def check_manual(job: Job, tally: Tally) -> None:
     sections = _sections(pages, printed(title_of(job)), place)
     place.equal("the row of sections", list(sections), list(SECTIONS))
     parts = [sections.get(name, []) for name in SECTIONS]
-    cover, legend, threads, pieces, sheets, steps, tables = parts
+    cover, legend, threads, pieces, sheets, steps = parts
     check_cover(job, plan, _running(cover, place.at("cover")))
     check_legend(plan, _running(legend, place.at("legend")))
     _check_map(plan, _running(threads, place.at("map")), place)
     check_parts(plan, pieces, place.at("parts list"))
     check_sheets(plan, sheets, place)
     check_steps(plan, _running(steps, place.at("steps")))
-    _check_tables(plan, _running(tables, place.at("tables")))
 
 
 def _check_paper(pages: Sequence[ManualPage], paper: object, place: Place) -> None:
@@ -85,65 +75,48 @@ def _running(pages: Sequence[ManualPage], place: Place) -> RunningText:
 
 
 def _check_map(plan: CrossingMap, text: RunningText, place: Place) -> None:
-    """Require that the map shows each thread's pieces, joints and crossings in order."""
+    """Require that the map shows each thread's pieces, joints and who crosses it, in order."""
     text.block(MAP)
+    names = {piece.id for piece in plan.pieces}
+    steps = {key: step.step for step in plan.steps for key in step.pieces}
     for thread in plan.threads:
         text.block(f"Thread {thread.label}")
+        placed = ", ".join(f"{key} {steps.get(key)}" for key in thread.pieces)
         text.block(
             f"{'ring' if thread.closed else 'open'}, {counted(len(thread.pieces), 'piece')}, "
-            f"{counted(len(set(thread.crossings)), 'crossing')}"
+            f"{counted(len(set(thread.crossings)), 'crossing')}; steps: {placed}"
         )
-        pieces, crossings, joints = set(thread.pieces), *_along(plan, thread)
-        cells = text.some_of({*pieces, *crossings, *joints})
+        crossings, joints = _along(plan, thread)
+        cells = text.some_of({*names, *joints, OVER, UNDER})
         if text.lost:
             return
         here = place.at(f"map of thread {thread.label}")
+        signed = [at for at, cell in enumerate(cells) if cell in (OVER, UNDER)]
+        partners = {at + 1 for at in signed}
         # Where a row ends within a piece, it is named in both.
-        named = list(dict.fromkeys(cell for cell in cells if cell in pieces))
+        named = list(
+            dict.fromkeys(
+                cell for at, cell in enumerate(cells) if cell in names and at not in partners
+            )
+        )
         here.equal("the row of pieces", named, list(thread.pieces))
-        for name, wanted in (("crossings, over or under,", crossings), ("joints", joints)):
-            known = set(wanted)
-            row = [cell for cell in cells if cell in known]
-            here.equal(f"the row of {name}", row, wanted)
+        row = [" ".join(cells[at : at + 2]) for at in signed]
+        here.equal("the row of what it meets, over or under,", row, crossings)
+        known = set(joints)
+        here.equal("the row of joints", [cell for cell in cells if cell in known], joints)
     text.end()
 
 
 def _along(plan: CrossingMap, thread: Thread) -> tuple[list[str], list[str]]:
-    """Return the crossings and the joints of a thread as the map of threads has them."""
+    """Return whom a thread meets and its joints, as the map of threads has them."""
     crossings: list[str] = []
     joints: list[str] = []
     for number, key in enumerate(thread.pieces):
         piece = plan.piece[key]
-        ways = [f"{station.crossing} {'•' if station.over else 'o'}" for station in piece.stations]
+        ways = [
+            f"{OVER if station.over else UNDER} {station.partner}" for station in piece.stations
+        ]
         shared = number > 0 and piece.joints[0] is not None
         crossings += ways[1:] if shared else ways
         joints += [f"#{key}" for key in piece.joints[shared:] if key is not None]
     return crossings, joints
-
-
-def _check_tables(plan: CrossingMap, text: RunningText) -> None:
-    """Require that each piece has all that it meets, station by station, and its joints."""
-    text.block(TABLES)
-    steps = {key: step.step for step in plan.steps for key in step.pieces}
-    for piece in plan.pieces:
-        text.block(f"{piece.id} ({steps.get(piece.id)})")
-        ends = [
-            () if key is None else (f"#{key}>{_mate(plan, piece, key)}",) for key in piece.joints
-        ]
-        for word in ends[0]:
-            text.block(word)
-        for station in piece.stations:
-            sign = OVER if station.over else UNDER
-            text.match(sign, sign)
-            text.block(station.partner)
-        for word in ends[1]:
-            text.block(word)
-        if text.lost:
-            return
-    text.end()
-
-
-def _mate(plan: CrossingMap, piece: Piece, joint: int) -> str:
-    """Return whom a piece is joined to, which may be itself."""
-    pieces = plan.joint[joint].pieces
-    return next((name for name in pieces if name != piece.id), piece.id)

@@ -29,8 +29,8 @@ TAKE = (
     "its sheet."
 )
 LOOSE = (
-    "Leave a fastener loose as long as a layer is still to come, and tighten it when the step says "
-    "that all layers are in place."
+    "Leave a fastener loose as long as a layer is still to come, and tighten it when the step "
+    "shows that all layers are in place."
 )
 VIEWER = " assembly.html shows the same steps on an object that you can turn and zoom."
 #: The number by which a picture points out each kind of label, holes, and ticks.
@@ -172,6 +172,11 @@ def check_legend(plan: CrossingMap, text: RunningText) -> None:
     piece = max(
         plan.pieces, key=lambda one: (len({label.kind for label in one.labels}), len(one.labels))
     )
+    signs = list(_signs(plan, piece))
+    counted = {
+        name[0]: str(number)
+        for number, (name, _) in enumerate((one for one in signs if one[0][0].isdigit()), start=1)
+    }
     holes = [station for station in piece.stations if station.hole_mm]
     numbers = [_NUMBERS[kind] for kind in ("id", "joint") if kind in _kinds(piece)]
     # Of crossings one is shown that is passed over, and one under.
@@ -183,16 +188,17 @@ def check_legend(plan: CrossingMap, text: RunningText) -> None:
         }
     )
     numbers += [_HOLE] if holes else []
-    shown = text.some_of({*numbers, _TICKS})
+    numbers, ticks = [counted[kind] for kind in numbers], counted.get(_TICKS, "")
+    shown = text.some_of({*numbers, ticks} - {""})
     text.place.equal(
         "the list of numbers, ticks left out,",
-        sorted(number for number in shown if number != _TICKS),
+        sorted(number for number in shown if number != ticks),
         sorted(numbers),
     )
-    text.place.expect(shown.count(_TICKS) <= 1, "it points out ticks twice")
+    text.place.expect(shown.count(ticks) <= 1, "it points out ticks twice")
     text.block(f"Piece {piece.id} of this object")
-    for name, words in _signs(plan, piece):
-        text.block(name)
+    for name, words in signs:
+        text.block(counted.get(name[0], name[0]) + name[1:])
         text.block(words)
     text.end()
 
@@ -220,14 +226,14 @@ def _signs(plan: CrossingMap, piece: Piece) -> Iterator[tuple[str, str]]:
             "1 Kind",
             f"K{piece.kind}: all pieces with these letters are alike, and any of them fits any of "
             f"their places. {piece.id} is a name of the place alone: its letters name the thread, "
-            "and the number counts its pieces. Stations are counted along the arrow, from 0; or "
-            "against it, where a step says that the arrow runs back.",
+            "and the number counts its pieces. The arrow points from the start of a piece to its "
+            "end; or back, where a step says so.",
         )
     elif "id" in kinds:
         yield (
             "1 Id",
             f"{piece.id}: the letters name the thread, and the number counts its pieces. The arrow "
-            "points along the thread; stations are counted in its direction, from 0.",
+            "points from the start of the piece to its end.",
         )
     if "joint" in kinds:
         joint = next(plan.joint[key] for key in piece.joints if key is not None)

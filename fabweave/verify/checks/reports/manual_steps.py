@@ -17,7 +17,10 @@ PICTURED = (
     "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
     "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
     "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
-    "a cross where all layers are now in place."
+    "a cross where all layers are now in place. A card shows the new piece flat, its outer face up "
+    "and its start at the left: in order from there, all that crosses it and is in place, with a "
+    "disc where the piece goes over it and a ring where it runs under. Grey lines are strands to "
+    "come."
 )
 _UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
@@ -100,11 +103,14 @@ class _StepCheck:
         if said is None or int(said[1]) != steps[at].step or end == at:
             text.place.fail(f"a picture of the whole object does not show {due}")
             return len(steps), side
-        seen = [f"Seen from {one}." for one in (_SIDES if at == 0 else [side])]
-        turned = [f"Turn the object to see it from {one}." for one in _SIDES if one != side]
-        told = text.next
-        text.block(*seen, *(turned if at else ()))
-        side = next((one for one in _SIDES if told.endswith(f" from {one}.")), side)
+        sides = {f"Seen from {one}.": one for one in (_SIDES if at == 0 else [side])}
+        if at:
+            turned = (one for one in _SIDES if one != side)
+            sides |= {f"Turn the object to see it from {one}.": one for one in turned}
+        told = next((words for words in sides if text.skip(words)), "")
+        if not told:
+            text.block(*sides)
+        side = sides.get(told, side)
         new = [key for step in steps[at:end] for key in step.pieces]
         count, pieces = len(self._there) + len(new), len(self._plan.pieces)
         are = "piece is" if pieces == 1 else "pieces are"
@@ -125,14 +131,47 @@ class _StepCheck:
         self._there.update(step.pieces)
         text.block(step.text)
         due = [key for key in step.fasten if key not in self._idle]
-        if due and step.ring is None:
+        if due and step.ring is None and not pictured:
             text.block(f"All layers are in place: {self._layers(step, due)}.")
         if carried := [self._hung(key) for key in sorted(step.fasten) if plan.crossing[key].hang]:
             text.block(f"A cord or a foot goes here: {_listed(carried)}.")
         if step.ring is not None and not text.lost:
             self._check_ring(step)
         elif pictured and not text.lost:
+            for key in step.pieces:
+                self._check_card(plan.piece[key], step, due)
             self._check_names(step, len(due))
+
+    def _check_card(self, piece: Piece, step: Step, due: Sequence[int]) -> None:
+        """Read the card of a piece, if it has one: all that it meets, from its start to its end."""
+        words = list(self._on_card(piece, step, due))
+        for word in (piece.id, *words) if words else ():
+            if word in (OVER, UNDER, COMPLETE):
+                self._text.match(word, word)
+            else:
+                self._text.block(word)
+
+    def _on_card(self, piece: Piece, step: Step, due: Sequence[int]) -> Iterator[str]:
+        """Yield what a card says behind the id of its piece."""
+        first, last = (
+            [] if key is None or key not in step.joints else [f"#{key}>{self._mate(piece, key)}"]
+            for key in piece.joints
+        )
+        yield from first
+        for station in piece.stations:
+            others = self._strands.get((station.crossing, not station.over), [])
+            there = [other for other in others if other in self._there]
+            if there and station.crossing in (step.over if station.over else step.under):
+                yield OVER if station.over else UNDER
+                yield " ".join(there)
+                if station.crossing in due:
+                    yield COMPLETE
+        yield from last
+
+    def _mate(self, piece: Piece, joint: int) -> str:
+        """Return whom a piece is joined to, which may be itself."""
+        pieces = self._plan.joint[joint].pieces
+        return next((name for name in pieces if name != piece.id), piece.id)
 
     def _hung(self, key: int) -> str:
         """Name a crossing that carries something, and its hole."""

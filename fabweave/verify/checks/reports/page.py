@@ -227,14 +227,14 @@ def _comparison(told: dict[str, Any], totals: dict[str, Any]) -> Iterator[Seen]:
     """Yield the comparison with the best there could be, and with naive ways."""
     yield Seen("h2", "How well the material is used")
     yield Seen("p", "Share of whole sheets that becomes pieces; holes are waste in all of them.")
-    yield from row("Way", "Area, m²", "Sheets", "Used", "", tag="th")
+    yield from row("Way", "Sheets, m²", "Sheets", "Used", "", tag="th")
     area, sheets = totals["area_mm2"], totals["sheets"]
     ways = [
         ("this job", area, sheets, told["gross"]),
         ("this job, kept offcuts not counted", area - told["kept_mm2"], sheets, told["net"]),
         (
             "no layout could be better: pieces with half the gap around",
-            told["bound_mm2"], told["bound_sheets"], told["best"],
+            None, told["bound_sheets"], told["best"],
         ),
     ]  # fmt: skip
     for name, key in (
@@ -243,7 +243,7 @@ def _comparison(told: dict[str, Any], totals: dict[str, Any]) -> Iterator[Seen]:
     ):
         way, large = told[key], told[key]["too_large"]
         count = f"{counted(large, 'does', 'do')} not fit" if large else way["sheets"]
-        ways.append((name, way["area_mm2"], count, way["utilisation"]))
+        ways.append((name, None, count, way["utilisation"]))
     for name, key in (
         ("nested roughly, across the grain as here", "across"),
         ("nested roughly, at any angle", "free"),
@@ -253,7 +253,7 @@ def _comparison(told: dict[str, Any], totals: dict[str, Any]) -> Iterator[Seen]:
             ways.append((name, way["area_mm2"], way["sheets"], way["utilisation"]))
     for name, mm2, count, share in ways:
         used = "" if share is None else f"{share:.1%}"
-        yield from row(name, f"{mm2 / 1e6:.2f}", count, used, "")
+        yield from row(name, "" if mm2 is None else f"{mm2 / 1e6:.2f}", count, used, "")
         if used:
             yield from bar(used)
 

@@ -1,6 +1,7 @@
 """Check that the viewer shows what the map says and where the model has it, and loads nothing."""
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,12 @@ from fabweave.verify.measure.geometry import panel_bounds
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import MOST_VIEWED, Job, required
+from fabweave.verify.read.manual import ManualPage
 from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "6d7da00a40820ce3bdae64d53bae41ce969b712c74ff3d7af81ef90487e965ea"
+FRAME = "1e5056a44f18169d8586a076d81cf4358c72af6d3104f2e213c7a7525224360c"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
@@ -29,6 +31,12 @@ ROUNDED = 5.1e-4
 ROUNDED_S = 0.051
 #: Bytes of light in the model are rounded by as much, and a little.
 SAME_LIGHT = 0.0025
+#: From where the manual shows steps: from higher than this it is straight above.
+_AROUND = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
+_STEEP_DEG = 60.0
+_SEEN = re.compile(
+    r"Next: steps? (\d+)(?: to (\d+))? (?:Seen|Turn the object to see it) from ([^.]+)\."
+)
 #: Coordinates in space may be this coarse, for looking.
 COARSE_MM = 0.1
 
@@ -49,6 +57,9 @@ def check_viewer(job: Job, tally: Tally) -> None:
         place.expect(where is None, f"it differs from crossing_map.json in {where}")
     if job.waste is not None:
         _check_hands(plan, job.waste.get("estimate"), viewer.hands, place)
+    if job.manual is not None:
+        sides = [_side(*view) for view in viewer.views_deg]
+        place.equal("the sides from which steps are seen", sides, _sides(job.manual))
     if place.equal(
         "the numbers of pieces in space, with rungs, with panels and with colours,",
         (len(viewer.counts), len(viewer.panels), len(viewer.colours)),
@@ -69,6 +80,24 @@ def _check_hands(
     if place.equal("the number of steps with a time", len(hands["seconds"]), len(wanted)):
         off = np.abs(np.array(hands["seconds"], dtype=np.float64) - wanted).max(initial=0.0)
         place.expect(bool(off <= ROUNDED_S), "a step takes another time")
+
+
+def _side(azimuth_deg: float, rise_deg: float) -> str:
+    """Say from where something is seen, as the manual does."""
+    high = "above" if rise_deg > 0.0 else "below"
+    if abs(rise_deg) > _STEEP_DEG:
+        return f"straight {high}"
+    side = _AROUND[int(np.floor((azimuth_deg + 90.0) / 45.0 + 0.5)) % 8]
+    return f"the {side}" + (f" and {high}" if rise_deg else "")
+
+
+def _sides(manual: Sequence[ManualPage]) -> list[str]:
+    """Return from where the manual shows each step that it shows."""
+    text = " ".join(text for page in manual for text in page.texts)
+    sides: list[str] = []
+    for first, last, side in _SEEN.findall(text):
+        sides += [side] * (int(last or first) - int(first) + 1)
+    return sides
 
 
 def _difference(shown: Any, true: Any, where: str) -> str | None:

@@ -1,4 +1,4 @@
-"""Check the QR code on each sheet: it says what the map does, and stands clear of everything."""
+"""Check the QR code: it says what the map does, and on a sheet it stands clear of everything."""
 
 import hashlib
 import json
@@ -8,15 +8,28 @@ from typing import Any
 import numpy as np
 import shapely
 
-from fabweave.verify.checks.sheets.drawings import SAME_MM
+from fabweave.verify.checks.sheets.drawings import SAME_MM, compare_formats
+from fabweave.verify.checks.sheets.looks import check_dxf_looks, check_svg_looks
 from fabweave.verify.crossing_map import Code, CrossingMap, Sheet
-from fabweave.verify.drawing import NOTES, Drawing, Floats, ReadError
+from fabweave.verify.drawing import (
+    ENGRAVE_LAYERS,
+    HOLES,
+    NOTES,
+    OUTLINES,
+    Drawing,
+    Flags,
+    Floats,
+    ReadError,
+)
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.read.qr_code import read_code
+from fabweave.verify.read.qr_code import CODE, QUIET, TAG, TAG_FOLDER, read_code
 from fabweave.verify.statement import Place, Tally
 
-#: Readers want a border of so many dots to be free.
-_QUIET = 4
+_LETTERS, _MARKS = ENGRAVE_LAYERS
+#: The dots of a tag, and within how much of an engraved line all of a dark one lies.
+_TAG_DOT_MM, _BEAM_MM = 1.0, 0.125
+#: So many points of a dot along each side are looked at, this far from its border at least.
+_LOOKED, _INSET = 5, 0.15
 _WIDTH_MM = 1e-3
 #: Codes of more dots are not read.
 _MOST_DOTS = 54.0
@@ -28,12 +41,12 @@ _UNSAID = {
     "joint": "rivet", "symmetrise": False, "slots": False, "rotations": "auto", "seed": 0,
     "colours": "safe", "profile": "maker", "strict": False, "force": False, "labels": "hidden",
     "label_side": "outside", "paper": "a4", "cut_order": "short", "template": "sheet",
-    "rim": "none",
+    "rim": "none", "qr": "paper",
 }  # fmt: skip
 
 
 def check_code(job: Job, tally: Tally) -> None:
-    """Check what the code says against the settings, and its dots on every sheet."""
+    """Check what the code says against the settings, and its dots wherever it is."""
     plan = required(job.map)
     coded = [sheet for sheet in plan.sheets if sheet.code is not None]
     text, place = plan.cut.code, tally.at("crossing_map.json", "code")
@@ -54,6 +67,65 @@ def check_code(job: Job, tally: Tally) -> None:
         if sheet.code is not None and dxf is not None:
             here = tally.at(f"{sheet.name}.dxf").against("crossing_map.json")
             _check_dots(text or "", dxf, sheet, sheet.code, plan, here)
+    asked = job.options.get("qr", "none" if text is None else "paper")
+    place.expect(bool(text) == (asked != "none"), f"it says {text!r}, and asked is {asked}")
+    files = job.code
+    if files is not None and files.dots is not None:
+        _check_says(files.dots, text or "", tally.at(CODE))
+    if files is not None and files.tag_dxf is not None:
+        _check_tag(job, files.tag_dxf, files.tag_svg, text or "", tally)
+
+
+def _check_says(dots: Flags, text: str, place: Place) -> None:
+    """Check that dots are a code of a text."""
+    try:
+        place.equal("what the code says", read_code(dots), text)
+    except ReadError as error:
+        place.fail(f"the code cannot be read: {error}")
+
+
+def _check_tag(job: Job, dxf: Drawing, svg: Drawing | None, text: str, tally: Tally) -> None:
+    """Check that a tag bears the code on free ground, engraved, with one hole and one outline."""
+    cut, place = required(job.map).cut, tally.at(TAG_FOLDER, f"{TAG}.dxf")
+    place.expect(not dxf.problems, "; ".join(dxf.problems[:2]))
+    check_dxf_looks(dxf, cut, cut.colours, place)
+    if place.expect(svg is not None, "there is no SVG beside it") and svg is not None:
+        other = tally.at(TAG_FOLDER, f"{TAG}.svg")
+        compare_formats(svg, dxf, other)
+        check_svg_looks(svg, cut, cut.colours, other)
+    owners = {name for layer, name in dxf.groups if layer != NOTES}
+    place.equal("what is drawn of it", owners, {"QR"})
+    outlines, holes = (dxf.shapes_of(layer, "QR") for layer in (OUTLINES, HOLES))
+    if not place.equal("its outlines and holes", (len(outlines), len(holes)), (1, 1)):
+        return
+    strokes = [_line(shape.points, closed=False) for shape in dxf.shapes_of(_MARKS, "QR")]
+    if not place.expect(strokes, "nothing is engraved on it"):
+        return
+    lines = shapely.GeometryCollection(strokes)
+    low = np.array(lines.bounds[:2])
+    size = round((lines.bounds[2] - low[0]) / _TAG_DOT_MM)
+    corner = low - (size * _TAG_DOT_MM - np.array(lines.bounds[2:]) + low) / 2.0
+    within = np.linspace(_INSET, 1.0 - _INSET, _LOOKED)
+    at = (np.arange(size)[:, None] + within).ravel() * _TAG_DOT_MM
+    x, y = np.meshgrid(corner[0] + at, corner[1] + at[::-1])
+    points = shapely.points(x.ravel(), y.ravel())
+    shapely.prepare(lines)
+    dark = shapely.dwithin(lines, points, _BEAM_MM).reshape(size, _LOOKED, size, _LOOKED)
+    share = dark.mean(axis=(1, 3))
+    place.expect(np.all((share == 0.0) | (share == 1.0)), "a dot is engraved in part")
+    _check_says(share > 0.0, text, place)
+    side = (size + 2 * QUIET) * _TAG_DOT_MM
+    box = shapely.box(*(corner - QUIET * _TAG_DOT_MM), *(corner + side - QUIET * _TAG_DOT_MM))
+    ring = shapely.Polygon(outlines[0].points)
+    free = [_line(shape.points, closed=False) for shape in dxf.shapes_of(_LETTERS, "QR")]
+    hole = shapely.Point(holes[0].points[0]).buffer(holes[0].radius or 0.0)
+    place.expect(ring.covers(box), "the code leaves the tag")
+    place.expect(
+        not any(box.intersects(one) for one in [*free, hole]), "something stands on its border"
+    )
+    place.expect(
+        all(ring.covers(one) for one in [*strokes, *free, hole]), "something leaves the tag"
+    )
 
 
 def _check_text(text: str, options: dict[str, Any], place: Place) -> None:
@@ -113,11 +185,8 @@ def _check_dots(
     for (left, row), (right, _) in runs.tolist():
         dots[size - 1 - min(row, size - 1), left:right] = True
     place.count(len(runs))
-    try:
-        place.equal("what the code says", read_code(dots), text)
-    except ReadError as error:
-        place.fail(f"the code cannot be read: {error}")
-    low, side = np.array([x, y]) - dot * _QUIET, dot * (size + 2 * _QUIET)
+    _check_says(dots, text, place)
+    low, side = np.array([x, y]) - dot * QUIET, dot * (size + 2 * QUIET)
     box = shapely.box(*low, *(low + side))
     material = shapely.make_valid(shapely.Polygon(sheet.outline))
     place.expect(material.covers(box), "the code leaves the sheet")

@@ -1,0 +1,64 @@
+"""The pages that open a job and tell of its material fit a phone, a laptop and paper."""
+
+import pytest
+from jobs import OCTAHEDRON
+from pypdf import PdfReader
+from viewer_tab import Tab
+
+pytestmark = [pytest.mark.apt, pytest.mark.slow]
+
+
+class Page:
+    """A page without a plan."""
+
+    def __init__(self, path):
+        self.path = path
+
+
+@pytest.fixture(scope="module")
+def made(finished):
+    return finished(*OCTAHEDRON, "--qr", "offcut")
+
+
+@pytest.mark.parametrize("name", ["index.html", "waste.html"])
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (820, 1180), (1280, 800)])
+def test_nothing_hangs_over_the_edge(browser, made, name, size):
+    # A phone is one only for pages that say that they know of its width.
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]}, offline=True, is_mobile=size[0] < 800
+    )
+    page = context.new_page()
+    wrong = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("requestfailed", lambda request: wrong.append(request.url))
+    page.goto((made / name).as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    assert page.evaluate("window.innerWidth") == size[0]
+    smallest = page.evaluate(
+        "Math.min(...[...document.querySelectorAll('p, li, td, th')]"
+        ".map((one) => parseFloat(getComputedStyle(one).fontSize)))"
+    )
+    assert smallest >= 12.0
+    assert wrong == []
+    context.close()
+
+
+@pytest.mark.parametrize(("name", "most"), [("index.html", 3), ("waste.html", 3)])
+def test_they_are_printed_on_few_pages(browser, made, tmp_path, name, most):
+    opened = browser.new_page()
+    opened.goto((made / name).as_uri())
+    opened.pdf(path=tmp_path / "page.pdf", prefer_css_page_size=True)
+    opened.close()
+    pages = PdfReader(tmp_path / "page.pdf").pages
+    assert len(pages) <= most
+    assert tuple(round(float(side)) for side in pages[0].mediabox[2:]) == (595, 842)
+
+
+def test_a_finished_job_is_followed_as_its_manual_shows_it(browser, made):
+    """The viewer of a whole job has a view for every step that the manual shows."""
+    opened = Tab(browser, Page(made / "assembly.html"), address="#step=2")
+    views = opened.page.evaluate("fabweave.plan.data.views_deg")
+    assert len(views) == opened.page.evaluate("fabweave.plan.steps.length")
+    assert all(len(view) == 2 for view in views)
+    assert opened.page.evaluate("document.body.dataset.step") == "2"
+    opened.close()
