@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fabweave.app.design import rounds
 from fabweave.app.design.candidate import Candidate, Tried
-from fabweave.app.design.instead import closer, farther, instead_text, nearest
+from fabweave.app.design.instead import closer, farther, instead_text, nearest, slimmed
 from fabweave.app.design.nearer import nearer
 from fabweave.app.design.rounds import ENOUGH, search_designs
 from fabweave.app.design.variety import MOST
@@ -178,6 +178,15 @@ def test_the_nearest_is_what_misses_least():
     assert nearest(designs, [*some[:1], GOOD, *some[2:]]) == (designs[3], some[3])
     assert nearest(designs[:2], [stopped("twist", 4.0), some[1]]) == (designs[1], some[1])
     assert nearest(designs[:1], some[:1]) is None
+
+
+def test_what_twists_is_tried_with_narrow_ribbons_too():
+    design = quads(100)
+    assert slimmed(ASKED, (design, stopped("bend", 2.0))) == design
+    slim = slimmed(ASKED, (design, stopped("twist", 2.0)))
+    assert (slim.width.relative, slim.width.auto) == (0.35, True)
+    told = instead_text(ASKED, [stopped("twist", 2.0)], [(replace(slim, size_mm=480.0), GOOD)])
+    assert told.endswith("this design with narrower ribbons at 480 mm.")
 
 
 def test_less_is_tried_where_it_helped_and_more_where_it_did_not():

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from fabweave.app.design.candidate import Candidate
+from fabweave.app.options.table import option_of_field
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.core.messages import agree
@@ -18,6 +19,8 @@ _LARGER, _LESS_LARGE, _MUCH_LARGER = (1.6, 2.5), {1.6: 1.25, 2.5: 2.0}, 4.0
 _THINNER, _LESS_THIN, _MUCH_THINNER = 0.5, 0.75, 0.25
 #: What stands in the way of a mesh with narrow places, of any size.
 _NARROW = {"width", "clearance", "layers"}
+#: Ribbons as narrow as may be, against twist.
+_SLIM = "auto,0.35"
 #: Nobody sells thinner sheet.
 _THINNEST_MM = 0.1
 
@@ -39,6 +42,15 @@ def nearest(designs: Sequence[Settings], candidates: Sequence[Candidate]) -> Fou
         return None
     at = min(found)[-1]
     return designs[at], candidates[at]
+
+
+def slimmed(asked: Settings, found: Found) -> Settings:
+    """Return a design with narrow ribbons if it twists too much: that is so at any size."""
+    design, candidate = found
+    twists = any(stop.rule == "twist" for stop in candidate.verdict.stops)
+    if not twists or not asked.width.auto or asked.open is not None:
+        return design
+    return replace(design, width=option_of_field("width").kind.parse(_SLIM), open=None)
 
 
 def farther(asked: Settings, design: Settings) -> list[Settings]:
@@ -133,7 +145,8 @@ def instead_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequen
     if not ways:
         tried = " nor ".join(_way(asked, one) for one, _ in helps)
         return f"{told} It was tried otherwise, and cannot be built {tried} either."
-    return f"{told} Tried, and can be built: this design {', or '.join(ways)}."
+    slim = " with narrower ribbons" if helps[0][0].width != asked.width else ""
+    return f"{told} Tried, and can be built: this design{slim} {', or '.join(ways)}."
 
 
 def _ways(asked: Settings, helps: Sequence[Found]) -> Iterator[str]:

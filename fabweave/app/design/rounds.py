@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fabweave.app.design.candidate import Candidate, Tried
-from fabweave.app.design.instead import Found, closer, farther, instead_text, nearest
+from fabweave.app.design.instead import Found, closer, farther, instead_text, nearest, slimmed
 from fabweave.app.design.nearer import nearer
 from fabweave.app.design.search import Meshes, explore
 from fabweave.app.mesh_source import load_mesh
@@ -108,9 +108,10 @@ def search_designs(
     helps: list[Tried] = []
     otherwise: list[Settings] = []
     if least is not None and not any(one.makeable for one in found):
-        otherwise = farther(asked, least[0])
+        slim = slimmed(asked, least)
+        otherwise = farther(asked, slim)
         helps = told(otherwise)
-        more = closer(asked, least[0], _pairs(otherwise, helps))
+        more = closer(asked, slim, _pairs(otherwise, helps))
         otherwise, helps = otherwise + more, helps + told(more)
     return Search(
         designs=tuple(designs),
