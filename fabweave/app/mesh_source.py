@@ -34,6 +34,7 @@ from fabweave.mesh.remesh.along.direction import (
 )
 from fabweave.mesh.remesh.remesh import remesh
 from fabweave.mesh.remesh.request import parse_remesh
+from fabweave.mesh.remesh.source import Remeshed
 from fabweave.mesh.report import MeshReport
 from fabweave.mesh.resize import (
     Up,
@@ -91,6 +92,8 @@ class LoadedMesh:
         What was left out of it.
     portals : (H,) float array or None
         Where strands cross their portals, from vertices to centres; None for the middle of all.
+    remeshed : Remeshed or None
+        What the given mesh was remeshed to, before anything else was done to it.
     """
 
     mesh: PolyMesh
@@ -105,10 +108,14 @@ class LoadedMesh:
     alignment: Alignment | None = None
     openings: tuple[Opening, ...] = ()
     portals: FloatArray | None = None
+    remeshed: Remeshed | None = None
 
 
 def load_mesh(
-    settings: Settings, progress: Progress = no_progress, given_mesh: PolyMesh | None = None
+    settings: Settings,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+    remeshed: Remeshed | None = None,
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
@@ -123,6 +130,8 @@ def load_mesh(
     given_mesh : PolyMesh, optional
         A mesh from memory. It is taken as one read from the file that the settings name would be,
         from a format that states no unit.
+    remeshed : Remeshed, optional
+        What the mesh was remeshed to before, with the same settings that matter for it.
 
     Raises
     ------
@@ -175,7 +184,7 @@ def load_mesh(
         stated = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
     along = _wished(settings.along, settings.up or up, factor)
-    mesh, like, loss, alignment, changes = _changed(mesh, settings, along, progress)
+    mesh, remeshed, like, loss, changes = _changed(mesh, settings, along, progress, remeshed)
     notes += changes
     mesh, n_old_vertices, openings, changes = _opened(mesh, settings)
     notes += changes
@@ -193,9 +202,10 @@ def load_mesh(
         left_out=left_out,
         likeness=like,
         loss=loss,
-        alignment=alignment,
+        alignment=None if remeshed is None else remeshed.alignment,
         openings=openings,
         portals=portals_of(settings.course, mesh, halfedges),
+        remeshed=remeshed,
     )
 
 
@@ -263,17 +273,20 @@ def _wished(along: str | None, up: Up, factor: float) -> Along | None:
 
 
 def _changed(
-    mesh: PolyMesh, settings: Settings, along: Along | None, progress: Progress
-) -> tuple[PolyMesh, Likeness | None, LossMap | None, Alignment | None, list[str]]:
+    mesh: PolyMesh,
+    settings: Settings,
+    along: Along | None,
+    progress: Progress,
+    remeshed: Remeshed | None,
+) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, list[str]]:
     """Remesh, refine, symmetrise and fair as the settings ask, and tell what was done."""
     notes: list[str] = []
     done = []
     model: PolyMesh | None = None
-    alignment: Alignment | None = None
     growth = 1.0
     if settings.remesh:
         wanted = parse_remesh(settings.remesh)
-        remeshed = remesh(
+        remeshed = remeshed or remesh(
             mesh,
             wanted,
             seed=settings.seed,
@@ -282,7 +295,6 @@ def _changed(
             progress=progress,
         )
         notes += remeshed.notes
-        alignment = remeshed.alignment
         model = mesh if remeshed.method != "unchanged" else None
         mesh = remeshed.mesh
         kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
@@ -315,7 +327,7 @@ def _changed(
         like, loss = likeness(model, there), loss_map(model, there)
         notes.append(like.note)
     mesh, changes = _prepared(mesh, done)
-    return mesh, like, loss, alignment, [*notes, *changes]
+    return mesh, remeshed, like, loss, [*notes, *changes]
 
 
 def _opened(

@@ -20,7 +20,7 @@ from fabweave.cli.terminal import VERDICT_STYLES
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.app.design.candidate import Candidate
+    from fabweave.app.design.rounds import Search
 
 
 @click.command(cls=SectionedCommand)
@@ -47,10 +47,11 @@ def design(
 ) -> None:
     """Try designs of MESH from coarse to fine, and show which can be built and what they take.
 
-    Each goes through everything up to its pieces on their sheets: meshes of quads and of
-    triangles, plain weave and twill, wider and narrower ribbons. What you ask for with options is
-    the same in all of them. The page design.html shows them with pictures, figures and the exact
-    fabweave make command of each.
+    Each goes through everything up to its pieces: meshes of quads and of triangles, plain weave and
+    twill, wider and narrower ribbons. What you ask for with options is the same in all of them.
+    Where few can be built, others are tried near these; where none can, it is said why, and what
+    would help. The page design.html shows them with pictures, figures and the exact fabweave make
+    command of each.
 
     \b
     Examples:
@@ -67,22 +68,21 @@ def design(
     settings = job_settings(mesh, options)
     executors = processes(os.cpu_count() or 1) if cluster is None else cluster_at(cluster)
     with progress_bar(quiet or as_json) as progress:
-        tried = run_design(settings, output, progress, count=tries, executors=executors)
-    candidates = [one.candidate for one in tried]
+        found = run_design(settings, output, progress, count=tries, executors=executors)
     if as_json:
-        click.echo(design_json(object_title(settings.mesh, settings.title), tried), nl=False)
+        click.echo(design_json(object_title(settings.mesh, settings.title), found), nl=False)
     elif not quiet:
-        _tell(candidates, best_of(candidates), output)
+        _tell(found, best_of(found.candidates), output)
 
 
-def _tell(candidates: "list[Candidate]", best: list[bool], output: Path) -> None:
+def _tell(found: "Search", best: list[bool], output: Path) -> None:
     """Print the designs that no other is better than, and where all are shown."""
     from rich.console import Console
 
     from fabweave.app.design.page import words
 
     console = Console(highlight=False, soft_wrap=True)
-    for candidate, good in zip(candidates, best, strict=True):
+    for candidate, good in zip(found.candidates, best, strict=True):
         if good and candidate.figures is not None:
             console.print(
                 f"{candidate.name}: {words(candidate.figures)}; {candidate.verdict.headline}",
@@ -90,9 +90,13 @@ def _tell(candidates: "list[Candidate]", best: list[bool], output: Path) -> None
                 markup=False,
             )
             console.print(f"  {candidate.command}", markup=False)
-    built = sum(candidate.makeable for candidate in candidates)
+    if found.why:
+        console.print(found.why, style="yellow", markup=False)
+        for helps in (one.candidate for one in found.instead):
+            if helps.makeable and helps.figures is not None:
+                console.print(f"  {helps.name}: {words(helps.figures)}", markup=False)
     console.print(
-        f"{built} of {len(candidates)} designs can be built. All with pictures: "
+        f"{found.makeable} of {len(found.tried)} designs can be built. All with pictures: "
         f"{output / 'design.html'}",
         markup=False,
     )

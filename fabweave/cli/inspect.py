@@ -111,6 +111,7 @@ def inspect(
         )
     n_designs = 0 if no_designs or not tries_designs(settings) else _DESIGNS
     parts = iter((first_rows, further_rows))
+    announced = False
     with progress_bar(as_json) as progress:
 
         def tell(facts: dict[str, Any]) -> None:
@@ -121,11 +122,12 @@ def inspect(
 
         def tell_stage(what: str, done: int, total: int) -> None:
             """Show progress, and say that designs are being tried before they are."""
-            if what == "designs" and done == 0 and not as_json:
+            nonlocal announced
+            if what == "designs" and not announced and not as_json:
+                announced = True
                 with progress.aside():
                     click.echo(
-                        f"\nTrying {total} designs, from coarse to fine; --no-designs leaves them "
-                        "out ..."
+                        "\nTrying designs, from coarse to fine; --no-designs leaves them out ..."
                     )
             progress(what, done, total)
 
@@ -139,7 +141,7 @@ def inspect(
         )
         if not as_json:
             with progress.aside():
-                _print(design_rows(found.facts["designs"]))
+                _print(design_rows(found.facts))
         files: dict[Path, bytes] = {}
         if pd is not None:
             files[pd] = inspection_link(found).encode()

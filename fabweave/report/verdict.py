@@ -188,12 +188,34 @@ def judge(
     return Verdict(level=level, reasons=tuple(reasons), forced=forced and level == "not makeable")
 
 
+def excess(findings: Sequence[Finding]) -> float:
+    """Return by how much the worst finding passes what care makes up for: 1 is just kept.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+
+    Examples
+    --------
+    >>> found = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 24, 120)
+    >>> excess([found]), excess([])
+    (2.0, 0.0)
+    """
+    return max(map(_excess, findings), default=0.0)
+
+
+def _excess(finding: Finding) -> float:
+    """Return the places of a finding over those that care makes up for."""
+    few = finding.count / max(1, COAXED.get(finding.rule, 1.0) * finding.of)
+    most = {"width": 0.0, "hole": finding.of}.get(finding.rule, max(1, FAR_SHARE * finding.of))
+    # Where no place may be far from what is needed, the first one is as bad as two too many.
+    near = finding.far / most if most else float(finding.far + 1) * (finding.far > 0)
+    return float(max(few, near))
+
+
 def _reason(finding: Finding) -> Reason:
     """Return what a finding means to whoever builds the object."""
-    few = finding.count <= max(1, COAXED.get(finding.rule, 1.0) * finding.of)
-    most = {"width": 0.0, "hole": finding.of}.get(finding.rule, max(1, FAR_SHARE * finding.of))
-    near = finding.far <= most
-    care = few and near and finding.severity != "refuse"
+    care = _excess(finding) <= 1.0 and finding.severity != "refuse"
     return Reason(
         rule=finding.rule,
         level="with care" if care else "not makeable",

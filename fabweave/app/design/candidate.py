@@ -4,6 +4,7 @@ import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,28 +14,31 @@ from fabweave.app.joined_pieces import pieces_costs
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import nest_job, plan_job
 from fabweave.app.remake_command import long_command
-from fabweave.app.request import complete_settings
+from fabweave.app.request import chosen_grain, complete_settings
 from fabweave.app.settings import Settings, settings_table
 from fabweave.app.woven_mesh import weave_mesh
-from fabweave.app.woven_object import lay_object
+from fabweave.app.woven_object import WovenObject, lay_object, stiffness_check
 from fabweave.core.errors import FabweaveError
 from fabweave.core.records import optional, record
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.nest.layout import Layout
+from fabweave.mesh.remesh.source import Remeshed
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.loss_picture import loss_legend, loss_tiles
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.picture.portrait import opposite_view
-from fabweave.report.verdict import Verdict, refused
+from fabweave.report.verdict import Verdict, excess, refused
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.rules.remedy import Depth
+from fabweave.stock.supplies import Supplies
 
 #: Pixels of a candidate's picture, and from where all are seen alike.
 PICTURE_PX = (440, 360)
 VIEW = View(-60.0, 22.0)
 #: Below, what a remeshed model lost, from two sides.
 LOSS_PX = (220, 180)
+#: The excess of what is refused for another reason than a rule, as for ribbons that would burn.
+_REFUSED = 1000.0
 
 
 @record
@@ -52,6 +56,9 @@ class Candidate:
     verdict : Verdict
         Where it was refused before there were pieces, that is the reason, and there are no figures.
     figures : Figures or None
+    excess : float or None
+        By how much the worst rule passes what care makes up for (see
+        :func:`fabweave.report.verdict.excess`); None where no ribbons could be laid.
     """
 
     key: str
@@ -59,11 +66,17 @@ class Candidate:
     command: str
     verdict: Verdict
     figures: "Figures | None"
+    excess: float | None = optional()
 
     @property
     def makeable(self) -> bool:
         """Whether it can be built, maybe with care."""
         return not self.verdict.stops
+
+    @property
+    def laid(self) -> bool:
+        """Whether ribbons could be laid at all: none are where there is no mesh to lay them on."""
+        return self.figures is not None or self.excess is not None
 
 
 @record
@@ -71,7 +84,8 @@ class Figures:
     """What a design comes to.
 
     ``kinds`` counts the different pieces, and ``broken`` the conditions of its pattern that the
-    weave breaks; ``use`` is the share of the sheets that becomes pieces, without their holes.
+    weave breaks; ``sheets`` are foretold, and ``use`` is the share of them that becomes pieces,
+    without their holes.
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most and
     in the mean, where it was remeshed, and ``lost`` names features that went. ``hours`` are those
     of the assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each
@@ -107,6 +121,13 @@ class Tried:
     picture: bytes | None
 
 
+class Trial(NamedTuple):
+    """What a design came to, and what its model was remeshed to, which others may share."""
+
+    tried: Tried
+    remeshed: Remeshed | None
+
+
 def design_key(settings: Settings, mesh_digest: str) -> str:
     """Return the key of a design: that of another version, mesh or setting is another.
 
@@ -130,9 +151,16 @@ def mesh_digest(mesh: str, given: PolyMesh | None = None) -> str:
 
 
 def try_design(
-    settings: Settings, key: str, name: str, given: PolyMesh | None = None, *, nested: bool = True
-) -> Tried:
+    settings: Settings,
+    key: str,
+    name: str,
+    given: PolyMesh | None = None,
+    remeshed: Remeshed | None = None,
+) -> Trial:
     """Try a design.
+
+    Its pieces are those that would be cut. How many sheets they take is foretold, as nesting would
+    take half of the time; where the stock is limited they are nested, as it may not suffice.
 
     Parameters
     ----------
@@ -141,27 +169,35 @@ def try_design(
         See :class:`Candidate`.
     given : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
-    nested : bool
-        Whether the pieces are nested; else their sheets are predicted, which is much faster.
+    remeshed : Remeshed, optional
+        What the model is remeshed to, if that is known.
 
     Returns
     -------
-    Tried
+    Trial
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
     command = long_command(settings)
+    loaded = laid = None
     try:
         complete, supplies = complete_settings(replace(settings, force=True))
-        loaded = load_mesh(complete, given_mesh=given)
-        woven = lay_object(weave_mesh(loaded, complete, supplies), complete, supplies)
-        planned = plan_job(woven, complete, supplies, depth=Depth.NEAR)
-        layout = nest_job(planned) if nested else None
+        loaded = load_mesh(complete, given_mesh=given, remeshed=remeshed)
+        laid = lay_object(weave_mesh(loaded, complete, supplies), complete, supplies)
+        planned = plan_job(laid, complete, supplies, depth=Depth.NEAR)
+        verdict = replace(planned.verdict, forced=False)
+        if not verdict.stops and any(sheet.quantity is not None for sheet in supplies.sheets):
+            nest_job(planned)
     except FabweaveError as error:
-        verdict = refused(str(error))
-        return Tried(
-            candidate=Candidate(key=key, name=name, command=command, verdict=verdict, figures=None),
-            picture=None,
+        candidate = Candidate(
+            key=key,
+            name=name,
+            command=command,
+            verdict=refused(str(error)),
+            figures=None,
+            excess=None if laid is None else _stiffness(laid, complete, supplies),
         )
+        remeshed = None if loaded is None else loaded.remeshed
+        return Trial(Tried(candidate=candidate, picture=None), remeshed)
     picture = weave_picture(
         planned.woven.ribbons,
         planned.colours,
@@ -172,17 +208,21 @@ def try_design(
     if loaded.loss is not None:
         tiles = loss_tiles(loaded.loss, (VIEW, opposite_view(VIEW)), (LOSS_PX, LOSS_PX))
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
-    verdict = replace(planned.verdict, forced=False)
-    return Tried(
-        candidate=Candidate(
-            key=key,
-            name=name,
-            command=command,
-            verdict=verdict,
-            figures=_figures(planned, layout),
-        ),
-        picture=png_bytes(picture),
+    candidate = Candidate(
+        key=key,
+        name=name,
+        command=command,
+        verdict=verdict,
+        figures=_figures(planned),
+        excess=round(excess(planned.check.findings), 4),
     )
+    return Trial(Tried(candidate=candidate, picture=png_bytes(picture)), loaded.remeshed)
+
+
+def _stiffness(laid: WovenObject, settings: Settings, supplies: Supplies) -> float:
+    """Return by how much too stiff the material of a refused object is, or that it is far off."""
+    check = stiffness_check(laid, *chosen_grain(laid.ribbons, laid.bunches, settings, supplies))
+    return _REFUSED if check is None else round(excess(check.findings), 4)
 
 
 def _rounded(span: tuple[float, float]) -> tuple[float, float]:
@@ -190,14 +230,11 @@ def _rounded(span: tuple[float, float]) -> tuple[float, float]:
     return round(span[0], 2), round(span[1], 2)
 
 
-def _figures(planned: PlannedJob, layout: Layout | None) -> Figures:
+def _figures(planned: PlannedJob) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
     area = sum(piece.net_area_mm2 for piece in pieces)
     foretold = planned.split_plan.chosen
-    count, sheets_mm2 = foretold.sheets, foretold.sheets_mm2
-    if layout is not None:
-        count, sheets_mm2 = len(layout.sheets), sum(sheet.area_mm2 for sheet in layout.sheets)
     like = planned.woven.source.likeness
     costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
     machine = costs.machine_s
@@ -209,8 +246,8 @@ def _figures(planned: PlannedJob, layout: Layout | None) -> Figures:
         pieces=len(pieces),
         kinds=planned.piece_set.kinds.count,
         joints=len(planned.piece_set.joints),
-        sheets=count,
-        use=round(area / sheets_mm2, 4),
+        sheets=foretold.sheets,
+        use=round(area / foretold.sheets_mm2, 4),
         narrowest_mm=round(float(planned.check.measured["width"].value.min()), 2),
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),

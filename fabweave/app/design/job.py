@@ -1,14 +1,12 @@
 """Run a search for designs of one model, and write what came of it."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from fabweave.app.design.candidate import Tried
 from fabweave.app.design.page import design_csv, design_json, design_page
-from fabweave.app.design.search import CANDIDATES, explore
+from fabweave.app.design.rounds import Search, as_it_comes, search_designs
+from fabweave.app.design.search import CANDIDATES
 from fabweave.app.design.variety import variety
-from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import InputError
@@ -20,6 +18,8 @@ from fabweave.mesh.shapes.titles import object_title
 
 #: What a search leaves in its folder beside the candidates.
 FILES = ("design.html", "design.json", "design.csv")
+#: So many designs are tried before others are looked for near them.
+_LEAST_FIRST = 4
 
 
 def run_design(
@@ -30,7 +30,7 @@ def run_design(
     count: int,
     executors: Executors = here,
     given: PolyMesh | None = None,
-) -> list[Tried]:
+) -> Search:
     """Try designs of a model and write ``design.html``, ``design.json`` and ``design.csv``.
 
     Parameters
@@ -41,11 +41,17 @@ def run_design(
         New, empty, or that of an older search: what was tried there is not tried again.
     progress : callable
     count : int
-        How many designs at most.
+        How many designs at most. Where few of two thirds of them can be built, the rest are
+        looked for near these (see :func:`search_designs`).
     executors : callable
         Opens the executor that tries them; the files are the same with any.
     given : PolyMesh, optional
         A mesh from memory.
+
+    Returns
+    -------
+    Search
+        With the designs of the page.
 
     Raises
     ------
@@ -53,12 +59,21 @@ def run_design(
         If the folder holds anything else, or the mesh is bad.
     """
     check_folder(folder)
-    designs = plan_designs(asked, count, progress, given)
-    tried = explore(asked, designs, folder / CANDIDATES, progress, executors=executors, given=given)
+    planned = plan_designs(asked, count, progress, given)
+    found = search_designs(
+        asked,
+        planned,
+        count,
+        folder / CANDIDATES,
+        progress,
+        first=max(_LEAST_FIRST, count - count // 3),
+        executors=executors,
+        given=given,
+    )
     title = object_title(asked.mesh, asked.title)
-    texts = (design_page(title, tried), design_json(title, tried), design_csv(tried))
+    texts = (design_page(title, found), design_json(title, found), design_csv(found.tried))
     write_files({folder / name: text.encode() for name, text in zip(FILES, texts, strict=True)})
-    return tried
+    return found
 
 
 def plan_designs(
@@ -74,10 +89,7 @@ def plan_designs(
     InputError
         If the mesh is bad.
     """
-    progress("mesh", 0, 1)
-    as_it_comes = replace(asked, remesh=None, refine=None, fair=0, pattern="plain")
-    mesh = load_mesh(as_it_comes, given_mesh=given).mesh
-    return variety(asked, mesh, count)
+    return variety(asked, as_it_comes(asked, progress, given), count)
 
 
 def check_folder(folder: Path) -> None:

@@ -25,7 +25,7 @@ _NARROWEST, _WIDEST, _NARROWER = 0.35, 0.8, 0.75
 #: Pieces shorter than that carry no weave, and longer ones fit no sheet.
 _SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
 #: One step of this refinement makes four quads of one.
-_SCHEME, _FOLD = "catmull-clark:1", 4
+SCHEME, _FOLD = "catmull-clark:1", 4
 #: What a search may change, as fields of the settings, in the order in which it is told; a mesh is
 #: made by two of them.
 _KNOBS = (
@@ -98,13 +98,13 @@ def _denser(
     asked: Settings, best: Settings, off: dict[str, float], tried: Sequence[_Tried]
 ) -> Iterator[Settings]:
     """Yield the mesh with more or fewer faces, as many as each thing that is off asks for."""
-    kind, count = _density(best)
+    kind, count = density(best)
     if asked.remesh is not None or not count:
         return
     others = [
-        (_density(design)[1], values)
+        (density(design)[1], values)
         for design, values in tried
-        if replace(design, remesh=best.remesh) == best and _density(design)[0] == kind
+        if replace(design, remesh=best.remesh) == best and density(design)[0] == kind
     ]
     for name, ratio in off.items():
         if name in _POWER:
@@ -112,7 +112,7 @@ def _denser(
             yield replace(best, remesh=f"{kind}:{two_digits(min(max(faces, FEWEST), MOST))}")
 
 
-def _density(design: Settings) -> tuple[str, int]:
+def density(design: Settings) -> tuple[str, int]:
     """Return of what a design is remeshed, and to how many faces; 0 where that is not stated."""
     kind, _, count = (design.remesh or "").partition(":")
     return kind, int(count) if kind in ("quads", "triangles") and count else 0
@@ -191,11 +191,11 @@ def _rounder(asked: Settings, best: Settings) -> Iterator[Settings]:
     """Yield the mesh faired, and a coarser one that is refined to about as many faces."""
     if not asked.fair and not best.fair:
         yield replace(best, fair=FAIR)
-    kind, count = _density(best)
+    kind, count = density(best)
     free = asked.remesh is None and asked.refine is None and best.refine is None
     if free and kind == "quads" and count >= _FOLD * FEWEST:
         coarse = two_digits(count / _FOLD)
-        yield replace(best, remesh=f"quads:{coarse}", refine=_SCHEME)
+        yield replace(best, remesh=f"quads:{coarse}", refine=SCHEME)
 
 
 def because(

@@ -12,6 +12,7 @@ import numpy as np
 
 from fabweave.app.design.candidate import Candidate, Figures, Tried
 from fabweave.app.design.front import objectives, pareto_front
+from fabweave.app.design.rounds import Search
 from fabweave.core.messages import agree
 from fabweave.core.records import to_json
 from fabweave.report.verdict import QUESTION, VERDICTS
@@ -35,6 +36,7 @@ table { border-collapse: collapse; width: 100%; font-size: .88rem }
 th, td { text-align: right; padding: .25rem .5rem; border-bottom: 1px solid #ddd }
 th:first-child, td:first-child { text-align: left }
 tr.no td { color: #888 }
+.why { border-left: .4rem solid #d55e00; padding: .2rem .8rem; background: #fff4ec }
 .plots { display: flex; flex-wrap: wrap; gap: 1rem }
 @media print { .card { break-inside: avoid } }
 """
@@ -72,23 +74,21 @@ def best_of(candidates: Sequence[Candidate]) -> list[bool]:
     return pareto_front(objectives(candidates)).tolist() if candidates else []
 
 
-def design_page(title: str, tried: Sequence[Tried], note: str = "") -> str:
+def design_page(title: str, found: Search) -> str:
     """Return a page that opens by itself: a card for each design, plots, and a table.
 
     Parameters
     ----------
     title : str
         What is woven.
-    tried : sequence of Tried
-    note : str
-        What was chosen, and why.
+    found : Search
 
     Returns
     -------
     str
         HTML, with the pictures in it.
     """
-    candidates = [one.candidate for one in tried]
+    tried, candidates = found.tried, found.candidates
     best = best_of(candidates)
     # The best first, then the others that can be built, from few pieces to many.
     order = sorted(
@@ -106,19 +106,29 @@ def design_page(title: str, tried: Sequence[Tried], note: str = "") -> str:
     plots = "".join(_plot(candidates, names, best, *axes) for axes in _PLOTS)
     rows = "\n".join(_row(candidates[at], names[at]) for at in order)
     heads = "".join(f"<th>{html.escape(head)}</th>" for _, head, _ in _COLUMNS)
-    built = sum(candidate.makeable for candidate in candidates)
+    why = f'<p class="why">{html.escape(found.why)}</p>\n' if found.why else ""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}: designs</title><style>{_STYLE}</style></head><body>\n"
         f"<h1>{html.escape(title)}: {len(tried)} designs</h1>\n"
-        f"<p>{built} of them can be built. A blue frame marks those that no other design is "
-        "better than in work, likeness, narrowest ribbon and sheets at once. Grey ones cannot be "
-        f"built from this material, and say why. {html.escape(note)}</p>\n"
-        f'<div class="cards">\n{cards}\n</div>\n<h2>Compared</h2>\n<div class="plots">{plots}</div>'
-        f"\n<h2>Figures</h2>\n<table><thead><tr><th>design</th>{heads}</tr></thead>\n<tbody>\n"
-        f"{rows}\n</tbody></table>\n</body></html>\n"
+        f"<p>{found.makeable or 'None'} of them can be built. A blue frame marks those that no "
+        "other design is better than in work, likeness, narrowest ribbon and sheets at once. Grey "
+        "ones cannot be built from this material, and say why. Sheets are foretold.</p>\n"
+        f"{why}"
+        f'<div class="cards">\n{cards}\n</div>\n{_instead(found.instead)}<h2>Compared</h2>\n'
+        f'<div class="plots">{plots}</div>\n<h2>Figures</h2>\n'
+        f"<table><thead><tr><th>design</th>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>\n</body></html>\n"
     )
+
+
+def _instead(tried: Sequence[Tried]) -> str:
+    """Return the cards of what can be built in place of what was asked for; nothing if nothing."""
+    built = [one for one in tried if one.candidate.makeable]
+    if not built:
+        return ""
+    cards = "\n".join(_card(one, f"H{at}", best=False) for at, one in enumerate(built, start=1))
+    return f'<h2>What would help</h2>\n<div class="cards">\n{cards}\n</div>\n'
 
 
 def _card(tried: Tried, name: str, *, best: bool) -> str:
@@ -140,11 +150,11 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
     )
 
 
-def words(figures: Figures, *, foretold: bool = False) -> str:
-    """Return what a design comes to, in a few words; its sheets are maybe foretold."""
+def words(figures: Figures) -> str:
+    """Return what a design comes to, in a few words."""
     text = (
         f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
-        f"mm wide (mostly {figures.median_mm:.0f}), {'about ' * foretold}"
+        f"mm wide (mostly {figures.median_mm:.0f}), about "
         f"{agree(figures.sheets, '{n} sheet[|s]')}"
     )
     if figures.hours is not None:
@@ -234,14 +244,21 @@ def _plot(
     )
 
 
-def design_json(title: str, tried: Sequence[Tried]) -> str:
-    """Return what ``design.json`` holds: every design with its figures, and whether it is best."""
-    candidates = [one.candidate for one in tried]
+def design_json(title: str, found: Search) -> str:
+    """Return what ``design.json`` holds: every design with its figures, and whether it is best.
+
+    Where fewer than two can be built, ``why`` says why; where none can, ``instead`` holds what was
+    tried otherwise.
+    """
+    candidates = found.candidates
     rows: list[dict[str, Any]] = [
         {**to_json(candidate), "best": best}
         for candidate, best in zip(candidates, best_of(candidates), strict=True)
     ]
-    document = {"schema": SCHEMA, "units": "mm", "title": title, "designs": rows}
+    document: dict[str, Any] = {"schema": SCHEMA, "units": "mm", "title": title, "designs": rows}
+    if found.why:
+        document["why"] = found.why
+        document["instead"] = [to_json(one.candidate) for one in found.instead]
     return json.dumps(document, indent=1) + "\n"
 
 

@@ -3,20 +3,34 @@
 import json
 import os
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from fabweave.app.design.candidate import Candidate, Tried, design_key, mesh_digest, try_design
 from fabweave.app.design.variety import name_of
+from fabweave.app.options.table import option_of_field
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import InputError
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.core.records import from_json, to_json
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.source import Remeshed
 
 #: Where a search keeps what it tried, in its folder.
 CANDIDATES = "candidates"
+#: What a search changes that comes after the remeshing, each as it is by default.
+_LATER: dict[str, Any] = {
+    field: option_of_field(field).default_value
+    for field in (
+        "refine", "fair", "pattern", "material", "thickness_mm", "gap_mm", "width", "open",
+        "max_length_mm", "prefer",
+    )
+}  # fmt: skip
+
+#: What models were remeshed to, by a digest of all that matters for it; None where they were not.
+Meshes: TypeAlias = dict[str, Remeshed | None]
 
 
 def explore(
@@ -27,7 +41,7 @@ def explore(
     *,
     executors: Executors = here,
     given: PolyMesh | None = None,
-    nested: bool = True,
+    meshes: Meshes | None = None,
 ) -> list[Tried]:
     """Try designs, each once.
 
@@ -45,8 +59,9 @@ def explore(
         Opens the executor that tries them; the result is the same with any.
     given : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
-    nested : bool
-        Whether pieces are nested, or sheets predicted; the same for all that is kept in a folder.
+    meshes : dict, optional
+        What the model was remeshed to by designs that were tried before; those of these designs
+        come to it. It saves time, and changes no result.
 
     Returns
     -------
@@ -56,22 +71,48 @@ def explore(
     digest = mesh_digest(asked.mesh, given)
     keys = [design_key(settings, digest) for settings in designs]
     known: dict[str, Tried] = {}
+    meshes = {} if meshes is None else meshes
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         known = {key: tried for key in keys if (tried := _kept(folder, key)) is not None}
-    tasks = [
-        (settings, key, name_of(settings, asked), given)
-        for settings, key in zip(designs, keys, strict=True)
-        if key not in known
-    ]
+    left = {key: one for key, one in zip(keys, designs, strict=True) if key not in known}
     progress("designs", len(known), len(keys))
     with executors() as executor:
-        for _, tried in finished(executor, partial(try_design, nested=nested), tasks):
-            known[tried.candidate.key] = tried
-            if folder is not None:
-                _keep(folder, tried)
-            progress("designs", len(known), len(keys))
+        while left:
+            now = _one_of_each_mesh(left, digest, meshes)
+            tasks = [
+                (one, key, name_of(one, asked), given, meshes.get(_mesh_key(one, digest)))
+                for key, one in now.items()
+            ]
+            for _, (tried, remeshed) in finished(executor, try_design, tasks):
+                key = tried.candidate.key
+                known[key] = tried
+                meshes[_mesh_key(left.pop(key), digest)] = remeshed
+                if folder is not None:
+                    _keep(folder, tried)
+                progress("designs", len(known), len(keys))
     return [known[key] for key in keys]
+
+
+def _one_of_each_mesh(
+    left: dict[str, Settings], digest: str, meshes: Meshes
+) -> dict[str, Settings]:
+    """Return the designs, by their keys, whose mesh is known, or that are the first of theirs."""
+    first: dict[str, str] = {}
+    for key, one in left.items():
+        first.setdefault(_mesh_key(one, digest), key)
+    return {
+        key: one
+        for key, one in left.items()
+        if one.remesh is None
+        or _mesh_key(one, digest) in meshes
+        or first[_mesh_key(one, digest)] == key
+    }
+
+
+def _mesh_key(settings: Settings, digest: str) -> str:
+    """Return the key of what a design remeshes its model to: only later steps may differ."""
+    return design_key(replace(settings, **_LATER), digest)
 
 
 def _keep(folder: Path, tried: Tried) -> None:

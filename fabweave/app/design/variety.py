@@ -28,7 +28,7 @@ _LOW_POLY = 60
 #: Steps of fairing that are tried.
 FAIR = 50
 #: A narrower weave, which shows more of what is behind it.
-_NARROW = "0.45"
+NARROW = "auto,0.45"
 
 
 def name_of(settings: Settings, asked: Settings) -> str:
@@ -123,7 +123,7 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
             if "triangles" in (settings.remesh or "")
         )
     if asked.width.auto and asked.open is None:
-        narrow = option_named("width").kind.parse(_NARROW)
+        narrow = option_named("width").kind.parse(NARROW)
         yield from (replace(settings, width=narrow, open=None) for settings in meshes)
     yield from (replace(settings, fair=FAIR) for settings in meshes if not asked.fair)
     if asked.max_length_mm is None and asked.prefer == option_named("prefer").default:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.app.design.candidate import Tried
 from fabweave.app.design.job import plan_designs
-from fabweave.app.design.search import explore
+from fabweave.app.design.rounds import Search, search_designs
 from fabweave.app.inspection.advice import advice
 from fabweave.app.inspection.mesh_facts import (
     bunch_facts,
@@ -81,9 +81,10 @@ class Inspection:
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
         ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
         ``advice`` (what would help, with the command that does it),
-        ``designs`` (that were tried), ``left_out`` (what only a thorough inspection tells) and
-        ``notes``; ``likeness`` where the mesh was remeshed, ``alignment`` where along a direction,
-        ``openings`` where faces were left out.
+        ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
+        ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness`` where the
+        mesh was remeshed, ``alignment`` where along a direction, ``openings`` where faces were left
+        out.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
     """
@@ -118,7 +119,8 @@ def inspect_mesh(
         which may take an hour. How much is done otherwise depends on the number of crossings
         alone, so the same mesh is always told the same.
     n_designs : int
-        How many designs from coarse to fine to try, where the mesh is given as a model to remesh.
+        How many designs from coarse to fine to try, where the mesh is given as a model to remesh;
+        as many again where few of them can be built.
     executors : callable
         Opens the executor that tries them; changes no result.
     told : callable
@@ -200,18 +202,28 @@ def inspect_mesh(
         },
         "advice": advice(asked, woven, check, facts["verdict"]["level"]),
         "designs": [],
+        "designs_why": "",
         "left_out": left_out,
     }
+    facts |= _changes(woven)
+    told(facts)
+    found = _searched(asked, n_designs, progress, executors, given_mesh)
+    designs = _shown(found, n_designs)
+    facts["designs"] = [to_json(one.candidate) for one in designs]
+    facts["designs_why"] = found.why
+    return Inspection(woven, facts, designs)
+
+
+def _changes(woven: WovenObject) -> dict[str, Any]:
+    """Return what was done to the mesh, where something was."""
+    facts: dict[str, Any] = {}
     if woven.source.likeness is not None:
         facts["likeness"] = woven.source.likeness.record()
     if woven.source.openings:
         facts["openings"] = [opening.record() for opening in woven.source.openings]
     if woven.source.alignment is not None:
         facts["alignment"] = woven.source.alignment.record()
-    told(facts)
-    designs = _designs(asked, n_designs, progress, executors, given_mesh)
-    facts["designs"] = [to_json(one.candidate) for one in designs]
-    return Inspection(woven, facts, designs)
+    return facts
 
 
 def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) -> dict[str, Any]:
@@ -233,21 +245,36 @@ def tries_designs(settings: Settings) -> bool:
     return not stated and not is_shape(settings.mesh)
 
 
-def _designs(
+def _searched(
     settings: Settings,
     count: int,
     progress: Progress,
     executors: Executors,
     given: PolyMesh | None,
-) -> tuple[Tried, ...]:
-    """Try some designs from coarse to fine."""
+) -> Search:
+    """Try some designs from coarse to fine, and others where few of them can be built."""
     if not count or not tries_designs(settings):
-        return ()
+        return Search(designs=(), tried=())
     asked = replace(settings, effort="quick")
-    designs = plan_designs(asked, 3 * count, progress, given)[:count]
-    # Seconds are promised, and most would go to nesting; a sheet more or less decides nothing here.
-    found = explore(asked, designs, None, progress, executors=executors, given=given, nested=False)
-    return tuple(found)
+    planned = plan_designs(asked, 3 * count, progress, given)[:count]
+    return search_designs(
+        asked, planned, 2 * count, progress=progress, executors=executors, given=given
+    )
+
+
+def _shown(found: Search, count: int) -> tuple[Tried, ...]:
+    """Return the designs to show, from coarse to fine: those that can be built go first."""
+    built = sorted((one for one in found.tried if one.candidate.makeable), key=_pieces_of)
+    if len(built) > count:
+        built = [built[round(at)] for at in np.linspace(0, len(built) - 1, count).tolist()]
+    others = [one for one in found.tried if not one.candidate.makeable]
+    return tuple(sorted([*built, *others][:count], key=_pieces_of))
+
+
+def _pieces_of(tried: Tried) -> float:
+    """Return how many pieces a design has; infinite if that is not known."""
+    figures = tried.candidate.figures
+    return np.inf if figures is None else figures.pieces
 
 
 def _depth(n_crossings: int, *, thorough: bool) -> Depth:

@@ -34,7 +34,7 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     list of (topic, sentence)
         In the order in which a person reads; a line without a topic goes on with the one above.
     """
-    return [*first_rows(facts), *further_rows(facts), *design_rows(facts["designs"])]
+    return [*first_rows(facts), *further_rows(facts), *design_rows(facts)]
 
 
 def first_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -247,16 +247,18 @@ def _verdict_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def design_rows(designs: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
-    """Say what designs from coarse to fine come to, which were tried, and what makes each."""
+def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what designs that were tried come to, and what makes each; or why none can be made."""
     rows = []
-    for design in designs:
+    for design in facts["designs"]:
         told = ""
         if design["figures"] is not None:
-            told = f": {words(from_json(Figures, design['figures']), foretold=True)}"
+            told = f": {words(from_json(Figures, design['figures']))}"
         rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
         if design["verdict"]["level"] != "not makeable":
             rows.append(("", design["command"]))
+    if facts["designs_why"]:
+        rows.append(("", facts["designs_why"]))
     return rows
 
 

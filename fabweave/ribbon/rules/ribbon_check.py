@@ -226,8 +226,7 @@ def require_pliable(
             and finding.size_mm <= _FAR_SIZE * check.size_mm
         ):
             ways.append(
-                f"--size {finding.may_be_mm}mm, with care (all bends are within the limit only "
-                f"from {finding.size_mm}mm)"
+                f"--size {finding.size_mm}mm (from {finding.may_be_mm}mm on, --force makes it)"
             )
         if thinner is not None:
             ways.append(thinner)

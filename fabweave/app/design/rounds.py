@@ -1,0 +1,141 @@
+"""Search designs in rounds: go on where few can be built, and say why where none can."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from fabweave.app.design.candidate import Candidate, Tried
+from fabweave.app.design.instead import Found, closer, farther, instead_text, nearest, slimmed
+from fabweave.app.design.nearer import nearer
+from fabweave.app.design.search import Meshes, explore
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.settings import Settings
+from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.parallel.executors import Executors, here
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.polymesh import PolyMesh
+
+#: A search goes on until so many designs can be built.
+ENOUGH = 3
+
+
+@frozen_value
+class Search:
+    """What a search for designs found.
+
+    Parameters
+    ----------
+    designs : tuple of Settings
+        What was tried, in its order,
+    tried : tuple of Tried
+        and what it came to.
+    instead : tuple of Tried
+        Where none can be built: the nearest of them larger, thinner, or of card.
+    why : str
+        Why fewer than two can be built, and what would help, as far as that was tried; else empty.
+    """
+
+    designs: tuple[Settings, ...]
+    tried: tuple[Tried, ...]
+    instead: tuple[Tried, ...] = ()
+    why: str = ""
+
+    @property
+    def candidates(self) -> list[Candidate]:
+        """What was tried, without the pictures."""
+        return [one.candidate for one in self.tried]
+
+    @property
+    def makeable(self) -> int:
+        """How many can be built."""
+        return sum(one.makeable for one in self.candidates)
+
+
+def search_designs(
+    asked: Settings,
+    planned: Sequence[Settings],
+    most: int,
+    folder: Path | None = None,
+    progress: Progress = no_progress,
+    *,
+    first: int | None = None,
+    executors: Executors = here,
+    given: PolyMesh | None = None,
+    meshes: Meshes | None = None,
+) -> Search:
+    """Try designs, and where fewer than three can be built, others near them, round after round.
+
+    Each round is done before the next is chosen, and chosen from figures alone, so the result is
+    the same however many work at it.
+
+    Parameters
+    ----------
+    asked : Settings
+    planned : sequence of Settings
+        What to try, those first that tell most.
+    most : int
+        How many designs to try in all. Where none can be built, some more tell what would help.
+    folder, progress, executors, given, meshes
+        As for :func:`fabweave.app.design.search.explore`.
+    first : int, optional
+        How many of the planned designs to try before others may be chosen; all if not given.
+    """
+    meshes = {} if meshes is None else meshes
+    designs: list[Settings] = []
+    tried: list[Tried] = []
+    alone: bool | None = None
+
+    def told(some: Sequence[Settings]) -> list[Tried]:
+        return explore(
+            asked, some, folder, progress, executors=executors, given=given, meshes=meshes
+        )
+
+    more = list(planned[:first])
+    while more:
+        designs += more
+        tried += told(more)
+        found = [one.candidate for one in tried]
+        room = most - len(designs)
+        near: list[Settings] = []
+        if sum(one.makeable for one in found) < ENOUGH:
+            if alone is None and not all(one.laid for one in found):
+                alone = check_mesh(as_it_comes(asked, progress, given)).n_components > 1
+            near = nearer(asked, designs, found, alone=bool(alone))[: math.ceil(room / 2)]
+        more = near or [one for one in planned if one not in designs][:room]
+    found = [one.candidate for one in tried]
+    least = nearest(designs, found)
+    helps: list[Tried] = []
+    otherwise: list[Settings] = []
+    if least is not None and not any(one.makeable for one in found):
+        slim = slimmed(asked, least)
+        otherwise = farther(asked, slim)
+        helps = told(otherwise)
+        more = closer(asked, slim, _pairs(otherwise, helps))
+        otherwise, helps = otherwise + more, helps + told(more)
+    return Search(
+        designs=tuple(designs),
+        tried=tuple(tried),
+        instead=tuple(helps),
+        why=instead_text(asked, found, _pairs(otherwise, helps)),
+    )
+
+
+def _pairs(designs: Sequence[Settings], tried: Sequence[Tried]) -> list[Found]:
+    """Return designs, each with what it came to."""
+    return [(design, one.candidate) for design, one in zip(designs, tried, strict=True)]
+
+
+def as_it_comes(
+    asked: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
+) -> PolyMesh:
+    """Return the model as it is loaded, before anything is done to it, at its size.
+
+    Raises
+    ------
+    InputError
+        If the mesh is bad.
+    """
+    progress("mesh", 0, 1)
+    plain = replace(asked, remesh=None, refine=None, fair=0, pattern="plain")
+    return load_mesh(plain, given_mesh=given).mesh

@@ -1,0 +1,218 @@
+"""Where few designs can be built, a search goes on near them; where none can, it says why."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from designs import candidate
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.app.design import rounds
+from fabweave.app.design.candidate import Candidate, Tried
+from fabweave.app.design.instead import closer, farther, instead_text, nearest, slimmed
+from fabweave.app.design.nearer import nearer
+from fabweave.app.design.rounds import ENOUGH, search_designs
+from fabweave.app.design.variety import MOST
+from fabweave.app.settings import Settings
+from fabweave.report.verdict import Reason, Verdict, excess, judge, refused
+from fabweave.ribbon.rules.finding import Finding
+
+ASKED = Settings("cow.obj", size_mm=300.0, material="birch-veneer")
+GOOD = candidate()
+
+
+def stopped(rule, by, name="D"):
+    """Return a design that a rule stops, by how much."""
+    reason = Reason(rule=rule, level="not makeable", text=f"{rule} is broken", advice="")
+    return replace(candidate(name, Verdict(level="not makeable", reasons=(reason,))), excess=by)
+
+
+def failed(name="D"):
+    """Return a design whose mesh could not be made."""
+    return Candidate(key=name, name=name, command="", verdict=refused("no such mesh"), figures=None)
+
+
+def quads(count, **changes):
+    return replace(ASKED, remesh=f"quads:{count}", **changes)
+
+
+def finding(rule, count, of, far):
+    return Finding(rule, "warn", 1.0, 2.0, "mm", "A", 1, 2, None, (0, 0, 0), count, of, far)
+
+
+@given(
+    st.sampled_from(["width", "bend", "twist", "crease", "layers", "clearance"]),
+    st.integers(1, 400),
+    st.integers(0, 400),
+)
+def test_what_care_makes_up_for_has_no_excess_above_one(rule, count, far):
+    found = finding(rule, count, 400, min(far, count))
+    assert (excess([found]) <= 1.0) == (judge([found], narrowest_mm=9.0).level == "with care")
+
+
+def test_between_a_mesh_that_serves_and_one_that_does_not_lies_another():
+    designs = [quads(50), quads(200), quads(800)]
+    found = nearer(ASKED, designs, [stopped("bend", 9.0), GOOD, stopped("width", 9.0)])
+    assert found[:2] == [quads(100), quads(400)]
+    assert not set(map(str, found)) & set(map(str, designs))
+    assert len(set(map(str, found))) == len(found)
+
+
+def test_what_serves_is_tried_a_little_finer_and_coarser_and_narrower():
+    found = nearer(ASKED, [quads(100)], [GOOD])
+    assert found[:2] == [quads(120), quads(80)]
+    assert (found[2].remesh, found[2].width.relative, found[2].width.auto) == (
+        "quads:100",
+        0.45,
+        True,
+    )
+    assert len(found) == 3
+
+
+def test_where_none_serves_a_coarser_mesh_goes_first():
+    found = nearer(ASKED, [quads(50), quads(200)], [stopped("bend", 3.0), stopped("bend", 9.0)])
+    assert found[0] == quads(30)
+
+
+@pytest.mark.parametrize(
+    ("rule", "expected"),
+    [
+        ("twist", ["auto,0.45", "quads:50 catmull-clark:1", "fair 50"]),
+        ("bend", ["quads:120", "twill"]),
+        ("width", ["quads:50 catmull-clark:1", "quads:120", "fair 50"]),
+        ("clearance", ["auto,0.45"]),
+    ],
+)
+def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
+    known = {
+        "fair 50": quads(200, fair=50),
+        "twill": quads(200, pattern="twill"),
+        "quads:50 catmull-clark:1": quads(50, refine="catmull-clark:1"),
+        "quads:120": quads(120),
+    }
+    found = nearer(ASKED, [quads(200)], [stopped(rule, 2.0)])
+    for name in expected:
+        if name == "auto,0.45":
+            assert any(one.width.auto and one.width.relative == 0.45 for one in found)
+        else:
+            assert known[name] in found
+
+
+def test_what_is_stated_stays_and_no_mesh_is_too_fine():
+    asked = replace(ASKED, remesh="quads:200", fair=20, pattern="plain")
+    found = nearer(asked, [asked], [stopped("width", 2.0)])
+    assert {(one.remesh, one.fair) for one in found} <= {("quads:200", 20)}
+    fine = nearer(ASKED, [quads(MOST)], [stopped("bend", 2.0)])
+    assert all(int(one.remesh.partition(":")[2]) <= MOST for one in fine)
+
+
+def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out():
+    found = nearer(ASKED, [quads(100)], [failed()], alone=True)
+    assert found == [
+        quads(100, bodies="join"),
+        quads(100, bodies="largest"),
+        quads(60),
+    ]
+    tried = [quads(100), quads(100, bodies="join")]
+    assert nearer(ASKED, tried, [failed(), failed()], alone=True)[0] == quads(100, bodies="largest")
+    assert nearer(ASKED, [quads(100)], [failed()]) == [quads(60)]
+
+
+@pytest.fixture
+def explored(monkeypatch):
+    """Stand in for what tries designs: by the number of quads, with a record of all."""
+    calls = []
+
+    def outcome(design):
+        count = int((design.remesh or "quads:999").partition(":")[2])
+        if design.size_mm > 500.0:
+            return GOOD
+        return GOOD if 60 <= count <= 90 else stopped("bend", abs(math.log(count / 75)) + 1.01)
+
+    def explore(_, designs, *__, **___):
+        calls.append(list(designs))
+        return [Tried(candidate=outcome(one), picture=None) for one in designs]
+
+    monkeypatch.setattr(rounds, "explore", explore)
+    return calls
+
+
+def test_a_search_goes_on_until_enough_can_be_built(explored):
+    found = search_designs(ASKED, [quads(40), quads(200)], 12)
+    assert found.makeable >= ENOUGH
+    assert len(found.tried) == sum(map(len, explored)) <= 12
+    assert (found.why, found.instead) == ("", ())
+    # Where enough can be built, what was planned is tried, and nothing else.
+    explored.clear()
+    planned = [quads(60), quads(70), quads(80), quads(300)]
+    found = search_designs(ASKED, planned, 12, first=3)
+    assert explored == [planned[:3], planned[3:]]
+
+
+def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
+    found = search_designs(ASKED, [quads(500), quads(800)], 2)
+    assert found.makeable == 0
+    assert len(found.tried) == 2
+    assert found.why == (
+        "None of 2 designs can be built from Birch veneer ply, 0.8 mm, at 300 mm. The nearest, D, "
+        "fails by this: bend is broken. Tried, and can be built: this design at 600 mm."
+    )
+    sizes = [one.size_mm for call in explored[1:] for one in call]
+    assert sizes == [480.0, 750.0, 300.0, 300.0, 600.0, 300.0]
+
+
+@pytest.mark.usefixtures("explored")
+def test_one_that_can_be_built_is_told_as_the_only_one():
+    found = search_designs(ASKED, [quads(75), quads(500)], 2)
+    assert found.why.startswith("Only one of 2 designs can be built from Birch veneer ply, 0.8 mm")
+    assert "Of the others, the nearest, D, fails by this: bend is broken." in found.why
+    assert found.instead == ()
+
+
+def test_the_nearest_is_what_misses_least():
+    some = [failed(), stopped("bend", 3.0), GOOD, stopped("width", 2.0)]
+    designs = [quads(count) for count in (10, 20, 30, 40)]
+    # What bends too much is mended by size, or thinner sheet; what is too narrow, hardly.
+    assert nearest(designs, some) == (designs[1], some[1])
+    assert nearest(designs, [*some[:1], GOOD, *some[2:]]) == (designs[3], some[3])
+    assert nearest(designs[:2], [stopped("twist", 4.0), some[1]]) == (designs[1], some[1])
+    assert nearest(designs[:1], some[:1]) is None
+
+
+def test_what_twists_is_tried_with_narrow_ribbons_too():
+    design = quads(100)
+    assert slimmed(ASKED, (design, stopped("bend", 2.0))) == design
+    slim = slimmed(ASKED, (design, stopped("twist", 2.0)))
+    assert (slim.width.relative, slim.width.auto) == (0.35, True)
+    told = instead_text(ASKED, [stopped("twist", 2.0)], [(replace(slim, size_mm=480.0), GOOD)])
+    assert told.endswith("this design with narrower ribbons at 480 mm.")
+
+
+def test_less_is_tried_where_it_helped_and_more_where_it_did_not():
+    design = quads(100)
+    first = farther(ASKED, design)
+    assert [(one.size_mm, one.thickness_mm, one.material) for one in first] == [
+        (480.0, None, "birch-veneer"),
+        (750.0, None, "birch-veneer"),
+        (300.0, 0.4, "birch-veneer"),
+        (300.0, None, "card"),
+    ]
+    good = [(one, GOOD) for one in first]
+    bad = [(one, stopped("bend", 2.0)) for one in first]
+    assert [(one.size_mm, one.thickness_mm) for one in closer(ASKED, design, good)] == [
+        (380.0, None),
+        (300.0, 0.6),
+    ]
+    assert [(one.size_mm, one.thickness_mm) for one in closer(ASKED, design, bad)] == [
+        (1200.0, None),
+        (300.0, 0.2),
+    ]
+    told = instead_text(ASKED, [stopped("bend", 2.0)], good)
+    assert told.endswith("this design at 480 mm, or from sheet of 0.4 mm, or from card.")
+    told = instead_text(ASKED, [stopped("bend", 2.0)], bad)
+    assert told.endswith(
+        "It was tried otherwise, and cannot be built at 480 mm nor at 750 mm nor from sheet of "
+        "0.4 mm nor from card either."
+    )
+    assert instead_text(ASKED, [GOOD, GOOD], []) == ""
