@@ -16,7 +16,9 @@ def browser():
 
 @pytest.fixture(scope="module")
 def torus(tmp_path_factory):
-    return Scene(tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0)
+    return Scene(
+        tmp_path_factory.mktemp("torus"), "shape:torus?m=10&n=6", 300.0, max_length_mm=200.0
+    )
 
 
 @pytest.fixture

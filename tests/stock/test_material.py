@@ -29,7 +29,9 @@ def test_library_names_are_unique_and_found():
 def test_unknown_name_lists_all_closest_first():
     with pytest.raises(InputError) as caught:
         material_named("stainles-304")
-    listed = str(caught.value).split("choose one of ")[1].split(", ")
+    names, _, meant = str(caught.value).split("choose one of ")[1].partition("; ")
+    assert meant == "did you mean stainless-304?"
+    listed = names.split(", ")
     assert listed[0] == "stainless-304"
     assert sorted(listed) == sorted(material.name for material in material_library())
 

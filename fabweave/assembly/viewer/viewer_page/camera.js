@@ -89,20 +89,21 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
     turnTowards(Math.atan2(direction.y, direction.x), up, point);
   }
 
-  /** See the object from an azimuth and an elevation; say so if it was seen from elsewhere. */
+  /** See the object from an azimuth and an elevation. */
   function look(viewDeg, point) {
-    const [goal, up] = viewDeg.map((angle) => (angle * Math.PI) / 180), before = spoken();
-    turnTowards(goal, up, point, () => spoken() !== before && tell.rest(spoken()));
+    const [goal, up] = viewDeg.map((angle) => (angle * Math.PI) / 180);
+    turnTowards(goal, up, point);
   }
 
-  function turnTowards(goal, up, point, then = () => {}) {
-    const away = Math.atan2(Math.sin(goal - turn), Math.cos(goal - turn));
+  /** Turn by the shorter way; say from where it is seen, if it was seen from elsewhere. */
+  function turnTowards(goal, up, point) {
+    const away = Math.atan2(Math.sin(goal - turn), Math.cos(goal - turn)), before = spoken();
     const from = [turn, rise, target.clone()], to = whole ? ball.center : point;
     fly((part) => {
       turn = from[0] + away * part;
       rise = from[1] + (up - from[1]) * part;
       target.copy(from[2]).lerp(to, part);
-      if (part === 1) then();
+      if (part === 1 && spoken() !== before) tell.rest(spoken());
     });
   }
 

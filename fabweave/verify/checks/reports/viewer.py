@@ -18,7 +18,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "1e5056a44f18169d8586a076d81cf4358c72af6d3104f2e213c7a7525224360c"
+FRAME = "c95c671c08383a120894354837abb708f4b4b7e917c554bbdcae9d3d95f4182a"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
