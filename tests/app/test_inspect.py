@@ -12,7 +12,6 @@ from meshes_shared import known_meshes, mesh_params, shared_mesh
 from PIL import Image
 
 from fabweave.app.design.candidate import Candidate, Tried
-from fabweave.app.inspection.advice import MOST_LARGER
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.inspection.files import inspection_picture
 from fabweave.app.inspection.text import first_rows, inspection_text
@@ -23,7 +22,7 @@ from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 from fabweave.report.verdict import refused
-from fabweave.ribbon.measures import ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import NEAR_SIZE, ribbon_widths, thread_lengths
 from fabweave.ribbon.width import WidthRule
 
 slow = pytest.mark.slow
@@ -478,7 +477,7 @@ def test_sizes_that_help_nobody_are_no_advice() -> None:
     for size, helps in ((200.0, True), (120.0, False)):
         facts = facts_of_torus(size)
         least = max(found["size_mm"] or 0 for found in facts["checks"]["findings"])
-        assert (least <= MOST_LARGER * size) == helps
+        assert (least <= NEAR_SIZE * size) == helps
         commands = [way["command"] or "" for way in facts["advice"]]
         assert any("--size" in command for command in commands) == helps
         assert ("too fine for 120 mm" in text_of(facts)) == (not helps)

@@ -20,14 +20,6 @@ SIZES = {
 }  # fmt: skip
 
 
-def slide(tab, name, value):
-    tab.page.evaluate(
-        "([name, value]) => { const s = document.getElementById(name); s.value = value;"
-        "s.dispatchEvent(new Event('input')); }", [name, value],
-    )  # fmt: skip
-    tab.settle()
-
-
 GROUPS = {
     "thread": lambda scene, piece: scene.thread[piece.thread].label,
     "direction": lambda scene, piece: ("warp", "weft")[scene.thread[piece.thread].bunch],
@@ -89,7 +81,7 @@ def test_exploded_pieces_are_where_they_are_seen(tab, torus, parallel, monkeypat
     tab.page.click("#view summary")
     if parallel:
         tab.page.check("#parallel")
-    slide(tab, "explode", 0.8)
+    tab.slide("explode", 0.8)
     tab.page.click("#facts")
     assert tab.page.locator("#explode").is_hidden()
     monkeypatch.setattr(torus, "corners", spread_corners(torus, 0.8))
@@ -119,7 +111,7 @@ def seen_pieces(tab):
 
 def test_what_is_cut_away_is_not_seen_and_the_chosen_piece_is_whole(tab, torus):
     whole = tab.pixels()
-    slide(tab, "cut", 0.5)
+    tab.slide("cut", 0.5)
     cut = tab.pixels()
     paper = whole[-60, 20]
     assert np.mean(np.any(cut != paper, axis=2)) < 0.9 * np.mean(np.any(whole != paper, axis=2))

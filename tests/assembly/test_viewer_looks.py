@@ -34,14 +34,6 @@ def way_to_eye(tab):
     return lens[:3, 2]
 
 
-def slide(tab, name, value):
-    tab.page.evaluate(
-        "([name, value]) => { const s = document.getElementById(name); s.value = value;"
-        "s.dispatchEvent(new Event('input')); }", [name, value],
-    )  # fmt: skip
-    tab.settle()
-
-
 def test_steps_are_seen_from_where_the_manual_shows_them(browser, led):
     opened = Tab(browser, led)
     followed, told = 0, ""
@@ -81,7 +73,7 @@ def test_what_is_in_place_is_as_strong_as_is_asked(tab, torus):
     assert len(spots) > 20
     strength = []
     for value in (0.2, 0.5, 1.0):
-        slide(tab, "there", value)
+        tab.slide("there", value)
         pixels = tab.pixels()
         strength.append(np.mean([np.linalg.norm(pixels[y, x] - paper) for x, y in spots]))
     # Rims are darker than what they go round, and paler in proportion.
@@ -98,10 +90,10 @@ def test_what_is_to_come_is_a_veil_that_hides_nothing(tab, torus):
     tab.go_to(step)
     bare = tab.pixels()
     hits = tab.page.evaluate("fabweave.codes().filter((code) => code).length")
-    slide(tab, "later", 0.25)
+    tab.slide("later", 0.25)
     veiled = tab.pixels()
     changed = np.mean(np.any(np.abs(veiled - bare) > 12.0, axis=2))
-    slide(tab, "later", 1.0)
+    tab.slide("later", 1.0)
     solid = np.mean(np.any(np.abs(tab.pixels() - bare) > 12.0, axis=2))
     assert 0.02 < changed < solid
     codes = tab.page.evaluate("fabweave.codes()")
@@ -112,7 +104,7 @@ def test_what_is_to_come_is_a_veil_that_hides_nothing(tab, torus):
     for x, y, label in tab.points(np.array(at) <= step, 12, seed=2):
         tab.tap(x, y)
         assert tab.chosen() == label
-    slide(tab, "later", 0.0)
+    tab.slide("later", 0.0)
     tab.go_to(step)
     assert np.count_nonzero(np.any(np.abs(tab.pixels() - bare) > 12.0, axis=2)) <= 40
 
@@ -249,7 +241,7 @@ def test_all_of_the_object_is_shown_again(tab, torus):
     tab.settle()
     first = tab.pixels()
     for name, value in (("explode", 0.5), ("cut", 0.3), ("there", 1.0), ("later", 0.5)):
-        slide(tab, name, value)
+        tab.slide(name, value)
     tab.page.click("[data-move=left]")
     tab.page.click("#view summary")
     tab.page.click("#home")

@@ -91,6 +91,14 @@ class Tab:
             self.page.wait_for_timeout(100)
         raise AssertionError(f"it never came true that {true}")
 
+    def slide(self, name, value):
+        """Move a slider."""
+        self.page.evaluate(
+            "([name, value]) => { const s = document.getElementById(name); s.value = value;"
+            "s.dispatchEvent(new Event('input')); }", [name, value],
+        )  # fmt: skip
+        self.settle()
+
     def settle(self):
         """Wait until turning has ended and labels stand."""
         self.page.wait_for_timeout(450)

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fabweave.app.design.candidate import Candidate
+from fabweave.app.design.instead import SOFT
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.page import words
 from fabweave.app.design.search import explore
@@ -14,8 +15,8 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.mesh.polymesh import PolyMesh
 
-#: A material that bends to almost anything, and so many times the size: the last things to try.
-_SOFT, _LARGER = "card", 1.6
+#: The last thing to try is so many times the size.
+_LARGER = 1.6
 #: How many meshes are tried, and how many ways are told.
 _MESHES, _TOLD = 4, 3
 
@@ -78,8 +79,8 @@ def _designs(asked: Settings, progress: Progress, given: PolyMesh | None) -> Ite
     yield from (one for one in some[:_MESHES] if one != asked)
     if asked.width.auto and asked.open is None:
         yield replace(asked, width=option_named("width").kind.parse("0.45"))
-    if asked.material != _SOFT and "=" not in asked.material:
-        plain = {"material": _SOFT, "thickness_mm": None, "gap_mm": None}
+    if asked.material != SOFT and "=" not in asked.material:
+        plain = {"material": SOFT, "thickness_mm": None, "gap_mm": None}
         yield replace(asked, **plain)  # type: ignore[arg-type]
         yield from (replace(one, **plain) for one in some[:2])  # type: ignore[arg-type]
     if asked.size_mm is not None:

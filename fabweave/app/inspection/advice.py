@@ -9,11 +9,10 @@ from fabweave.app.remake_command import long_command
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.ribbon.measures import NEAR_SIZE
 from fabweave.ribbon.rules.remedy import SIZED
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 
-#: A size is advice up to so many times what was asked for: beyond, it is another object.
-MOST_LARGER = 1.5
 #: How many densities lie between the coarsest and the finest mesh, of which the coarsest is named.
 _DENSITIES = 3
 
@@ -23,7 +22,7 @@ def advice(
 ) -> list[dict[str, Any]]:
     """Return what would help, or what makes it, each with its command.
 
-    A size is told only where it is at most ``MOST_LARGER`` times the present one. Where rules would
+    A size is told only where it is at most ``NEAR_SIZE`` times the present one. Where rules would
     want more, the mesh is too fine for its size, and a coarser one is named if the mesh is a model
     that can be remeshed.
 
@@ -58,14 +57,14 @@ def advice(
     known = [size for size in (check.smallest_mm, *sizes) if size is not None]
     most = max(known, default=0)
     larger = most > woven.size_mm
-    if larger and most <= MOST_LARGER * woven.size_mm:
+    if larger and most <= NEAR_SIZE * woven.size_mm:
         rules = [finding.rule for finding in findings if finding.size_mm is not None]
         what = "every rule of size" if check.smallest_mm is not None else " and ".join(rules)
         add(f"at this size {what} would hold", size_mm=float(most), scale=None)
     finer = {finding.refine: finding.rule for finding in findings if finding.refine is not None}
     for refinement, rule in finer.items():
         add(f"a finer mesh mends {rule}, as tried", refine=refinement)
-    too_fine = most > MOST_LARGER * woven.size_mm
+    too_fine = most > NEAR_SIZE * woven.size_mm
     if too_fine or None in sizes:  # or no size helps, or none was looked for
         remeshed = asked.remesh is not None or asked.refine is not None or is_shape(asked.mesh)
         coarser = None if remeshed else _coarser(woven)
