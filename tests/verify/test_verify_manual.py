@@ -242,7 +242,9 @@ def test_the_manual_is_right(specimen, job, kind):
 def test_a_spoiled_manual_is_found(specimen, job, spoil):
     folder = job()
     write_manual(specimen("octahedron"), folder, edit=spoil)
-    assert failed(folder) == {"manual"}
+    # The viewer shows each step from where the manual says.
+    moved = {"viewer"} if spoil is see_it_from_nowhere else set()
+    assert failed(folder) == {"manual"} | moved
 
 
 @pytest.mark.parametrize(

@@ -292,7 +292,10 @@ MANUAL = {
         lambda data: repaired(TEXT.sub(rb"1 0 0 1 -99 \2 Tm", data, count=1)),
         "beyond its page",
     ),
-    "small text": (put(b"/F1 9 Tf", b"/F1 .9 Tf"), "too small"),
+    "small text": (
+        lambda data: repaired(re.sub(rb"/F1 [\d.]+ Tf", b"/F1 .9 Tf", data, count=1)),
+        "too small",
+    ),
     "mirrored text": (
         lambda data: repaired(TEXT.sub(rb"-1 0 0 1 \1 \2 Tm", data, count=1)),
         "mirrored",
