@@ -292,10 +292,7 @@ MANUAL = {
         lambda data: repaired(TEXT.sub(rb"1 0 0 1 -99 \2 Tm", data, count=1)),
         "beyond its page",
     ),
-    "small text": (
-        lambda data: repaired(re.sub(rb"/F1 [\d.]+ Tf", b"/F1 .9 Tf", data, count=1)),
-        "too small",
-    ),
+    "small text": (put(b"/F1 9.5 Tf", b"/F1 .95 Tf"), "too small"),
     "mirrored text": (
         lambda data: repaired(TEXT.sub(rb"-1 0 0 1 \1 \2 Tm", data, count=1)),
         "mirrored",
