@@ -76,7 +76,8 @@ def test_what_is_too_stiff_is_refused_with_a_size_that_does() -> None:
     with pytest.raises(CannotMakeError, match="is too stiff") as error:
         checked(REFUSED)
     message = str(error.value)
-    with_care, within = (int(size) for size in re.findall(r"(\d+)mm", message.split("use ")[1])[:2])
+    told = re.findall(r"(\d+)mm", message.split("use ")[1])[:2]
+    within, with_care = (int(size) for size in told)
     assert 300 < with_care < within
     care = checked(REFUSED, float(with_care))
     assert not care.refused

@@ -154,7 +154,7 @@ def test_an_older_job_is_replaced_and_nothing_else_is(octahedron, tmp_path, caps
         (["make", "shape:cube", "--hole", "0.3mm"], 2, "too small"),
         (["make", "shape:cube", "--pattern", "tartan"], 2, "plain"),
         (["make"], 2, "no mesh"),
-        (["make", "shape:torus", "--size", "2mm"], 1, "--size"),
+        (["make", "shape:torus", "--size", "2mm"], 1, "a coarser mesh"),
         (["make", "shape:cube", "--size", "900mm", "--sheet", "60x60mm"], 1, "--sheet"),
         (["make", "shape:cube", "--size", "500mm", "--sheet", "250x250mm:1"], 1, "sheet"),
     ],
