@@ -107,7 +107,7 @@ function makePanels(by, plan, clock, state) {
   /** How long all steps take that are not done. */
   function leftText() {
     if (state.done.size === last) return "All is done.";
-    return `${clock.left(state.done)} left of ${clock.all()} for the steps; sorting comes before.`;
+    return `${clock.left(state.done)} left of ${clock.all()}.`;
   }
 
   return { showPiece, showSheet, showSteps, leftText };

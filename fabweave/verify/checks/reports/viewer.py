@@ -18,7 +18,7 @@ from fabweave.verify.read.viewer import Viewer
 from fabweave.verify.statement import Place, Tally
 
 #: The page as it is shipped: policy, styles and scripts. A change of the viewer changes it.
-FRAME = "c95c671c08383a120894354837abb708f4b4b7e917c554bbdcae9d3d95f4182a"
+FRAME = "678b1e37a85bd19bf8d8022f97edb6f7def6d85c44a91c835dc1ca4c62a61caa"
 #: The three.js that trimesh brings along from 4.12 on; older releases have none, and the page says
 #: that it cannot show space.
 THREE = (
