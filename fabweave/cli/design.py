@@ -20,6 +20,7 @@ from fabweave.cli.terminal import VERDICT_STYLES
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
+    from fabweave.app.design.candidate import Candidate
     from fabweave.app.design.rounds import Search
 
 
@@ -50,8 +51,8 @@ def design(
     Each goes through everything up to its pieces: meshes of quads and of triangles, plain weave and
     twill, wider and narrower ribbons. What you ask for with options is the same in all of them.
     Where few can be built, others are tried near these; where none can, it is said why, and what
-    would help. The page design.html shows them with pictures, figures and the exact fabweave make
-    command of each.
+    would help. Each is told as soon as it was tried. The page design.html shows them with pictures,
+    figures and the exact fabweave make command of each.
 
     \b
     Examples:
@@ -60,7 +61,7 @@ def design(
     """
     with held_back():
         from fabweave.app.design.job import run_design
-        from fabweave.app.design.page import best_of, design_json
+        from fabweave.app.design.page import best_of, design_json, told_design
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
         from fabweave.mesh.shapes.titles import object_title
@@ -68,7 +69,13 @@ def design(
     settings = job_settings(mesh, options)
     executors = processes(os.cpu_count() or 1) if cluster is None else cluster_at(cluster)
     with progress_bar(quiet or as_json) as progress:
-        found = run_design(settings, output, progress, count=tries, executors=executors)
+
+        def tell(candidate: "Candidate") -> None:
+            """Print what a design came to."""
+            if not (quiet or as_json):
+                progress.say(told_design(candidate))
+
+        found = run_design(settings, output, progress, count=tries, executors=executors, told=tell)
     if as_json:
         click.echo(design_json(object_title(settings.mesh, settings.title), found), nl=False)
     elif not quiet:
@@ -82,6 +89,8 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
     from fabweave.app.design.page import words
 
     console = Console(highlight=False, soft_wrap=True)
+    if any(best):
+        console.print("\nNo other is better in every way than one of these:", markup=False)
     for candidate, good in zip(found.candidates, best, strict=True):
         if good and candidate.figures is not None:
             console.print(
@@ -95,8 +104,9 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
         for helps in (one.candidate for one in found.instead):
             if helps.makeable and helps.figures is not None:
                 console.print(f"  {helps.name}: {words(helps.figures)}", markup=False)
+    same = f" ({found.same} more came to the same as one of these)" if found.same else ""
     console.print(
-        f"{found.makeable} of {len(found.tried)} designs can be built. All with pictures: "
-        f"{output / 'design.html'}",
+        f"{found.makeable} of {len(found.tried)} designs can be built{same}. All with "
+        f"pictures: {output / 'design.html'}",
         markup=False,
     )

@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ from fabweave.cli.progress import progress_bar
 from fabweave.core.errors import InputError
 from fabweave.core.output_files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
+
+if TYPE_CHECKING:
+    from fabweave.app.design.candidate import Candidate
 
 #: How many designs are tried, from coarse to fine.
 _DESIGNS = 3
@@ -89,6 +92,7 @@ def inspect(
       fabweave inspect shape:tetrahedron --pd rings.txt
     """
     with held_back():
+        from fabweave.app.design.page import told_design
         from fabweave.app.inspection.facts import inspect_mesh, tries_designs
         from fabweave.app.inspection.files import (
             inspection_edges,
@@ -125,11 +129,15 @@ def inspect(
             nonlocal announced
             if what == "designs" and not announced and not as_json:
                 announced = True
-                with progress.aside():
-                    click.echo(
-                        "\nTrying designs, from coarse to fine; --no-designs leaves them out ..."
-                    )
+                progress.say(
+                    "\nTrying designs, from coarse to fine; --no-designs leaves them out ..."
+                )
             progress(what, done, total)
+
+        def tell_design(candidate: "Candidate") -> None:
+            """Print what a design came to, as soon as it was tried."""
+            if not as_json:
+                progress.say(f"  {told_design(candidate)}")
 
         found = inspect_mesh(
             settings,
@@ -138,17 +146,14 @@ def inspect(
             n_designs=n_designs,
             executors=processes(os.cpu_count() or 1),
             told=tell,
+            told_design=tell_design,
         )
-        if not as_json:
+        if not as_json and found.designs:
             with progress.aside():
+                click.echo()
                 _print(design_rows(found.facts))
-        files: dict[Path, bytes] = {}
-        if pd is not None:
-            files[pd] = inspection_link(found).encode()
-        if gauss is not None:
-            files[gauss] = inspection_gauss(found).encode()
-        if edges is not None:
-            files[edges] = inspection_edges(found).encode()
+        texts = ((pd, inspection_link), (gauss, inspection_gauss), (edges, inspection_edges))
+        files = {path: text(found).encode() for path, text in texts if path is not None}
         if png is not None:
             progress("picture", 0, 1)
             files[png] = png_bytes(inspection_picture(found, settings))

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+import click
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -35,6 +37,11 @@ class Report:
         self._bar.stop()
         yield
         self._bar.start()
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        with self.aside():
+            click.echo(text)
 
 
 @contextmanager

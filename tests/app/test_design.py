@@ -60,19 +60,22 @@ def test_what_is_tried_is_what_is_made(tried, tmp_path):
 
 @pytest.mark.slow
 def test_a_search_with_processes_finds_the_same(tried):
-    assert explore(BALL, DESIGNS, executors=processes(2)) == tried[1]
+    told = []
+    assert explore(BALL, DESIGNS, executors=processes(2), told=told.append) == tried[1]
+    assert told == [one.candidate for one in tried[1]]
 
 
 @pytest.mark.slow
 def test_what_was_tried_is_not_tried_again(tried, monkeypatch):
     folder, before = tried
-    calls = []
+    calls, told = [], []
     real = search.try_design
     monkeypatch.setattr(
         search, "try_design", lambda *task, **how: calls.append(task) or real(*task, **how)
     )
-    assert explore(BALL, DESIGNS, folder) == before
+    assert explore(BALL, DESIGNS, folder, told=told.append) == before
     assert calls == []
+    assert told == [one.candidate for one in before]
     # What is cut off, or of other settings, is tried anew.
     (folder / f"{before[1].candidate.key}.json").write_text('{"key": ')
     assert explore(BALL, DESIGNS, folder) == before

@@ -128,7 +128,9 @@ def explored(monkeypatch):
         count = int((design.remesh or "quads:999").partition(":")[2])
         if design.size_mm > 500.0:
             return GOOD
-        return GOOD if 60 <= count <= 90 else stopped("bend", abs(math.log(count / 75)) + 1.01)
+        good = 60 <= count <= 90
+        found = GOOD if good else stopped("bend", abs(math.log(count / 75)) + 1.01)
+        return replace(found, figures=replace(GOOD.figures, lost=(repr(design),)))
 
     def explore(_, designs, *__, **___):
         calls.append(list(designs))
@@ -148,6 +150,26 @@ def test_a_search_goes_on_until_enough_can_be_built(explored):
     planned = [quads(60), quads(70), quads(80), quads(300)]
     found = search_designs(ASKED, planned, 12, first=3)
     assert explored == [planned[:3], planned[3:]]
+
+
+def test_of_designs_that_come_to_the_same_one_is_kept(monkeypatch):
+    asis = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=None, likeness_mean_mm=None))
+    kept = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=0.0, likeness_mean_mm=0.0))
+    other = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=0.1, likeness_mean_mm=0.0))
+    refused_one = replace(failed(), excess=5.0)
+    found = [asis, kept, other, refused_one, refused_one, kept]
+    designs = [quads(count) for count in range(40, 46)]
+    monkeypatch.setattr(
+        rounds,
+        "explore",
+        lambda _, some, *__, **___: [
+            Tried(candidate=found[designs.index(one)], picture=None) for one in some
+        ],
+    )
+    search = search_designs(ASKED, designs, len(designs))
+    assert search.candidates == [asis, other, refused_one, refused_one]
+    assert search.designs == (designs[0], designs[2], designs[3], designs[4])
+    assert search.same == 2
 
 
 def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):

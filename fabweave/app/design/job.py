@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fabweave.app.design.page import design_csv, design_json, design_page
 from fabweave.app.design.rounds import Search, as_it_comes, search_designs
-from fabweave.app.design.search import CANDIDATES
+from fabweave.app.design.search import CANDIDATES, ToldDesign, tell_nobody
 from fabweave.app.design.variety import variety
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
@@ -30,6 +30,7 @@ def run_design(
     count: int,
     executors: Executors = here,
     given: PolyMesh | None = None,
+    told: ToldDesign = tell_nobody,
 ) -> Search:
     """Try designs of a model and write ``design.html``, ``design.json`` and ``design.csv``.
 
@@ -47,6 +48,8 @@ def run_design(
         Opens the executor that tries them; the files are the same with any.
     given : PolyMesh, optional
         A mesh from memory.
+    told : callable
+        Called with each design as it is tried.
 
     Returns
     -------
@@ -69,6 +72,7 @@ def run_design(
         first=max(_LEAST_FIRST, count - count // 3),
         executors=executors,
         given=given,
+        told=told,
     )
     title = object_title(asked.mesh, asked.title)
     texts = (design_page(title, found), design_json(title, found), design_csv(found.tried))

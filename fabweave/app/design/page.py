@@ -15,6 +15,7 @@ from fabweave.app.design.front import objectives, pareto_front
 from fabweave.app.design.rounds import Search
 from fabweave.core.messages import agree
 from fabweave.core.records import to_json
+from fabweave.report.costs.texts import hours_text
 from fabweave.report.verdict import QUESTION, VERDICTS
 
 SCHEMA = "fabweave.design/1"
@@ -112,14 +113,22 @@ def design_page(title: str, found: Search) -> str:
         '<meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}: designs</title><style>{_STYLE}</style></head><body>\n"
         f"<h1>{html.escape(title)}: {len(tried)} designs</h1>\n"
-        f"<p>{found.makeable or 'None'} of them can be built. A blue frame marks those that no "
-        "other design is better than in work, likeness, narrowest ribbon and sheets at once. Grey "
-        "ones cannot be built from this material, and say why. Sheets are foretold.</p>\n"
+        f"<p>{found.makeable or 'None'} of them can be built. {_same(found)}A blue frame marks "
+        "those that no other design is better than in work, likeness, narrowest ribbon and sheets "
+        "at once. Grey ones cannot be built from this material, and say why. Sheets are foretold."
+        "</p>\n"
         f"{why}"
         f'<div class="cards">\n{cards}\n</div>\n{_instead(found.instead)}<h2>Compared</h2>\n'
         f'<div class="plots">{plots}</div>\n<h2>Figures</h2>\n'
         f"<table><thead><tr><th>design</th>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>\n</body></html>\n"
     )
+
+
+def _same(found: Search) -> str:
+    """Say how many more were tried that are not shown; nothing if none."""
+    if not found.same:
+        return ""
+    return agree(found.same, "{n} more [was|were] tried and came to the same as one of these. ")
 
 
 def _instead(tried: Sequence[Tried]) -> str:
@@ -150,6 +159,12 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
     )
 
 
+def told_design(candidate: Candidate) -> str:
+    """Return what a design came to, in a line."""
+    figures = "" if candidate.figures is None else f": {brief(candidate.figures)}"
+    return f"{candidate.name}{figures}; {candidate.verdict.level}"
+
+
 def words(figures: Figures) -> str:
     """Return what a design comes to, in a few words."""
     text = (
@@ -158,7 +173,7 @@ def words(figures: Figures) -> str:
         f"{agree(figures.sheets, '{n} sheet[|s]')}"
     )
     if figures.hours is not None:
-        text += f", {figures.hours[0]:.0f} to {figures.hours[1]:.0f} h of assembly"
+        text += f", {hours_text(figures.hours)} of assembly"
     if figures.likeness_mm is not None:
         text += f", at most {figures.likeness_mm:.0f} mm off the model"
     if figures.lost:
@@ -177,7 +192,7 @@ def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
 def brief(figures: Figures) -> str:
     """Return what a design comes to in the fewest words; its sheets are foretold."""
     hours = figures.hours
-    time = "" if hours is None else f", {hours[0]:.0f} to {hours[1]:.0f} h of assembly"
+    time = "" if hours is None else f", {hours_text(hours)} of assembly"
     return (
         f"{agree(figures.pieces, '{n} piece[|s]')} on about "
         f"{agree(figures.sheets, '{n} sheet[|s]')}"

@@ -5,16 +5,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fabweave.app.design.candidate import Candidate, Tried
+from fabweave.app.design.candidate import Candidate, Figures, Tried
 from fabweave.app.design.instead import Found, closer, farther, instead_text, nearest, slimmed
 from fabweave.app.design.nearer import nearer
-from fabweave.app.design.search import Meshes, explore
+from fabweave.app.design.search import Meshes, ToldDesign, explore, tell_nobody
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.report.verdict import Verdict
 
 #: A search goes on until so many designs can be built.
 ENOUGH = 3
@@ -29,17 +30,20 @@ class Search:
     designs : tuple of Settings
         What was tried, in its order,
     tried : tuple of Tried
-        and what it came to.
+        and what it came to. Of those that come to the very same, only the first is kept.
     instead : tuple of Tried
         Where none can be built: the nearest of them larger, thinner, or of card.
     why : str
         Why fewer than two can be built, and what would help, as far as that was tried; else empty.
+    same : int
+        How many more were tried that came to the same as one of these.
     """
 
     designs: tuple[Settings, ...]
     tried: tuple[Tried, ...]
     instead: tuple[Tried, ...] = ()
     why: str = ""
+    same: int = 0
 
     @property
     def candidates(self) -> list[Candidate]:
@@ -63,6 +67,7 @@ def search_designs(
     executors: Executors = here,
     given: PolyMesh | None = None,
     meshes: Meshes | None = None,
+    told: ToldDesign = tell_nobody,
 ) -> Search:
     """Try designs, and where fewer than three can be built, others near them, round after round.
 
@@ -76,7 +81,7 @@ def search_designs(
         What to try, those first that tell most.
     most : int
         How many designs to try in all. Where none can be built, some more tell what would help.
-    folder, progress, executors, given, meshes
+    folder, progress, executors, given, meshes, told
         As for :func:`fabweave.app.design.search.explore`.
     first : int, optional
         How many of the planned designs to try before others may be chosen; all if not given.
@@ -86,19 +91,26 @@ def search_designs(
     tried: list[Tried] = []
     alone: bool | None = None
 
-    def told(some: Sequence[Settings]) -> list[Tried]:
+    def explored(some: Sequence[Settings]) -> list[Tried]:
         return explore(
-            asked, some, folder, progress, executors=executors, given=given, meshes=meshes
+            asked,
+            some,
+            folder,
+            progress,
+            executors=executors,
+            given=given,
+            meshes=meshes,
+            told=told,
         )
 
     more = list(planned[:first])
     while more:
         designs += more
-        tried += told(more)
+        tried += explored(more)
         found = [one.candidate for one in tried]
         room = most - len(designs)
         near: list[Settings] = []
-        if sum(one.makeable for one in found) < ENOUGH:
+        if sum(found[at].makeable for at in _apart(found)) < ENOUGH:
             if alone is None and not all(one.laid for one in found):
                 alone = check_mesh(as_it_comes(asked, progress, given)).n_components > 1
             near = nearer(asked, designs, found, alone=bool(alone))[: math.ceil(room / 2)]
@@ -110,15 +122,32 @@ def search_designs(
     if least is not None and not any(one.makeable for one in found):
         slim = slimmed(asked, least)
         otherwise = farther(asked, slim)
-        helps = told(otherwise)
+        helps = explored(otherwise)
         more = closer(asked, slim, _pairs(otherwise, helps))
-        otherwise, helps = otherwise + more, helps + told(more)
+        otherwise, helps = otherwise + more, helps + explored(more)
+    kept = _apart(found)
     return Search(
-        designs=tuple(designs),
-        tried=tuple(tried),
+        designs=tuple(designs[at] for at in kept),
+        tried=tuple(tried[at] for at in kept),
         instead=tuple(helps),
         why=instead_text(asked, found, _pairs(otherwise, helps)),
+        same=len(found) - len(kept),
     )
+
+
+def _apart(found: Sequence[Candidate]) -> list[int]:
+    """Return the numbers of the designs without those that come to the same as one before.
+
+    A mesh that has as many faces as are asked for is kept as it is by remeshing, and ribbons may
+    be as narrow by themselves as they are asked to be.
+    """
+    first: dict[tuple[Figures, Verdict] | int, int] = {}
+    for at, one in enumerate(found):
+        figures = one.figures
+        if figures is not None and figures.likeness_mm == 0.0:
+            figures = replace(figures, likeness_mm=None, likeness_mean_mm=None)
+        first.setdefault(at if figures is None else (figures, one.verdict), at)
+    return list(first.values())
 
 
 def _pairs(designs: Sequence[Settings], tried: Sequence[Tried]) -> list[Found]:

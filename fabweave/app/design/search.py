@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -31,6 +31,12 @@ _LATER: dict[str, Any] = {
 
 #: What models were remeshed to, by a digest of all that matters for it; None where they were not.
 Meshes: TypeAlias = dict[str, Remeshed | None]
+#: ToldDesign what each design came to.
+ToldDesign: TypeAlias = Callable[[Candidate], None]
+
+
+def tell_nobody(_candidate: Candidate) -> None:
+    """Keep to oneself what a design came to."""
 
 
 def explore(
@@ -42,6 +48,7 @@ def explore(
     executors: Executors = here,
     given: PolyMesh | None = None,
     meshes: Meshes | None = None,
+    told: ToldDesign = tell_nobody,
 ) -> list[Tried]:
     """Try designs, each once.
 
@@ -62,6 +69,9 @@ def explore(
     meshes : dict, optional
         What the model was remeshed to by designs that were tried before; those of these designs
         come to it. It saves time, and changes no result.
+    told : callable
+        Called with each as soon as it and all before it were tried: in their order, whoever tries
+        them.
 
     Returns
     -------
@@ -76,7 +86,18 @@ def explore(
         folder.mkdir(parents=True, exist_ok=True)
         known = {key: tried for key in keys if (tried := _kept(folder, key)) is not None}
     left = {key: one for key, one in zip(keys, designs, strict=True) if key not in known}
+    untold = iter(dict.fromkeys(keys))
+    following = next(untold, None)
+
+    def tell() -> None:
+        """Tell what was not told before, up to the first that is not known yet."""
+        nonlocal following
+        while following in known:
+            told(known[following].candidate)
+            following = next(untold, None)
+
     progress("designs", len(known), len(keys))
+    tell()
     with executors() as executor:
         while left:
             now = _one_of_each_mesh(left, digest, meshes)
@@ -91,6 +112,7 @@ def explore(
                 if folder is not None:
                     _keep(folder, tried)
                 progress("designs", len(known), len(keys))
+                tell()
     return [known[key] for key in keys]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from fabweave.app.design.candidate import Tried
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.rounds import Search, search_designs
+from fabweave.app.design.search import ToldDesign, tell_nobody
 from fabweave.app.inspection.advice import advice
 from fabweave.app.inspection.mesh_facts import (
     bunch_facts,
@@ -103,6 +104,7 @@ def inspect_mesh(
     n_designs: int = 0,
     executors: Executors = here,
     told: Told = _nobody,
+    told_design: ToldDesign = tell_nobody,
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
@@ -126,6 +128,8 @@ def inspect_mesh(
     told : callable
         Called twice before designs are tried: with what the mesh is and whether it can be built,
         within seconds; and with everything but the designs.
+    told_design : callable
+        Called with each design as it is tried.
 
     Raises
     ------
@@ -207,7 +211,7 @@ def inspect_mesh(
     }
     facts |= _changes(woven)
     told(facts)
-    found = _searched(asked, n_designs, progress, executors, given_mesh)
+    found = _searched(asked, n_designs, progress, executors, given_mesh, told_design)
     designs = _shown(found, n_designs)
     facts["designs"] = [to_json(one.candidate) for one in designs]
     facts["designs_why"] = found.why
@@ -251,6 +255,7 @@ def _searched(
     progress: Progress,
     executors: Executors,
     given: PolyMesh | None,
+    told: ToldDesign,
 ) -> Search:
     """Try some designs from coarse to fine, and others where few of them can be built."""
     if not count or not tries_designs(settings):
@@ -258,7 +263,7 @@ def _searched(
     asked = replace(settings, effort="quick")
     planned = plan_designs(asked, 3 * count, progress, given)[:count]
     return search_designs(
-        asked, planned, 2 * count, progress=progress, executors=executors, given=given
+        asked, planned, 2 * count, progress=progress, executors=executors, given=given, told=told
     )
 
 
