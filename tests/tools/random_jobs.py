@@ -1,4 +1,4 @@
-"""Make many random jobs and count what came of them: random_jobs.py FIRST LAST [PROCESSES].
+"""Make many random jobs and count what came of them: random_jobs.py FIRST LAST PROCESSES [small].
 
 Prints every fault with its seed, and in the end the outcomes with the words of refusals.
 """
@@ -8,6 +8,7 @@ import re
 import sys
 import traceback
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
@@ -16,22 +17,21 @@ from jobs import quick_jobs
 from random_jobs import SHAPES, outcome_of
 
 
-def tried(seed):
+def tried(seed, *, small):
     try:
         with quick_jobs():
-            return (seed, *outcome_of(seed))
+            return (seed, *outcome_of(seed, small=small))
     except Exception:
         return seed, "fault", traceback.format_exc()
 
 
 def main():
-    first, last = map(int, sys.argv[1:3])
+    first, last, processes = map(int, sys.argv[1:4])
+    job = partial(tried, small=sys.argv[4:] == ["small"])
     outcomes, words = Counter(), Counter()
-    with multiprocessing.get_context("spawn").Pool(
-        int(sys.argv[3]) if sys.argv[3:] else None
-    ) as pool:
+    with multiprocessing.get_context("spawn").Pool(processes) as pool:
         for number, (seed, outcome, said) in enumerate(
-            pool.imap_unordered(tried, range(first, last)), start=1
+            pool.imap_unordered(job, range(first, last)), start=1
         ):
             outcomes[outcome, SHAPES[seed % len(SHAPES)].__name__] += 1
             if outcome in ("fault", "unproved"):
