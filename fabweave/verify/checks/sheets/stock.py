@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
-from fabweave.verify.drawing import NOTES, Drawing, corners_apart, traced
+from fabweave.verify.drawing import NOTES, Drawing, corners_apart
 from fabweave.verify.read.job_files import Job, required, sheet_drawings
 from fabweave.verify.statement import Place, Tally
 
@@ -151,19 +151,17 @@ def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> N
 
 def _check_notes(sheet: Sheet, drawing: Drawing, place: Place) -> None:
     """Check that all notes are on the material, and outline and defects among them."""
-    notes = drawing.shapes_of(NOTES, None)
-    runs = [traced(note) for note in notes]
-    lines = shapely.linestrings(
-        np.concatenate(runs or [np.zeros((0, 2))]),
-        indices=np.repeat(np.arange(len(runs)), [len(run) for run in runs]),
-    )
+    notes = drawing.of(NOTES, None)
+    points, note = drawing.traced(notes)
+    lines = shapely.linestrings(points, indices=note)
     material = shapely.Polygon(sheet.outline).buffer(_DRAWN_MM)
     shapely.prepare(material)
     beside = int(np.count_nonzero(~shapely.covers(material, lines)))
     place.expect(not beside, f"{beside} of {len(notes)} notes are beside the material")
     if not sheet.stock:
         return
-    drawn = [shapely.Polygon(note.points).exterior for note in notes if note.closed]
+    closed = notes[drawing.closed[notes]]
+    drawn = [shapely.Polygon(drawing.shape(at).points).exterior for at in closed.tolist()]
     for what, ring in [("outline", sheet.outline), *(("defect", ring) for ring in sheet.defects)]:
         wanted = shapely.Polygon(ring).exterior
         if np.ptp(ring, axis=0).min() < 2.0 * _DRAWN_MM:
