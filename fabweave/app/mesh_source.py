@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.app.settings import Settings
-from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.input_files import read_text
 from fabweave.core.messages import agree
-from fabweave.mesh.bodies import keep_bodies, parse_bodies
+from fabweave.mesh.bodies.choice import with_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
@@ -35,7 +35,7 @@ from fabweave.mesh.remesh.along.direction import (
 from fabweave.mesh.remesh.remesh import remesh
 from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.mesh.remesh.source import Remeshed
-from fabweave.mesh.report import MeshReport
+from fabweave.mesh.report import mesh_counts, mesh_notes
 from fabweave.mesh.resize import (
     Up,
     largest_dimension,
@@ -49,7 +49,6 @@ from fabweave.mesh.shapes.titles import object_title
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise
-from fabweave.mesh.union import join_bodies
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -111,6 +110,13 @@ class LoadedMesh:
     remeshed: Remeshed | None = None
 
 
+#: What may help against a mesh that cannot be woven.
+_WRAPS = (
+    "\nWhat may help: --bodies wrap, which lays one closed surface around whatever the mesh "
+    "encloses, with --remesh quads:N"
+)
+
+
 def load_mesh(
     settings: Settings,
     progress: Progress = no_progress,
@@ -159,8 +165,7 @@ def load_mesh(
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
     mesh, welded = weld_seams(mesh, settings.weld)
-    most, joins = parse_bodies(settings.bodies)
-    mesh, kept, left_out = join_bodies(mesh) if joins else keep_bodies(mesh, most)
+    mesh, kept, left_out = with_bodies(mesh, settings.bodies)
     notes += [*welded, *kept]
     mesh = turn_upright(mesh, settings.up or up)
     try:
@@ -168,7 +173,8 @@ def load_mesh(
     except InputError as error:
         # The numbers in the message are those of the mesh after what was done to it.
         done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
-        raise InputError(f"{error}{done}") from None
+        helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
+        raise InputError(f"{error}{done}{helps}") from None
     mesh, joined = add_handles(mesh, parse_handles(settings.handle))
     clashes = self_intersections(mesh)
     notes += [*repairs, *joined, *mesh_notes(check_mesh(mesh) if joined else report, clashes)]
@@ -358,41 +364,4 @@ def _prepared(mesh: PolyMesh, done: list[str]) -> tuple[PolyMesh, list[str]]:
     if not done:
         return mesh, []
     mesh, report, repairs = prepare_mesh(mesh)
-    return mesh, [*repairs, f"the mesh was {', '.join(done)}: {_counts(report)}"]
-
-
-def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
-    """Describe a mesh: its counts, what is odd about it, and where it intersects itself.
-
-    Parameters
-    ----------
-    report : MeshReport
-    pairs : (N, 2) int array
-        Faces that run through one another.
-    """
-    bounds = "closed"
-    if not report.closed:
-        bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
-    bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
-    notes = [f"mesh: {_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
-    notes += [str(problem) for problem in report.problems]
-    if len(pairs):
-        some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
-        notes.append(
-            agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
-            + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
-            + ("--bodies join makes one surface of the bodies, or " if bodies else "")
-            + "move these parts of the surface apart in a modelling program"
-        )
-    return notes
-
-
-def _counts(report: MeshReport) -> str:
-    return ", ".join(
-        agree(number, text)
-        for number, text in (
-            (report.n_vertices, "{n} [vertex|vertices]"),
-            (report.n_edges, "{n} [edge|edges]"),
-            (report.n_faces, "{n} [face|faces]"),
-        )
-    )
+    return mesh, [*repairs, f"the mesh was {', '.join(done)}: {mesh_counts(report)}"]

@@ -3,10 +3,12 @@
 import hashlib
 import json
 import shlex
+from pathlib import PurePath
 from typing import Any
 
 from fabweave.app.options.table import OPTIONS, option_named
 from fabweave.app.settings import Settings, settings_table
+from fabweave.mesh.shapes.catalogue import is_shape
 
 #: A longer command becomes a code of dots too small, millimetres; its settings' digest is coded.
 MOST_BYTES = 170
@@ -49,18 +51,20 @@ def command_text(settings: Settings, usual: Settings) -> str:
     return f"{again} # sha256 {settings_digest(told)[:16]}"
 
 
-def long_command(settings: Settings, output: str = "job") -> str:
-    """Return the whole command that makes a job into a folder, however long it is.
+def long_command(settings: Settings) -> str:
+    """Return the whole command that makes a job, however long it is, into a folder of its name.
 
     What stands in a file of the user's own (a stock, a library, a preset) is not in it.
 
     Examples
     --------
     >>> long_command(Settings("my cow.obj", size_mm=300.0, remesh="quads:200"))
-    "fabweave make 'my cow.obj' --size 300mm --remesh quads:200 -o job"
+    "fabweave make 'my cow.obj' --size 300mm --remesh quads:200 -o 'my cow'"
     """
     words, _ = _words(settings, usual_settings(settings))
-    return shlex.join([*_PROGRAM, settings.mesh, *words, "-o", output])
+    name = PurePath(settings.mesh).stem
+    named = name[:1].isalnum() and not is_shape(settings.mesh)
+    return shlex.join([*_PROGRAM, settings.mesh, *words, "-o", name if named else "job"])
 
 
 def changed_options(settings: Settings, asked: Settings) -> str:

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+from fabweave.core.arrays import IntArray
+from fabweave.core.messages import agree
+
 #: How many places a message names.
 _NAMED = 5
 
@@ -120,3 +123,42 @@ class MeshReport:
     def fatal(self) -> tuple[Problem, ...]:
         """The problems with which the mesh cannot be woven."""
         return tuple(problem for problem in self.problems if problem.fatal)
+
+
+def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
+    """Describe a mesh: its counts, what is odd about it, and where it intersects itself.
+
+    Parameters
+    ----------
+    report : MeshReport
+    pairs : (N, 2) int array
+        Faces that run through one another.
+    """
+    bounds = "closed"
+    if not report.closed:
+        bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
+    bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
+    notes = [f"mesh: {mesh_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
+    notes += [str(problem) for problem in report.problems]
+    if len(pairs):
+        some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
+        notes.append(
+            agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
+            + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
+            + ("--bodies join makes one surface of the bodies, " if bodies else "")
+            + "--bodies wrap lays one around all of it, or "
+            + "move these parts of the surface apart in a modelling program"
+        )
+    return notes
+
+
+def mesh_counts(report: MeshReport) -> str:
+    """Return how many vertices, edges and faces a mesh has."""
+    return ", ".join(
+        agree(number, text)
+        for number, text in (
+            (report.n_vertices, "{n} [vertex|vertices]"),
+            (report.n_edges, "{n} [edge|edges]"),
+            (report.n_faces, "{n} [face|faces]"),
+        )
+    )

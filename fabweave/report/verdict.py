@@ -231,8 +231,12 @@ def refused(why: str, verdict: Verdict | None = None) -> Verdict:
     --------
     >>> refused("thread A curls onto itself\nand more").headline
     'not makeable: thread A curls onto itself'
+    >>> refused("it has no faces:\n  - none of four\n  - nor of three").headline
+    'not makeable: it has no faces: none of four'
     """
-    text = why.partition("\n")[0]
+    text, *lines = why.split("\n")
+    if text.endswith(":") and lines:  # a list, of which the first says most
+        text = f"{text} {lines[0].strip(' -')}"
     reason = Reason(rule="refused", level="not makeable", text=text, advice="")
     others = verdict.reasons if verdict is not None else ()
     return Verdict(level="not makeable", reasons=(reason, *others))

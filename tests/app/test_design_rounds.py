@@ -108,15 +108,28 @@ def test_what_is_stated_stays_and_no_mesh_is_too_fine():
 
 
 def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out():
-    found = nearer(ASKED, [quads(100)], [failed()], alone=True)
+    found = nearer(ASKED, [quads(100)], [failed()], several=True)
     assert found == [
         quads(100, bodies="join"),
+        quads(100, bodies="wrap"),
         quads(100, bodies="largest"),
         quads(60),
     ]
-    tried = [quads(100), quads(100, bodies="join")]
-    assert nearer(ASKED, tried, [failed(), failed()], alone=True)[0] == quads(100, bodies="largest")
-    assert nearer(ASKED, [quads(100)], [failed()]) == [quads(60)]
+    tried = [quads(50), quads(100), quads(200), quads(200, bodies="join")]
+    failures = [failed() for _ in tried]
+    assert nearer(ASKED, tried, failures, several=True)[:2] == [
+        quads(200, bodies="wrap"),
+        quads(200, bodies="largest"),
+    ]
+    # What could be made so of one density is tried of the others, coarsest last.
+    found = nearer(
+        ASKED, [*tried, quads(200, bodies="wrap")], [*failures, stopped("bend", 2.0)], several=True
+    )
+    assert found[:2] == [quads(100, bodies="wrap"), quads(50, bodies="wrap")]
+    # One body is wrapped where no mesh of it could be made at all.
+    assert nearer(ASKED, [quads(100)], [failed()]) == [quads(100, bodies="wrap"), quads(60)]
+    found = nearer(ASKED, [quads(100), quads(50)], [failed(), stopped("bend", 2.0)])
+    assert not any(one.bodies == "wrap" for one in found)
 
 
 @pytest.fixture

@@ -272,7 +272,7 @@ SHEETS = st.builds(
 TYPED = {
     "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
     "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
-    "bodies": st.sampled_from(["all", "largest", "join", "12"]),
+    "bodies": st.sampled_from(["all", "largest", "join", "wrap", "12"]),
     "size": LENGTHS,
     "scale": st.floats(1e-6, 1e6).map(str),
     "remesh": st.sampled_from(["quads", "quads:300"]),

@@ -9,7 +9,7 @@ from meshes_shared import shared_mesh
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.core.errors import InputError
-from fabweave.mesh.bodies import KeptBodies, keep_bodies, parse_bodies
+from fabweave.mesh.bodies.keep import KeptBodies, keep_bodies, parse_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -106,7 +106,7 @@ def test_bodies_are_kept_by_size_and_debris_is_told() -> None:
 
 @pytest.mark.parametrize("text", ["none", "0", "-1", "1.5", "", "9" * 40])
 def test_other_numbers_of_bodies_are_refused(text) -> None:
-    with pytest.raises(InputError, match="all, largest, join, or a whole number"):
+    with pytest.raises(InputError, match="all, largest, join, wrap, or a whole number"):
         parse_bodies(text)
 
 

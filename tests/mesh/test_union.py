@@ -10,10 +10,10 @@ from irregular_meshes import together
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
+from fabweave.mesh.bodies.union import join_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.union import join_bodies
 
 pytest.importorskip("manifold3d", reason="the package manifold3d is absent")
 

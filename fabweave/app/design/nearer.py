@@ -31,7 +31,7 @@ def nearer(
     designs: Sequence[Settings],
     candidates: Sequence[Candidate],
     *,
-    alone: bool = False,
+    several: bool = False,
 ) -> list[Settings]:
     """Return designs that were not tried, and may be built where few of those that were can be.
 
@@ -43,7 +43,7 @@ def nearer(
         All that were tried,
     candidates : sequence of Candidate
         and what they came to.
-    alone : bool
+    several : bool
         Whether the model has several bodies: those that touch cannot be remeshed apart, nor small
         ones beside a large one.
 
@@ -64,7 +64,7 @@ def nearer(
     # The first remedy of each, then the second of each.
     beside = [one for row in zip_longest(*mended) for one in row if one is not None]
     found = [
-        *(_alone(asked, designs, candidates) if alone else ()),
+        *_as_one(asked, designs, candidates, several=several),
         *_between(asked, designs, candidates),
         *_varied(asked, designs, candidates),
         *beside,
@@ -136,19 +136,29 @@ def _coarser(design: Settings) -> Iterator[Settings]:
         yield replace(design, remesh=f"{kind}:{fewer}")
 
 
-def _alone(
-    asked: Settings, designs: Sequence[Settings], candidates: Sequence[Candidate]
+def _as_one(
+    asked: Settings, designs: Sequence[Settings], candidates: Sequence[Candidate], *, several: bool
 ) -> Iterator[Settings]:
-    """Yield what could not be remeshed as one surface, and then without its small bodies."""
-    if asked.bodies != option_of_field("bodies").default_value:
+    """Yield what could not be remeshed as one surface, and of several bodies the largest.
+
+    Of the finest mesh at first, which loses no handle; then, what could be made so, of all.
+    """
+    default = option_of_field("bodies").default_value
+    found = list(zip(designs, candidates, strict=True))
+    laid = {design.bodies for design, candidate in found if candidate.laid}
+    if asked.bodies != default or (default in laid and not several):
         return
+    tried = {design.bodies for design in designs}
     unmade = [
-        one
-        for one, candidate in zip(designs, candidates, strict=True)
-        if one.remesh is not None and not candidate.laid
+        design
+        for design, candidate in reversed(found)
+        if design.remesh is not None and design.bodies == default and not candidate.laid
     ]
-    for bodies in ("join", "largest"):
-        yield from (replace(one, bodies=bodies) for one in unmade if one.bodies == asked.bodies)
+    for bodies in ("join", "wrap", "largest") if several else ("wrap",):
+        if bodies in laid:
+            yield from (replace(one, bodies=bodies) for one in unmade)
+        elif bodies not in tried and unmade:
+            yield replace(unmade[0], bodies=bodies)
 
 
 def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator[Settings]:

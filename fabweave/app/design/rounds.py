@@ -89,7 +89,7 @@ def search_designs(
     meshes = {} if meshes is None else meshes
     designs: list[Settings] = []
     tried: list[Tried] = []
-    alone: bool | None = None
+    several: bool | None = None
 
     def explored(some: Sequence[Settings]) -> list[Tried]:
         return explore(
@@ -111,9 +111,9 @@ def search_designs(
         room = most - len(designs)
         near: list[Settings] = []
         if sum(found[at].makeable for at in _apart(found)) < ENOUGH:
-            if alone is None and not all(one.laid for one in found):
-                alone = check_mesh(as_it_comes(asked, progress, given)).n_components > 1
-            near = nearer(asked, designs, found, alone=bool(alone))[: math.ceil(room / 2)]
+            if several is None and not all(one.laid for one in found):
+                several = check_mesh(as_it_comes(asked, progress, given)).n_components > 1
+            near = nearer(asked, designs, found, several=bool(several))[: math.ceil(room / 2)]
         more = near or [one for one in planned if one not in designs][:room]
     found = [one.candidate for one in tried]
     least = nearest(designs, found)

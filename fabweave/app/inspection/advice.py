@@ -1,7 +1,6 @@
 """Say what would help where a mesh cannot be woven as asked, as commands that can be pasted."""
 
 from dataclasses import replace
-from pathlib import PurePath
 from typing import Any
 
 from fabweave.app.design.variety import FEWEST, densities
@@ -42,11 +41,10 @@ def advice(
         ``text``, which says what it does, and ``command``; the command is None where the text names
         an option without a value.
     """
-    folder = PurePath(asked.mesh).stem if not is_shape(asked.mesh) else "job"
     ways: list[dict[str, Any]] = []
 
     def add(text: str, **changes: Any) -> None:
-        command = long_command(replace(asked, **changes), folder)
+        command = long_command(replace(asked, **changes))
         ways.append({"text": text, "command": command})
 
     if level == "makeable":

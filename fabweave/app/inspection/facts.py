@@ -23,6 +23,7 @@ from fabweave.app.inspection.twill_facts import twill_facts
 from fabweave.app.joined_object import JoinedObject, check_joined, split_object
 from fabweave.app.joined_pieces import joined_pieces, pieces_costs, with_grain
 from fabweave.app.refinement_remedy import try_refinement
+from fabweave.app.remake_command import long_command
 from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
@@ -212,7 +213,7 @@ def inspect_mesh(
     facts |= _changes(woven)
     told(facts)
     found = _searched(asked, n_designs, progress, executors, given_mesh, told_design)
-    designs = _shown(found, n_designs)
+    designs = _shown(found, n_designs, asked.effort)
     facts["designs"] = [to_json(one.candidate) for one in designs]
     facts["designs_why"] = found.why
     return Inspection(woven, facts, designs)
@@ -267,12 +268,19 @@ def _searched(
     )
 
 
-def _shown(found: Search, count: int) -> tuple[Tried, ...]:
-    """Return the designs to show, from coarse to fine: those that can be built go first."""
-    built = sorted((one for one in found.tried if one.candidate.makeable), key=_pieces_of)
+def _shown(found: Search, count: int, effort: str) -> tuple[Tried, ...]:
+    """Return the designs to show, from coarse to fine: those that can be built go first.
+
+    They were tried quickly; what makes them takes the effort that is asked for.
+    """
+    tried = []
+    for design, one in zip(found.designs, found.tried, strict=True):
+        command = long_command(replace(design, effort=effort))
+        tried.append(replace(one, candidate=replace(one.candidate, command=command)))
+    built = sorted((one for one in tried if one.candidate.makeable), key=_pieces_of)
     if len(built) > count:
         built = [built[round(at)] for at in np.linspace(0, len(built) - 1, count).tolist()]
-    others = [one for one in found.tried if not one.candidate.makeable]
+    others = [one for one in tried if not one.candidate.makeable]
     return tuple(sorted([*built, *others][:count], key=_pieces_of))
 
 

@@ -69,13 +69,14 @@ OBJECT_OPTIONS = (
         "bodies",
         MESH,
         text(
-            "all|largest|N|join",
-            "all, largest, join or a whole number",
-            "fabweave.mesh.bodies.parse_bodies",
+            "all|largest|N|join|wrap",
+            "all, largest, join, wrap or a whole number",
+            "fabweave.mesh.bodies.keep.parse_bodies",
         ),
         "How many bodies of the mesh to keep: all, only the largest, or the N largest, by the "
         "diagonals of their bounding boxes. Scans often hold small pieces of debris. join makes "
-        "one surface of closed bodies that run into one another, as models are often put together.",
+        "one surface of closed bodies that run into one another, as models are often put together. "
+        "wrap lays a closed surface around all of it, however open, loose or broken its parts are.",
         default="all",
     ),
     Option(

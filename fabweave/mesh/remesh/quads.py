@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.bodies import bodies_of
+from fabweave.mesh.bodies.keep import bodies_of
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, irregular_note
@@ -298,6 +298,8 @@ def _remedies(source: PolyMesh) -> list[str]:
     """Return what may help against what is wrong with a mesh."""
     remedies = ["another number of quads (more where the mesh has thin bars or small holes)"]
     crossing = len(self_intersections(source))
+    if crossing:
+        remedies.insert(0, "--bodies wrap, which lays one closed surface around all of it")
     if crossing and len(bodies_of(source)[1]) > 1:
         joins = "--bodies join, which makes one surface of bodies that run into one another"
         remedies.insert(0, joins)

@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
-from fabweave.mesh.bodies import KeptBodies, bodies_of, has_bodies
+from fabweave.mesh.bodies.keep import KeptBodies, bodies_of, has_bodies
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import triangulate
 

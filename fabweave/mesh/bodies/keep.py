@@ -16,10 +16,13 @@ _DEBRIS = 0.05
 
 
 class Bodies(NamedTuple):
-    """What is asked of bodies: how many are kept, None for all; and whether they are joined."""
+    """What is asked of bodies: how many are kept, None for all; or that they become one surface.
+
+    They are joined to what they enclose together (``join``), or wrapped (``wrap``).
+    """
 
     most: int | None = None
-    joined: bool = False
+    one: str | None = None
 
 
 class KeptBodies(NamedTuple):
@@ -39,22 +42,24 @@ def parse_bodies(text: str) -> Bodies:
     Raises
     ------
     InputError
-        If the text says neither all, nor largest, nor join, nor a whole number from 1 on.
+        If the text says none of all, largest, join and wrap, and is no whole number from 1 on.
 
     Examples
     --------
     >>> parse_bodies("all").most, parse_bodies("largest").most, parse_bodies("3").most
     (None, 1, 3)
     >>> parse_bodies("join")
-    Bodies(most=None, joined=True)
+    Bodies(most=None, one='join')
     """
-    if text in ("all", "join"):
-        return Bodies(joined=text == "join")
+    if text == "all":
+        return Bodies()
+    if text in ("join", "wrap"):
+        return Bodies(one=text)
     if text == "largest":
         return Bodies(1)
     if text.isascii() and text.isdigit() and len(text) < 10 and int(text) > 0:
         return Bodies(int(text))
-    raise InputError(f"{text!r} is not all, largest, join, or a whole number from 1 on")
+    raise InputError(f"{text!r} is not all, largest, join, wrap, or a whole number from 1 on")
 
 
 def keep_bodies(mesh: PolyMesh, most: int | None) -> KeptBodies:
@@ -89,10 +94,10 @@ def keep_bodies(mesh: PolyMesh, most: int | None) -> KeptBodies:
     count = len(diagonals)
     order = np.argsort(-diagonals, kind="stable")
     if most is None:
-        small = int(np.count_nonzero(diagonals < _DEBRIS * diagonals[order[0]]))
-        if not small:
+        large = _large(diagonals)
+        if large == count:
             return KeptBodies(mesh)
-        large = count - small
+        small = count - large
         kept = "largest" if large == 1 else str(large)
         debris = (
             agree(small, f"{{n}} of the {count} bodies [is|are] smaller than a twentieth of ")
@@ -127,6 +132,16 @@ def has_bodies(mesh: PolyMesh) -> bool:
     """Return whether bodies can be told apart: else the check of the mesh says what is wrong."""
     wrong = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
     return bool(mesh.n_faces and not wrong.any() and mesh.face_sizes.all())
+
+
+def _large(diagonals: FloatArray) -> int:
+    """Return how many bodies are no debris."""
+    return int(np.count_nonzero(diagonals >= _DEBRIS * diagonals.max()))
+
+
+def without_debris(mesh: PolyMesh) -> PolyMesh:
+    """Return the bodies of a mesh that are no debris beside the largest."""
+    return keep_bodies(mesh, _large(bodies_of(mesh)[1])).mesh
 
 
 def bodies_of(mesh: PolyMesh) -> tuple[IntArray, FloatArray]:

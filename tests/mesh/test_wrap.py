@@ -1,0 +1,163 @@
+"""One closed surface is laid around whatever a mesh encloses, however broken it is."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from irregular_meshes import together
+
+from fabweave.app.mesh_source import load_mesh
+from fabweave.app.settings import Settings
+from fabweave.core.errors import InputError
+from fabweave.mesh.bodies.keep import bodies_of
+from fabweave.mesh.bodies.wrap import wrap_bodies
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.shapes.solids import cube
+from fabweave.mesh.topology import keep_faces
+from fabweave.mesh.triangulate import triangulate
+
+#: A step of the lattice, as a share of the size.
+STEP = 0.01
+
+
+def moved(mesh, by, scale=1.0):
+    return PolyMesh(mesh.vertices * scale + np.array(by), mesh.offsets, mesh.indices)
+
+
+def turned(mesh):
+    return PolyMesh.from_faces(mesh.vertices, [face[::-1] for face in mesh.faces()])
+
+
+def volume(mesh):
+    return trimesh.Trimesh(mesh.vertices, mesh.indices.reshape(-1, 3), process=False).volume
+
+
+def assert_clean(mesh, genus):
+    """Assert that a mesh is closed, runs through itself nowhere, and has bodies of some genus."""
+    report = check_mesh(mesh)
+    assert not report.fatal
+    assert report.closed
+    assert report.oriented
+    assert report.component_genus == genus
+    assert len(self_intersections(mesh)) == 0
+    assert volume(mesh) > 0.0
+
+
+def loose(mesh):
+    """Return the faces of a mesh with corners of their own."""
+    faces = [np.array(face) for face in mesh.faces()]
+    points = np.concatenate([mesh.vertices[face] for face in faces])
+    starts = np.cumsum([0, *(len(face) for face in faces)])
+    numbers = [list(range(a, b)) for a, b in pairwise(starts.tolist())]
+    return PolyMesh.from_faces(points, numbers)
+
+
+def test_a_sound_mesh_keeps_its_place_and_its_genus():
+    torus = parse_shape("shape:torus?m=32&n=16")
+    wrapped = wrap_bodies(torus)
+    assert_clean(wrapped.mesh, (1,))
+    size = np.ptp(torus.vertices, axis=0).max()
+    flat = triangulate(torus)
+    apart = Surface(flat.vertices, flat.indices.reshape(-1, 3)).closest(wrapped.mesh.vertices)[2]
+    assert apart.max() < 0.1 * STEP * size
+    assert wrapped.left_out == 0.0
+    assert wrapped.notes[0].startswith("all was wrapped in one closed surface, of ")
+
+
+def test_cubes_that_share_an_eighth_become_what_both_enclose():
+    one = moved(cube(), (0, 0, 0))
+    side = np.ptp(one.vertices[:, 0])
+    both = together(one, moved(one, [side / 2.0] * 3))
+    for mesh in (both, together(one, turned(moved(one, [side / 2.0] * 3)))):
+        wrapped = wrap_bodies(mesh).mesh
+        assert_clean(wrapped, (0,))
+        # Known: two cubes less an eighth. Faces are kept, edges are cut off by a step at most.
+        known = (2.0 - 1.0 / 8.0) * side**3
+        assert known * (1.0 - 5e-3) < volume(wrapped) <= known * (1.0 + 1e-9)
+
+
+def test_open_loose_and_unturned_faces_enclose_what_they_nearly_do():
+    box = moved(cube(), (3.0, -2.0, 1.0))
+    whole = volume(wrap_bodies(box).mesh)
+    lidless = wrap_bodies(keep_faces(box, np.arange(box.n_faces) > 0)).mesh
+    assert_clean(lidless, (0,))
+    assert 0.8 * whole < volume(lidless) < 1.1 * whole
+    seamed = wrap_bodies(loose(box)).mesh
+    assert_clean(seamed, (0,))
+    assert volume(seamed) == pytest.approx(whole, rel=1e-9)
+
+
+def test_walls_inside_cavities_and_debris_go():
+    box = cube()
+    side = float(np.ptp(box.vertices[:, 0]))
+    middle = box.vertices.mean(axis=0)
+    hollow = together(box, turned(moved(moved(box, -middle, 1.0), middle, 0.5)))
+    crumb = moved(box, [2.0 * side] * 3, 0.03)
+    for mesh in (hollow, together(box, crumb)):
+        wrapped = wrap_bodies(mesh).mesh
+        assert len(bodies_of(wrapped)[1]) == 1
+        assert_clean(wrapped, (0,))
+        assert volume(wrapped) == pytest.approx(side**3, rel=2e-2)
+
+
+def test_two_bodies_apart_stay_two():
+    box = cube()
+    far = moved(box, [3.0 * float(np.ptp(box.vertices[:, 0])), 0, 0])
+    wrapped = wrap_bodies(together(box, far))
+    assert_clean(wrapped.mesh, (0, 0))
+    assert wrapped.notes[0].startswith("all was wrapped in 2 closed surfaces, of ")
+
+
+def test_a_sheet_encloses_nothing():
+    sheet = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    with pytest.raises(InputError, match="the mesh encloses nothing, as an open sheet does"):
+        wrap_bodies(sheet)
+
+
+def test_what_has_no_places_is_left_to_the_check():
+    broken = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]])
+    assert wrap_bodies(broken).mesh is broken
+    flat = PolyMesh.from_faces([[0, 0, 0]] * 3, [[0, 1, 2]])
+    assert wrap_bodies(flat).mesh is flat
+
+
+@given(st.integers(0, 10**6), st.integers(1, 3))
+@settings(max_examples=8, deadline=None)
+def test_soups_of_boxes_are_wrapped_clean(seed, count):
+    dice = np.random.default_rng(seed)
+    boxes = []
+    for _ in range(count):
+        box = cube()
+        points = box.vertices * dice.uniform(0.4, 1.0, 3)
+        turn = np.linalg.qr(dice.normal(size=(3, 3)))[0]
+        boxes.append(PolyMesh(points @ turn + dice.normal(size=3) * 20.0, box.offsets, box.indices))
+    wrapped = wrap_bodies(together(*boxes)).mesh
+    report = check_mesh(wrapped)
+    assert report.closed
+    assert not report.fatal
+    assert len(self_intersections(wrapped)) == 0
+    most = sum(abs(volume(triangulate(box))) for box in boxes)
+    assert 0.0 < volume(wrapped) <= most * (1.0 + 1e-6)
+
+
+def test_a_job_takes_a_wrapped_mesh_and_the_same_twice(tmp_path):
+    box = cube()
+    path = tmp_path / "broken.obj"
+    # Three faces at an edge: refused as it is.
+    write_mesh(path, PolyMesh.from_faces(
+        [*box.vertices.tolist(), [0.5, 0.5, 1.5]], [*box.faces(), [*box.faces()[0][:2], 8]]
+    ))  # fmt: skip
+    with pytest.raises(InputError, match="--bodies wrap"):
+        load_mesh(Settings(str(path), size_mm=300.0))
+    first, second = (load_mesh(Settings(str(path), size_mm=300.0, bodies="wrap")) for _ in "ab")
+    assert first.mesh.vertices.tobytes() == second.mesh.vertices.tobytes()
+    assert check_mesh(first.mesh).component_genus == (0,)
+    assert any("all was wrapped" in note for note in first.notes)
