@@ -116,6 +116,14 @@ def test_two_bodies_apart_stay_two():
     assert wrapped.notes[0].startswith("all was wrapped in 2 closed surfaces, of ")
 
 
+@pytest.mark.parametrize("scale", [1e-100, 1e100])
+def test_no_size_is_too_small_or_too_large(scale):
+    torus = parse_shape("shape:torus?m=8&n=6")
+    usual, other = wrap_bodies(torus).mesh, wrap_bodies(moved(torus, (0, 0, 0), scale)).mesh
+    assert other.indices.tobytes() == usual.indices.tobytes()
+    assert np.allclose(other.vertices / scale, usual.vertices, rtol=0, atol=1e-6)
+
+
 def test_a_sheet_encloses_nothing():
     sheet = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     with pytest.raises(InputError, match="the mesh encloses nothing, as an open sheet does"):
@@ -127,6 +135,8 @@ def test_what_has_no_places_is_left_to_the_check():
     assert wrap_bodies(broken).mesh is broken
     flat = PolyMesh.from_faces([[0, 0, 0]] * 3, [[0, 1, 2]])
     assert wrap_bodies(flat).mesh is flat
+    vast = PolyMesh.from_faces([[-1e308, 0, 0], [1e308, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    assert wrap_bodies(vast).mesh is vast
 
 
 @given(st.integers(0, 10**6), st.integers(1, 3))

@@ -29,8 +29,9 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
 
     The mesh may be open, run through itself, have patches that look either way, or consist of loose
     faces that look outward: a place counts as inside where the generalised winding number of the
-    surface is above one half. On a lattice of a hundredth of the size, the border between inside and outside is drawn
-    where the surface is. Cavities go, and so does what is finer than the lattice.
+    surface is above one half. On a lattice of a hundredth of the size, the border between inside
+    and outside is drawn where the surface is. Cavities go, and so does what is finer than the
+    lattice.
 
     Parameters
     ----------
@@ -63,14 +64,13 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     sound = _sound(mesh)
     if sound is None:
         return KeptBodies(mesh)
-    triangles = _outward(sound)
-    low, high = triangles.vertices.min(axis=0), triangles.vertices.max(axis=0)
-    step = float((high - low).max()) / _STEPS
-    counts = np.ceil((high - low) / step).astype(np.int64) + 2 * _BEYOND + 1
-    axes = [
-        low[axis] + step * (np.arange(counts[axis]) - _BEYOND) for axis in range(3)
-    ]  # x runs fastest, as the cubes are marched
-    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
+    # All is measured in steps of the lattice, so that no size is too small or too large.
+    low, extent = sound.vertices.min(axis=0), np.ptp(sound.vertices, axis=0)
+    step = float(extent.max()) / _STEPS
+    triangles = _outward(sound.with_vertices((sound.vertices - low) / step))
+    counts = np.ceil(extent / step).astype(np.int64) + 2 * _BEYOND + 1
+    axes = [np.arange(count, dtype=np.float64) - _BEYOND for count in counts]
+    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")  # x runs fastest, as the cubes are marched
     lattice = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
     inside = _closed((_winding(triangles, lattice) > _INSIDE).reshape(z.shape))
     if not inside.any():
@@ -79,12 +79,13 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
             "does, or it is thinner everywhere than a hundredth of its size; close it or thicken "
             "it in a modelling program, or weave it as it is (--bodies all)"
         )
-    height = np.where(inside.ravel(), -step, step)
+    height = np.where(inside.ravel(), -1.0, 1.0)
     near = np.flatnonzero(_beside(inside))
     surface = Surface(triangles.vertices, triangles.indices.reshape(-1, 3))
     apart = surface.closest(lattice[near])[2]
-    height[near] *= np.clip(apart / step, _NEAREST, 1.0)
-    wrapped = _solid(_border(height, lattice, counts))
+    height[near] *= np.clip(apart, _NEAREST, 1.0)
+    solid = _solid(_border(height, lattice, counts))
+    wrapped = solid.with_vertices(solid.vertices * step + low)
     count = len(bodies_of(wrapped)[1])
     told = (
         f"all was wrapped in {agree(count, '[one closed surface|{n} closed surfaces]')}, of "
@@ -97,7 +98,9 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
 def _sound(mesh: PolyMesh) -> PolyMesh | None:
     """Return the faces that have an area, as triangles; None if that cannot be told."""
     wrong = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
-    if wrong.any() or not np.isfinite(mesh.vertices).all():
+    with np.errstate(over="ignore"):
+        sizes = np.ptp(mesh.vertices, axis=0) if mesh.n_vertices else np.full(3, np.nan)
+    if wrong.any() or not np.isfinite(sizes).all():
         return None
     triangles = triangulate(keep_faces(mesh, mesh.face_sizes > 2))
     a, b, c = triangles.vertices[triangles.indices.reshape(-1, 3)].transpose(1, 0, 2)
