@@ -130,6 +130,17 @@ def test_a_sheet_encloses_nothing():
         wrap_bodies(sheet)
 
 
+def test_a_wedge_that_is_open_is_closed_at_the_bounds_of_the_mesh():
+    wedge = PolyMesh.from_faces(
+        [[0, 0, 0], [0, 1, 0], [1, 0, 0.3], [1, 1, 0.3], [1, 0, -0.3], [1, 1, -0.3]],
+        [[0, 1, 3, 2], [1, 0, 4, 5]],
+    )
+    wrapped = wrap_bodies(wedge).mesh
+    assert check_mesh(wrapped).closed
+    assert np.all(wrapped.vertices.max(axis=0) < wedge.vertices.max(axis=0) + 1.01 * STEP)
+    assert np.all(wrapped.vertices.min(axis=0) > wedge.vertices.min(axis=0) - 1.01 * STEP)
+
+
 def test_what_has_no_places_is_left_to_the_check():
     broken = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]])
     assert wrap_bodies(broken).mesh is broken

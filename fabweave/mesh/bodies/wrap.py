@@ -15,8 +15,8 @@ from fabweave.mesh.triangulate import triangulate
 
 #: So many steps of the lattice go along the greatest dimension: finer detail is lost.
 _STEPS = 100
-#: The lattice reaches so many steps beyond the mesh: what closes an open body may bulge a little.
-_BEYOND = 3
+#: The lattice reaches so many steps beyond the mesh.
+_BEYOND = 2
 #: A place is inside where the surface winds around it more than so.
 _INSIDE = 0.5
 #: No point of the lattice is nearer to the surface than this share of a step: triangles keep an
@@ -73,6 +73,8 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     z, y, x = np.meshgrid(*axes[::-1], indexing="ij")  # x runs fastest, as the cubes are marched
     lattice = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
     inside = _closed((_winding(triangles, lattice) > _INSIDE).reshape(z.shape))
+    # What is between two faces that nothing closes may go on and on, but not beyond the mesh.
+    inside = np.pad(inside[(slice(_BEYOND, -_BEYOND),) * 3], _BEYOND)
     if not inside.any():
         raise InputError(
             "--bodies wrap found nothing to wrap: the mesh encloses nothing, as an open sheet "
