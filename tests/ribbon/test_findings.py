@@ -14,6 +14,7 @@ from fabweave.app.woven_object import WovenObject, check_object, require_stiffne
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules import remedy
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import Finding, sentence
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
@@ -298,3 +299,11 @@ def test_a_finding_never_says_that_a_value_breaks_a_limit_equal_to_it(limit, tho
     found = Finding("twist", "warn", limit + thousandths / 1000, limit, "degrees", *place)
     said = re.findall(r"([\d.]+)°", sentence(found))
     assert float(said[0]) > float(said[1])
+
+
+def test_a_size_that_is_larger_by_a_rounding_alone_is_no_size_to_propose(monkeypatch) -> None:
+    # The object measures 300.00000001 mm, and asks for a little more room than it has: that it
+    # holds at 301 mm is no news.
+    monkeypatch.setattr(remedy.Search, "_smallest_for", lambda _self, _rules: 320)
+    for size, told in ((300.0, 300), (300.0 + 1e-8, 300), (300.4, 301), (299.6, 300)):
+        assert checked("sphere?n=4", material="card", size_mm=size).smallest_mm == told

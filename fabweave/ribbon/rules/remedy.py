@@ -63,6 +63,8 @@ _STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
 #: Of objects of so many crossings at most, pieces are planned for every size that is told; of
 #: larger ones, only for that at which all rules hold, if it is larger than the present one.
 _FEW = 600
+#: By how much an object is larger than it is said to be through rounding alone.
+_ROUNDING_MM = 5e-4
 #: Rules that a larger size fixes: lengths grow, and thickness stays.
 SIZED = ("width", "bend", "crease", "clearance")
 
@@ -134,6 +136,8 @@ class Search:
         self._depth = depth
         self._weave, self._limits, self._lay = weave, limits, lay
         self._size = size_mm
+        # An object of 300 mm may measure a rounding more.
+        self._whole = math.ceil(size_mm - _ROUNDING_MM)
         self._near = near
         self._narrowing = ("twist",) if auto else ("twist", "clearance")
         self._settle = settle
@@ -165,7 +169,7 @@ class Search:
         solvable = len(known) == len(sizes)
         overall: int | None = None
         if any(finding.rule == "clearance" for finding in findings) and not self._few:
-            clear = self._clear_now(math.ceil(self._size))
+            clear = self._clear_now(self._whole)
             if clear is not None and solvable and clear >= max(known, default=0):
                 # Clearance decides: its size is that of all.
                 overall = self._confirmed_size(clear, SIZED, planned=True)
@@ -178,7 +182,7 @@ class Search:
             known += [size for size in (sizes["clearance"],) if size is not None]
         if not sizes:
             # With room for laps everywhere more may be wanted than what is made here, and holds.
-            now = math.ceil(self._size)
+            now = self._whole
             overall = min(self._smallest_for(SIZED) or now, now)
         elif solvable and overall is None:
             # A rule that holds at one size holds at larger ones.
@@ -209,7 +213,7 @@ class Search:
     def _smallest_for(self, rules: Sequence[str]) -> int | None:
         """Return the smallest size at which some rules hold."""
         along = [rule for rule in rules if rule != "clearance"]
-        size = self._smallest_along(along) if along else math.ceil(self._size)
+        size = self._smallest_along(along) if along else self._whole
         if size is not None and "clearance" in rules:
             size = self._clear_now(size)
         if size is None or (len(along) == len(rules) and not self._few):
@@ -218,7 +222,7 @@ class Search:
 
     def _smallest_along(self, rules: Sequence[str]) -> int | None:
         """Return the smallest size at which some rules along single ribbons hold."""
-        size = self._along(rules, math.ceil(self._size), watched=True)
+        size = self._along(rules, self._whole, watched=True)
         # The tightest places decide; then all are measured, and more are watched.
         while size is not None and self._margin(size, rules, watched=False) < 1:
             # What lies before a first crossing, or after a last one, cannot be watched.
@@ -296,7 +300,7 @@ class Search:
 
     def _smallest(self, margin: Callable[[int], float], start: int | None = None) -> int | None:
         """Return the smallest size with a margin; from a start where there is none, one above."""
-        size = math.ceil(self._size)
+        size = self._whole
         return smallest_size(margin, size if start is None else start, most=size * FARTHEST)
 
     def _ribbons(self, size: float, width: float = 1.0, *, narrowest: bool = False) -> Ribbons:

@@ -149,8 +149,10 @@ def _check_remedies(job: Job, ribbons: dict[str, Any], place: Place) -> None:
         smallest = ribbons.get("smallest_size_mm")
         told = [int(size) for note in notes for size in _SMALLEST.findall(note)]
         # The size that the object has is no news.
-        size = np.ptp(job.mesh.vertices, axis=0).max() if job.mesh is not None else np.inf
-        known: list[int | None] = [*told] or [None, math.ceil(size - _ROUNDED_MM)]
+        known: list[int | None] = [*told] or [None]
+        if job.mesh is not None and not told:
+            size = float(np.ptp(job.mesh.vertices, axis=0).max())
+            known += [math.ceil(size - _ROUNDED_MM), math.ceil(size + _ROUNDED_MM)]
         place.expect(
             smallest in known,
             f"smallest_size_mm is {smallest}, but notes tell {told or 'of none'}",
