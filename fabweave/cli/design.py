@@ -86,7 +86,7 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
     """Print the designs that no other is better than, and where all are shown."""
     from rich.console import Console
 
-    from fabweave.app.design.page import words
+    from fabweave.app.design.page import lying_note, words
 
     console = Console(highlight=False, soft_wrap=True)
     if any(best):
@@ -107,6 +107,6 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
     same = f" ({found.same} more came to the same as one of these)" if found.same else ""
     console.print(
         f"{found.makeable} of {len(found.tried)} designs can be built{same}. All with "
-        f"pictures: {output / 'design.html'}",
+        f"pictures: {output / 'design.html'}.{lying_note(found)}",
         markup=False,
     )

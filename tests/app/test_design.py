@@ -131,6 +131,7 @@ def test_the_files_tell_every_design(tmp_path):
     found = run_design(asked, tmp_path / "designs", count=2).tried
     page = (tmp_path / "designs" / "design.html").read_text()
     assert "<b>" not in page
+    assert "If the pictures show it lying, add --up y or --up x." in page
     assert page.count('<div class="card"') + page.count('<div class="card ') == len(found) == 2
     document = json.loads((tmp_path / "designs" / "design.json").read_text())
     rows = list(csv.DictReader(io.StringIO((tmp_path / "designs" / "design.csv").read_text())))
@@ -170,7 +171,7 @@ def test_what_cannot_be_built_is_on_no_front():
     page = design_page("x", told)
     assert "None &lt;can&gt;" in page
     # What was tried otherwise is shown where it can be built.
-    assert page.index("What would help") < page.index("H1: good")
+    assert page.index("What would help") < page.index('H1: <span class="word">good</span>')
     assert "H2" not in page
     document = json.loads(design_json("x", told))
     assert document["why"] == "None <can>"

@@ -6,6 +6,7 @@ import html
 import io
 import json
 from collections.abc import Sequence
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from fabweave.app.design.front import objectives, pareto_front
 from fabweave.app.design.rounds import Search
 from fabweave.core.messages import agree
 from fabweave.core.records import to_json
+from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.report.costs.texts import hours_text
 from fabweave.report.verdict import QUESTION, VERDICTS
 
@@ -39,6 +41,7 @@ th:first-child, td:first-child { text-align: left }
 tr.no td { color: #888 }
 .why { border-left: .4rem solid #d55e00; padding: .2rem .8rem; background: #fff4ec }
 .plots { display: flex; flex-wrap: wrap; gap: 1rem }
+.word { white-space: nowrap }
 @media print { .card { break-inside: avoid } }
 """
 #: Columns of the tables: key, heading, digits.
@@ -67,6 +70,7 @@ _PLOTS = (
     ("sheets", "sheets", "use", "share of the sheets used"),
 )
 _PLOT_PX, _EDGE_PX = (340, 240), 44
+_SHORT_WORD = 24
 _COLOURS = {"makeable": "#009e73", "with care": "#e69f00", "not makeable": "#aaaaaa"}
 
 
@@ -116,12 +120,21 @@ def design_page(title: str, found: Search) -> str:
         f"<p>{found.makeable or 'None'} of them can be built. {_same(found)}A blue frame marks "
         "those that no other design is better than in work, likeness, narrowest ribbon and sheets "
         "at once. Grey ones cannot be built from this material, and say why. Sheets are foretold."
-        "</p>\n"
+        f"{html.escape(lying_note(found))}</p>\n"
         f"{why}"
         f'<div class="cards">\n{cards}\n</div>\n{_instead(found.instead)}<h2>Compared</h2>\n'
         f'<div class="plots">{plots}</div>\n<h2>Figures</h2>\n'
         f"<table><thead><tr><th>design</th>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>\n</body></html>\n"
     )
+
+
+def lying_note(found: Search) -> str:
+    """Say what to do where pictures show the model lying; nothing where its up axis is known."""
+    model = found.designs[0]
+    known = is_shape(model.mesh) or PurePath(model.mesh).suffix.lower() in (".glb", ".gltf")
+    if known or model.up is not None:
+        return ""
+    return " If the pictures show it lying, add --up y or --up x."
 
 
 def _same(found: Search) -> str:
@@ -153,9 +166,19 @@ def _card(tried: Tried, name: str, *, best: bool) -> str:
     why = "; ".join(reason.text for reason in verdict.reasons[:2])
     return (
         f'<div class="card{kind}{" best" * best}">{picture}'
-        f"<h3>{name}: {html.escape(candidate.name)}</h3>{told}"
+        f"<h3>{name}: {_unbroken(candidate.name)}</h3>{told}"
         f"<p><strong>{QUESTION} {VERDICTS[verdict.level]}</strong> {html.escape(why)}</p>"
-        f"<code>{html.escape(candidate.command)}</code></div>"
+        f"<code>{_unbroken(candidate.command)}</code></div>"
+    )
+
+
+def _unbroken(text: str) -> str:
+    """Return a text of which short words are kept whole: a line may end in no hyphen of theirs."""
+    return " ".join(
+        f'<span class="word">{html.escape(word)}</span>'
+        if len(word) < _SHORT_WORD
+        else html.escape(word)
+        for word in text.split(" ")
     )
 
 
