@@ -27,7 +27,7 @@ from fabweave.app.design.rounds import Search
 from fabweave.app.design.search import explore
 from fabweave.app.design.variety import densities, name_of
 from fabweave.app.design.wishes import Wishes, choose, distance
-from fabweave.app.pipeline import run_job
+from fabweave.app.pipeline import make_job, run_job
 from fabweave.app.settings import Settings
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import processes
@@ -35,6 +35,7 @@ from fabweave.core.records import from_json, to_json
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.report.verdict import NotMakeableError, refused
+from fabweave.stock.sheet_text import parse_stock
 
 BALL = Settings("shape:icosahedron", size_mm=200.0, effort="quick")
 DESIGNS = [BALL, replace(BALL, refine="catmull-clark:1"), replace(BALL, pattern="twill")]
@@ -56,6 +57,18 @@ def test_what_is_tried_is_what_is_made(tried, tmp_path):
         assert abs(told.sheets - len(job.layout.sheets)) <= 1
         assert one.candidate.verdict.level == job.verdict.level
         assert one.picture.startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_many_sheets_of_large_pieces_are_foretold_to_one():
+    sheets = (parse_stock("400x300mm"),)
+    design = replace(
+        BALL, mesh="shape:torus?m=16&n=8", size_mm=800.0, material="birch-veneer", sheets=sheets
+    )
+    told = search.try_design(design, "k", "n").tried.candidate.figures
+    made = len(make_job(design).layout.sheets)
+    assert made > 9
+    assert abs(told.sheets - made) <= 1
 
 
 @pytest.mark.slow

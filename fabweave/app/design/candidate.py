@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fabweave import __version__
+from fabweave.app.foretold_sheets import MOST_PIECES, rough_nesting
 from fabweave.app.job import PlannedJob
 from fabweave.app.joined_pieces import pieces_costs
 from fabweave.app.mesh_source import load_mesh
@@ -37,6 +38,8 @@ PICTURE_PX = (440, 360)
 VIEW = View(-60.0, 22.0)
 #: Below, what a remeshed model lost, from two sides.
 LOSS_PX = (220, 180)
+#: By the area of what is cut so few sheets are foretold to one, or any of so many small pieces.
+_SURE_SHEETS, _SMALL_ON_SHEET = 4, 40
 #: The excess of what is refused for another reason than a rule, as for ribbons that would burn.
 _REFUSED = 1000.0
 
@@ -230,11 +233,31 @@ def _rounded(span: tuple[float, float]) -> tuple[float, float]:
     return round(span[0], 2), round(span[1], 2)
 
 
+def _sheets(planned: PlannedJob) -> tuple[int, float]:
+    """Return how many sheets the pieces take, and their area.
+
+    What is foretold of runs of threads is a sheet or two short where these are many, as pieces have
+    laps, and large ones lie beside one another as they can: then they are nested roughly.
+    """
+    foretold, pieces = planned.split_plan.chosen, planned.piece_set.pieces
+    most = min(_SMALL_ON_SHEET * foretold.sheets, MOST_PIECES)
+    if foretold.sheets < _SURE_SHEETS or len(pieces) > most:
+        return foretold.sheets, foretold.sheets_mm2
+    of_thread = planned.supplies.of(planned.woven.bunches)
+    needed = rough_nesting(planned.settings, planned.supplies)(
+        [piece.outline for piece in pieces],
+        np.array([of_thread[piece.thread] for piece in pieces], dtype=np.int64),
+    )
+    if needed is None:
+        return foretold.sheets, foretold.sheets_mm2
+    return needed.count, needed.area_mm2
+
+
 def _figures(planned: PlannedJob) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
     area = sum(piece.net_area_mm2 for piece in pieces)
-    foretold = planned.split_plan.chosen
+    sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
     costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
     machine = costs.machine_s
@@ -246,8 +269,8 @@ def _figures(planned: PlannedJob) -> Figures:
         pieces=len(pieces),
         kinds=planned.piece_set.kinds.count,
         joints=len(planned.piece_set.joints),
-        sheets=foretold.sheets,
-        use=round(area / foretold.sheets_mm2, 4),
+        sheets=sheets,
+        use=round(area / sheets_mm2, 4),
         narrowest_mm=round(float(planned.check.measured["width"].value.min()), 2),
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),
