@@ -170,8 +170,8 @@ def test_of_designs_that_come_to_the_same_one_is_kept(monkeypatch):
     kept = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=0.0, likeness_mean_mm=0.0))
     other = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=0.1, likeness_mean_mm=0.0))
     refused_one = replace(failed(), excess=5.0)
-    found = [asis, kept, other, refused_one, refused_one, kept]
-    designs = [quads(count) for count in range(40, 46)]
+    found = [asis, kept, other, refused_one, refused_one, kept, asis]
+    designs = [*(quads(count) for count in range(40, 46)), quads(46, pattern="twill")]
     monkeypatch.setattr(
         rounds,
         "explore",
@@ -180,8 +180,8 @@ def test_of_designs_that_come_to_the_same_one_is_kept(monkeypatch):
         ],
     )
     search = search_designs(ASKED, designs, len(designs))
-    assert search.candidates == [asis, other, refused_one, refused_one]
-    assert search.designs == (designs[0], designs[2], designs[3], designs[4])
+    assert search.candidates == [asis, other, refused_one, refused_one, asis]
+    assert search.designs == tuple(designs[at] for at in (0, 2, 3, 4, 6))
     assert search.same == 2
 
 

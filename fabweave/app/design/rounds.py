@@ -110,7 +110,7 @@ def search_designs(
         found = [one.candidate for one in tried]
         room = most - len(designs)
         near: list[Settings] = []
-        if sum(found[at].makeable for at in _apart(found)) < ENOUGH:
+        if sum(found[at].makeable for at in _apart(designs, found)) < ENOUGH:
             if several is None and not all(one.laid for one in found):
                 several = check_mesh(as_it_comes(asked, progress, given)).n_components > 1
             near = nearer(asked, designs, found, several=bool(several))[: math.ceil(room / 2)]
@@ -125,7 +125,7 @@ def search_designs(
         helps = explored(otherwise)
         more = closer(asked, slim, _pairs(otherwise, helps))
         otherwise, helps = otherwise + more, helps + explored(more)
-    kept = _apart(found)
+    kept = _apart(designs, found)
     return Search(
         designs=tuple(designs[at] for at in kept),
         tried=tuple(tried[at] for at in kept),
@@ -135,18 +135,20 @@ def search_designs(
     )
 
 
-def _apart(found: Sequence[Candidate]) -> list[int]:
+def _apart(designs: Sequence[Settings], found: Sequence[Candidate]) -> list[int]:
     """Return the numbers of the designs without those that come to the same as one before.
+
+    Of the same pattern: others look different, whatever their figures are.
 
     A mesh that has as many faces as are asked for is kept as it is by remeshing, and ribbons may
     be as narrow by themselves as they are asked to be.
     """
-    first: dict[tuple[Figures, Verdict] | int, int] = {}
-    for at, one in enumerate(found):
+    first: dict[tuple[str, Figures, Verdict] | int, int] = {}
+    for at, (design, one) in enumerate(zip(designs, found, strict=True)):
         figures = one.figures
         if figures is not None and figures.likeness_mm == 0.0:
             figures = replace(figures, likeness_mm=None, likeness_mean_mm=None)
-        first.setdefault(at if figures is None else (figures, one.verdict), at)
+        first.setdefault(at if figures is None else (design.pattern, figures, one.verdict), at)
     return list(first.values())
 
 

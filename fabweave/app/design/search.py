@@ -31,7 +31,7 @@ _LATER: dict[str, Any] = {
 
 #: What models were remeshed to, by a digest of all that matters for it; None where they were not.
 Meshes: TypeAlias = dict[str, Remeshed | None]
-#: ToldDesign what each design came to.
+#: Told what each design came to.
 ToldDesign: TypeAlias = Callable[[Candidate], None]
 
 
