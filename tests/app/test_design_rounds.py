@@ -197,6 +197,26 @@ def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
     assert sizes == [480.0, 750.0, 300.0, 300.0, 600.0, 300.0]
 
 
+def test_where_nothing_helps_the_nearest_the_next_mesh_is_tried(explored, monkeypatch):
+    real = rounds.explore
+
+    def no_hope(asked, some, *args, **options):
+        told = real(asked, some, *args, **options)
+        bad = stopped("bend", 1.5, "near")
+        return [
+            Tried(candidate=bad, picture=None) if design.remesh == "quads:400" else one
+            for design, one in zip(some, told, strict=True)
+        ]
+
+    monkeypatch.setattr(rounds, "explore", no_hope)
+    found = search_designs(ASKED, [quads(400), quads(800)], 2)
+    assert found.makeable == 0
+    assert "The nearest, near, fails by this" in found.why
+    assert found.why.endswith("Tried, and can be built: D at 600 mm.")
+    sizes = [(one.remesh, one.size_mm) for call in explored[1:] for one in call]
+    assert {remesh for remesh, _ in sizes} == {"quads:400", "quads:800"}
+
+
 @pytest.mark.usefixtures("explored")
 def test_one_that_can_be_built_is_told_as_the_only_one():
     found = search_designs(ASKED, [quads(75), quads(500)], 2)

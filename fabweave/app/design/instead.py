@@ -115,7 +115,12 @@ def _thinner(asked: Settings, design: Settings, factor: float) -> Iterator[Setti
         yield replace(design, thickness_mm=thickness)
 
 
-def instead_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequence[Found]) -> str:
+def instead_text(
+    asked: Settings,
+    candidates: Sequence[Candidate],
+    helps: Sequence[Found],
+    other: str | None = None,
+) -> str:
     """Say why fewer than two designs can be built, and what would help; nothing if two can.
 
     Parameters
@@ -125,6 +130,8 @@ def instead_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequen
         All that were tried.
     helps : sequence of (Settings, Candidate)
         What was tried instead.
+    other : str, optional
+        The name of the design that they make larger, thinner or of card, if it is not the nearest.
     """
     built = sum(one.makeable for one in candidates)
     if built > 1 or not candidates:
@@ -146,7 +153,8 @@ def instead_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequen
         tried = " nor ".join(_way(asked, one) for one, _ in helps)
         return f"{told} It was tried otherwise, and cannot be built {tried} either."
     slim = " with narrower ribbons" if helps[0][0].width != asked.width else ""
-    return f"{told} Tried, and can be built: this design{slim} {', or '.join(ways)}."
+    which = "this design" if other is None else other
+    return f"{told} Tried, and can be built: {which}{slim} {', or '.join(ways)}."
 
 
 def _ways(asked: Settings, helps: Sequence[Found]) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Search designs in rounds: go on where few can be built, and say why where none can."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +19,8 @@ from fabweave.report.verdict import Verdict
 
 #: A search goes on until so many designs can be built.
 ENOUGH = 3
+#: Of so many designs it is tried what would help, where none can be built.
+_ATTEMPTS = 2
 
 
 @frozen_value
@@ -116,23 +118,57 @@ def search_designs(
             near = nearer(asked, designs, found, several=bool(several))[: math.ceil(room / 2)]
         more = near or [one for one in planned if one not in designs][:room]
     found = [one.candidate for one in tried]
-    least = nearest(designs, found)
     helps: list[Tried] = []
-    otherwise: list[Settings] = []
-    if least is not None and not any(one.makeable for one in found):
-        slim = slimmed(asked, least)
-        otherwise = farther(asked, slim)
-        helps = explored(otherwise)
-        more = closer(asked, slim, _pairs(otherwise, helps))
-        otherwise, helps = otherwise + more, helps + explored(more)
+    why = instead_text(asked, found, [])
+    if not any(one.makeable for one in found):
+        helps, why = _otherwise(asked, designs, found, explored)
     kept = _apart(designs, found)
     return Search(
         designs=tuple(designs[at] for at in kept),
         tried=tuple(tried[at] for at in kept),
         instead=tuple(helps),
-        why=instead_text(asked, found, _pairs(otherwise, helps)),
+        why=why,
         same=len(found) - len(kept),
     )
+
+
+def _otherwise(
+    asked: Settings,
+    designs: Sequence[Settings],
+    found: Sequence[Candidate],
+    explored: Callable[[Sequence[Settings]], list[Tried]],
+) -> tuple[list[Tried], str]:
+    """Try the nearest design larger, thinner and of card; and where nothing helps, the next.
+
+    Returns
+    -------
+    tried : list of Tried
+    why : str
+        Why none can be built, and what would help.
+    """
+    tried: list[Tried] = []
+    why = instead_text(asked, found, [])
+    left = list(zip(designs, found, strict=True))
+    for attempt in range(_ATTEMPTS):
+        least = nearest(*zip(*left, strict=True)) if left else None
+        if least is None:
+            break
+        slim = slimmed(asked, least)
+        some = farther(asked, slim)
+        helps = explored(some)
+        more = closer(asked, slim, _pairs(some, helps))
+        helps += explored(more)
+        tried += helps
+        other = least[1].name if attempt else None
+        told = instead_text(asked, found, _pairs([*some, *more], helps), other)
+        built = any(one.candidate.makeable for one in helps)
+        if built or not attempt:
+            why = told
+        if built:
+            break
+        # Its mesh is at fault.
+        left = [(one, by) for one, by in left if one.remesh != least[0].remesh]
+    return tried, why
 
 
 def _apart(designs: Sequence[Settings], found: Sequence[Candidate]) -> list[int]:
