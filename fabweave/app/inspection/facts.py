@@ -277,17 +277,17 @@ def _shown(found: Search, count: int, effort: str) -> tuple[Tried, ...]:
     for design, one in zip(found.designs, found.tried, strict=True):
         command = long_command(replace(design, effort=effort))
         tried.append(replace(one, candidate=replace(one.candidate, command=command)))
-    built = sorted((one for one in tried if one.candidate.makeable), key=_pieces_of)
+    built = sorted((one for one in tried if one.candidate.makeable), key=_crossings_of)
     if len(built) > count:
         built = [built[round(at)] for at in np.linspace(0, len(built) - 1, count).tolist()]
     others = [one for one in tried if not one.candidate.makeable]
-    return tuple(sorted([*built, *others][:count], key=_pieces_of))
+    return tuple(sorted([*built, *others][:count], key=_crossings_of))
 
 
-def _pieces_of(tried: Tried) -> float:
-    """Return how many pieces a design has; infinite if that is not known."""
+def _crossings_of(tried: Tried) -> float:
+    """Return how many crossings a design has; infinite if that is not known."""
     figures = tried.candidate.figures
-    return np.inf if figures is None else figures.pieces
+    return np.inf if figures is None else figures.crossings
 
 
 def _depth(n_crossings: int, *, thorough: bool) -> Depth:
