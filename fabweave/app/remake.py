@@ -45,8 +45,9 @@ def remake_job(directory: Path, progress: Progress = no_progress, *, workers: in
     """
     path = directory / "job.toml"
     settings, mesh = settings_from_job(path), None
-    kept = directory / str(read_job_options(path).get("mesh"))
-    if settings.mesh == str(kept):
+    name = str(read_job_options(path).get("mesh"))
+    kept = directory / name
+    if Path(name).name == name and settings.mesh == str(kept):
         # It came from memory, and was kept under this name.
         mesh, settings = read_mesh(kept).mesh, replace(settings, mesh=kept.name)
     with tempfile.TemporaryDirectory(prefix="fabweave-remake-") as folder:

@@ -9,6 +9,8 @@ from jobs import OCTAHEDRON, run
 
 import fabweave as fw
 from fabweave.app.remake import remake_job
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 
 
 def test_a_job_is_made_again(finished, capsys):
@@ -41,5 +43,15 @@ def test_a_job_of_a_mesh_in_memory_is_made_again(tmp_path):
                                        (1, 2, 5), (3, 1, 5), (0, 3, 5))]  # fmt: skip
     mesh = fw.mesh(points, faces)
     fw.make(mesh, tmp_path / "job", size="90mm", sheet="230x225mm", effort="quick")
+    again = remake_job(tmp_path / "job")
+    assert again.ok, again
+
+
+def test_a_job_of_a_mesh_file_is_made_again_wherever_it_lies(tmp_path):
+    path = tmp_path / "cow.obj"
+    write_mesh(path, parse_shape("shape:octahedron"))
+    options = ("--size", "90mm", "--sheet", "230x225mm", "--effort", "quick", "-q")
+    assert run("make", path.resolve(), *options, "-o", tmp_path / "job") == 0
+    assert f'mesh = "{path.resolve()}"' in (tmp_path / "job" / "job.toml").read_text()
     again = remake_job(tmp_path / "job")
     assert again.ok, again
