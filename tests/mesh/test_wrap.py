@@ -84,6 +84,7 @@ def test_cubes_that_share_an_eighth_become_what_both_enclose():
         assert known * (1.0 - 5e-3) < volume(wrapped) <= known * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_open_loose_and_unturned_faces_enclose_what_they_nearly_do():
     box = moved(cube(), (3.0, -2.0, 1.0))
     whole = volume(wrap_bodies(box).mesh)
@@ -95,6 +96,7 @@ def test_open_loose_and_unturned_faces_enclose_what_they_nearly_do():
     assert volume(seamed) == pytest.approx(whole, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_walls_inside_cavities_and_debris_go():
     box = cube()
     side = float(np.ptp(box.vertices[:, 0]))
@@ -150,6 +152,7 @@ def test_what_has_no_places_is_left_to_the_check():
     assert wrap_bodies(vast).mesh is vast
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.integers(1, 3))
 @settings(max_examples=8, deadline=None)
 def test_soups_of_boxes_are_wrapped_clean(seed, count):
