@@ -39,3 +39,9 @@ def test_a_long_lap_that_ends_askew_is_proved():
     # half the lap and half the width there.
     options = {"size": "400mm", "lap": "100mm", "effort": "quick", "force": True}
     assert outcome(*hull(np.random.default_rng(6)), options) == ("proved", "")
+
+
+@pytest.mark.slow
+def test_a_station_in_the_gap_of_a_dovetail_is_drawn_on_its_card():
+    # A line across the piece there meets nothing of it.
+    assert outcome_of(71113, small=True) == ("proved", "")

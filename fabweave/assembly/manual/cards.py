@@ -24,6 +24,8 @@ _HIGHEST, _LARGEST = 30.0, 1.2
 _BESIDE, _STRAND = 2.5, 6.5
 #: How light pieces are, 0 for black.
 _PIECE = 0.86
+#: So far inside a piece a line across it meets it for certain.
+_INSIDE = 0.3
 
 
 @frozen_value
@@ -211,16 +213,30 @@ def _across(outline: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatA
     lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-9)[:, None]
     ups = np.column_stack((-ways[:, 1], ways[:, 0])) / lengths
     reach = float(np.ptp(outline, axis=0).max())
+    well_inside = shapely.buffer(piece, -_INSIDE)
+    well_inside = piece if well_inside.is_empty else well_inside
     edges = []
     for place, up in zip(places, ups, strict=True):
-        ray = shapely.LineString(place + np.outer((-reach, reach), up))
-        inside = shapely.get_parts(shapely.intersection(ray, piece))
-        own = min(inside, key=lambda part: shapely.distance(part, shapely.Point(place)))
+        own = _nearest_run(piece, place, up, reach)
+        if own.is_empty:
+            # In the gap of an interlocking end: the strand is drawn where the piece begins.
+            beside = shapely.shortest_line(shapely.Point(place), well_inside)
+            own = _nearest_run(piece, shapely.get_coordinates(beside)[-1], up, reach)
         along = np.sort((shapely.get_coordinates(own) - place) @ up)
         edges.append(place + np.outer((along[0], along[-1]), up))
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     room = np.minimum(np.append(steps, np.inf), np.append(np.inf, steps))
     return np.array(edges), room
+
+
+def _nearest_run(
+    piece: shapely.Geometry, place: FloatArray, up: FloatArray, reach: float
+) -> shapely.Geometry:
+    """Return where a line through a place is on the piece, next to the place; maybe nowhere."""
+    ray = shapely.LineString(place + np.outer((-reach, reach), up))
+    inside = shapely.get_parts(shapely.intersection(ray, piece))
+    point = shapely.Point(place)
+    return min(inside, key=lambda part: shapely.distance(part, point), default=shapely.Point())
 
 
 def _rows(widths: Sequence[float], spots: FloatArray, wide: float) -> list[tuple[int, float]]:
