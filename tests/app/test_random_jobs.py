@@ -45,3 +45,10 @@ def test_a_long_lap_that_ends_askew_is_proved():
 def test_a_station_in_the_gap_of_a_dovetail_is_drawn_on_its_card():
     # A line across the piece there meets nothing of it.
     assert outcome_of(71113, small=True) == ("proved", "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [71316, 71669])
+def test_long_laps_and_slanting_necks_are_proved(seed):
+    # Laps longer than any panel add to what is cut; a neck is measured from its middle.
+    assert outcome_of(seed, small=True) == ("proved", "")

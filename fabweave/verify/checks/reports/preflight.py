@@ -123,7 +123,8 @@ def _check_flaw(plan: CrossingMap, flaw: dict[str, Any], place: Place) -> None:
     place.at_most(
         "preflight_mm",
         abs(measured - value),
-        WIDTH_MM,
+        # A neck is measured twice from its middle to its edge, so an error counts twice.
+        WIDTH_MM * (2.0 if rule == "web" else 1.0),
         f"{value} mm are stated for rule {rule} at {spot}, and {measured:.3f} mm found: {{}} off",
     )
 

@@ -148,8 +148,10 @@ def _check_choices(
 def _rims(job: Job, plan: CrossingMap) -> tuple[float, float]:
     """Return the length of all rails, and the most that one more piece can add to what is cut.
 
-    A piece has two ends as wide as the widest ribbon, and laps no longer than the longest panel.
+    A piece has two ends as wide as the widest ribbon, and laps that go no farther beyond the
+    longest panel than they are long.
     """
+    lap = max((joint.lap_mm or 0.0 for joint in plan.joints), default=0.0)
     rails, across, panel = 0.0, 0.0, 0.0
     model = job.model or {}
     for thread in plan.threads:
@@ -165,7 +167,7 @@ def _rims(job: Job, plan: CrossingMap) -> tuple[float, float]:
         passed = strip.exit > strip.entry
         spans = place[strip.exit[passed]] - place[strip.entry[passed]]
         panel = max(panel, float(spans.max(initial=0.0)))
-    return rails, 2.0 * across + 4.0 * panel
+    return rails, 2.0 * across + 4.0 * (panel + lap)
 
 
 def _lengths(rungs: Floats) -> Floats:
