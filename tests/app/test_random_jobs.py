@@ -48,7 +48,8 @@ def test_a_station_in_the_gap_of_a_dovetail_is_drawn_on_its_card():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [71316, 71669])
-def test_long_laps_and_slanting_necks_are_proved(seed):
-    # Laps longer than any panel add to what is cut; a neck is measured from its middle.
+@pytest.mark.parametrize("seed", [71316, 71669, 72089, 72114])
+def test_long_laps_slanting_necks_and_small_flat_sheets_are_proved(seed):
+    # Laps longer than any panel add to what is cut; a neck is measured from its middle; what is
+    # flat to the last digit of its model is flat.
     assert outcome_of(seed, small=True) == ("proved", "")
