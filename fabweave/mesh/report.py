@@ -146,7 +146,7 @@ def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
             agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
             + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
             + ("--bodies join makes one surface of the bodies, " if bodies else "")
-            + "--bodies wrap lays one around all of it, or "
+            + "--bodies wrap lays a closed surface around all of it, or "
             + "move these parts of the surface apart in a modelling program"
         )
     return notes
