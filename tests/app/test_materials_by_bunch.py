@@ -389,6 +389,7 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
     assert set(np.unique(between["bend"].limit)) == set(np.unique(mixed["bend"].limit))
 
 
+@pytest.mark.slow
 def test_one_stiff_material_of_two_is_enough_to_refuse(tmp_path, capsys) -> None:
     command = ["make", "shape:torus?m=6&n=4", "--size", "120mm", "-q", "-o", str(tmp_path / "o")]
     with pytest.raises(SystemExit) as stop:

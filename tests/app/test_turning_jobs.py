@@ -74,6 +74,7 @@ def test_the_settings_say_so_and_make_the_job_again(mat, tmp_path):
         assert (tmp_path / "again" / name).read_bytes() == (mat / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_without_the_option_threads_end(mat, tmp_path):
     assert run("make", "--config", mat / "job.toml", "--boundary", "end", "-q",
                "-o", tmp_path / "end") == 0  # fmt: skip

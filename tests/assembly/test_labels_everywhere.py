@@ -156,6 +156,7 @@ def test_all_files_have_the_same_names(folder, name):
     assert same_names(folder, name)
 
 
+@pytest.mark.slow
 def test_pieces_are_named_by_their_threads(folder):
     true = map_names(folder)
     assert {key.rstrip("0123456789") for key in true["pieces"]} == true["threads"]

@@ -488,6 +488,7 @@ def require_that_steps_draw_what_changes(opened, steps):
     assert opened.page.evaluate("window.drawn") == np.count_nonzero(at <= steps[-1])
 
 
+@pytest.mark.slow
 def test_a_step_draws_only_what_changes(browser, torus):
     opened = Tab(browser, torus, script=COUNT)
     require_that_steps_draw_what_changes(opened, range(2, len(torus.plan.steps) + 1))

@@ -208,6 +208,7 @@ def test_strict_refuses_pieces_without_an_id_and_says_what_makes_room(tmp_path, 
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_strict_refuses_what_breaks_a_rule_and_keeps_nothing(job, tmp_path, capsys) -> None:
     out = tmp_path / "out"
     assert run("make", "--config", job / "job.toml", "--strict", "-q", "-o", out) == 1

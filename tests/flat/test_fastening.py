@@ -69,6 +69,7 @@ def drilled(made) -> int:
     )
 
 
+@pytest.mark.slow
 def test_only_what_is_fastened_has_holes_unless_all_are_to_have_them():
     joints = {int(piece.crossings[-1]) for piece in pieces(fasten="joints")}
     assert drilled(pieces(fasten="joints")) == len(joints)

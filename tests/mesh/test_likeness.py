@@ -83,6 +83,7 @@ def test_what_was_added_is_not_called_lost():
 
 
 @given(st.floats(0.01, 1e4), st.integers(0, 3))
+@pytest.mark.slow
 def test_likeness_scales_with_the_mesh_and_does_not_mind_the_cut(scale, seed):
     way = np.random.default_rng(seed).normal(size=3)
     cube = solids.cube()

@@ -84,6 +84,7 @@ def test_same_mesh_same_bytes():
     assert one.notes == two.notes
 
 
+@pytest.mark.slow
 def test_spot_keeps_horns_and_feet():
     mesh = resize_mesh(read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh, size_mm=400.0)[
         0
@@ -98,6 +99,7 @@ def test_spot_keeps_horns_and_feet():
     assert np.quantile(quality(*points), 0.05) > 0.6
 
 
+@pytest.mark.slow
 def test_genus_two_stays():
     mesh = resize_mesh(read_mesh(shared_mesh("tri/double-torus.obj")).mesh, size_mm=300.0)[0]
     remeshed = remesh_triangles(mesh, 400)

@@ -83,6 +83,7 @@ def test_a_thread_may_start_anywhere(tmp_path):
     assert verify_job(write_job(specimen, tmp_path)).failed == ()
 
 
+@pytest.mark.slow
 def test_broken_twill_is_counted_not_just_refused(tmp_path):
     # A weave with one sense turned breaks conditions; the claim must be the very numbers.
     from verify_specimen import Corners, count_broken, walk_threads  # noqa: PLC0415 - only here
