@@ -66,7 +66,7 @@ def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
         [price * one["area_mm2"] for one in kept]
     )
     plan = json.loads((second / "crossing_map.json").read_text())
-    names = [f"offcut_{number:02d} of cube" for number in (1, 2)]
+    names = [f"offcut_{number:02d} of Cube" for number in (1, 2)]
     used = {sheet["stock"]: sheet for sheet in plan["sheets"]}
     assert names[1] in used
     # The grain runs as before; the rest was paid for.
