@@ -119,8 +119,9 @@ def search_designs(
         more = near or [one for one in planned if one not in designs][:room]
     found = [one.candidate for one in tried]
     helps: list[Tried] = []
-    why = instead_text(asked, found, [])
-    if not any(one.makeable for one in found):
+    if any(one.makeable for one in found):
+        why = instead_text(asked, found, [])
+    else:
         helps, why = _otherwise(asked, designs, found, explored)
     kept = _apart(designs, found)
     return Search(

@@ -12,7 +12,7 @@ from fabweave.mesh.topology import label_links
 from fabweave.mesh.triangulate import surface_area
 
 #: A body is taken for debris if its diagonal is less than this share of the largest one's.
-_DEBRIS = 0.05
+DEBRIS = 0.05
 
 
 class Bodies(NamedTuple):
@@ -94,10 +94,10 @@ def keep_bodies(mesh: PolyMesh, most: int | None) -> KeptBodies:
     count = len(diagonals)
     order = np.argsort(-diagonals, kind="stable")
     if most is None:
-        large = _large(diagonals)
-        if large == count:
+        small = int(np.count_nonzero(diagonals < DEBRIS * diagonals[order[0]]))
+        if not small:
             return KeptBodies(mesh)
-        small = count - large
+        large = count - small
         kept = "largest" if large == 1 else str(large)
         debris = (
             agree(small, f"{{n}} of the {count} bodies [is|are] smaller than a twentieth of ")
@@ -132,16 +132,6 @@ def has_bodies(mesh: PolyMesh) -> bool:
     """Return whether bodies can be told apart: else the check of the mesh says what is wrong."""
     wrong = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
     return bool(mesh.n_faces and not wrong.any() and mesh.face_sizes.all())
-
-
-def _large(diagonals: FloatArray) -> int:
-    """Return how many bodies are no debris."""
-    return int(np.count_nonzero(diagonals >= _DEBRIS * diagonals.max()))
-
-
-def without_debris(mesh: PolyMesh) -> PolyMesh:
-    """Return the bodies of a mesh that are no debris beside the largest."""
-    return keep_bodies(mesh, _large(bodies_of(mesh)[1])).mesh
 
 
 def bodies_of(mesh: PolyMesh) -> tuple[IntArray, FloatArray]:

@@ -6,7 +6,7 @@ from scipy.ndimage import binary_closing
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
-from fabweave.mesh.bodies.keep import KeptBodies, bodies_of, without_debris
+from fabweave.mesh.bodies.keep import DEBRIS, KeptBodies, bodies_of, has_bodies
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
 from fabweave.mesh.polymesh import PolyMesh
@@ -86,9 +86,8 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     surface = Surface(triangles.vertices, triangles.indices.reshape(-1, 3))
     apart = surface.closest(lattice[near])[2]
     height[near] *= np.clip(apart, _NEAREST, 1.0)
-    solid = _solid(_border(height, lattice, counts))
+    solid, count = _solid(_border(height, lattice, counts))
     wrapped = solid.with_vertices(solid.vertices * step + low)
-    count = len(bodies_of(wrapped)[1])
     told = (
         f"all was wrapped in {agree(count, '[one closed surface|{n} closed surfaces]')}, of "
         f"{wrapped.n_faces} triangles (--bodies wrap): detail and walls finer than a hundredth of "
@@ -99,18 +98,23 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
 
 def _sound(mesh: PolyMesh) -> PolyMesh | None:
     """Return the faces that have an area, as triangles; None if that cannot be told."""
-    wrong = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
+    if not has_bodies(mesh):
+        return None
     with np.errstate(over="ignore"):
-        sizes = np.ptp(mesh.vertices, axis=0) if mesh.n_vertices else np.full(3, np.nan)
-    if wrong.any() or not np.isfinite(sizes).all():
+        sizes = np.ptp(mesh.vertices, axis=0)
+    if not np.isfinite(sizes).all():
         return None
     triangles = triangulate(keep_faces(mesh, mesh.face_sizes > 2))
     a, b, c = triangles.vertices[triangles.indices.reshape(-1, 3)].transpose(1, 0, 2)
-    triangles = keep_faces(triangles, np.any(np.cross(b - a, c - a) != 0.0, axis=1))
-    used, numbers = np.unique(triangles.indices, return_inverse=True)
-    if not len(used):
-        return None
-    return PolyMesh(triangles.vertices[used], triangles.offsets, numbers)
+    sound = _of_faces(triangles, np.any(np.cross(b - a, c - a) != 0.0, axis=1))
+    return sound if sound.n_faces else None
+
+
+def _of_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
+    """Return a mesh of some faces and their vertices only."""
+    kept = keep_faces(mesh, keep)
+    used, numbers = np.unique(kept.indices, return_inverse=True)
+    return PolyMesh(kept.vertices[used], kept.offsets, numbers)
 
 
 def _outward(mesh: PolyMesh) -> PolyMesh:
@@ -118,14 +122,19 @@ def _outward(mesh: PolyMesh) -> PolyMesh:
     edges = group_edges(mesh)
     mesh = turn_faces(mesh, orient_faces(edges, mesh.n_faces)[0])
     patch = face_patches(edges, mesh.n_faces)
-    corners = mesh.vertices[mesh.indices.reshape(-1, 3)]
-    weight = np.bincount(patch).astype(np.float64)
+    return turn_faces(mesh, _volumes(mesh, patch)[patch] < 0.0)
+
+
+def _volumes(triangles: PolyMesh, part: IntArray) -> FloatArray:
+    """Return six times what each part encloses with its middle, negative if it looks inward."""
+    corners = triangles.vertices[triangles.indices.reshape(-1, 3)]
+    weight = np.bincount(part).astype(np.float64)
     middle = np.column_stack(
-        [np.bincount(patch, corners.mean(axis=1)[:, axis]) / weight for axis in range(3)]
+        [np.bincount(part, corners.mean(axis=1)[:, axis]) / weight for axis in range(3)]
     )
-    a, b, c = (corners - middle[patch][:, None]).transpose(1, 0, 2)
-    volume = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    return turn_faces(mesh, volume[patch] < 0.0)
+    a, b, c = (corners - middle[part][:, None]).transpose(1, 0, 2)
+    terms = np.einsum("ij,ij->i", a, np.cross(b, c))
+    return np.bincount(part, terms).astype(np.float64)
 
 
 def _winding(triangles: PolyMesh, places: FloatArray) -> FloatArray:
@@ -166,10 +175,9 @@ def _border(height: FloatArray, lattice: FloatArray, counts: IntArray) -> PolyMe
     return PolyMesh(np.asarray(points, dtype=np.float64), offsets_of(sizes), corners.ravel())
 
 
-def _solid(mesh: PolyMesh) -> PolyMesh:
-    """Return the outer surfaces alone, without cavities and debris."""
-    body = bodies_of(mesh)[0]
-    a, b, c = mesh.vertices[mesh.indices.reshape(-1, 3)].transpose(1, 0, 2)
-    volume = np.bincount(body, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    outer = keep_faces(mesh, volume[body] > 0.0)
-    return without_debris(outer)
+def _solid(mesh: PolyMesh) -> tuple[PolyMesh, int]:
+    """Return the outer surfaces alone, without cavities and debris; and how many there are."""
+    body, diagonals = bodies_of(mesh)
+    outer = _volumes(mesh, body) > 0.0
+    stays = outer & (diagonals >= DEBRIS * diagonals[outer].max(initial=0.0))
+    return _of_faces(mesh, stays[body]), int(np.count_nonzero(stays))

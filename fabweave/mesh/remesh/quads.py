@@ -296,13 +296,15 @@ def _last_resort(
 
 def _remedies(source: PolyMesh) -> list[str]:
     """Return what may help against what is wrong with a mesh."""
-    remedies = ["another number of quads (more where the mesh has thin bars or small holes)"]
     crossing = len(self_intersections(source))
-    if crossing:
-        remedies.insert(0, "--bodies wrap, which lays one closed surface around all of it")
+    remedies = []
     if crossing and len(bodies_of(source)[1]) > 1:
-        joins = "--bodies join, which makes one surface of bodies that run into one another"
-        remedies.insert(0, joins)
+        remedies.append(
+            "--bodies join, which makes one surface of bodies that run into one another"
+        )
+    if crossing:
+        remedies.append("--bodies wrap, which lays one closed surface around all of it")
+    remedies.append("another number of quads (more where the mesh has thin bars or small holes)")
     if crossing:
         remedies.append(
             "moving apart what runs through itself "

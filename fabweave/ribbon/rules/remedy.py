@@ -182,8 +182,7 @@ class Search:
             known += [size for size in (sizes["clearance"],) if size is not None]
         if not sizes:
             # With room for laps everywhere more may be wanted than what is made here, and holds.
-            now = self._whole
-            overall = min(self._smallest_for(SIZED) or now, now)
+            overall = min(self._smallest_for(SIZED) or self._whole, self._whole)
         elif solvable and overall is None:
             # A rule that holds at one size holds at larger ones.
             overall = self._confirmed_size(max(known), SIZED, planned=True)
