@@ -122,6 +122,8 @@ def split_object(
                 cut.outlines, plan.runs.thread, settings, supplies, woven.bunches
             )
             if placed.all():
+                # With laps elsewhere they bend otherwise, maybe just too much now.
+                require_stiffness(laid, settings, supplies)
                 return JoinedObject(replace(laid, apart=apart), plan, joints, cut, repeats)
             whole = some_runs(plan.runs, ~placed)
         elif len(crossing.kinks.thread):

@@ -225,7 +225,10 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
         return [note]
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanted for {rule} ({some})"
-    if np.any((plan.room_mm > 0) & (plan.room_mm < plan.needed_mm)) and plan.room_mm.min() > 0:
+    other = plan.where(lambda kind: kind != rule.kind)
+    if rule.lap_mm is not None and np.any(other & (plan.room_mm >= plan.needed_mm)):
+        note += f": laps of {rule.lap_mm:g} mm leave too little; without --lap there is more room"
+    elif np.any((plan.room_mm > 0) & (plan.room_mm < plan.needed_mm)) and plan.room_mm.min() > 0:
         worst = int(np.argmin(plan.room_mm / plan.needed_mm))
         least, needed = float(plan.room_mm[worst]), float(plan.needed_mm[worst])
         note += (
@@ -233,7 +236,7 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
             f"{needed:.1f} mm; with --size {size_for(least, needed, size_mm)}mm, all would be wide "
             "enough"
         )
-    elif plan.where(lambda kind: kind != rule.kind).any():
+    elif other.any():
         note += ": the thread crosses them askew, or bends sharply beside them"
     return [note]
 

@@ -48,8 +48,17 @@ def test_a_station_in_the_gap_of_a_dovetail_is_drawn_on_its_card():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [71316, 71669, 72089, 72114])
-def test_long_laps_slanting_necks_and_small_flat_sheets_are_proved(seed):
+@pytest.mark.parametrize("seed", [71316, 71669, 72089, 72114, 74669])
+def test_long_and_short_laps_slanting_necks_and_small_flat_sheets_are_proved(seed):
     # Laps longer than any panel add to what is cut; a neck is measured from its middle; what is
-    # flat to the last digit of its model is flat.
+    # flat to the last digit of its model is flat; a slot stays in a lap shorter than its panel.
     assert outcome_of(seed, small=True) == ("proved", "")
+
+
+@pytest.mark.slow
+def test_what_joints_make_too_stiff_is_refused_in_words():
+    # It bends just enough with laps at every crossing, but not with laps where its joints are.
+    outcome, said = outcome_of(74758, small=True)
+    assert outcome == "cannot be made"
+    assert "is too stiff" in said
+    assert "from 42mm on" in said

@@ -6,6 +6,7 @@ import shapely
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
+from random_jobs import random_job
 from splitting import split_threads
 from weaving_meshes import meshes
 
@@ -26,6 +27,7 @@ from fabweave.flat.outline import STRAIGHT_MM
 from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.project import project_ribbons
@@ -199,6 +201,21 @@ def test_laps_are_as_long_as_asked_and_keep_to_their_crossing(lap):
         assert cover.contains(shapely.Point(a.points[-1]))
     if lap < 30.0:
         assert all(joint.lap_mm == pytest.approx(lap) for joint in made.joints)
+
+
+@pytest.mark.parametrize("lap", [8.0, 20.0, 60.0])
+def test_the_slot_of_a_short_lap_on_a_slanting_panel_has_its_walls(lap):
+    # A short lap ends inside the panel, along a line as slanting as those at the panel's ends.
+    vertices, faces, _ = random_job(73400, small=True)
+    mesh = resize_mesh(PolyMesh.from_faces(vertices, faces), size_mm=553.0)[0]
+    _, _, made = make(mesh, parse_joint("slot", lap_mm=lap))
+    kinds = [joint.kind.name for joint in made.joints]
+    assert lap < 60.0 or "slot" in kinds
+    for joint in made.joints:
+        second = made.pieces[joint.pieces[1]]
+        for slot in second.slots:
+            hole = shapely.Polygon(slot.path.flattened(0.01))
+            assert shapely.Polygon(second.outline).contains(hole.buffer(0.99))
 
 
 @given(st.floats(0.0, 20.0), st.floats(0.1, 3.0))

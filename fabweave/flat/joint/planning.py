@@ -105,8 +105,8 @@ def plan_joints(
     strips, entry = _windows(ribbons, weave.threads, passes)
     middle = (strips.right + strips.left) / 2
     panel_mm = np.hypot(*(middle[entry + 1] - middle[entry]).T)
-    room = _room(strips, entry)
     begin, end, lap = np.zeros(len(passes)), np.ones(len(passes)), panel_mm.copy()
+    room = _room(strips, entry, begin, end)
     if rule.lap_mm is not None:
         begin, end, lap = _reach(strips, entry, rule.lap_mm)
         # On a slanting panel a cross-line may meet the rails again: then the panel is the lap.
@@ -118,8 +118,8 @@ def plan_joints(
     if rule.kind.shape is not None and rule.kind.room_mm is not None:
         thicknesses = thickness[weave.threads.thread_of_pass[passes]].tolist()
         needed = np.array([rule.kind.room_mm(thick) for thick in thicknesses])
-        # However long the lap, tongues stay in the flat panel.
-        reach = np.minimum(room, lap / 2)
+        # However long the lap, tongues stay in the flat panel; and in the lap, if that is shorter.
+        reach = _room(strips, entry, np.maximum(begin, 0.0), np.minimum(end, 1.0))
         free = np.isin(
             weave.threads.crossing[passes], [] if lapped is None else lapped, invert=True
         )
@@ -224,23 +224,31 @@ def _areas(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) 
     return np.bincount(strip[1:][same], quads[same], len(entry)).astype(np.float64)
 
 
-def _room(strips: Strips, entry: IntArray) -> FloatArray:
+def _room(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) -> FloatArray:
     """Return how far the middle of each panel is from its edges, (J,).
 
-    Also, from the line square across the middle to the corners: it must not meet the ends.
+    Also, from the line square across the middle to the corners: it must not meet the ends. Edges
+    and corners are those of the part between two places, from 0 to 1 where that is the panel.
     """
     middle = (strips.right + strips.left) / 2
     centre = (middle[entry] + middle[entry + 1]) / 2
     sides = [
         _distance(centre, rail[entry], rail[entry + 1]) for rail in (strips.right, strips.left)
     ]
-    ends = [_distance(centre, strips.right[at], strips.left[at]) for at in (entry, entry + 1)]
+    cuts = [
+        [
+            rail[entry] + place[:, None] * (rail[entry + 1] - rail[entry])
+            for rail in (strips.right, strips.left)
+        ]
+        for place in (begin, end)
+    ]
+    ends = [_distance(centre, right, left) for right, left in cuts]
     way = middle[entry + 1] - middle[entry]
     way /= np.hypot(*way.T)[:, None]
     corners = [
-        side * np.einsum("jk,jk->j", rail[at] - centre, way)
-        for rail in (strips.right, strips.left)
-        for side, at in ((-1.0, entry), (1.0, entry + 1))
+        side * np.einsum("jk,jk->j", corner - centre, way)
+        for side, cut in zip((-1.0, 1.0), cuts, strict=True)
+        for corner in cut
     ]
     return np.asarray(np.minimum.reduce([*sides, *ends, *corners]))
 

@@ -64,7 +64,7 @@ _STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
 #: larger ones, only for that at which all rules hold, if it is larger than the present one.
 _FEW = 600
 #: By how much an object is larger than it is said to be through rounding alone.
-_ROUNDING_MM = 5e-4
+ROUNDING_MM = 5e-4
 #: Rules that a larger size fixes: lengths grow, and thickness stays.
 SIZED = ("width", "bend", "crease", "clearance")
 
@@ -137,7 +137,7 @@ class Search:
         self._weave, self._limits, self._lay = weave, limits, lay
         self._size = size_mm
         # An object of 300 mm may measure a rounding more.
-        self._whole = math.ceil(size_mm - _ROUNDING_MM)
+        self._whole = math.ceil(size_mm - ROUNDING_MM)
         self._near = near
         self._narrowing = ("twist",) if auto else ("twist", "clearance")
         self._settle = settle

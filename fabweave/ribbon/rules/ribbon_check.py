@@ -1,5 +1,6 @@
 """Find where ribbons break the rules of their material, and compute what would fix it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.finding import FAR, Finding
 from fabweave.ribbon.rules.remedy import (
+    ROUNDING_MM,
     TOO_STIFF,
     Depth,
     Lay,
@@ -225,9 +227,9 @@ def require_pliable(
             and finding.may_be_mm <= NEAR_SIZE * check.size_mm
             and finding.size_mm <= _FAR_SIZE * check.size_mm
         ):
-            ways.append(
-                f"--size {finding.size_mm}mm (from {finding.may_be_mm}mm on, --force makes it)"
-            )
+            # That is computed with laps everywhere, so it may come out as the size there is.
+            larger = max(finding.may_be_mm, math.floor(check.size_mm + ROUNDING_MM) + 1)
+            ways.append(f"--size {finding.size_mm}mm (from {larger}mm on, --force makes it)")
         if thinner is not None:
             ways.append(thinner)
         ways.append("another material")
