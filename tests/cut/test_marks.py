@@ -11,7 +11,13 @@ from irregular_meshes import lumpy_ball, pieces_of
 from fabweave.core.arc_path import straight_path
 from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces
-from fabweave.cut.labels.placement import CLEAR_MM, COVER_MM, WORD_SPACE_MM, covers_of
+from fabweave.cut.labels.placement import (
+    CLEAR_MM,
+    COVER_MM,
+    WORD_SPACE_MM,
+    covered_rooms,
+    covers_of,
+)
 from fabweave.cut.labels.texts import (
     ARROW,
     HIDDEN_HEIGHTS_MM,
@@ -327,6 +333,28 @@ def test_a_cover_that_runs_through_itself_by_a_rounding_still_hides():
     shown, smooth = (marked(one, labels="hidden") for one in (piece, covered(strip(), 12.0)))
     assert [one.text for one in shown.labels] == [one.text for one in smooth.labels]
     assert seen_mm([piece], [shown]) == 0.0
+
+
+def test_corners_a_rounding_apart_are_one_corner():
+    # Such a cover made GEOS divide by zero, and warn of it on the terminal (seed 73502).
+    corners = np.array(
+        [
+            (1.1469657033354008, 0.2434223099805174),
+            (1.146965703335398, 0.2434223099805185),
+            (2.683436303765064, 2.9902641309898566),
+            (6.261351375451803, 4.047436933016398),
+            (6.261351375451802, 4.047436933016397),
+            (3.646328834481844, 1.2171115499025573),
+        ]
+    )
+    with pytest.warns(RuntimeWarning, match="invalid value"):
+        shapely.buffer(shapely.Polygon(corners), -COVER_MM, join_style="mitre")
+    piece = replace(covered(strip(), 12.0), covers=(corners,))
+    (cover,) = covers_of(piece)
+    assert len(cover.exterior.coords) == 4 + 1
+    assert cover.area == pytest.approx(shapely.Polygon(corners).area, rel=1e-12)
+    (room,) = covered_rooms([piece])
+    assert room.area == pytest.approx(cover.buffer(-COVER_MM, join_style="mitre").area)
 
 
 @pytest.mark.parametrize("labels", ["hidden", "full", "numbers"])
