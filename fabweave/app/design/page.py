@@ -6,7 +6,6 @@ import html
 import io
 import json
 from collections.abc import Sequence
-from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from fabweave.app.design.front import objectives, pareto_front
 from fabweave.app.design.rounds import Search
 from fabweave.core.messages import agree
 from fabweave.core.records import to_json
+from fabweave.mesh.io.files import states_up
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.report.costs.texts import hours_text
 from fabweave.report.verdict import QUESTION, VERDICTS
@@ -131,8 +131,7 @@ def design_page(title: str, found: Search) -> str:
 def lying_note(found: Search) -> str:
     """Say what to do where pictures show the model lying; nothing where its up axis is known."""
     model = found.designs[0]
-    known = is_shape(model.mesh) or PurePath(model.mesh).suffix.lower() in (".glb", ".gltf")
-    if known or model.up is not None:
+    if is_shape(model.mesh) or states_up(model.mesh) or model.up is not None:
         return ""
     return " If the pictures show it lying, add --up y or --up x."
 

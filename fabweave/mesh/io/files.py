@@ -1,7 +1,7 @@
 """Read and write mesh files by their extension."""
 
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PurePath
 
 import numpy as np
 
@@ -25,6 +25,8 @@ _READERS: tuple[tuple[str, _Reader], ...] = (
     ("ply", read_ply),
 )
 _SCENES = ("stl", "glb", "gltf", "3mf")
+#: Formats whose standard says which way is up, and that it is y.
+_Y_UP = ("glb", "gltf")
 
 #: Formats that can be read and written.
 READABLE = (*(kind for kind, _ in _READERS), *_SCENES)
@@ -97,8 +99,19 @@ def read_mesh(path: str | Path) -> MeshFile:
             f"{path.name}: the file has {mesh.n_vertices} vertices and no faces; export it again "
             "as a polygon mesh"
         )
-    up: Up = "y" if kind in ("glb", "gltf") and not has_z_up(data) else "z"
+    up: Up = "y" if kind in _Y_UP and not has_z_up(data) else "z"
     return MeshFile(mesh, kind, unit, notes, up)
+
+
+def states_up(name: str) -> bool:
+    """Tell whether a file's format says which way is up; in others anything may be.
+
+    Examples
+    --------
+    >>> states_up("cow.glb"), states_up("cow.OBJ")
+    (True, False)
+    """
+    return PurePath(name).suffix[1:].lower() in _Y_UP
 
 
 def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
