@@ -62,3 +62,10 @@ def test_what_joints_make_too_stiff_is_refused_in_words():
     assert outcome == "cannot be made"
     assert "is too stiff" in said
     assert "from 42mm on" in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [76619, 76674, 77583])
+def test_strands_that_run_nearly_the_same_way_across_an_edge_are_told_apart(seed):
+    # Two bodies of two slim triangles each; and a quad that had to be made convex.
+    assert outcome_of(seed, small=True) == ("proved", "")

@@ -12,10 +12,6 @@ from fabweave.verify.read.glb import Strip
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-#: Of two ways that a strand may take across an edge, it goes along its own by so much of the other
-#: at least: on slanting quads they differ by a few degrees, and panels are no truer than that.
-_OWN_SHARE = 0.98
-
 
 @dataclass(frozen=True, eq=False)
 class Panels:
@@ -40,9 +36,6 @@ class EdgeQuads:
 
     normal: Floats
     middle: Floats
-    #: The ways of the strand that comes from near the side's start, and of the one from its end.
-    forward: Floats
-    backward: Floats
     size: Floats
 
 
@@ -73,10 +66,10 @@ def portal_points(mesh: LoadedMesh, sides: Ints) -> Floats:
 
 
 def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
-    """Return normals, middles and the ways of both strands for sides of inner edges.
+    """Return normals, middles and sizes for sides of inner edges.
 
-    The middle is where the two ways meet, seen along the normal, in the plane through the mean of
-    the quad's corners.
+    The middle is where the ways of the two strands meet, seen along the normal, in the plane
+    through the mean of the quad's corners.
     """
     tail, head = mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]
     here, there = mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]
@@ -97,8 +90,6 @@ def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
     return EdgeQuads(
         normal=normal,
         middle=meeting + height[:, None] * normal,
-        forward=forward,
-        backward=backward,
         size=np.linalg.norm(head - tail, axis=1) + np.linalg.norm(here - there, axis=1),
     )
 
@@ -106,13 +97,15 @@ def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
 def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> Flags:
     """Say at which crossings a ribbon runs across the edge as the passes of a walk do.
 
-    From near the side's start a strand crosses towards its end, and otherwise backwards. Where both
-    ways are nearly the same, either is right.
+    It has to run to the face beyond; and from near the side's start towards its end, or the other
+    way. Where on the edge it does so, and how askew, does not matter.
     """
-    quads = edge_quads(mesh, np.array([step.side for step in passes], dtype=np.int64))
-    forward = np.array([step.forward for step in passes], dtype=np.bool_)[:, None]
-    own = np.where(forward, quads.forward, quads.backward)
-    other = np.where(forward, quads.backward, quads.forward)
-    agrees = np.einsum("ij,ij->i", panels.along, own) / np.linalg.norm(own, axis=1)
-    strays = np.einsum("ij,ij->i", panels.along, other) / np.linalg.norm(other, axis=1)
-    return (agrees > 0.0) & (agrees > _OWN_SHARE * np.abs(strays))
+    sides = np.array([step.side for step in passes], dtype=np.int64)
+    forward = np.array([step.forward for step in passes], dtype=np.bool_)
+    edge = mesh.vertices[mesh.corner[mesh.next[sides]]] - mesh.vertices[mesh.corner[sides]]
+    beyond = mesh.centres[mesh.face[mesh.twin[sides]]] - mesh.centres[mesh.face[sides]]
+    area = np.cross(edge, beyond)
+    # Shares of both directions in the panel's, times a positive factor.
+    along_edge = np.einsum("ij,ij->i", np.cross(panels.along, beyond), area)
+    to_beyond = np.einsum("ij,ij->i", np.cross(edge, panels.along), area)
+    return (to_beyond > 0.0) & np.where(forward, along_edge > 0.0, along_edge < 0.0)
