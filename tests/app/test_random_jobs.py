@@ -69,3 +69,9 @@ def test_what_joints_make_too_stiff_is_refused_in_words():
 def test_strands_that_run_nearly_the_same_way_across_an_edge_are_told_apart(seed):
     # Two bodies of two slim triangles each; and a quad that had to be made convex.
     assert outcome_of(seed, small=True) == ("proved", "")
+
+
+@pytest.mark.slow
+def test_a_panel_that_is_a_dart_is_covered_as_any_other():
+    # The proof took its normal from the corner that is bent in, and looked for covers below it.
+    assert outcome_of(78108, small=True) == ("proved", "")

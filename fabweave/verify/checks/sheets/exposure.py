@@ -116,9 +116,7 @@ def _covered(
         if not len(inside):
             continue
         space, normal = _raised(points[inside], own.panels[at], own.space[at])
-        panel = upper.space[crossing.over.station]
-        met = _meets(space, normal, panel[[0, 2, 3]]) | _meets(space, normal, panel[[0, 3, 1]])
-        result[inside[met]] = True
+        result[inside[_meets(space, normal, upper.space[crossing.over.station])]] = True
     return result
 
 
@@ -127,22 +125,21 @@ def _raised(points: Floats, flat: Floats, space: Floats) -> tuple[Floats, Floats
     sides = np.stack((flat[2] - flat[0], flat[1] - flat[0]))
     forward, left = space[2] - space[0], space[1] - space[0]
     shares = (points - flat[0]) @ np.linalg.inv(sides)
-    normal = np.cross(forward, left)
+    # By both diagonals: a panel with slanting ends may be a dart.
+    normal = np.cross(space[3] - space[0], space[1] - space[2])
     return space[0] + shares @ np.stack((forward, left)), normal / np.linalg.norm(normal)
 
 
-def _meets(points: Floats, way: Floats, corners: Floats) -> Flags:
-    """Say from which points a ray in some direction meets a triangle."""
-    one, two = corners[1] - corners[0], corners[2] - corners[0]
-    across = np.cross(way, two)
-    scale = float(one @ across)
-    away = points - corners[0]
-    first = away @ across / scale
-    turned = np.cross(away, one)
-    second = turned @ way / scale
-    distance = turned @ two / scale
-    inside = (first >= 0.0) & (second >= 0.0) & (first + second <= 1.0)
-    return np.asarray(inside & (distance > 0.0))
+def _meets(points: Floats, way: Floats, panel: Floats) -> Flags:
+    """Say from which points a ray in some direction, a unit vector, meets a panel."""
+    corners = panel[[0, 2, 3, 1]] - points[0]
+    if not np.all(corners @ way > 0.0):
+        return np.zeros(len(points), dtype=np.bool_)
+    # Seen along the rays.
+    axes = np.linalg.svd(way[None])[2][1:].T
+    return np.asarray(
+        shapely.contains_xy(shapely.Polygon(corners @ axes), *((points - points[0]) @ axes).T)
+    )
 
 
 def _check_hidden(piece: Piece, ink: _Ink, bare: Flags, place: Place) -> None:
