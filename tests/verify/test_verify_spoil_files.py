@@ -18,13 +18,13 @@ from fabweave.verify.report import MEANINGS
 MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("outcome", "source"))
 MISSING = {
     "job.toml": "files",
-    "woven_mesh.obj": "files source mesh-walks pattern space",
-    "model.glb": "files space colours clearance bends joints unfolding bom viewer",
+    "woven_mesh.obj": "files source mesh-walks pattern space rim",
+    "model.glb": "files space colours clearance bends grain joints unfolding bom viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
     "stations.csv": "files tables",
-    "ribbons.json": "files clearance bends verdict",
+    "ribbons.json": "files clearance bends grain verdict",
     "preflight.json": "files preflight",
     "waste.json": "files bom areas offcuts estimate page",
     "waste.html": "files page manual",

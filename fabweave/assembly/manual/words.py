@@ -31,11 +31,14 @@ BOXES = " Tick the box of a piece when it is in its place."
 
 
 def strand_pieces(crossing_map: CrossingMap) -> dict[tuple[int, bool], list[str]]:
-    """Return the pieces of each strand: crossing, and whether it is the one on top."""
+    """Return the pieces of each strand: crossing, and whether it is the one on top.
+
+    A ring of one piece that laps itself there is named once.
+    """
     strands: dict[tuple[int, bool], list[str]] = {}
     for piece in crossing_map.pieces:
-        for station in piece.stations:
-            strands.setdefault((station.crossing, station.over), []).append(piece.id)
+        for strand in dict.fromkeys((one.crossing, one.over) for one in piece.stations):
+            strands.setdefault(strand, []).append(piece.id)
     return strands
 
 

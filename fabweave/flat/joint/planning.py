@@ -1,6 +1,6 @@
 """Plan every joint: its kind, where its two pieces end, and how their ends are shaped."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -105,8 +105,8 @@ def plan_joints(
     strips, entry = _windows(ribbons, weave.threads, passes)
     middle = (strips.right + strips.left) / 2
     panel_mm = np.hypot(*(middle[entry + 1] - middle[entry]).T)
+    room = _room(strips, entry)
     begin, end, lap = np.zeros(len(passes)), np.ones(len(passes)), panel_mm.copy()
-    room = _room(strips, entry, begin, end)
     if rule.lap_mm is not None:
         begin, end, lap = _reach(strips, entry, rule.lap_mm)
         # On a slanting panel a cross-line may meet the rails again: then the panel is the lap.
@@ -119,7 +119,8 @@ def plan_joints(
         thicknesses = thickness[weave.threads.thread_of_pass[passes]].tolist()
         needed = np.array([rule.kind.room_mm(thick) for thick in thicknesses])
         # However long the lap, tongues stay in the flat panel; and in the lap, if that is shorter.
-        reach = _room(strips, entry, np.maximum(begin, 0.0), np.minimum(end, 1.0))
+        inside = np.clip(begin, 0.0, 1.0), np.clip(end, 0.0, 1.0)
+        reach = np.minimum.reduce([room, *_to_lines_across(strips, entry, inside)])
         free = np.isin(
             weave.threads.crossing[passes], [] if lapped is None else lapped, invert=True
         )
@@ -224,33 +225,35 @@ def _areas(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) 
     return np.bincount(strip[1:][same], quads[same], len(entry)).astype(np.float64)
 
 
-def _room(strips: Strips, entry: IntArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+def _room(strips: Strips, entry: IntArray) -> FloatArray:
     """Return how far the middle of each panel is from its edges, (J,).
 
-    Also, from the line square across the middle to the corners: it must not meet the ends. Edges
-    and corners are those of the part between two places, from 0 to 1 where that is the panel.
+    Also, from the line square across the middle to the corners: it must not meet the ends.
     """
     middle = (strips.right + strips.left) / 2
     centre = (middle[entry] + middle[entry + 1]) / 2
     sides = [
         _distance(centre, rail[entry], rail[entry + 1]) for rail in (strips.right, strips.left)
     ]
-    cuts = [
-        [
-            rail[entry] + place[:, None] * (rail[entry + 1] - rail[entry])
-            for rail in (strips.right, strips.left)
-        ]
-        for place in (begin, end)
-    ]
-    ends = [_distance(centre, right, left) for right, left in cuts]
+    ends = _to_lines_across(strips, entry, (np.zeros(len(entry)), np.ones(len(entry))))
     way = middle[entry + 1] - middle[entry]
     way /= np.hypot(*way.T)[:, None]
     corners = [
-        side * np.einsum("jk,jk->j", corner - centre, way)
-        for side, cut in zip((-1.0, 1.0), cuts, strict=True)
-        for corner in cut
+        side * np.einsum("jk,jk->j", rail[at] - centre, way)
+        for rail in (strips.right, strips.left)
+        for side, at in ((-1.0, entry), (1.0, entry + 1))
     ]
     return np.asarray(np.minimum.reduce([*sides, *ends, *corners]))
+
+
+def _to_lines_across(
+    strips: Strips, entry: IntArray, places: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """Return how far the middle of each panel is from lines across it, at places from 0 to 1."""
+    rails = [(rail[entry], rail[entry + 1]) for rail in (strips.right, strips.left)]
+    centre = np.mean(rails, axis=(0, 1))
+    lines = [[start + place[:, None] * (end - start) for start, end in rails] for place in places]
+    return [_distance(centre, right, left) for right, left in lines]
 
 
 def _distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:

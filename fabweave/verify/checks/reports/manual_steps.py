@@ -77,9 +77,9 @@ class _StepCheck:
         self._plan, self._text = plan, text
         self._strands: dict[tuple[int, bool], list[str]] = {}
         for piece in plan.pieces:
-            for station in piece.stations:
-                own = self._strands.setdefault((station.crossing, station.over), [])
-                own.append(piece.id)
+            # A ring of one piece that laps itself is named once.
+            for strand in {(station.crossing, station.over) for station in piece.stations}:
+                self._strands.setdefault(strand, []).append(piece.id)
         self._idle = {crossing.id for crossing in plan.crossings if crossing.fastened is False}
         self._there: set[str] = set()
         self._seconds = seconds_of_steps(plan)
