@@ -202,8 +202,8 @@ def check_joined(
     woven: WovenObject,
     settings: Settings,
     supplies: Supplies,
+    repeats: Repeats | None,
     depth: Depth = Depth.SEARCHED,
-    repeats: Repeats | None = None,
 ) -> RibbonCheck:
     """Check the ribbons of an object, and confirm the sizes that are proposed on what is made.
 

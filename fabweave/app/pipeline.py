@@ -222,7 +222,7 @@ def plan_job(
     joined = split_object(woven, settings, supplies, rules, progress)
     woven = joined.woven
     progress("checks", 0, 1)
-    check = check_joined(woven, settings, supplies, depth, joined.repeats)
+    check = check_joined(woven, settings, supplies, joined.repeats, depth)
     if depth == Depth.SEARCHED:
         check = try_refinement(check, woven, settings, supplies)
     pieces = joined_pieces(joined, settings, supplies, rules)

@@ -235,6 +235,8 @@ def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
                 Settings("shape:octahedron", size_mm=200.0, pattern="triaxial",
                          width=WidthRule(0.5, 0.0, 30.0)),
                 Settings("shape:cube", size_mm=200.0, refine="catmull-clark:1", smooth=1),
+                # Its pieces repeat, so that it wants room for laps everywhere, at any size.
+                Settings("shape:torus?m=12&n=8", size_mm=40.0, force=True),
             )
         ),
     ],
@@ -250,6 +252,8 @@ def test_what_is_told_is_what_is_made(settings) -> None:
     assert facts["ribbons"]["median"] == pytest.approx(np.median(width), abs=5e-4)
     assert facts["ribbons"]["greatest"] == pytest.approx(width.max(), abs=5e-4)
     assert facts["threads"]["total_mm"] == pytest.approx(length.sum(), abs=0.05)
+    told = [(one["rule"], one["size_mm"]) for one in facts["checks"]["findings"]]
+    assert told == [(one.rule, one.size_mm) for one in job.check.findings]
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def timed(mesh: str, size_mm: float) -> tuple[float, int]:
     start = process_time()
     laps = np.arange(0, woven.weave.threads.n_crossings, 12)
     woven = keep_clear(woven, settings, supplies, laps)
-    check_joined(woven, settings, supplies)
+    check_joined(woven, settings, supplies, None)
     return process_time() - start, woven.weave.threads.n_crossings
 
 

@@ -38,8 +38,9 @@ def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
     settings, supplies = complete_settings(Settings(mesh=mesh, size_mm=size_mm, **options))
     woven = weave_object(settings, supplies)
-    woven = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
+    joined = split_object(woven, settings, supplies, hole_rules(settings, supplies))
+    woven = joined.woven
     limits = ribbon_limits(supplies.only, settings.clearance_mm)
     near, _ = measure_clearance(woven.ribbons, woven.weave, limits)
-    check = check_joined(woven, settings, supplies)
+    check = check_joined(woven, settings, supplies, joined.repeats)
     return Laid(woven, check, len(near.value), intersecting(woven.ribbons))

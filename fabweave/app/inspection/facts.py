@@ -163,7 +163,8 @@ def inspect_mesh(
         return with_grain(check, joined, piece_set.pieces, settings)
 
     progress("checks", 0, 1)
-    check = stiff or check_joined(woven, settings, supplies, min(depth, Depth.NEAR))
+    repeats = joined.repeats if joined is not None else None
+    check = stiff or check_joined(woven, settings, supplies, repeats, min(depth, Depth.NEAR))
     facts: dict[str, Any] = {
         "mesh": mesh_facts(mesh, woven.halfedges),
         "verdict": _verdict(woven, with_all(check), pieces),
@@ -173,7 +174,7 @@ def inspect_mesh(
     notes = []
     if depth == Depth.SEARCHED:
         progress("remedies", 0, 1)
-        check = check_joined(woven, settings, supplies, depth)
+        check = check_joined(woven, settings, supplies, repeats, depth)
         progress("refinements as remedy", 0, 1)
         check = try_refinement(check, woven, settings, supplies)
         progress("widths", 0, 1)
