@@ -125,6 +125,7 @@ def test_make_glossary(tmp_path, monkeypatch):
         assert len(drawn) == len(set(drawn)) > 3
 
 
+@pytest.mark.slow
 @pytest.mark.apt
 @pytest.mark.skipif(not shutil.which("pdftoppm"), reason="poppler-utils is not installed")
 def test_make_job_picture(tmp_path, monkeypatch, finished):

@@ -476,6 +476,7 @@ def test_mesh_and_verdict_are_told_first_and_then_all_the_rest() -> None:
     assert way["command"] == "fabweave make shape:octahedron --size 300mm -o job"
 
 
+@pytest.mark.slow
 def test_sizes_that_help_nobody_are_no_advice() -> None:
     # The torus is too small for its material by little, and then by much.
     for size, helps in ((200.0, True), (120.0, False)):

@@ -70,6 +70,7 @@ def ball(finished) -> Path:
     return finished(*words("shape:sphere?n=2", "twill"))
 
 
+@pytest.mark.slow
 def test_an_optimised_twill_says_how_good_it_is(ball) -> None:
     weave = plan_of(ball)["weave"]
     assert weave["exact"] is False
