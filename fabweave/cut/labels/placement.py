@@ -200,11 +200,8 @@ def covers_of(piece: Piece) -> list[Any]:
     A cover that is almost cut in two may run through itself by a rounding once it was turned; and
     between corners a rounding apart there is no direction, so that one of them goes.
     """
-    covers = []
-    for ring in piece.covers:
-        apart = np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > _SAME_MM
-        covers.append(shapely.Polygon(ring[apart] if np.count_nonzero(apart) > 2 else ring))
-    return list(shapely.make_valid(np.array(covers, dtype=object)))
+    covers = np.array([shapely.Polygon(cover) for cover in piece.covers], dtype=object)
+    return list(shapely.make_valid(shapely.remove_repeated_points(covers, _SAME_MM)))
 
 
 def _hidden_regions(pieces: Sequence[Piece], free: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -65,14 +65,21 @@ def portal_points(mesh: LoadedMesh, sides: Ints) -> Floats:
     return np.asarray(vertex + share[:, None] * (centre - vertex))
 
 
+def _diagonals(mesh: LoadedMesh, sides: Ints) -> tuple[tuple[Floats, Floats], ...]:
+    """Return both ends of each edge, and the centres of the face on this side and beyond."""
+    return (
+        (mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]),
+        (mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]),
+    )
+
+
 def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
     """Return normals, middles and sizes for sides of inner edges.
 
     The middle is where the ways of the two strands meet, seen along the normal, in the plane
     through the mean of the quad's corners.
     """
-    tail, head = mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]
-    here, there = mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]
+    (tail, head), (here, there) = _diagonals(mesh, sides)
     area = np.cross(head - tail, here - there)
     size = np.linalg.norm(area, axis=1)
     beyond = mesh.twin[sides]
@@ -102,8 +109,8 @@ def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> 
     """
     sides = np.array([step.side for step in passes], dtype=np.int64)
     forward = np.array([step.forward for step in passes], dtype=np.bool_)
-    edge = mesh.vertices[mesh.corner[mesh.next[sides]]] - mesh.vertices[mesh.corner[sides]]
-    beyond = mesh.centres[mesh.face[mesh.twin[sides]]] - mesh.centres[mesh.face[sides]]
+    (tail, head), (here, there) = _diagonals(mesh, sides)
+    edge, beyond = head - tail, there - here
     area = np.cross(edge, beyond)
     # Shares of both directions in the panel's, times a positive factor.
     along_edge = np.einsum("ij,ij->i", np.cross(panels.along, beyond), area)
