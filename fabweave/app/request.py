@@ -28,7 +28,7 @@ ACROSS = "across:10deg"
 
 
 def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
-    """Fill in what was left to fabweave: thickness, gap and sheet.
+    """Fill in what was left to fabweave: thickness, gap, sheet and width.
 
     Raises
     ------
@@ -59,6 +59,7 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
             thickness_mm=supplies.by_bunch(lambda supply: supply.material.thickness_mm),
             sheets=supplies.sheets,
             gap_mm=supplies.by_bunch(lambda supply: supply.gap_mm),
+            width=settings.width_rule if settings.open is None else None,
         ),
         supplies,
     )

@@ -85,7 +85,7 @@ class Settings:
     material: str = default("material")
     materials: tuple[Material, ...] = default("materials")
     thickness_mm: float | ByBunch[float] | None = default("thickness_mm")
-    width: WidthRule = default("width")
+    width: WidthRule | None = default("width")
     open: float | None = default("open")
     smooth: int = default("smooth")
     crossing: float | None = default("crossing")
@@ -160,8 +160,19 @@ class Settings:
 
     @property
     def width_rule(self) -> WidthRule:
-        """How wide ribbons are: by their width, or by how open the weave stays."""
-        return self.width if self.open is None else replace(self.width, relative=1.0 - self.open)
+        """How wide ribbons are: by their width, or by how open the weave stays.
+
+        Where that is left to fabweave, they have one width. On a built-in shape they take a share
+        of their room, as its faces are alike, or get larger and smaller by degrees.
+        """
+        from fabweave.ribbon.width import EVEN, PROPORTIONAL  # noqa: PLC0415 - not for help
+
+        if self.open is not None:
+            return replace(PROPORTIONAL, relative=1.0 - self.open)
+        if self.width is not None:
+            return self.width
+        regular = self.mesh.startswith("shape:") and self.remesh is None
+        return PROPORTIONAL if regular else EVEN
 
     @property
     def panel_share(self) -> float:
@@ -169,6 +180,16 @@ class Settings:
         if self.crossing is not None:
             return self.crossing
         return max(_PANEL_SHARE, self.width_rule.relative)
+
+    @property
+    def narrowable(self) -> bool:
+        """Whether ribbons may be narrower than they are, as their width is left to fabweave."""
+        return self.open is None and self.width_rule.auto
+
+    def narrower(self, factor: float) -> Settings:
+        """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
+        width = option_of_field("width").kind.parse(str(self.width_rule.times(factor)))
+        return replace(self, width=width, open=None)
 
     def with_width(self, rule: WidthRule) -> Settings:
         """Return the settings with another width, and panels at crossings as long as they were."""
@@ -198,8 +219,7 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         yield "a pattern and twists were both given; give one of them"
     if settings.twill_symmetry > 1 and settings.twill_method == "voting":
         yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
-    usual = option_of_field("width").default_value
-    if settings.open is not None and settings.width not in (usual, replace(usual, auto=False)):
+    if settings.open is not None and settings.width is not None:
         yield "an opening and a width were both given; give one of them"
     try:
         for _, name in parse_materials(settings.material):

@@ -20,7 +20,7 @@ from fabweave.core.errors import TooFineError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.measures import require_width
+from fabweave.ribbon.measures import require_width, ribbon_widths
 from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
 from fabweave.ribbon.openness import open_share
 from fabweave.ribbon.project import Ribbons, project_ribbons
@@ -31,12 +31,15 @@ from fabweave.ribbon.rules.rules import measure_along, measure_clearance
 from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.subweave import Part
 from fabweave.ribbon.tips import tip_notes
-from fabweave.ribbon.widest import widest_clear, widest_width
+from fabweave.ribbon.widest import even_widths, widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.forming import forming_advice
 from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
+
+#: Ribbons of this share of a width are as wide, to the eye.
+_AS_WIDE = 0.98
 
 
 @frozen_value
@@ -122,18 +125,24 @@ def lay_ribbons(
         Lay only this part of the weave.
     """
     height = crossing_heights(weave, thickness_mm, settings.clearance_mm, laps)
+    length, portals, rule = settings.panel_share, source.portals, settings.width_rule
+    mesh, halfedges = source.mesh, source.halfedges
+    width: WidthRule | FloatArray = rule
+    if rule.even:
+        width = even_widths(mesh, halfedges, weave, rule, length=length, portals=portals)
     if part is not None:
         weave, height = part.weave, height[part.crossings]
+        width = width if isinstance(width, WidthRule) else width[part.passes]
         narrowing = narrowing[part.passes] if narrowing is not None else None
     ribbons = project_ribbons(
-        source.mesh,
-        source.halfedges,
+        mesh,
+        halfedges,
         weave,
         height_mm=height,
-        length=settings.panel_share,
-        width=settings.width_rule,
+        length=length,
+        width=width,
         narrowing=narrowing,
-        portals=source.portals,
+        portals=portals,
     )
     return smooth_ribbons(ribbons, settings.smooth)
 
@@ -155,7 +164,7 @@ def keep_clear(
     def lay(factor: FloatArray | None = None, part: Part | None = None) -> Ribbons:
         return lay_ribbons(woven.source, woven.weave, settings, thickness, laps, factor, part)
 
-    if not settings.width.auto:
+    if not settings.width_rule.auto:
         return replace(woven, ribbons=lay(), laps=laps)
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     narrowed = narrow_ribbons(lay, woven.weave, limits, most)
@@ -198,7 +207,7 @@ def check_object(
         elif narrowed is not None and narrowest:
             # At another size, what is too near will be narrowed as far as may be. Widths grow with
             # the size, unless they are bounded.
-            if np.isfinite(settings.width.most_mm):
+            if np.isfinite(settings.width_rule.most_mm):
                 growth = 1.0
             factor, stuck = narrowed.factor.copy(), narrowed.stuck
             factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
@@ -303,6 +312,17 @@ def _narrowed_notes(woven: WovenObject) -> list[str]:
     ]
 
 
+def _even_notes(woven: WovenObject, settings: Settings) -> list[str]:
+    """Return a note on the one width of ribbons, if they have one."""
+    if not settings.width_rule.even or not len(woven.ribbons.entry):
+        return []
+    width = ribbon_widths(woven.ribbons)[woven.ribbons.entry]
+    widest, least = float(width.max()), float(width.min())
+    share = float(np.mean(width > _AS_WIDE * widest))
+    note = f"width: ribbons are {widest:.1f} mm wide at {share:.0%} of all crossings"
+    return [note + (f", down to {least:.1f} mm where there is less room" if share < 1 else "")]
+
+
 def opening_notes(woven: WovenObject, settings: Settings) -> list[str]:
     """Return a note on tips where ribbons are slivers, and on what opens the mesh there."""
     # Faces have the numbers that the option takes only where none were left out or divided.
@@ -321,7 +341,7 @@ def require_wide(woven: WovenObject, settings: Settings) -> None:
 def width_notes(woven: WovenObject, settings: Settings, supplies: Supplies) -> list[str]:
     """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
     mesh, halfedges = woven.mesh, woven.halfedges
-    notes = _narrowed_notes(woven)
+    notes = _even_notes(woven, settings) + _narrowed_notes(woven)
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(woven.bunches)
     room = widest_width(

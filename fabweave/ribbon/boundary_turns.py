@@ -7,7 +7,7 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.ribbon.width import WidthRule
+from fabweave.ribbon.width import WidthRule, shares_of
 from fabweave.weave.threads import Threads
 
 #: Rungs of a turn: where it begins, its middle, and where it ends.
@@ -23,7 +23,7 @@ def turn_rungs(
     threads: Threads,
     *,
     length: float,
-    rule: WidthRule,
+    width: WidthRule | FloatArray,
     narrowing: FloatArray,
     portals: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
@@ -42,7 +42,7 @@ def turn_rungs(
     length : float
         Relative length of crossing panels, as in
         :func:`~fabweave.ribbon.project.project_ribbons`.
-    rule : WidthRule
+    width : WidthRule or (P,) float array
         How wide ribbons are.
     narrowing : (P,) float array
         Factor on the width at each pass; a turn has that of the pass before it.
@@ -70,14 +70,15 @@ def turn_rungs(
     _require_area(halfedges, edge, area, base + arms)
 
     # The room across a turn is that of the portals by which the strand comes and goes.
-    width = narrowing[threads.turn_pass] * rule.shares(arms / 2, most=length)
+    before = threads.turn_pass
+    share = narrowing[before] * shares_of(width, before, arms / 2, most=length)
     middle = np.full(len(edge), 0.5)
     if portals is not None:
         middle = 1.0 - (portals[edge] + portals[halfedges.prev[edge]]) / 2
-    width *= 2 * np.minimum(middle, 1.0 - middle)
-    inner = middle - width / 2
+    share *= 2 * np.minimum(middle, 1.0 - middle)
+    inner = middle - share / 2
     # As wide across the edge as the arriving ribbon is along its portals.
-    outer = np.minimum(inner + width * arms * base / (2 * area), 1 - _RIM_SHARE * inner)
+    outer = np.minimum(inner + share * arms * base / (2 * area), 1 - _RIM_SHARE * inner)
     rungs = []
     for u in (0.5 - length / 2, 0.5, 0.5 + length / 2):
         ray = (1 - u) * start + u * end - centre

@@ -14,6 +14,7 @@ from fabweave.ribbon.rules.remedy import is_too_stiff
 from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, pass_of_rungs
 from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.ribbon.subweave import Part, take_part
+from fabweave.ribbon.width import tapered
 from fabweave.stock.ribbon_limits import Limits, by_thread
 from fabweave.weave.pattern import Weave
 
@@ -22,8 +23,6 @@ LayNarrowed: TypeAlias = Callable[[FloatArray, Part | None], Ribbons]
 
 #: So much narrower is the next width tried where ribbons are too near.
 _STEP = 0.9
-#: From one crossing to the next a ribbon gets narrower by this factor at most.
-_TAPER = 0.75
 #: Ribbons stay this many times as wide as the least to handle: facets between panels are slanted.
 _HANDLED = 1.05
 
@@ -107,7 +106,7 @@ def narrow_ribbons(
     least = _least_factors(ribbons, limits, bends)
     if most is not None:
         following = following_rung(weave.threads.offsets, weave.threads.closed)
-        factor = top = _tapered(most, following)
+        factor = top = tapered(most, following)
         ribbons = lay(factor, None)
         bends = measure_bends(ribbons)
     if is_too_stiff(measure_along(ribbons, limits, bends)["bend"]):
@@ -152,7 +151,7 @@ def _cleared(
         pairs, passes = pairs[free], passes[free]
         narrower = factor.copy()
         narrower[np.unique(passes)] *= _STEP
-        factor = np.maximum(_tapered(narrower, following), floor)
+        factor = np.maximum(tapered(narrower, following), floor)
         if part is None:
             part = take_part(weave, passes.ravel())
         pairs = measure_pairs(lay(factor, part), part, limits, pairs)[1].pairs
@@ -172,16 +171,3 @@ def _least_factors(ribbons: Ribbons, limits: Limits, bends: Bends) -> FloatArray
     np.minimum.at(least, passes, width[measured])
     np.minimum.at(least, following[following >= 0], width[measured][following >= 0])
     return _HANDLED * by_thread(limits.width_mm, thread) / np.maximum(least, 1e-9)
-
-
-def _tapered(factor: FloatArray, following: IntArray) -> FloatArray:
-    """Lower factors so that none is much larger than its neighbours along the thread."""
-    here = np.flatnonzero(following >= 0)
-    after = following[here]
-    while True:
-        lower = factor.copy()
-        np.minimum.at(lower, here, factor[after] / _TAPER)
-        np.minimum.at(lower, after, factor[here] / _TAPER)
-        if np.array_equal(lower, factor):
-            return factor
-        factor = lower

@@ -9,7 +9,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.boundary_turns import RUNGS_A_TURN, turn_rungs
 from fabweave.ribbon.portal_windows import meet_strands, portal_middles, portal_windows
-from fabweave.ribbon.width import WidthRule
+from fabweave.ribbon.width import WidthRule, shares_of
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
@@ -79,7 +79,7 @@ def project_ribbons(
     *,
     height_mm: float | FloatArray,
     length: float = 0.7,
-    width: float | WidthRule = 0.65,
+    width: float | WidthRule | FloatArray = 0.65,
     narrowing: FloatArray | None = None,
     portals: FloatArray | None = None,
 ) -> Ribbons:
@@ -100,10 +100,10 @@ def project_ribbons(
         each: half a layer and half the clearance.
     length : float
         Relative length of a crossing panel along its strand (c of the paper), in (0, 1).
-    width : float or WidthRule
-        Relative width of the ribbon across its strand (w of the paper), in (0, 1), or a rule that
-        bounds it in millimetres. No more than ``length`` is taken anywhere, so connectors keep
-        clear of the other strand's panel.
+    width : float, WidthRule or (P,) float array
+        Relative width of the ribbon across its strand (w of the paper), in (0, 1), a rule that
+        bounds it in millimetres, or the width at each pass, in millimetres. No more than ``length``
+        is taken anywhere, so connectors keep clear of the other strand's panel.
     narrowing : (P,) float array, optional
         Factor on the width at each pass, in (0, 1]; a turn has that of the pass before it.
     portals : (H,) float array, optional
@@ -126,10 +126,11 @@ def project_ribbons(
     ----------
     Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), projection method.
     """
-    rule = width if isinstance(width, WidthRule) else WidthRule(width)
-    if not rule.relative <= length < 1.0:
+    rule = WidthRule(width) if isinstance(width, float) else width
+    relative = rule.relative if isinstance(rule, WidthRule) else length
+    if not relative <= length < 1.0:
         raise InputError(
-            f"relative width {rule.relative:g} and crossing length {length:g} must satisfy "
+            f"relative width {relative:g} and crossing length {length:g} must satisfy "
             "0 < width <= length < 1: a ribbon wider than its panel is long runs into its neighbour"
         )
     threads = weave.threads
@@ -158,23 +159,29 @@ def project_ribbons(
     factor = np.ones(len(threads.crossing)) if narrowing is None else narrowing
     offsets, entry = number_rungs(threads, 2, RUNGS_A_TURN)
     right, left = np.empty((offsets[-1], 3)), np.empty((offsets[-1], 3))
+    every = np.arange(len(threads.crossing))
+
+    def lay(rungs: IntArray, passes: IntArray, u: FloatArray) -> None:
+        start, end = _rung_room(placed[passes], u)
+        share = shares_of(rule, passes, np.linalg.norm(end - start, axis=1), most[passes])
+        side = 0.5 - factor[passes, None] * share[:, None] / 2
+        right[rungs], left[rungs] = start + side * (end - start), end + side * (start - end)
+
     for shift, u in ((0, met - reach), (1, met + reach)):
-        right[entry + shift], left[entry + shift] = _rung(placed, u, rule, most, factor)
+        lay(entry + shift, every, u)
     open_threads = np.flatnonzero(~threads.closed & (threads.lengths > 0))
     for passes, rungs, u in (
         (threads.offsets[open_threads], offsets[open_threads], 0.0),
         (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
     ):
-        right[rungs], left[rungs] = _rung(
-            placed[passes], np.full(len(passes), u), rule, most[passes], factor[passes]
-        )
+        lay(rungs, passes, np.full(len(passes), u))
     if len(threads.turn_pass):
         first_turn = np.searchsorted(threads.turn_pass, threads.turn_pass)
         earlier = np.arange(len(first_turn)) - first_turn
         rungs = entry[threads.turn_pass] + 2 + RUNGS_A_TURN * earlier
         rungs = rungs[:, None] + np.arange(RUNGS_A_TURN)
         right[rungs], left[rungs] = turn_rungs(
-            mesh, halfedges, threads, length=length, rule=rule, narrowing=factor, portals=portals
+            mesh, halfedges, threads, length=length, width=rule, narrowing=factor, portals=portals
         )
 
     return Ribbons(
@@ -318,16 +325,13 @@ def _travel_corners(weave: Weave) -> IntArray:
     return np.where(first[:, None], corner, (corner + 2) % 4)
 
 
-def _rung(
-    placed: FloatArray, u: FloatArray, rule: WidthRule, most: FloatArray, factor: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the right and left end of the rung at fraction u along each pass's quad."""
+def _rung_room(placed: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the right and left end of the room at fraction u along each pass's quad."""
     here = u[:, None]
-    right = (1 - here) * placed[:, 0] + here * placed[:, 1]
-    left = (1 - here) * placed[:, 3] + here * placed[:, 2]
-    share = factor * rule.shares(np.linalg.norm(left - right, axis=1), most=most)
-    side = 0.5 - share[:, None] / 2
-    return right + side * (left - right), left + side * (right - left)
+    return (
+        (1 - here) * placed[:, 0] + here * placed[:, 1],
+        (1 - here) * placed[:, 3] + here * placed[:, 2],
+    )
 
 
 def better_diagonals(right: FloatArray, left: FloatArray, following: IntArray) -> BoolArray:

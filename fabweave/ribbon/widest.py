@@ -1,4 +1,4 @@
-"""Find the widest ribbons of one width that keep clear of one another."""
+"""Find one width for all ribbons: that which suits the object, or the widest that is clear."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.measures import ribbon_widths
-from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.project import Ribbons, following_rung, project_ribbons
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.ribbon_limits import Limits
@@ -41,15 +41,45 @@ def widest_width(
         As in :func:`~fabweave.ribbon.project.project_ribbons`.
     """
     widest = project_ribbons(
+        mesh, halfedges, weave, height_mm=0.0, length=length, width=length, portals=portals
+    )
+    return float(ribbon_widths(widest).min(initial=np.inf))
+
+
+def even_widths(
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    weave: Weave,
+    rule: WidthRule,
+    *,
+    length: float,
+    portals: FloatArray | None = None,
+) -> FloatArray:
+    """Return the width at each pass, (P,), of ribbons that have one width wherever they can.
+
+    Panels at crossings have one width: the room of the narrower of their two cross-lines counts.
+
+    Parameters
+    ----------
+    mesh, halfedges, weave
+        A mesh and the weave on it.
+    rule : WidthRule
+        An even one.
+    length, portals
+        As for :func:`widest_width`.
+    """
+    laid = project_ribbons(
         mesh,
         halfedges,
         weave,
         height_mm=0.0,
         length=length,
-        width=WidthRule(length),
+        width=min(rule.relative, length),
         portals=portals,
     )
-    return float(ribbon_widths(widest).min(initial=np.inf))
+    width = ribbon_widths(laid)
+    room = np.minimum(width[laid.entry], width[laid.entry + 1])
+    return rule.even_widths(room, following_rung(laid.pass_offsets, laid.closed))
 
 
 def widest_clear(

@@ -13,7 +13,7 @@ from fabweave.app.design.candidate import Candidate, Tried
 from fabweave.app.design.instead import closer, farther, instead_text, nearest, slimmed
 from fabweave.app.design.nearer import nearer
 from fabweave.app.design.rounds import ENOUGH, search_designs
-from fabweave.app.design.variety import MOST
+from fabweave.app.design.variety import MOST, NARROW
 from fabweave.app.settings import Settings
 from fabweave.report.verdict import Reason, Verdict, excess, judge, refused
 from fabweave.ribbon.rules.finding import Finding
@@ -62,11 +62,7 @@ def test_between_a_mesh_that_serves_and_one_that_does_not_lies_another():
 def test_what_serves_is_tried_a_little_finer_and_coarser_and_narrower():
     found = nearer(ASKED, [quads(100)], [GOOD])
     assert found[:2] == [quads(120), quads(80)]
-    assert (found[2].remesh, found[2].width.relative, found[2].width.auto) == (
-        "quads:100",
-        0.45,
-        True,
-    )
+    assert found[2] == quads(100).narrower(NARROW)
     assert len(found) == 3
 
 
@@ -78,10 +74,10 @@ def test_where_none_serves_a_coarser_mesh_goes_first():
 @pytest.mark.parametrize(
     ("rule", "expected"),
     [
-        ("twist", ["auto,0.45", "quads:50 catmull-clark:1", "fair 50"]),
+        ("twist", ["narrower", "quads:50 catmull-clark:1", "fair 50"]),
         ("bend", ["quads:120", "twill"]),
         ("width", ["quads:50 catmull-clark:1", "quads:120", "fair 50"]),
-        ("clearance", ["auto,0.45"]),
+        ("clearance", ["narrower"]),
     ],
 )
 def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
@@ -93,8 +89,8 @@ def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
     }
     found = nearer(ASKED, [quads(200)], [stopped(rule, 2.0)])
     for name in expected:
-        if name == "auto,0.45":
-            assert any(one.width.auto and one.width.relative == 0.45 for one in found)
+        if name == "narrower":
+            assert quads(200).narrower(NARROW) in found
         else:
             assert known[name] in found
 
@@ -239,7 +235,8 @@ def test_what_twists_is_tried_with_narrow_ribbons_too():
     design = quads(100)
     assert slimmed(ASKED, (design, stopped("bend", 2.0))) == design
     slim = slimmed(ASKED, (design, stopped("twist", 2.0)))
-    assert (slim.width.relative, slim.width.auto) == (0.35, True)
+    assert 0.5 < slim.width.relative / design.width_rule.relative < NARROW
+    assert slim.width.even
     told = instead_text(ASKED, [stopped("twist", 2.0)], [(replace(slim, size_mm=480.0), GOOD)])
     assert told.endswith("this design with narrower ribbons at 480 mm.")
 

@@ -71,7 +71,7 @@ def test_defaults_are_those_of_the_table_and_are_taken_when_they_are_typed() -> 
         assert value == option.default_value, option.name
         if value is not None:
             assert option.kind.hold(value) == value, option.name
-    assert settings.width == WidthRule(auto=True)
+    assert settings.width is None
     assert settings.preset == preset_named()
     assert (settings.clearance_mm, settings.margin_mm, settings.kerf_mm) == (0.1, 10.0, 0.0)
 

@@ -164,7 +164,7 @@ def test_a_face_whose_centre_lies_on_its_boundary_edge_is_refused():
     threads = trace_threads(halfedges, turn=True)
     with pytest.raises(InputError, match=r"1 turn has no room .*between vertices 0-1"):
         turn_rungs(
-            mesh, halfedges, threads, length=0.7, rule=WidthRule(0.65), narrowing=np.ones(99)
+            mesh, halfedges, threads, length=0.7, width=WidthRule(0.65), narrowing=np.ones(99)
         )
 
 

@@ -22,6 +22,7 @@ from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.clearance import near_pairs
 from fabweave.ribbon.rules.distance import apart_by, triangle_distances
 from fabweave.ribbon.stretches import cut_stretches, steps_apart
+from fabweave.ribbon.width import PROPORTIONAL
 
 COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)
@@ -148,7 +149,13 @@ def test_looking_only_at_given_pairs_measures_them_the_same() -> None:
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
 def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: int) -> None:
     settings, supplies = complete_settings(
-        Settings(mesh=str(shared_mesh(name)), size_mm=400.0, smooth=smooth, course="projection")
+        Settings(
+            mesh=str(shared_mesh(name)),
+            size_mm=400.0,
+            smooth=smooth,
+            course="projection",
+            width=PROPORTIONAL,
+        )
     )
     woven_object = weave_object(settings, supplies)
     ribbons = woven_object.ribbons

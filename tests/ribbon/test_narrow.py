@@ -25,7 +25,7 @@ from fabweave.ribbon.project import Ribbons, convex_quads, following_rung
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.widest import widest_clear, widest_width
-from fabweave.ribbon.width import WidthRule
+from fabweave.ribbon.width import PROPORTIONAL, WidthRule
 from fabweave.stock.ribbon_limits import ribbon_limits
 
 #: Shared meshes that have room for ribbons of card at 400 mm.
@@ -105,7 +105,7 @@ def test_where_all_have_room_nothing_changes(shape: str) -> None:
 def test_only_what_is_too_near_gets_narrower() -> None:
     # Of the five solids only the tetrahedron has too little room, if strands bend.
     woven, settings, supplies, limits = object_and_limits(
-        str(shared_mesh("ngon/platonic_shelf.obj")), course="projection"
+        str(shared_mesh("ngon/platonic_shelf.obj")), course="projection", width=PROPORTIONAL
     )
     clear = keep_clear(woven, settings, supplies)
     threads = woven.weave.threads

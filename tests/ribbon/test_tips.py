@@ -13,6 +13,7 @@ from fabweave.app.woven_object import WovenObject, lay_object, opening_notes, re
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.measures import ribbon_widths
+from fabweave.ribbon.width import PROPORTIONAL
 
 
 def globe(meridians: int, parallels: int, axis: int = 2) -> PolyMesh:
@@ -45,7 +46,7 @@ def woven(mesh: PolyMesh, **options) -> tuple[WovenObject, Settings]:
 )
 def test_what_is_offered_at_a_pole_makes_room_there(meridians, size, axis) -> None:
     ball = globe(meridians, meridians // 2, axis)
-    made, settings = woven(ball, size_mm=size)
+    made, settings = woven(ball, size_mm=size, width=PROPORTIONAL)
     (note,) = opening_notes(made, settings)
     narrow = float(ribbon_widths(made.ribbons).min())
     assert (
@@ -61,7 +62,7 @@ def test_what_is_offered_at_a_pole_makes_room_there(meridians, size, axis) -> No
         # The faces at both poles, by number.
         poles = [n for n, face in enumerate(ball.faces()) if {0, 1} & set(face)]
         assert option == ",".join(map(str, poles))
-    opened, settings = woven(ball, size_mm=size, leave_out=option)
+    opened, settings = woven(ball, size_mm=size, leave_out=option, width=PROPORTIONAL)
     assert opened.mesh.n_faces == ball.n_faces - 2 * meridians
     assert opening_notes(opened, settings) == []
     assert ribbon_widths(opened.ribbons).min() > 2.5 * narrow

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from strategies import closed_surfaces, open_surfaces
 
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
@@ -13,12 +14,13 @@ from fabweave.app.split_job import plan_pieces
 from fabweave.app.woven_object import lay_ribbons, weave_object
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.measures import ribbon_widths
-from fabweave.ribbon.project import project_ribbons
-from fabweave.ribbon.widest import widest_width
-from fabweave.ribbon.width import WidthRule, parse_width
+from fabweave.ribbon.project import following_rung, project_ribbons
+from fabweave.ribbon.widest import even_widths, widest_width
+from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule, parse_width
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
@@ -47,7 +49,7 @@ def test_widths_in_millimetres_are_kept_where_there_is_room(shape: str) -> None:
     st.floats(0.01, 0.99),
     st.floats(0.1, 50),
     st.floats(0.1, 50),
-    st.sampled_from("rcb><"),
+    st.sampled_from("rcb><e="),
     st.booleans(),
 )
 def test_widths_are_written_as_they_are_read(relative, a, b, kind, auto) -> None:
@@ -57,11 +59,13 @@ def test_widths_are_written_as_they_are_read(relative, a, b, kind, auto) -> None
         "b": WidthRule(relative, min(a, b), max(a, b)),
         ">": WidthRule(relative, least_mm=a),
         "<": WidthRule(relative, most_mm=a),
+        "e": replace(EVEN, relative=relative),
+        "=": replace(EVEN, relative=relative, most_mm=a),
     }[kind]
-    rule = replace(rule, auto=auto)
+    rule = replace(rule, auto=auto or rule.even)
     again = parse_width(str(rule))
     assert str(again) == str(rule)
-    assert again.auto == auto
+    assert (again.auto, again.even) == (rule.auto, rule.even)
     assert again.least_mm == pytest.approx(rule.least_mm, rel=1e-9)
 
 
@@ -76,12 +80,86 @@ def test_widths_are_written_as_they_are_read(relative, a, b, kind, auto) -> None
         ("half,6mm..9mm", "is not a width"),
         ("auto,auto", "is not a width"),
         ("auto,", "is not a number with a unit"),
+        ("auto,even", "is not a width"),
+        ("even,", "is not a number with a unit"),
+        ("even,3mm..4mm", "is not a width"),
+        ("even,0.5,", "is not a width"),
+        ("even,1.5", "between 0 and 1"),
         ("-3mm", "must be positive"),
     ],
 )
 def test_widths_that_make_no_sense_are_refused(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         parse_width(text)
+
+
+@st.composite
+def uneven(draw) -> PolyMesh:
+    """Give meshes whose faces are stretched, so that strands have more room here than there."""
+    mesh, _ = draw(st.one_of(closed_surfaces(), open_surfaces()))
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    moved = mesh.vertices * rng.uniform(0.8, 1.25, (mesh.n_vertices, 1))
+    return PolyMesh(moved, mesh.offsets, mesh.indices)
+
+
+def even_on(mesh, rule: WidthRule = EVEN):
+    """Return weave, widths of passes and laid ribbons of one width on a mesh."""
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    width = even_widths(mesh, halfedges, weave, rule, length=0.7)
+    ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.25, width=width)
+    return weave, width, ribbons
+
+
+@given(uneven())
+def test_one_width_is_kept_wherever_there_is_room_and_narrows_by_degrees(mesh) -> None:
+    weave, width, ribbons = even_on(mesh)
+    laid = ribbon_widths(ribbons)
+    # Panels are as wide as told, at both cross-lines.
+    assert laid[ribbons.entry] == pytest.approx(width, rel=1e-9)
+    assert laid[ribbons.entry + 1] == pytest.approx(width, rel=1e-9)
+    room = widths_of(mesh, WidthRule(0.7))
+    one = 0.8 * np.median(room)
+    bound = np.minimum(room, one)
+    assert (width <= bound * (1 + 1e-12)).all()
+    following = following_rung(weave.threads.offsets, weave.threads.closed)
+    here = np.flatnonzero(following >= 0)
+    after = following[here]
+    low, high = (f(width[here], width[after]) for f in (np.minimum, np.maximum))
+    assert (low >= 0.75 * high * (1 - 1e-12)).all()
+    # None is narrower than it must be: for want of room there, or of a neighbour that is narrow.
+    held = width >= bound * (1 - 1e-12)
+    for one_, other in ((here, after), (after, here)):
+        held[one_] |= width[one_] >= width[other] / 0.75 * (1 - 1e-12)
+    assert held.all()
+
+
+def widths_of(mesh, rule: WidthRule) -> np.ndarray:
+    """Return the width at the narrower cross-line of each pass."""
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.0, width=rule)
+    laid = ribbon_widths(ribbons)
+    return np.minimum(laid[ribbons.entry], laid[ribbons.entry + 1])
+
+
+@given(uneven(), st.floats(0.2, 5.0))
+def test_one_width_grows_with_the_object_unless_it_is_stated(mesh, factor) -> None:
+    larger = PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices)
+    _, width, _ = even_on(mesh)
+    assert even_on(larger)[1] == pytest.approx(factor * width, rel=1e-9)
+    stated = float(np.median(width)) / 2
+    _, one, _ = even_on(larger, parse_width(f"even,{stated!r}mm"))
+    assert one.max() <= stated
+
+
+def test_a_width_that_is_left_to_fabweave_is_even_but_on_built_in_shapes() -> None:
+    assert Settings("kitten.obj").width_rule == EVEN
+    assert Settings("shape:torus").width_rule == PROPORTIONAL
+    assert Settings("shape:torus", remesh="quads:90").width_rule == EVEN
+    assert Settings("kitten.obj", open=0.2).width_rule == replace(PROPORTIONAL, relative=0.8)
+    narrower = Settings("kitten.obj").narrower(0.5)
+    assert narrower.width == parse_width(str(narrower.width)) == replace(EVEN, relative=0.35)
 
 
 def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from fabweave.app.design.candidate import Candidate
-from fabweave.app.options.table import option_of_field
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.core.messages import agree
@@ -19,8 +18,8 @@ _LARGER, _LESS_LARGE, _MUCH_LARGER = (1.6, 2.5), {1.6: 1.25, 2.5: 2.0}, 4.0
 _THINNER, _LESS_THIN, _MUCH_THINNER = 0.5, 0.75, 0.25
 #: What stands in the way of a mesh with narrow places, of any size.
 _NARROW = {"width", "clearance", "layers"}
-#: Ribbons as narrow as may be, against twist.
-_SLIM = "auto,0.35"
+#: By what factor ribbons get as narrow as may be, against twist.
+_SLIM = 0.55
 #: Nobody sells thinner sheet.
 _THINNEST_MM = 0.1
 
@@ -48,9 +47,7 @@ def slimmed(asked: Settings, found: Found) -> Settings:
     """Return a design with narrow ribbons if it twists too much: that is so at any size."""
     design, candidate = found
     twists = any(stop.rule == "twist" for stop in candidate.verdict.stops)
-    if not twists or not asked.width.auto or asked.open is not None:
-        return design
-    return replace(design, width=option_of_field("width").kind.parse(_SLIM), open=None)
+    return design.narrower(_SLIM) if twists and asked.narrowable else design
 
 
 def farther(asked: Settings, design: Settings) -> list[Settings]:

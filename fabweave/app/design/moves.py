@@ -20,8 +20,9 @@ _POWER = {"pieces": 1.0, "hours": 1.0, "ribbon_mm": -0.5, "likeness_mm": -1.0}
 #: A power that was found counts if it is this share of the stated one; no step goes farther, as a
 #: logarithm.
 _LEAST_POWER, _FARTHEST = 0.15, math.log(3.0)
-#: Shares of their room that ribbons may take: narrower ones hardly hold, wider ones collide.
-_NARROWEST, _WIDEST, _NARROWER = 0.35, 0.8, 0.75
+#: By what factors ribbons get narrower or wider on a mesh: narrower ones hardly hold, and there is
+#: no room for wider ones.
+_NARROWEST, _WIDEST, _NARROWER = 0.6, 1.25, 0.75
 #: Pieces shorter than that carry no weave, and longer ones fit no sheet.
 _SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
 #: One step of this refinement makes four quads of one.
@@ -67,9 +68,9 @@ def moves(
     Returns
     -------
     list of Settings
-        Each differs from the nearest in one thing, the most promising first: the density of its
-        mesh, where its threads are split, how wide its ribbons are; and where something wants care,
-        a coarser mesh that is refined, and fairing. None where the wish is met and nothing does.
+        Each differs from the nearest in one thing, the most promising first: how wide its ribbons
+        are, the density of its mesh, where its threads are split; and where something wants care, a
+        coarser mesh that is refined, and fairing. None where the wish is met and nothing does.
     """
     best, candidate = designs[near], candidates[near]
     if candidate.figures is None:
@@ -86,9 +87,10 @@ def moves(
     ]
     found: list[Settings] = []
     if off:
+        # A width is met on the mesh there is before another one is made.
+        found += _wider(asked, best, candidate.figures, off)
         found += _denser(asked, best, off, tried)
         found += _split(asked, best, candidate.figures, off, tried)
-        found += _wider(asked, best, off)
     if off or candidate.verdict.reasons:
         found += _rounder(asked, best)
     return [one for at, one in enumerate(found) if one != best and one not in found[:at]]
@@ -172,19 +174,22 @@ def _split(
         yield replace(best, prefer="waste")
 
 
-def _wider(asked: Settings, best: Settings, off: dict[str, float]) -> Iterator[Settings]:
+def _wider(
+    asked: Settings, best: Settings, figures: Figures, off: dict[str, float]
+) -> Iterator[Settings]:
     """Yield wider or narrower ribbons on the same mesh."""
-    kind = option_named("width").kind
-    if asked.width != kind.parse("auto") or asked.open is not None:
+    if asked.width is not None or asked.open is not None:
         return
-    shares = []
+    rule = best.width_rule
     if "ribbon_mm" in off:
-        shares.append(best.width_rule.relative * math.exp(-off["ribbon_mm"]))
+        factor = min(max(math.exp(-off["ribbon_mm"]), _NARROWEST), _WIDEST)
+        if rule.even:
+            width = float(two_digits(10.0 * factor * figures.median_mm)) / 10.0
+            yield replace(best, width=replace(rule, most_mm=width), open=None)
+        else:
+            yield best.narrower(factor)
     if "sheets" in off or "budget" in off:
-        shares.append(best.width_rule.relative * _NARROWER)
-    for share in shares:
-        width = kind.parse(f"auto,{min(max(share, _NARROWEST), _WIDEST):.2f}")
-        yield replace(best, width=width, open=None)
+        yield best.narrower(_NARROWER)
 
 
 def _rounder(asked: Settings, best: Settings) -> Iterator[Settings]:

@@ -124,8 +124,8 @@ def _varied(
 
 def _narrower(asked: Settings, design: Settings) -> Iterator[Settings]:
     """Yield the design with narrower ribbons, if their width is left open."""
-    if asked.width.auto and asked.open is None:
-        yield replace(design, width=option_of_field("width").kind.parse(NARROW), open=None)
+    if asked.narrowable:
+        yield design.narrower(NARROW)
 
 
 def _coarser(design: Settings) -> Iterator[Settings]:

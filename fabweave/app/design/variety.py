@@ -27,8 +27,8 @@ _MOST_AS_THEY_COME = 1500
 _LOW_POLY = 60
 #: Steps of fairing that are tried.
 FAIR = 50
-#: A narrower weave, which shows more of what is behind it.
-NARROW = "auto,0.45"
+#: By what factor ribbons of a narrower weave are narrower, which shows more of what is behind it.
+NARROW = 0.7
 
 
 def name_of(settings: Settings, asked: Settings) -> str:
@@ -122,9 +122,8 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
             for settings in meshes
             if "triangles" in (settings.remesh or "")
         )
-    if asked.width.auto and asked.open is None:
-        narrow = option_named("width").kind.parse(NARROW)
-        yield from (replace(settings, width=narrow, open=None) for settings in meshes)
+    if asked.narrowable:
+        yield from (settings.narrower(NARROW) for settings in meshes)
     yield from (replace(settings, fair=FAIR) for settings in meshes if not asked.fair)
     if asked.max_length_mm is None and asked.prefer == option_named("prefer").default:
         for prefer in ("work", "waste"):
@@ -153,7 +152,7 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     # there are as many crossings: a triangle has one and a half, a quad two.
     straight = asked.course != "projection"
     share = _KAGOME_SHARE if straight else 4 / 3
-    if straight and asked.open is None and asked.width == option_named("width").default_value:
+    if straight and asked.open is None and asked.width is None:
         asked = replace(asked, open=_KAGOME_OPEN)
     triangles = dict.fromkeys(two_digits(max(FEWEST, share * number)) for number in quads)
     yield from (replace(asked, remesh=f"triangles:{number}") for number in triangles)

@@ -8,7 +8,7 @@ from fabweave.app.design.instead import SOFT
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.page import words
 from fabweave.app.design.search import explore
-from fabweave.app.options.table import option_named
+from fabweave.app.design.variety import NARROW
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import FabweaveError
@@ -77,8 +77,8 @@ def _designs(asked: Settings, progress: Progress, given: PolyMesh | None) -> Ite
         meshes = []
     some = [one for one in meshes if one.pattern == asked.pattern and one.width == asked.width]
     yield from (one for one in some[:_MESHES] if one != asked)
-    if asked.width.auto and asked.open is None:
-        yield replace(asked, width=option_named("width").kind.parse("0.45"))
+    if asked.narrowable:
+        yield asked.narrower(NARROW)
     if asked.material != SOFT and "=" not in asked.material:
         plain = {"material": SOFT, "thickness_mm": None, "gap_mm": None}
         yield replace(asked, **plain)  # type: ignore[arg-type]

@@ -76,8 +76,9 @@ def advice(
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))
-            text = f"ribbons {narrower} % narrower (--width) mend {finding.rule}"
-            ways.append({"text": text, "command": None})
+            text = f"ribbons {narrower} % narrower mend {finding.rule}"
+            command = long_command(asked.narrower(finding.width_factor))
+            ways.append({"text": text, "command": command})
     if not ways and level == "with care":
         add("this makes it, with care")
     return ways

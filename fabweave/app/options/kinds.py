@@ -316,8 +316,11 @@ def line(metavar: str, expected: str) -> Kind:
     return Kind(metavar, expected, accept, as_it_is)
 
 
-def value_of(metavar: str, example: str, parser: str, type_: str) -> Kind:
-    """Return the kind of values that a parser reads from text, and that are that text again."""
+def value_of(metavar: str, example: str, parser: str, type_: str, automatic: str = "") -> Kind:
+    """Return the kind of values that a parser reads from text, and that are that text again.
+
+    The word ``automatic`` leaves the choice to fabweave.
+    """
 
     def accept(value: Any) -> Any:
         if not isinstance(value, load(type_)):
@@ -332,7 +335,7 @@ def value_of(metavar: str, example: str, parser: str, type_: str) -> Kind:
         return None if value is None else str(value)
 
     expected = f"{type_.rpartition('.')[2]}, or a text such as {example!r}"
-    return Kind(metavar, expected, accept, read, write, textual=True)
+    return Kind(metavar, expected, accept, read, write, textual=True, automatic=automatic)
 
 
 def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -> Kind:

@@ -292,13 +292,18 @@ OBJECT_OPTIONS = (
         "width",
         RIBBONS,
         value_of(
-            "WIDTH", "12mm", "fabweave.ribbon.width.parse_width", "fabweave.ribbon.width.WidthRule"
+            "WIDTH",
+            "12mm",
+            "fabweave.ribbon.width.parse_width",
+            "fabweave.ribbon.width.WidthRule",
+            automatic="auto",
         ),
-        "Width of the ribbons: a share of the room they have, such as 0.65 (smaller leaves larger "
-        "gaps, larger leaves more room for holes); one width, such as 12mm; or bounds, such as "
-        "6mm..14mm or 0.5,6mm..14mm. auto, alone (then it is 0.65) or before any of them as in "
-        "auto,12mm, makes ribbons narrower where they would come too near to one another.",
-        default="auto",
+        "Width of the ribbons. even chooses one width for the object, and even,12mm says which; "
+        "they are narrower only where there is no room. proportional takes a share of the room "
+        "at each place, and 0.5 says which (smaller leaves larger gaps). 12mm is that width even "
+        "where ribbons touch; 6mm..14mm or 0.5,6mm..14mm bound it. auto before these, as in "
+        "auto,0.5, narrows ribbons where they would come too near to one another.",
+        otherwise="even; proportional on a built-in shape",
     ),
     Option(
         "open",

@@ -36,7 +36,7 @@ _MOST_DOTS = 54.0
 _DIGEST = "# sha256 "
 #: What settings are that a command leaves out.
 _UNSAID = {
-    "bodies": "all", "fair": 0, "pattern": "plain", "boundary": "end", "width": "auto",
+    "bodies": "all", "fair": 0, "pattern": "plain", "boundary": "end",
     "smooth": 3, "crossing": 0.7, "clearance": "0.1mm", "prefer": "balanced", "kinds": "auto",
     "joint": "rivet", "symmetrise": False, "slots": False, "rotations": "auto", "seed": 0,
     "colours": "safe", "profile": "maker", "strict": False, "force": False, "labels": "hidden",
