@@ -11,14 +11,14 @@ from fabweave.app.settings import Settings
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import surface_area
 
-#: How open a kagome basket is: fuller than other weaves of the usual width, as its large openings
-#: stay anyway. Then so many triangles for each quad give ribbons of the same width.
-_KAGOME_OPEN = 0.2
-_KAGOME_SHARE = 0.6
+#: How wide ribbons of a kagome basket are: they take more of their room than in other weaves, as
+#: its large openings stay anyway. Then so many triangles for each quad give ribbons as wide.
+_KAGOME_WIDTH = "even,0.8"
+_KAGOME_SHARE = 0.48
 #: Ribbons of a mesh of quads are about so wide, as a share of the sides of its faces.
-WIDTH_SHARE = 0.46
+WIDTH_SHARE = 0.38
 #: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
-_COARSE_MM, _FINE_MM = 30.0, 9.0
+_COARSE_MM, _FINE_MM = 25.0, 7.5
 #: A mesh of fewer faces keeps no shape; one of more is no evening's work.
 FEWEST, MOST = 40, 1500
 #: Meshes with more faces are not woven as they come.
@@ -63,7 +63,7 @@ def densities(mesh: PolyMesh, count: int) -> list[int]:
     --------
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
     >>> densities(parse_shape("shape:sphere?n=8&radius=150"), 4)
-    [66, 150, 330, 730]
+    [65, 140, 320, 720]
     """
     area = surface_area(mesh)
     ends = [area / (width / WIDTH_SHARE) ** 2 for width in (_COARSE_MM, _FINE_MM)]
@@ -153,6 +153,6 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     straight = asked.course != "projection"
     share = _KAGOME_SHARE if straight else 4 / 3
     if straight and asked.open is None and asked.width is None:
-        asked = replace(asked, open=_KAGOME_OPEN)
+        asked = replace(asked, width=option_named("width").kind.parse(_KAGOME_WIDTH))
     triangles = dict.fromkeys(two_digits(max(FEWEST, share * number)) for number in quads)
     yield from (replace(asked, remesh=f"triangles:{number}") for number in triangles)
