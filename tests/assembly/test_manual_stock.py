@@ -56,8 +56,8 @@ def test_edge_margin_defects_and_rest_are_drawn_where_they_are(window):
     assert shapely.union_all(edge).symmetric_difference(whole & shown).area < 1e-6
     # The margin is dotted at its distance from the edge, all along it.
     dotted = [run for run, _, dash in book.drawn if dash == (1.0, 2.0)]
-    for run in dotted:
-        places = shapely.points(run)
+    for dots in dotted:
+        places = shapely.points(dots)
         away = shapely.distance(places, whole.exterior)
         on_page = shapely.distance(places, shown.exterior) > 1e-9
         assert np.all(shapely.covers(whole, places))
