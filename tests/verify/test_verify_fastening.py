@@ -99,7 +99,9 @@ def test_in_a_loose_weave_joints_and_ends_are_fastened_and_more_may_be(finished)
     job = load_job(finished(*MADE.format("loose").split()), Tally("files"))
     assert findings(job) == ()
     due = {joint.crossing for joint in job.map.joints}
-    due |= {at for thread in job.map.threads for at in (thread.crossings[0], thread.crossings[-1])}
+    due |= {
+        at for thread in job.map.threads for at in (*thread.crossings[:1], *thread.crossings[-1:])
+    }
     fastened = {crossing.id for crossing in job.map.crossings if crossing.fastened}
     assert due < fastened
     for at, crossing in enumerate(job.map.crossings):
