@@ -89,7 +89,7 @@ class PlannedJob:
     @property
     def fasten(self) -> str:
         """Which crossings take a fastener, as ``--fasten`` says it."""
-        return chosen_fastening(self.woven, self.settings, self.supplies)
+        return chosen_fastening(self.settings)
 
     @property
     def colours(self) -> Colours:

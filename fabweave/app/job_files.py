@@ -34,6 +34,7 @@ from fabweave.cut.write.svg import svg_text
 from fabweave.cut.write.template import template_pdf
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
+from fabweave.flat.joint.holes import HoleRule
 from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
@@ -232,6 +233,12 @@ def _waste_report(job: Job, bill: BillOfMaterials) -> WasteReport:
     )
 
 
+def _hole_sizes(rules: Sequence[HoleRule]) -> float | list[float]:
+    """Return the size of holes, 0 for none, or those that there are if there are several."""
+    sizes = [rule.hole_mm for rule in rules]
+    return sizes if len(sizes) > 1 else sum(sizes)
+
+
 def _write_tables(
     job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path
 ) -> Preflight:
@@ -249,7 +256,7 @@ def _write_tables(
         "joints": len(job.piece_set.joints),
         "sheets": len(names),
         "utilisation": report.totals.sums.utilisation,
-        "hole_mm": job.piece_set.rule.hole_mm if job.piece_set.rule else 0.0,
+        "hole_mm": _hole_sizes(job.piece_set.rules),
         "fasten": job.fasten,
         "costs": costs_text(job.costs),
         **_likeness(job),

@@ -17,7 +17,7 @@ from fabweave.flat.file_records import DECIMALS
 from fabweave.flat.joint.fastening import (
     beside_edges,
     fastened_crossings,
-    holds_itself,
+    loose_shares,
     parse_fastening,
 )
 from fabweave.flat.joint.hanging import hanging_crossings, parse_hanging
@@ -40,17 +40,12 @@ MOST_RING_PIECES = 12
 _ON_RIM_MM = 1e-3
 
 
-def chosen_fastening(woven: WovenObject, settings: Settings, supplies: Supplies) -> str:
-    """Return which crossings take a fastener: as asked, or else what the weave wants.
+def chosen_fastening(settings: Settings) -> str:
+    """Return which crossings take a fastener: as asked, or else those where the weave is loose.
 
     Slots are for the fasteners of crossings without joints, so who asks for them wants all.
     """
-    if settings.fasten is not None or settings.slots:
-        return settings.fasten or "all"
-    bend_t = min(
-        min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
-    )
-    return "joints" if holds_itself(woven.ribbons, woven.weave.threads, bend_t) else "all"
+    return settings.fasten or ("all" if settings.slots else "loose")
 
 
 def joined_pieces(
@@ -58,8 +53,9 @@ def joined_pieces(
 ) -> PieceSet:
     """Build the pieces of an object, with their holes and joints."""
     woven = joined.woven
+    fastening = parse_fastening(chosen_fastening(settings))
     fastened = fastened_crossings(
-        parse_fastening(chosen_fastening(woven, settings, supplies)),
+        fastening,
         woven.weave,
         woven.halfedges,
         joined.joints.crossing,
@@ -71,6 +67,9 @@ def joined_pieces(
     hanging = hung(woven, settings)
     fastened |= hanging
     holes = chosen_holes(settings)
+    bend_t = min(
+        min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
+    )
     piece_set = build_pieces(
         woven.ribbons,
         woven.weave,
@@ -81,6 +80,9 @@ def joined_pieces(
         slots=settings.slots,
         cut=joined.cut,
         fastened=fastened,
+        loose=loose_shares(woven.ribbons, woven.weave.threads, bend_t)
+        if fastening.kind == "loose"
+        else None,
         holed=np.ones_like(fastened) if holes == "all" else None,
         alike=holes == "alike",
         supply=supplies.of(woven.bunches),
@@ -136,7 +138,9 @@ def _rings(
 ) -> tuple[RimRing, ...]:
     """Plan a ring for each opening, of as few pieces as fit on a sheet of the first material."""
     rings: list[RimRing] = []
-    rule, thickness = piece_set.rule, supplies.materials[0].thickness_mm
+    # Around the widest hole there is the most room to keep.
+    edge_mm = piece_set.rules[0].edge_mm if piece_set.rules else 0.0
+    thickness = supplies.materials[0].thickness_mm
     for opening, crossings in zip(openings, beside, strict=True):
         held = np.flatnonzero(crossings & piece_set.fastened)
         first = 1 + sum(len(ring.pieces) for ring in rings)
@@ -149,8 +153,8 @@ def _rings(
                 opening.diameter_mm or 0.0,
                 count=count,
                 first=first,
-                hole_mm=rule.hole_mm if rule is not None else 0.0,
-                edge_mm=rule.edge_mm if rule is not None else 0.0,
+                hole_mm=piece_set.size_mm[held],
+                edge_mm=edge_mm,
                 thickness_mm=thickness,
                 clearance_mm=settings.clearance_mm,
                 prefix=ring_prefix(woven.labels),

@@ -86,20 +86,20 @@ def compare_pieces(
 
 
 def alike_crossings(
-    pieces: Sequence[Piece], kinds: Kinds, wanted: BoolArray, *, same_mm: float = SAME_MM
-) -> BoolArray:
-    """Return the crossings at which pieces of one kind have all what one of them has, (X,).
+    pieces: Sequence[Piece], kinds: Kinds, n_crossings: int, *, same_mm: float = SAME_MM
+) -> IntArray:
+    """Return numbers of crossings, (X,), which those share that are alike.
 
     Two crossings are alike if they are the same station of two pieces of one kind, laid on one
-    another. What holds of one of them then holds of all that are alike, for either strand.
+    another; and so are all that such pairs lead to, by either strand. Pieces of one kind stay so
+    where alike crossings have alike holes.
 
     Parameters
     ----------
     pieces : sequence of Piece
     kinds : Kinds
         Of these pieces.
-    wanted : (X,) bool array
-        The crossings of which something holds.
+    n_crossings : int
     same_mm : float
         By how much pieces of one kind may differ: those that cover themselves when they are
         turned end for end are the same seen from either end.
@@ -113,13 +113,13 @@ def alike_crossings(
         dtype=np.bool_,
     )
     if not len(pieces):
-        return wanted
+        return np.arange(n_crossings)
     piece = np.repeat(np.arange(len(pieces)), lengths)
     station = np.arange(len(piece)) - offsets_of(lengths)[piece]
     mirrored = lengths[piece] - 1 - station
     crossing = np.concatenate([one.crossings for one in pieces])
     kind = kinds.number[piece] - 1
-    first = len(wanted) + offsets_of(lengths[kinds.first])
+    first = n_crossings + offsets_of(lengths[kinds.first])
     place = first[kind] + np.where(kinds.turned[piece], mirrored, station)
     either = both_ways[kind]
     opposite = first[kind] + np.where(kinds.turned[piece], station, mirrored)
@@ -128,9 +128,7 @@ def alike_crossings(
         np.concatenate((place, opposite[either])),
         int(first[-1]),
     )
-    held = np.zeros(int(first[-1]), dtype=np.bool_)
-    held[label[: len(wanted)][wanted]] = True
-    return np.asarray(held[label[: len(wanted)]])
+    return np.asarray(np.unique(label[:n_crossings], return_inverse=True)[1])
 
 
 def _invariants(piece: Piece, same_mm: float) -> npt.NDArray[np.float64]:

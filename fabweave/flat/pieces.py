@@ -11,6 +11,7 @@ from fabweave.flat.covers import covered_parts
 from fabweave.flat.equal_pieces import FIT_MM, equal_pieces
 from fabweave.flat.joint.drill import Drilled, drill, slot_path
 from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
+from fabweave.flat.joint.fastening import spread_fasteners
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.flat.joint.planning import JointPlan, plan_joints
@@ -34,8 +35,10 @@ class PieceSet:
     pieces : tuple of Piece
         In order of threads and along each thread.
     joints : tuple of Joint
-    rule : HoleRule or None
-        The hole that was chosen, None if no crossing has room for any.
+    rules : tuple of HoleRule
+        The holes that were chosen, the largest first; empty if no crossing has room for any.
+    size_mm : (X,) float array
+        Diameter of the holes of each crossing, NaN where there are none.
     room_mm : (X,) float array
         For each crossing the largest distance from a hole's centre to an edge that every layer
         there has room for; infinite where no hole is wanted.
@@ -55,7 +58,8 @@ class PieceSet:
 
     pieces: tuple[Piece, ...]
     joints: tuple[Joint, ...]
-    rule: HoleRule | None
+    rules: tuple[HoleRule, ...]
+    size_mm: FloatArray
     room_mm: FloatArray
     plan: JointPlan
     fastened: BoolArray
@@ -82,6 +86,7 @@ def build_pieces(
     slots: bool = False,
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
+    loose: FloatArray | None = None,
     holed: BoolArray | None = None,
     alike: bool = False,
     supply: IntArray | None = None,
@@ -91,8 +96,8 @@ def build_pieces(
 
     Pieces that are the same but for rounding are made equal to the first of them.
 
-    One hole diameter serves the whole job: the largest of ``rules`` for which nine crossings of
-    ten have room in all their layers; failing that, the smallest that fits anywhere.
+    Each crossing has the largest of a few chosen holes for which it has room in all its layers,
+    those of pieces that are alike the same one.
 
     Parameters
     ----------
@@ -111,6 +116,9 @@ def build_pieces(
     fastened, holed
         Which crossings are to take a fastener, and which are to have holes, as for
         :func:`fabweave.flat.joint.drill.drill`.
+    loose : (X,) float array, optional
+        Which share of the other crossings is to take a fastener, as
+        :func:`fabweave.flat.joint.fastening.spread_fasteners` spreads them.
     alike : bool
         Whether pieces that are the same but for their holes have holes at the same stations, too,
         so that they are of one kind; ``holed`` does not count then.
@@ -126,26 +134,35 @@ def build_pieces(
     covers = covered_parts(ribbons, weave, cut.stations)
     of_piece = None if supply is None else supply[runs.thread].tolist()
 
-    def drilled_at(crossings: BoolArray | None, rules: Sequence[HoleRule] = rules) -> Drilled:
+    def drilled_at(crossings: BoolArray | None) -> Drilled:
         return drill(
-            ribbons, weave, plan, cut, rules, slots=slots, fastened=fastened, holed=crossings
-        )
+            ribbons, weave, plan, cut, rules,
+            slots=slots, fastened=fastened, holed=crossings, alike=group,
+        )  # fmt: skip
 
     def laid(drilled: Drilled) -> tuple[Piece, ...]:
         return _pieces(labels, runs, weave, cut, plan, drilled, covers)
 
+    # What may be of one kind is known before there are holes: those are to be alike there.
+    bare = laid(drill(ribbons, weave, plan, cut, (), slots=slots))
+    same_mm = max(FIT_MM if fit else _ROUNDED_MM, SAME_MM)
+    twins = compare_pieces(bare, of_piece, same_mm=same_mm)
+    group = alike_crossings(bare, twins, weave.threads.n_crossings, same_mm=same_mm)
+    if loose is not None:
+        held = np.zeros(len(group), dtype=np.bool_) if fastened is None else fastened
+        fastened = spread_fasteners(loose, group, weave, held)
     drilled = drilled_at(holed)
-    loose = fit and all(kind.laps and kind.shape is None for kind in _joint_kinds(plan, drilled))
-    fit_mm = FIT_MM if loose else _ROUNDED_MM
+    play = fit and all(kind.laps and kind.shape is None for kind in _joint_kinds(plan, drilled))
+    fit_mm = FIT_MM if play else _ROUNDED_MM
     same_mm = max(fit_mm, SAME_MM)
     if alike:
-        bare = laid(drilled_at(None, ()))
         wanted = drilled.fastened
-        # Twins are what may be one kind. Where there is no room for the hole that some have, they
-        # are not, and no longer ask one another for holes: each turn tells more of them apart.
+        # Where there is no room for the hole that some twins have, they are not of one kind, and no
+        # longer ask one another for holes: each turn tells more of them apart.
         twins = compare_pieces(bare, of_piece, same_mm=same_mm)
         while True:
-            drilled = drilled_at(alike_crossings(bare, twins, wanted, same_mm=same_mm))
+            numbers = alike_crossings(bare, twins, len(wanted), same_mm=same_mm)
+            drilled = drilled_at(np.isin(numbers, numbers[wanted]))
             pieces = laid(drilled)
             same = compare_pieces(pieces, of_piece, same_mm=same_mm)
             pairs = np.stack((twins.number, same.number), axis=1)
@@ -163,7 +180,15 @@ def build_pieces(
     pieces = equal_pieces(pieces, same, fit_mm)
     joints = _join(pieces, plan, kinds)
     return PieceSet(
-        pieces, joints, drilled.rule, drilled.room_mm, plan, drilled.fastened, same, fit_mm
+        pieces,
+        joints,
+        drilled.rules,
+        drilled.size_mm,
+        drilled.room_mm,
+        plan,
+        drilled.fastened,
+        same,
+        fit_mm,
     )
 
 
@@ -243,11 +268,10 @@ def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
     """Return the holes of a piece that are not in the middle of a crossing, (H, 4)."""
     low, high = np.searchsorted(drilled.more_station, (rows.start, rows.stop))
     points = drilled.more_point[low:high]
-    if points.size == 0 or drilled.rule is None:
-        return np.zeros((0, 4))
     station = np.repeat(drilled.more_station[low:high] - rows.start, points.shape[1])
     placed = frame.apply(points.reshape(-1, 2))
-    return np.column_stack((station, placed, np.full(len(placed), drilled.rule.hole_mm)))
+    diameter = np.repeat(drilled.more_mm[low:high], points.shape[1])
+    return np.column_stack((station, placed, diameter))
 
 
 def _slots(

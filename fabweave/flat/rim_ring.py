@@ -99,7 +99,7 @@ def plan_ring(
     *,
     count: int,
     first: int,
-    hole_mm: float,
+    hole_mm: FloatArray,
     edge_mm: float,
     thickness_mm: float,
     clearance_mm: float = 0.0,
@@ -125,8 +125,10 @@ def plan_ring(
         How many pieces, two at least.
     first : int
         The number of the first piece.
-    hole_mm, edge_mm : float
-        Diameter of the holes, and their least distance to an edge.
+    hole_mm : (H,) float array
+        Diameter of the hole at each.
+    edge_mm : float
+        The least distance of a hole to an edge.
     thickness_mm, clearance_mm : float
         Of the material, and the air between two strands: the band lies above both.
     prefix : str
@@ -142,7 +144,7 @@ def plan_ring(
     >>> angle = np.arange(8) * np.pi / 4
     >>> flat = np.column_stack((50 * np.cos(angle), 50 * np.sin(angle), np.zeros(8)))
     >>> ring = plan_ring("top", np.arange(8), flat, (0.0, 0.0), 80.0, count=2, first=1,
-    ...     hole_mm=2.0, edge_mm=4.0, thickness_mm=0.8)
+    ...     hole_mm=np.full(8, 2.0), edge_mm=4.0, thickness_mm=0.8)
     >>> [piece.crossings.tolist() for piece in ring.pieces], ring.opening_mm, ring.width_mm
     ([[5, 6, 7, 0, 1], [1, 2, 3, 4, 5]], 80.0, 14.0)
     """
@@ -155,6 +157,7 @@ def plan_ring(
     away, turn = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0])
     order = np.argsort(turn, kind="stable")
     away, turn, crossings = away[order], turn[order], crossings[order]
+    hole_mm = hole_mm[order]
     slope, base = np.polyfit(away, points[order, 2], 1) if np.ptp(away) > 1e-6 else (0.0, 0.0)
     if np.ptp(away) <= 1e-6:
         base = float(points[:, 2].mean())
@@ -195,7 +198,8 @@ def plan_ring(
                 crossings[here],
                 ways[here],
                 angles[here] + whole * (at // len(crossings)),
-                (inner, outer, hole_mm, edge_mm),
+                hole_mm[here],
+                (inner, outer, edge_mm),
             )
         )
     return RimRing(
@@ -246,10 +250,11 @@ def _piece(
     crossings: IntArray,
     ways: FloatArray,
     angles: FloatArray,
-    sizes: tuple[float, float, float, float],
+    hole_mm: FloatArray,
+    sizes: tuple[float, float, float],
 ) -> RingPiece:
     """Return a piece of the band from its first hole to its last, and an edge beyond either."""
-    inner, outer, hole_mm, edge_mm = sizes
+    inner, outer, edge_mm = sizes
     # Laid so that its middle is at a right angle: then its length lies along x.
     angles = angles - (angles[0] + angles[-1]) / 2.0 + math.pi / 2.0
     begin = float(angles[0]) - math.asin(edge_mm / float(ways[0]))
@@ -260,13 +265,12 @@ def _piece(
     bulge = math.tan((end - begin) / steps / 4.0)
     points = np.concatenate((outer * arc, inner * arc[::-1]))
     bulges = np.array([*[bulge] * steps, 0.0, *[-bulge] * steps, 0.0])
-    holes = np.column_stack(
-        (ways * np.cos(angles), ways * np.sin(angles), np.full(len(ways), hole_mm))
-    )
+    holes = np.column_stack((ways * np.cos(angles), ways * np.sin(angles), hole_mm))
     # In the middle between the hole and the farther border.
     first, sense = float(ways[0]), 1.0 if outer - ways[0] >= ways[0] - inner else -1.0
-    free = (outer - first if sense > 0 else first - inner) - hole_mm / 2.0
-    middle = first + sense * (hole_mm / 2.0 + free / 2.0)
+    radius = float(hole_mm[0]) / 2.0
+    free = (outer - first if sense > 0 else first - inner) - radius
+    middle = first + sense * (radius + free / 2.0)
     place = middle * np.array([math.cos(angles[0]), math.sin(angles[0])])
     reading = math.degrees(float(angles[0])) - 90.0
     height = min(2.5, 0.6 * free)

@@ -9,7 +9,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import KINDS, WANTED_HEIGHT_MM
-from fabweave.flat.joint.fastening import STIFF_T
+from fabweave.flat.joint.fastening import TIGHT_COVER
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.flat.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.flat.pieces import PieceSet
@@ -83,15 +83,15 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
         What it was asked to be; None if that was left to fabweave.
     piece_set : PieceSet
     """
-    if chosen == "all":
+    if chosen == "all" or (asked is None and piece_set.fastened.all()):
         return []
     note = f"fasteners ({chosen}): at {int(np.count_nonzero(piece_set.fastened))} of "
     note += agree(len(piece_set.fastened), "{n} [crossing|crossings]")
-    if asked is None:
+    if chosen == "loose":
         note += (
-            ". The weave holds itself: most of its ribbons are wider than half the way from one "
-            f"crossing to the next, and no material bends tighter than {STIFF_T:g} times its "
-            "thickness. --fasten all fastens every crossing"
+            f". Where ribbons cover {TIGHT_COVER:.0%} of the way between crossings or more, the "
+            "weave holds itself, and only joints and ends are fastened. The less they cover, the "
+            "more crossings are. --fasten joints and --fasten all decide otherwise"
         )
     return [note]
 
@@ -116,12 +116,12 @@ def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> l
         named.append(f"{crossing} ({labels[upper]} over {labels[lower]})")
         if not piece_set.fastened[crossing]:
             lacking.append(str(crossing))
-    hole = piece_set.rule.hole_mm if piece_set.rule is not None else 0.0
+    holes = sorted(set(piece_set.size_mm[piece_set.hanging & piece_set.fastened].tolist()))
     note = agree(len(named), "hang: crossing[|s] ") + ", ".join(named)
     note += agree(
         len(named), " [takes|take] what it hangs from or stands on, through [a hole|holes]"
     )
-    note += f" of {hole:g} mm"
+    note += f" of {' or '.join(f'{hole:g}' for hole in holes or [0.0])} mm"
     if lacking:
         note += f"; there is no room for one at {', '.join(lacking)}: choose others, or a smaller "
         note += "--hole"
@@ -170,7 +170,7 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
         return ["holes: none, because every crossing has a joint without fasteners"]
     tenth = float(np.quantile(room, 1 - WANTED_SHARE, method="lower"))
     least = float(room.min())
-    if piece_set.rule is None:
+    if not piece_set.rules:
         rule = rules[-1]
         return [
             f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which needs "
@@ -178,11 +178,13 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
             f"With --size {size_for(tenth, rule.edge_mm, size)}mm, nine in ten crossings would "
             f"have room; with {size_for(least, rule.edge_mm, size)}mm, all of them"
         ]
-    rule = piece_set.rule
-    narrow = int(np.count_nonzero(room < rule.edge_mm))
+    rule, sizes = piece_set.rules[-1], piece_set.size_mm[np.isfinite(piece_set.room_mm)]
+    narrow = int(np.count_nonzero(np.isnan(sizes)))
     all_of_them = agree(len(room), "{n} [crossing|crossings]")
     all_of_them += " that are to have one" * (len(room) < len(piece_set.room_mm))
-    note = f"holes: {rule.hole_mm:g} mm, at {len(room) - narrow} of {all_of_them}"
+    counts = [(rule.hole_mm, np.count_nonzero(sizes == rule.hole_mm)) for rule in piece_set.rules]
+    note = "holes: " + ", ".join(f"{hole:g} mm at {count}" for hole, count in counts)
+    note += f" of {all_of_them}"
     if narrow == 0:
         return [note]
     note += (

@@ -52,7 +52,7 @@ def hole_findings(
     """
     if not rules:
         return []
-    rule = piece_set.rule if piece_set.rule is not None else rules[-1]
+    rule = (piece_set.rules or rules)[-1]
     narrow = np.flatnonzero(piece_set.room_mm < rule.edge_mm)
     if not len(narrow):
         return []

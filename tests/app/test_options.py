@@ -299,7 +299,7 @@ TYPED = {
     "max_length": LENGTHS | st.just("auto"),
     "spares": st.sampled_from(["5%", "12.5 %", "2", "100%"]),
     "hole": LENGTHS | st.just("none"),
-    "fasten": st.sampled_from(["joints", "ALL", "rim", "every:2", "none"]),
+    "fasten": st.sampled_from(["joints", "Loose", "ALL", "rim", "every:2", "none"]),
     "hardware": st.sampled_from(["screw-m3", "Thread ", "BRAD"]),
     "joint": st.sampled_from(["rivet", "rivet:3", "glue", "dovetail", "slot", "none"]),
     "lap": LENGTHS | st.just("auto"),

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from random_jobs import hull, outcome, outcome_of
+from jobs import quick_jobs
+from random_jobs import earlier_stock, hull, outcome, outcome_of
 
 
 # tests/tools/random_jobs.py makes as many as one likes.
@@ -13,6 +14,19 @@ def test_a_random_job_is_proved_or_refused_in_words(seed):
     outcome, said = outcome_of(seed)
     assert outcome in ("proved", "cannot be made", "bad input"), said
     assert outcome == "proved" or len(said) > 20
+
+
+@pytest.fixture(scope="module")
+def stocks(tmp_path_factory):
+    with quick_jobs():
+        return earlier_stock(tmp_path_factory.mktemp("earlier"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(91000, 91012))
+def test_a_random_job_on_offcuts_of_earlier_ones_is_proved_or_refused_in_words(seed, stocks):
+    outcome, said = outcome_of(seed, small=True, stocks=stocks)
+    assert outcome in ("proved", "cannot be made", "bad input"), said
 
 
 @pytest.mark.slow

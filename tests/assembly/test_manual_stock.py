@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 import shapely
 from crossing_maps import points, sheet_record
+from jobs import run
 
 from fabweave.assembly.manual.stock import draw_stock, stock_words
 from fabweave.flat.crossing_map import RestRecord
+from fabweave.verify.read.manual import read_manual
 
 EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]
 KNOT = [[150.0, 20.0], [190.0, 20.0], [190.0, 50.0], [150.0, 50.0]]
@@ -54,8 +56,8 @@ def test_edge_margin_defects_and_rest_are_drawn_where_they_are(window):
     assert shapely.union_all(edge).symmetric_difference(whole & shown).area < 1e-6
     # The margin is dotted at its distance from the edge, all along it.
     dotted = [run for run, _, dash in book.drawn if dash == (1.0, 2.0)]
-    for run in dotted:
-        places = shapely.points(run)
+    for dots in dotted:
+        places = shapely.points(dots)
         away = shapely.distance(places, whole.exterior)
         on_page = shapely.distance(places, shown.exterior) > 1e-9
         assert np.all(shapely.covers(whole, places))
@@ -72,6 +74,31 @@ def test_edge_margin_defects_and_rest_are_drawn_where_they_are(window):
         assert shapely.LineString(rest[0]).equals(shapely.Polygon(REST).exterior)
     else:
         assert not rest
+
+
+def test_the_narrow_part_of_a_ragged_sheet_fills_its_page(tmp_path):
+    # An arm 200 mm wide of a sheet of 1000 by 700 mm: 6 mm ribbons are too small on all of it.
+    stock = tmp_path / "stock.toml"
+    stock.write_text(
+        """[[offcut]]
+        name = "an el"
+        material = "card"
+        outline = [[0, 0], [1000, 0], [1000, 700], [700, 700], [700, 200], [0, 200]]
+        """
+    )
+    job = ("shape:tetrahedron", "--size", "120mm", "--width", "6mm", "--effort", "quick", "--force")
+    assert run("make", *job, "-q", "--stock", stock, "-o", tmp_path / "job") == 0
+    pages = read_manual(tmp_path / "job" / "assembly.pdf")
+    (page,) = (page for page in pages if "part with pieces" in " ".join(page.texts))
+    edge, *pieces = page.figures[:-6]
+    # Boxes to tick come last.
+    assert len([ring for ring in pieces if np.ptp(ring[:, 0]) > 99.0]) == 6
+    span = np.ptp(edge, axis=0) / page.size
+    assert np.all(span < 1.0)
+    assert span.max() > 0.8
+    assert np.all(edge.min(axis=0) > 0.0)
+    for ring in pieces:
+        assert np.all((edge.min(axis=0) <= ring) & (ring <= edge.max(axis=0)))
 
 
 def test_words_tell_what_is_there_and_nothing_else():

@@ -333,8 +333,8 @@ def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
     turn = np.arange(4) * np.pi / 2
     places = np.column_stack((50 * np.cos(turn), 50 * np.sin(turn), np.zeros(4)))
     ring = plan_ring(
-        "top", keys, places, (0.0, 0.0), 60.0, count=2, first=1, hole_mm=2.0, edge_mm=4.0,
-        thickness_mm=0.4,
+        "top", keys, places, (0.0, 0.0), 60.0, count=2, first=1,
+        hole_mm=np.full(4, 2.0), edge_mm=4.0, thickness_mm=0.4,
     )  # fmt: skip
     plain = build_steps(woven.made, found)
     *steps, last = build_steps(replace(woven.made, rings=(ring,)), found)

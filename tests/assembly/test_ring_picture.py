@@ -16,7 +16,7 @@ def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, coun
     places = np.column_stack((radius * np.cos(turn), radius * np.sin(turn), -0.3 * np.ones(12)))
     ring = plan_ring(
         "top", np.arange(12), places, (0.0, 0.0), 2 * radius - 12, count=count, first=1,
-        hole_mm=2.0, edge_mm=4.0, thickness_mm=0.4,
+        hole_mm=np.full(12, 2.0), edge_mm=4.0, thickness_mm=0.4,
     )  # fmt: skip
     wide = 250.0
     picture = ring_picture(ring, wide)

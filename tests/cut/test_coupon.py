@@ -167,7 +167,7 @@ def test_a_job_gives_its_figures(tmp_path):
     settings = Settings("shape:octahedron", size_mm=160.0, effort="quick", sheets=sheets)
     job = run_job(settings, tmp_path / "job").job
     coupon = coupon_for(tmp_path / "job")
-    rule = job.piece_set.rule
+    (rule,) = job.piece_set.rules
     assert coupon.material.name == "card"
     assert coupon.hole_mm == rule.hole_mm
     assert coupon.lap_mm == pytest.approx(

@@ -7,7 +7,7 @@ import shapely
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.rim_ring import MOST_OFF_MM, plan_ring
 
-SIZES = {"hole_mm": 3.0, "edge_mm": 6.0, "thickness_mm": 0.8, "clearance_mm": 0.2}
+SIZES = {"edge_mm": 6.0, "thickness_mm": 0.8, "clearance_mm": 0.2}
 #: From the middle of the strands to that of the band.
 ABOVE = 1.5 * 0.8 + 0.1
 
@@ -23,7 +23,8 @@ def crossings(slope, *, count=16, seed=3):
 
 def planned(points, side="top", **options):
     names = np.arange(len(points)) + 100
-    given = {"count": 2, "first": 1, **SIZES, **options}
+    hole = np.full(len(points), 3.0)
+    given = {"count": 2, "first": 1, "hole_mm": hole, **SIZES, **options}
     return plan_ring(side, names, points, (10.0, -5.0), 80.0, **given)
 
 

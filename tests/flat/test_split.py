@@ -111,19 +111,19 @@ def test_joints_superpose_exactly(name):
         assert a.end_joint == b.start_joint == joint.id
         if len(joint.holes):
             assert np.array_equal(joint.holes[0], [a.points[-1], b.points[0]])
-            assert a.hole_mm[-1] == b.hole_mm[0] == made.rule.hole_mm
+            assert a.hole_mm[-1] == b.hole_mm[0] == made.size_mm[joint.crossing]
 
 
 @pytest.mark.parametrize("name", ["torus?m=24&n=12", "octahedron", "hypar?m=6&n=6"])
 def test_holes_have_their_room_and_both_strands_have_them(name):
     weave, _, _, made = split(shape_at(name))
-    assert made.rule is not None
+    edge = {rule.hole_mm: rule.edge_mm for rule in made.rules}
     seen = np.zeros(weave.threads.n_crossings, dtype=int)
     for piece in made.pieces:
         drilled = ~np.isnan(piece.hole_mm)
         ring = shapely.LinearRing(piece.outline)
         distance = shapely.distance(shapely.points(piece.points[drilled]), ring)
-        assert np.all(distance >= made.rule.edge_mm - 1e-9)
+        assert np.all(distance >= [edge[hole] - 1e-9 for hole in piece.hole_mm[drilled].tolist()])
         np.add.at(seen, piece.crossings[drilled], 1)
     joints = np.zeros_like(seen)
     for joint in made.joints:
@@ -132,11 +132,12 @@ def test_holes_have_their_room_and_both_strands_have_them(name):
     assert np.all((seen == 0) | (seen == 2 + joints))
 
 
-def test_the_largest_hole_with_room_in_nine_of_ten_crossings_is_taken():
+def test_every_crossing_has_the_largest_of_few_holes_that_it_has_room_for():
     _, _, _, made = split(shape_at("torus?m=24&n=12"))
-    share = {rule.hole_mm: np.mean(made.room_mm >= rule.edge_mm) for rule in RULES}
-    enough = [hole for hole, part in share.items() if part >= 0.9]
-    assert made.rule.hole_mm == max(enough)
+    assert 1 <= len(made.rules) <= 3
+    for size, room in zip(made.size_mm.tolist(), made.room_mm.tolist(), strict=True):
+        fitting = [rule.hole_mm for rule in made.rules if room >= rule.edge_mm - 1e-6]
+        assert size == max(fitting, default=np.nan) or not fitting
 
 
 def test_a_ring_is_opened_into_two_pieces_at_least():

@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.picture.strand_colours import STRATEGIES
 
 MATERIALS = ("card", "card", "museum-board", "birch-veneer", "polypropylene", "spring-shim-0.1")
 
@@ -81,6 +82,15 @@ def bodies(dice):
 
 SHAPES = (hull, blocks, sheet, ring, bodies)
 
+#: Jobs whose offcuts later ones take: of four materials, from bands of pieces to lone ones.
+EARLIER = (
+    {"size": "200mm"},
+    {"size": "90mm", "width": 0.4},
+    {"size": "150mm", "material": "birch-veneer", "sheet": "600x400mm"},
+    {"size": "150mm", "material": "polypropylene"},
+    {"size": "160mm", "material": "museum-board", "sheet": "400x400mm:2"},
+)
+
 
 #: A small job has a mesh of no more faces.
 _FEW = 16
@@ -129,9 +139,42 @@ def random_job(seed, *, small=False):
     return vertices, faces, {name: value for name, value in options.items() if value is not None}
 
 
-def outcome_of(seed, *, small=False):
-    """Make a random job and return what came of it, and the words with which it was refused."""
-    return outcome(*random_job(seed, small=small))
+def earlier_stock(folder):
+    """Make the earlier jobs in a folder and return the lists of their offcuts, by material."""
+    stocks = {}
+    for number, options in enumerate(EARLIER):
+        made = folder / f"earlier_{number}"
+        fw.make("shape:torus?m=8&n=4", made, effort="quick", force=True, **options)
+        material = options.get("material", "card")
+        stocks.setdefault(material, []).append(made / "offcuts" / "stock.toml")
+    return stocks
+
+
+def with_offcuts(seed, options, stocks):
+    """Return options of a job with a scheme of colours, and offcuts of its material if any are.
+
+    What is drawn at random is drawn apart, so that a seed stands for the same job without them.
+    """
+    dice = np.random.default_rng((seed, 1))
+    options = {**options, "colours": str(dice.choice(sorted(STRATEGIES)))}
+    offcuts = stocks.get(options["material"])
+    if offcuts:
+        options["stock"] = str(offcuts[int(dice.integers(len(offcuts)))])
+        # Most have sheets for what finds no place on an offcut.
+        if dice.random() < 0.3:
+            options.pop("sheet", None)
+    return options
+
+
+def outcome_of(seed, *, small=False, stocks=None):
+    """Make a random job and return what came of it, and the words with which it was refused.
+
+    With ``stocks``, from :func:`earlier_stock`, it has colours, and offcuts to be cut from.
+    """
+    vertices, faces, options = random_job(seed, small=small)
+    if stocks is not None:
+        options = with_offcuts(seed, options, stocks)
+    return outcome(vertices, faces, options)
 
 
 def outcome(vertices, faces, options):

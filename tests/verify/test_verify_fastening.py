@@ -92,3 +92,20 @@ def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finishe
     (check,) = [one for one in verify_job(folder).checks if one.name == "fastened"]
     assert f"lack {hung[0]['id']}" in str(check.findings)
     assert f"have {other['id']}" in str(check.findings)
+
+
+@pytest.mark.slow
+def test_in_a_loose_weave_joints_and_ends_are_fastened_and_more_may_be(finished):
+    job = load_job(finished(*MADE.format("loose").split()), Tally("files"))
+    assert findings(job) == ()
+    due = {joint.crossing for joint in job.map.joints}
+    due |= {
+        at for thread in job.map.threads for at in (*thread.crossings[:1], *thread.crossings[-1:])
+    }
+    fastened = {crossing.id for crossing in job.map.crossings if crossing.fastened}
+    assert due < fastened
+    for at, crossing in enumerate(job.map.crossings):
+        crossings = list(job.map.crossings)
+        crossings[at] = replace(crossing, fastened=not crossing.fastened)
+        (found,) = findings(with_map(job, crossings=tuple(crossings)))
+        assert f"crossing {crossing.id}" in found

@@ -68,7 +68,7 @@ CUTTING_OPTIONS = (
         SHEETS,
         length(1000.0, zero="none", metavar="LENGTH|none"),
         "Diameter of the fastener holes.",
-        otherwise="the largest for which nine crossings of ten have room and hardware is sold",
+        otherwise="the largest that are sold and that the ribbons have room for, in few sizes",
         making=True,
     ),
     Option(
@@ -90,9 +90,10 @@ CUTTING_OPTIONS = (
             "fabweave.flat.joint.fastening.parse_fastening",
             form=lambda told: told.strip().lower(),
         ),
-        "Which crossings take a fastener: joints; all; rim, the joints and the crossings next to "
-        "the boundary; every:2, the joints and one crossing of two; or none, and joints are glued.",
-        otherwise="joints where the weave holds itself (fabweave guide joints), else all",
+        "Which crossings take a fastener: joints; loose, the joints and more crossings the looser "
+        "the weave is; all; rim, the joints and the crossings next to the boundary; every:2, the "
+        "joints and one crossing of two; or none, and joints are glued.",
+        otherwise="loose, or all with --slots (fabweave guide joints)",
         making=True,
     ),
     Option(

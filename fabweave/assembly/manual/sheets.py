@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import shapely
 
 from fabweave.assembly.manual.book import (
     TEXT,
@@ -15,7 +16,7 @@ from fabweave.assembly.manual.stock import draw_stock, write_stock
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.labels.titles import Title, place_titles
-from fabweave.flat.crossing_map import CrossingMap
+from fabweave.flat.crossing_map import CrossingMap, Point
 
 SHEETS = "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
@@ -99,7 +100,7 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
         rows = -(-len(keys) // _tick_columns(book, keys))
         # A short list of pieces stands below its sheet, a long one on pages of its own.
         reserved = 60.0 + 15.0 * (rows if rows <= _SHORT_LIST else 0)
-        tiles = _tiles(book, drawing, drawn, titles, reserved)
+        tiles = _tiles(book, drawing, drawn, titles, sheet.outline, reserved)
         for number, tile in enumerate(tiles, start=1):
             book.page(SHEETS)
             if number == 1:
@@ -144,6 +145,7 @@ def _tiles(
     drawing: SheetDrawing,
     drawn: dict[str, DrawnPiece],
     titles: dict[str, Title],
+    outline: Sequence[Point],
     reserved: float,
 ) -> list[_Tile]:
     """Cut a sheet along its longer side into parts so large that most titles can be read."""
@@ -166,6 +168,9 @@ def _tiles(
             corners = np.concatenate([drawn[key].outline for key in keys])
             low, high = np.zeros(2), size.copy()
             low[axis], high[axis] = corners[:, axis].min() - 2.0, corners[:, axis].max() + 2.0
+            # A ragged sheet may be narrower here than elsewhere: what is not there takes no room.
+            seen = shapely.intersection(shapely.Polygon(outline), shapely.box(*low, *high))
+            low, high = np.reshape(seen.bounds, (2, 2))
             tiles.append(_Tile(low, high - low, keys))
     return tiles
 

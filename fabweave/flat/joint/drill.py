@@ -11,7 +11,7 @@ from fabweave.flat.joint.ends import CutStrips, Stations
 from fabweave.flat.joint.holes import (
     PITCH_D,
     HoleRule,
-    choose_rule,
+    choose_rules,
     group_offsets,
     group_rooms,
     panel_axes,
@@ -30,11 +30,13 @@ class Drilled:
 
     Parameters
     ----------
-    rule : HoleRule or None
-        The hole that was chosen.
+    rules : tuple of HoleRule
+        The holes that were chosen, the largest first; empty if no crossing has room for any.
     room_mm : (X,) float array
         The distance from the middle of each crossing to every edge; infinite where no hole in
         the middle is wanted.
+    size_mm : (X,) float array
+        Diameter of the holes of each crossing, NaN where there are none.
     hole_mm : (S,) float array
         Diameter of the fastener in the middle of each station, NaN where there is none.
     slotted : (S,) bool array
@@ -43,18 +45,22 @@ class Drilled:
         The stations of holes that are not in the middle.
     more_point : (H, n, 2) float array
         Their places, in the same order in all layers of a crossing.
+    more_mm : (H,) float array
+        Their diameter.
     held : (J,) bool array
         Which joints have fasteners.
     fastened : (X,) bool array
         Through which crossings a fastener goes.
     """
 
-    rule: HoleRule | None
+    rules: tuple[HoleRule, ...]
     room_mm: FloatArray
+    size_mm: FloatArray
     hole_mm: FloatArray
     slotted: BoolArray
     more_station: IntArray
     more_point: FloatArray
+    more_mm: FloatArray
     held: BoolArray
     fastened: BoolArray
 
@@ -69,12 +75,14 @@ def drill(
     slots: bool,
     fastened: BoolArray | None = None,
     holed: BoolArray | None = None,
+    alike: IntArray | None = None,
 ) -> Drilled:
-    """Choose the hole of a job and drill every crossing and joint that has room for it.
+    """Choose few sizes of holes and drill every crossing and joint that has room for one.
 
-    A crossing has a hole in its middle, through both strands. A riveted joint has all the
-    fasteners that were asked for, through both laps and the strand above; where there is no room
-    for several it has one, and where there is none for that it has none. Other joints have none.
+    A crossing has a hole in its middle, through both strands, the largest that has room. A riveted
+    joint has all the fasteners that were asked for, through both laps and the strand above; where
+    there is no room for several it has one, and where there is none for that it has none. Other
+    joints have none.
 
     Parameters
     ----------
@@ -90,6 +98,8 @@ def drill(
     holed : (X,) bool array, optional
         Which crossings are to have holes, whether they are fastened or not; by default those that
         are fastened.
+    alike : (X,) int array, optional
+        Numbers of crossings, which those share that are to have the same hole.
     """
     stations, threads = cut.stations, weave.threads
     room = _room(cut, threads.n_crossings)
@@ -100,26 +110,55 @@ def drill(
     room[idle] = np.inf
     asked = wanted if holed is None else wanted | holed
     room[~asked] = np.inf
-    rule = choose_rule(room[asked], rules, ribbons, threads, plan, few=not asked.all())
-    drilled = np.isfinite(room) & (room >= (rule.edge_mm if rule else np.inf))
+    alike = np.arange(len(room)) if alike is None else alike
+    edges = np.array([rule.edge_mm for rule in rules])
+    bounded = np.where(np.isfinite(room), room, -1.0)
+    single = _fit_alike(np.asarray(bounded[:, None] >= edges), alike)
+    fits, several = single.copy(), plan.rule.fasteners > 1 and not len(idle)
+    groups = [_groups(ribbons, weave, plan, cut, rule) for rule in rules if several]
+    if several and rules:
+        held = np.stack([np.isin(plan.crossing, stations.crossing[g[0]]) for g in groups], axis=1)
+        fits[plan.crossing[held.any(axis=1)]] = held[held.any(axis=1)]
+    chosen = choose_rules(fits, rules, np.isin(np.arange(len(room)), plan.crossing))
+    size = np.full(len(room), np.nan)
+    for at in reversed(chosen):
+        size[single[:, at]] = rules[at].hole_mm
+    hole = size[stations.crossing]
     more_station, more_point = np.zeros(0, dtype=np.int64), np.zeros((0, plan.rule.fasteners, 2))
-    if rule is not None and plan.rule.fasteners > 1 and not len(idle):
-        more_station, more_point = _groups(ribbons, weave, plan, cut, rule)
-    drilled[stations.crossing[more_station]] = False
-    middle = drilled[stations.crossing]
-    inner = np.ones(len(middle), dtype=bool)
+    more_mm = np.zeros(0)
+    for at in chosen if several else ():
+        station, point = groups[at]
+        # A joint has the largest for which all its fasteners have room.
+        new = ~np.isin(stations.crossing[station], stations.crossing[more_station])
+        size[stations.crossing[station[new]]] = rules[at].hole_mm
+        more_station = np.concatenate((more_station, station[new]))
+        more_point = np.concatenate((more_point, point[new]))
+        more_mm = np.concatenate((more_mm, np.full(new.sum(), rules[at].hole_mm)))
+    order = np.argsort(more_station, kind="stable")
+    hole[np.isin(stations.crossing, stations.crossing[more_station])] = np.nan
+    inner = np.ones(len(hole), dtype=bool)
     inner[stations.offsets[:-1]] = inner[stations.offsets[1:] - 1] = False
-    drilled[stations.crossing[more_station]] = True
+    drilled = ~np.isnan(size)
     return Drilled(
-        rule=rule,
+        rules=tuple(rules[at] for at in chosen),
         room_mm=room,
-        hole_mm=np.where(middle, rule.hole_mm if rule else np.nan, np.nan),
-        slotted=middle & inner & ~weave.over[stations.passes] & slots,
-        more_station=more_station,
-        more_point=more_point,
+        size_mm=size,
+        hole_mm=hole,
+        slotted=~np.isnan(hole) & inner & ~weave.over[stations.passes] & slots,
+        more_station=more_station[order],
+        more_point=more_point[order],
+        more_mm=more_mm[order],
         held=drilled[plan.crossing],
         fastened=drilled & wanted,
     )
+
+
+def _fit_alike(fits: BoolArray, alike: IntArray) -> BoolArray:
+    """Leave crossings that are alike the holes that fit all of them, if any fits them at all."""
+    held = np.asarray(fits.any(axis=1))
+    all_fit = np.ones((int(alike.max(initial=0)) + 1, fits.shape[1]), dtype=np.bool_)
+    np.logical_and.at(all_fit, alike[held], fits[held])
+    return np.asarray(all_fit[alike] & held[:, None])
 
 
 def _room(cut: CutStrips, n_crossings: int) -> FloatArray:

@@ -1,19 +1,23 @@
-"""Decide where fasteners go: one hole size for a job, and their places at every crossing."""
+"""Decide where fasteners go: few sizes of holes for a job, and their places at every crossing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.joint.planning import JointPlan
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.threads import Threads
 
-#: A hole size is taken for a job if at least this share of the crossings has room for it.
+#: Joints are looked for where there is room for a hole that this share of all crossings has.
 WANTED_SHARE = 0.9
-#: So much smaller a hole may be so that no joint is without.
-SMALLER = 0.75
+#: A job has at most so many sizes. What one more has to save, and what it costs a crossing or a
+#: joint to have no hole, all as shares of a hole: where 19 crossings hold a large one, another that
+#: holds a small one is worth a size, and a joint is worth five crossings. Estimates of a maker's
+#: trouble.
+_MOST_SIZES, _ONE_MORE, _NO_HOLE, _NO_FASTENER = 3, 0.2, 5.0, 25.0
 #: Holes are this many diameters apart, from centre to centre (AC 43.13-1B: 3 D or more).
 PITCH_D = 3.0
 #: A group of fasteners is tried in this many turns.
@@ -133,45 +137,47 @@ def other_passes(threads: Threads) -> IntArray:
     return other
 
 
-def choose_rule(
-    room: FloatArray,
-    rules: Sequence[HoleRule],
-    ribbons: Ribbons,
-    threads: Threads,
-    plan: JointPlan,
-    *,
-    few: bool = False,
-) -> HoleRule | None:
-    """Choose the hole for the job.
+def choose_rules(
+    fits: BoolArray, rules: Sequence[HoleRule], joined: BoolArray | None = None
+) -> tuple[int, ...]:
+    """Choose the holes for a job: as large as crossings have room for, in few sizes.
 
-    The largest for which nine crossings of ten have room, and nine joints of ten for all their
-    fasteners; if none, the largest for which nine crossings of ten have room for one; failing
-    that, the smallest that fits at any crossing.
+    A crossing with a smaller hole than it has room for loses the share by which it is smaller; one
+    without a hole loses ``_NO_HOLE``, and a joint, which is glued then, ``_NO_FASTENER``. A size
+    more must save ``_ONE_MORE`` of a hole in the mean.
 
     Parameters
     ----------
-    room : (X,) float array
-        The distance to every edge that the middle of each crossing has; infinite where no hole
-        is wanted.
-    rules : sequence of HoleRule
-        The preferred first.
-    ribbons, threads, plan
-        To see where groups of fasteners have room.
-    few : bool
-        Whether only some crossings are fastened: each of them counts, so a hole for which all have
-        room is taken if it is at least ``SMALLER`` times as large.
+    fits : (N, R) bool array
+        Which crossings that want a hole have room for each.
+    rules : sequence of R HoleRule
+        The largest first.
+    joined : (N,) bool array, optional
+        Which of them have joints; by default none.
+
+    Returns
+    -------
+    tuple of int
+        Numbers of the rules, at most ``_MOST_SIZES``, the largest first; empty if none fits.
+
+    Examples
+    --------
+    >>> rules = [HoleRule(hole, 2 * hole) for hole in (4.1, 3.3, 1.6)]
+    >>> choose_rules(np.array([[True, True, True]] * 5 + [[False, False, True]] * 5), rules)
+    (0, 2)
+    >>> choose_rules(np.array([[True, True, True]] * 5 + [[False, True, True]] * 5), rules)
+    (1,)
     """
-    enough = [
-        rule for rule in rules if np.count_nonzero(room >= rule.edge_mm) >= WANTED_SHARE * len(room)
-    ]
-    for rule in enough if few else ():
-        if np.all(room >= rule.edge_mm) and rule.hole_mm >= SMALLER * enough[0].hole_mm:
-            enough = [rule, *enough]
-            break
-    if plan.rule.fasteners > 1:
-        for rule in enough:
-            roomy = group_rooms(ribbons, threads, plan, rule).room_mm >= rule.edge_mm
-            if np.count_nonzero(roomy) >= WANTED_SHARE * len(roomy):
-                return rule
-    fitting = [rule for rule in rules if np.any(room >= rule.edge_mm)]
-    return enough[0] if enough else fitting[-1] if fitting else None
+    some_fit = fits.any(axis=1)
+    without = np.full(len(fits), _NO_HOLE)
+    without[np.zeros(len(fits), dtype=np.bool_) if joined is None else joined] = _NO_FASTENER
+    fits, without = fits[some_fit], without[some_fit]
+    hole = np.array([rule.hole_mm for rule in rules])
+    cost = {}
+    for count in range(1, min(_MOST_SIZES, len(rules)) + 1):
+        for some in combinations(range(len(rules)), count):
+            if fits[:, some].any():
+                had = (fits[:, some] * hole[list(some)]).max(axis=1)
+                lost = np.where(had > 0.0, 1.0 - had / (fits * hole).max(axis=1), without)
+                cost[some] = round(float(lost.mean()) + _ONE_MORE * count, 9)
+    return min(cost, key=cost.__getitem__, default=())

@@ -132,6 +132,11 @@ def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
         for thread in plan.threads:
             walk = zip(thread.crossings, thread.over, strict=True)
             wanted |= set([crossing for crossing, over in walk if over][:: int(every[1])])
+    elif asked == "loose":
+        # How many more there are is the maker's estimate.
+        for thread in plan.threads:
+            wanted |= set() if thread.closed else {*thread.crossings[:1], *thread.crossings[-1:]}
+        wanted |= {one.id for one in plan.crossings if one.fastened}
     elif asked != "joints":
         return None
     return wanted

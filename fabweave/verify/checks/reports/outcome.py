@@ -52,7 +52,8 @@ def _check_words(job: Job, outcome: dict[str, Any], place: Place) -> None:
         # Those away from the middle of a crossing, too.
         holes = {hole.diameter for piece in plan.pieces for hole in plan.holes[piece.id]} - {None}
         # Where no crossing has room for one, the one that was looked for is told.
-        place.expect(not holes or size in holes, f"no hole is of {size} mm")
+        sizes = set(size) if isinstance(size, list) else {size}
+        place.expect(not holes or sizes <= holes, f"no hole is of {size} mm")
     estimate = (job.waste or {}).get("estimate")
     if "costs" in outcome and estimate is not None:
         place.against("waste.json").equal("costs", outcome["costs"], costs_words(estimate))
