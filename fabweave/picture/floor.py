@@ -84,11 +84,11 @@ def floor_light(
     ):
         turns = 2.0 * np.pi * np.arange(count) / count
         around = np.stack((np.cos(turns), np.sin(turns), np.zeros(count)), axis=1)
-        covered = sum(
+        covered = [
             _covered(frame.pixels(_fallen(points, towards)), corners, frame, coarser)
             for towards in middle + aside * around
-        )
-        shadow += shade * _blurred(covered / count, blur * small / coarser, frame)
+        ]
+        shadow += shade * _blurred(np.mean(covered, axis=0), blur * small / coarser, frame)
     return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
 
 
