@@ -224,16 +224,19 @@ def _upward(
     mesh: PolyMesh, settings: Settings, stated: Up | None, *, in_memory: bool
 ) -> tuple[Up, list[str]]:
     """Return the axis of a mesh that points up, and what a person should know about it."""
-    if settings.up is not None or in_memory:
+    if in_memory or (stated is not None and settings.up is not None):
         return settings.up or "z", []
     if stated is not None:
         kind = settings.mesh.rpartition(".")[2].upper()
         turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
         return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
     guess = guess_up(mesh)
+    up, reason = guess or ("z", "")
+    # The settings of a job say what was guessed for it, and its notes are the same again.
+    if settings.up not in (None, up):
+        return settings.up, []
     if guess is None:
         return "z", ["z is taken to point up; if pictures show it lying, add --up y or --up x"]
-    up, reason = guess
     other = "--up y or --up x turns it" if up == "z" else "--up z keeps the axes of the file"
     return up, [f"up: {up}, guessed from its {reason}; {other}"]
 
