@@ -76,7 +76,8 @@ class LoadedMesh:
     notes : tuple of str
         What a person should know about the mesh.
     up : {"z", "y", "x"} or None
-        The axis that was taken to point up where the format does not say so.
+        The axis that was taken to point up where the format does not say so; job.toml keeps it,
+        so that the same is made again whatever is guessed later.
     n_old_vertices : int
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
     clashes : int

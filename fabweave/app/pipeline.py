@@ -218,7 +218,6 @@ def plan_job(
         As for :func:`make_job`; ``NotMakeableError`` if it cannot be built, and is not forced.
     """
     settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
-    # A guess is written down as what was used: the same is made again whatever is guessed later.
     settings = replace(settings, up=settings.up or woven.source.up)
     rules = hole_rules(settings, supplies)
     joined = split_object(woven, settings, supplies, rules, progress)
