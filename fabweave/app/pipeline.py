@@ -127,12 +127,8 @@ def run_job(
         nesting = executors or processes(workers)
         job = make_job(settings, progress, mesh=mesh, start=start, executors=nesting)
         # Processes end before the folder is moved, or removed: no file comes to it late.
-        with (
-            _told_where(directory),
-            finished_folder(directory, replaced) as folder,
-            stack.pop_all(),
-        ):
-            return write_and_prove(job, folder, progress, start)
+        with _told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
+            return write_and_prove(job, new, progress, start)
 
 
 @contextmanager

@@ -24,7 +24,7 @@ LEAST_DIFFERENCE = 0.06
 
 #: The light tone of a colour is so much lighter, and the dark one so much darker than the light, in
 #: OKLab; white and black leave no room on one side, and use it on the other.
-_LIGHTER, _APART = 0.04, 0.13
+_LIGHTER, _APART = 0.04, 0.15
 _LIGHTEST, _DARKEST = 0.985, 0.22
 #: Shade is richer than light, as where light comes back from a neighbour: chroma of both tones.
 _CHROMAS = (0.9, 1.5)
