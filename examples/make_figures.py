@@ -92,7 +92,7 @@ def ribbons(one: Woven, view: View | None = None, *, floor: bool = True) -> Imag
     """Return a picture of the woven object."""
     rest = one.settings, one.supplies
     clear = keep_clear(lay_object(one.mesh, *rest), *rest)
-    colours = strand_colours(clear.weave, clear.bunches)
+    colours = strand_colours(clear.weave, clear.bunches, "safe")
     return weave_picture(clear.ribbons, colours, size_px=TILE, view=view, floor=floor, samples=3)
 
 

@@ -16,7 +16,7 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.handles import add_handles, parse_handles
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import MeshFile, read_mesh
+from fabweave.mesh.io.files import read_mesh, states_up
 from fabweave.mesh.likeness import Likeness, likeness
 from fabweave.mesh.loss import LossMap, loss_map
 from fabweave.mesh.openings.leave_out import Opening, leave_out
@@ -49,6 +49,7 @@ from fabweave.mesh.shapes.titles import object_title
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise
+from fabweave.mesh.upright import guess_up
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -74,6 +75,9 @@ class LoadedMesh:
         What to call the job.
     notes : tuple of str
         What a person should know about the mesh.
+    up : {"z", "y", "x"} or None
+        The axis that was taken to point up where the format does not say so; job.toml keeps it,
+        so that the same is made again whatever is guessed later.
     n_old_vertices : int
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
     clashes : int
@@ -99,6 +103,7 @@ class LoadedMesh:
     halfedges: Halfedges
     title: str
     notes: tuple[str, ...]
+    up: Up | None = None
     n_old_vertices: int = 0
     clashes: int = 0
     left_out: float = 0.0
@@ -150,24 +155,24 @@ def load_mesh(
     notes: list[str] = []
     unit: str | None = None
     unit_mm = 1.0
-    up: Up = "z"
+    stated: Up | None = None
     if given_mesh is not None:
         mesh = given_mesh
     elif is_shape(settings.mesh):
-        mesh, unit = parse_shape(settings.mesh), "mm"
+        mesh, unit, stated = parse_shape(settings.mesh), "mm", "z"
     else:
         file = read_mesh(settings.mesh)
-        mesh, unit, unit_mm, up = file.mesh, file.unit, file.unit_mm or 1.0, file.up
+        mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
+        stated = file.up if states_up(settings.mesh) else None
         notes += file.notes
-        if settings.up is None:
-            notes.append(_up_note(file))
     _require_small_faces(mesh)
     if not settings.remesh:
         _require_few(mesh.n_corners // 2)
     mesh, welded = weld_seams(mesh, settings.weld)
     mesh, kept, left_out = with_bodies(mesh, settings.bodies)
-    notes += [*welded, *kept]
-    mesh = turn_upright(mesh, settings.up or up)
+    up, said = _upward(mesh, settings, stated, in_memory=given_mesh is not None)
+    notes += [*said, *welded, *kept]
+    mesh = turn_upright(mesh, up)
     try:
         mesh, report, repairs = prepare_mesh(mesh)
     except InputError as error:
@@ -185,11 +190,11 @@ def load_mesh(
     else:
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
     _require_size(largest_dimension(mesh))
-    stated = f"the file states its unit ({unit})" if unit else "the file states no unit"
+    basis = f"the file states its unit ({unit})" if unit else "the file states no unit"
     if given_mesh is None and is_shape(settings.mesh):
-        stated = "built-in shapes are in millimetres"
+        basis = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
-    along = _wished(settings.along, settings.up or up, factor)
+    along = _wished(settings.along, up, factor)
     mesh, remeshed, like, loss, changes = _changed(mesh, settings, along, progress, remeshed)
     notes += changes
     mesh, n_old_vertices, openings, changes = _opened(mesh, settings)
@@ -197,10 +202,11 @@ def load_mesh(
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
-    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {stated}, and the mesh {how}")
+    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {basis}, and the mesh {how}")
     return LoadedMesh(
         mesh=mesh,
         halfedges=halfedges,
+        up=up if stated is None else None,
         title=object_title(settings.mesh, settings.title),
         notes=tuple(notes),
         n_old_vertices=n_old_vertices,
@@ -215,14 +221,25 @@ def load_mesh(
     )
 
 
-def _up_note(file: MeshFile) -> str:
-    """Say which axis of a file was taken to point up, and how another one is chosen."""
-    if file.up == "z":
-        return "z is taken to point up; if pictures show it lying, add --up y or --up x"
-    return (
-        f"the mesh was turned so that its {file.up} axis points up, as {file.format.upper()} "
-        "files have it; --up z leaves it as it is"
-    )
+def _upward(
+    mesh: PolyMesh, settings: Settings, stated: Up | None, *, in_memory: bool
+) -> tuple[Up, list[str]]:
+    """Return the axis of a mesh that points up, and what a person should know about it."""
+    if in_memory or (stated is not None and settings.up is not None):
+        return settings.up or "z", []
+    if stated is not None:
+        kind = settings.mesh.rpartition(".")[2].upper()
+        turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
+        return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
+    guess = guess_up(mesh)
+    up, reason = guess or ("z", "")
+    # The settings of a job say what was guessed for it, and its notes are the same again.
+    if settings.up not in (None, up):
+        return settings.up, []
+    if guess is None:
+        return "z", ["z is taken to point up; if pictures show it lying, add --up y or --up x"]
+    other = "--up y or --up x turns it" if up == "z" else "--up z keeps the axes of the file"
+    return up, [f"up: {up}, guessed from its {reason}; {other}"]
 
 
 def _require_small_faces(mesh: PolyMesh) -> None:

@@ -127,12 +127,8 @@ def run_job(
         nesting = executors or processes(workers)
         job = make_job(settings, progress, mesh=mesh, start=start, executors=nesting)
         # Processes end before the folder is moved, or removed: no file comes to it late.
-        with (
-            _told_where(directory),
-            finished_folder(directory, replaced) as folder,
-            stack.pop_all(),
-        ):
-            return write_and_prove(job, folder, progress, start)
+        with _told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
+            return write_and_prove(job, new, progress, start)
 
 
 @contextmanager
@@ -218,6 +214,7 @@ def plan_job(
         As for :func:`make_job`; ``NotMakeableError`` if it cannot be built, and is not forced.
     """
     settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
+    settings = replace(settings, up=settings.up or woven.source.up)
     rules = hole_rules(settings, supplies)
     joined = split_object(woven, settings, supplies, rules, progress)
     woven = joined.woven

@@ -9,15 +9,22 @@ from fabweave.core.errors import InputError
 
 #: A picture has no more pixels.
 _MOST_PIXELS = 60_000_000
-#: Share of the picture left free around the object.
-_MARGIN = 0.05
-# The views tried, from the usual place on: right of the front, left of it, more from the side.
-_TURNS_DEG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0)
-_ELEVATIONS_DEG = (30.0, 42.0)
+#: Share of the picture left free around the object, and around one that stands on a floor.
+_MARGIN, FLOOR_MARGIN = 0.05, 0.10
+# The views tried, from the usual place on: right of the front, left of it; of what is so many times
+# longer than it is wide, more from the side.
+_TURNS_DEG, _LONG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0), 1.3
+#: What is as high as it is wide is seen at eye height; the flatter, the higher, so that a ring
+#: shows its hole. Height over width where that begins and ends.
+_EYE_DEG, _FLAT_DEG = 12.0, 36.0
+_UPRIGHT, _FLAT = 0.9, 0.25
+#: How much higher is tried, too.
+_RISE_DEG = 12.0
 #: Another view must show this much more; one from higher up, as the horizon reads better.
-_WORTH_A_TURN, _WORTH_A_RISE = 1.08, 1.08
-#: What a view is worth in which all that is seen of a body lies in one plane.
-_WORTH_IF_FLAT = 0.8
+_WORTH_A_TURN, _WORTH_A_RISE = 1.15, 1.2
+#: What a view is worth in which nearly all that is seen of a body lies in one plane, and the length
+#: of the mean of the normals that are seen from which that is so (of a sphere it is two thirds).
+_WORTH_IF_FLAT, _ONE_PLANE = 0.8, 0.86
 
 
 @dataclass(frozen=True)
@@ -87,7 +94,9 @@ class Frame:
         return turned * (1.0, -1.0, 1.0) + (self.left_px, self.top_px, 0.0)
 
 
-def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Frame:
+def frame_object(
+    points: FloatArray, view: View, size_px: tuple[int, int], margin: float = _MARGIN
+) -> Frame:
     """Return the frame in which an object fills a picture, with a little margin around.
 
     Where the view says how wide the picture is, the object stands in its middle at that scale.
@@ -100,6 +109,8 @@ def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Fr
         From where it is seen.
     size_px : (int, int)
         Width and height in pixels.
+    margin : float
+        Share of the picture left free on each side.
 
     Raises
     ------
@@ -127,7 +138,7 @@ def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Fr
     across = points @ axes[:2].T
     low, high = across.min(axis=0), across.max(axis=0)
     extent = np.maximum(high - low, 1e-9 * max(float(np.abs(points).max()), 1e-9))
-    room = np.array([width, height]) * (1.0 - 2.0 * _MARGIN)
+    room = np.array([width, height]) * (1.0 - 2.0 * margin)
     scale = float(np.min(room / extent)) if view.width_mm is None else width / view.width_mm
     middle = (low + high) / 2.0 * scale
     return Frame(
@@ -136,7 +147,7 @@ def frame_object(points: FloatArray, view: View, size_px: tuple[int, int]) -> Fr
 
 
 def choose_view(points: FloatArray, triangles: IntArray) -> View:
-    """Choose a three-quarter view from above that shows much of an object.
+    """Choose a three-quarter view that shows much of an object, at the height of the eye.
 
     Of a few views, that is taken which turns the largest area towards the eye; of nearly equal
     ones the earlier, so that a round object is seen from the usual place. Flat objects are
@@ -153,11 +164,18 @@ def choose_view(points: FloatArray, triangles: IntArray) -> View:
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     best, most = View(), -1.0
-    for elevation in _ELEVATIONS_DEG:
-        for azimuth in _TURNS_DEG:
+    if not len(triangles):
+        return best
+    across, along, high = np.ptp(points[np.unique(triangles)], axis=0)
+    upright = high / max(float(np.sqrt(across * along)), 1e-300)
+    lower = np.interp(upright, (_FLAT, _UPRIGHT), (_FLAT_DEG, _EYE_DEG))
+    turns = _TURNS_DEG if along > _LONG * across else _TURNS_DEG[:4]
+    elevations = (round(float(lower), 1), round(float(lower) + _RISE_DEG, 1))
+    for elevation in elevations:
+        for azimuth in turns:
             view = View(azimuth, elevation)
             area = _shown(normal, view.axes()[2])
-            first = elevation == _ELEVATIONS_DEG[0] or best.elevation_deg == elevation
+            first = elevation == elevations[0] or best.elevation_deg == elevation
             if area > most * (_WORTH_A_TURN if first else _WORTH_A_RISE):
                 best, most = view, area
     return best
@@ -170,5 +188,5 @@ def _shown(normal: FloatArray, towards: FloatArray) -> float:
     # Of what looks at the eye, each facet's direction with the area that is seen of it.
     size = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
     mean = np.linalg.norm((front / size) @ normal)
-    flat = mean > (1.0 - 1e-6) * front.sum()
+    flat = mean > _ONE_PLANE * front.sum()
     return float(np.abs(turned).sum()) * (_WORTH_IF_FLAT if flat else 1.0)

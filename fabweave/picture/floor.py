@@ -10,18 +10,21 @@ from fabweave.picture.shading import key_direction
 from fabweave.picture.zbuffer import nearest_triangles
 
 #: Light that the shadow of the key light and that of the sky take away at most.
-_KEY_SHADE, _SKY_SHADE = 0.30, 0.34
+_KEY_SHADE, _SKY_SHADE = 0.22, 0.42
+#: The key light is no point: from so many places around it, this far aside, its shadow is soft
+#: where what casts it is high, and sharp where it stands.
+_KEY_PLACES, _KEY_ASIDE = 8, 0.10
 #: The sky: directions around the vertical, and how far they lean.
 _SKY_TURNS, _SKY_LEAN_DEG = 6, 38.0
-#: The sky's shadow is soft, so it is painted this many times smaller.
-_COARSER = 4
+#: Soft shadows are painted this many times smaller.
+_KEY_COARSER, _SKY_COARSER = 2, 4
 #: Softness of both shadows, as shares of the picture's smaller side.
-_KEY_BLUR, _SKY_BLUR = 0.0025, 0.022
-#: The key light's shadow fades in this border of the picture, a share of its smaller side.
-_FADE = 0.05
-#: The sky's shadow ends nowhere: from this share of the way from the middle to the border on it
-#: fades, round, so that no straight edge is seen.
-_SKY_FADE = 0.45
+_KEY_BLUR, _SKY_BLUR = 0.006, 0.022
+#: Shadows end nowhere: from this share of the way from the middle to the border on they fade, with
+#: round corners, so that no straight edge is seen.
+_FADE, _ROUND = 0.72, 4.0
+#: The picture has room for this share of the key light's shadow; the rest is faint.
+_ROOM = 0.5
 #: Seen from lower than this, a floor would be a line, or hide the object.
 _LOWEST_DEG = 4.0
 
@@ -32,8 +35,9 @@ def has_floor(view: View) -> bool:
 
 
 def floor_points(vertices: FloatArray, view: View) -> FloatArray:
-    """Return where the key light's shadow of each vertex falls on the floor, (V, 3).
+    """Return the places on the floor, (V, 3), that a picture shows with an object.
 
+    They lie on the way from the foot of each vertex to where the key light's shadow of it falls.
     The floor touches the lowest vertex.
 
     Examples
@@ -42,7 +46,9 @@ def floor_points(vertices: FloatArray, view: View) -> FloatArray:
     >>> points[0].tolist(), float(points[1, 2])
     ([0.0, 0.0, 0.0], 0.0)
     """
-    return _fallen(vertices, key_direction() @ view.axes())
+    foot = _fallen(vertices, np.array([0.0, 0.0, 1.0]))
+    fallen = _fallen(vertices, key_direction() @ view.axes())
+    return np.asarray(foot + _ROOM * (fallen - foot), dtype=np.float64)
 
 
 def floor_light(
@@ -69,35 +75,30 @@ def floor_light(
     used, corners = np.unique(triangles, return_inverse=True)
     points, corners = vertices[used], corners.reshape(-1, 3)
     small = min(frame.width_px, frame.height_px)
-    key = _covered(frame.pixels(floor_points(points, view)), corners, frame, 1)
-    shadow = _KEY_SHADE * _blurred(key, _KEY_BLUR * small, frame) * _faded(frame)
-    lean = np.radians(_SKY_LEAN_DEG)
-    sky = np.zeros_like(_covered(points[:0], corners[:0], frame, _COARSER))
-    for turn in 2.0 * np.pi * np.arange(_SKY_TURNS) / _SKY_TURNS:
-        aside = np.array([np.cos(turn), np.sin(turn), 0.0])
-        fallen = _fallen(points, np.sin(lean) * aside + (0.0, 0.0, np.cos(lean)))
-        sky += _covered(frame.pixels(fallen), corners, frame, _COARSER) / _SKY_TURNS
-    shadow += _SKY_SHADE * _blurred(sky, _SKY_BLUR * small / _COARSER, frame) * _sky_faded(frame)
-    return np.asarray(1.0 - shadow, dtype=np.float32)
+    key, lean = key_direction() @ view.axes(), np.radians(_SKY_LEAN_DEG)
+    up = np.array([0.0, 0.0, np.cos(lean)])
+    shadow = np.zeros((frame.height_px, frame.width_px))
+    for middle, aside, count, coarser, blur, shade in (
+        (key, _KEY_ASIDE, _KEY_PLACES, _KEY_COARSER, _KEY_BLUR, _KEY_SHADE),
+        (up, np.sin(lean), _SKY_TURNS, _SKY_COARSER, _SKY_BLUR, _SKY_SHADE),
+    ):
+        turns = 2.0 * np.pi * np.arange(count) / count
+        around = np.stack((np.cos(turns), np.sin(turns), np.zeros(count)), axis=1)
+        covered = [
+            _covered(frame.pixels(_fallen(points, towards)), corners, frame, coarser)
+            for towards in middle + aside * around
+        ]
+        shadow += shade * _blurred(np.mean(covered, axis=0), blur * small / coarser, frame)
+    return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
 
 
 def _faded(frame: Frame) -> FloatArray:
-    """Return a share for each pixel that falls to 0 at the borders."""
-    width = _FADE * min(frame.width_px, frame.height_px)
-    shares = []
-    for size in (frame.height_px, frame.width_px):
-        place = np.arange(size) + 0.5
-        shares.append(_eased(np.minimum(place, size - place) / width))
-    return np.asarray(np.outer(*shares), dtype=np.float64)
-
-
-def _sky_faded(frame: Frame) -> FloatArray:
-    """Return a share for each pixel that falls to 0 on the ellipse that touches the borders."""
+    """Return a share for each pixel that falls to 0 on a round shape that touches the borders."""
     down, across = (
         (2.0 * np.arange(size) + 1.0) / size - 1.0 for size in (frame.height_px, frame.width_px)
     )
-    away = np.hypot(down[:, np.newaxis], across)
-    return _eased((1.0 - away) / (1.0 - _SKY_FADE))
+    away = (np.abs(down[:, np.newaxis]) ** _ROUND + np.abs(across) ** _ROUND) ** (1.0 / _ROUND)
+    return _eased((1.0 - away) / (1.0 - _FADE))
 
 
 def _eased(shares: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from fabweave.mesh.loss import LossMap
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import side_by_side, stacked
 from fabweave.picture.object_picture import png_bytes
-from fabweave.picture.portrait import BACK_PX, FRONT_PX, opposite_view
+from fabweave.picture.portrait import SIDE_PX, opposite_view
 from fabweave.picture.render import render_scene
 
 #: Colours of distances, from none on in equal steps, and dark at the end: each is darker than the
@@ -130,7 +130,7 @@ def loss_picture(loss: LossMap, text: str = "", *, samples: int = 2) -> Image.Im
     """
     front = choose_view(loss.points, loss.triangles)
     views = (front, opposite_view(front))
-    tiles = loss_tiles(loss, views, (FRONT_PX, BACK_PX), samples=samples)
+    tiles = loss_tiles(loss, views, (SIDE_PX, SIDE_PX), samples=samples)
     return stacked(tiles, loss_legend(loss, tiles.width, text))
 
 

@@ -5,28 +5,27 @@ from dataclasses import replace
 from PIL import Image
 
 from fabweave.core.colour_space import Colours
+from fabweave.core.errors import InputError
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import side_by_side
 from fabweave.picture.object_picture import png_bytes, weave_picture
+from fabweave.picture.render import object_frame
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons
 
-#: The view from the front is the larger one; both stand on one floor, so to speak.
-FRONT_PX, BACK_PX = (840, 720), (600, 720)
-#: The other view is from behind, past the side, and from higher up.
-_TURN_DEG, _HIGH_DEG = 155.0, 52.0
+#: Both views are equally large, and of one scale.
+SIDE_PX = (720, 720)
 
 
 def opposite_view(view: View) -> View:
-    """Return a view that shows what another one hides: from behind and from higher up.
+    """Return the view that shows what another one hides: from behind, as high.
 
     Examples
     --------
     >>> opposite_view(View(-60.0, 30.0))
-    View(azimuth_deg=95.0, elevation_deg=52.0, width_mm=None)
+    View(azimuth_deg=120.0, elevation_deg=30.0, width_mm=None)
     """
-    azimuth = view.azimuth_deg + _TURN_DEG
-    return replace(view, azimuth_deg=(azimuth + 180.0) % 360.0 - 180.0, elevation_deg=_HIGH_DEG)
+    return replace(view, azimuth_deg=view.azimuth_deg % 360.0 - 180.0)
 
 
 def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> Image.Image:
@@ -52,11 +51,24 @@ def object_portrait(ribbons: Ribbons, colours: Colours, *, samples: int = 2) -> 
         If there is no ribbon, or the colours are not as many as passes or threads.
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
+    if len(triangles) == 0:
+        raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
     front = choose_view(vertices, triangles)
+    views = (front, opposite_view(front))
+    scale = min(
+        object_frame(vertices, triangles, view, SIDE_PX, floor=True).pixels_per_mm for view in views
+    )
+    width_mm = SIDE_PX[0] / scale
     return side_by_side(
         *(
-            weave_picture(ribbons, colours, size_px=size_px, view=view, samples=samples)
-            for view, size_px in ((front, FRONT_PX), (opposite_view(front), BACK_PX))
+            weave_picture(
+                ribbons,
+                colours,
+                size_px=SIDE_PX,
+                view=replace(view, width_mm=width_mm),
+                samples=samples,
+            )
+            for view in views
         )
     )
 

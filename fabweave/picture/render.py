@@ -7,7 +7,7 @@ from PIL import Image
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.core.errors import InputError
-from fabweave.picture.camera import Frame, View, choose_view, frame_object
+from fabweave.picture.camera import FLOOR_MARGIN, Frame, View, choose_view, frame_object
 from fabweave.picture.floor import floor_light, floor_points, has_floor
 from fabweave.picture.lattice import Lattice
 from fabweave.picture.shading import (
@@ -177,9 +177,10 @@ def object_frame(
 ) -> Frame:
     """Return how ``render_scene`` maps an object to pixels, with or without a floor."""
     points = vertices[np.unique(triangles)]
-    if floor and has_floor(view):
-        points = np.concatenate((points, floor_points(points, view)))
-    return frame_object(points, view, size_px)
+    if not (floor and has_floor(view)):
+        return frame_object(points, view, size_px)
+    points = np.concatenate((points, floor_points(points, view)))
+    return frame_object(points, view, size_px, FLOOR_MARGIN)
 
 
 def _light(

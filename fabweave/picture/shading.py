@@ -7,14 +7,14 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, 
 from fabweave.picture.zbuffer import Planes, nearest_triangles, planes_through
 
 #: Where light comes from, as (right, up, towards the eye): over the left shoulder.
-_KEY = (-0.42, 0.62, 0.66)
+_KEY = (-0.36, 0.74, 0.57)
 #: Shares of the light on a surface that faces it: what comes from everywhere, from the sky, from
 #: the eye, and from the key light.
-_EVEN, _SKY, _EYE, _KEY_SHARE = 0.26, 0.20, 0.20, 0.68
+_EVEN, _SKY, _EYE, _KEY_SHARE = 0.32, 0.22, 0.28, 0.50
 #: The key light reaches a little around the edge, so that no side is quite dead.
 _WRAP = 0.15
 #: Light that comes into a full shadow, and on the inner side of a surface.
-_IN_SHADOW, _BEHIND = 0.22, 0.80
+_IN_SHADOW, _BEHIND = 0.30, 0.60
 #: Pixels of the shadow map across the picture's larger side.
 _SHADOW_PX = 1400
 #: What a surface may rise inside a pixel of it, on a plane that faces the light and by slope.

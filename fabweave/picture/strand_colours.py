@@ -1,4 +1,4 @@
-"""Colour the strands so that the weave can be seen: two that cross differ, on every mesh."""
+"""Colour the strands so that the weave can be seen, in hues of a scheme or tones of a material."""
 
 from typing import Literal, TypeAlias, get_args
 
@@ -10,41 +10,45 @@ from fabweave.core.errors import InputError
 from fabweave.picture.thread_colours import SAFE_PALETTE, thread_colours
 from fabweave.weave.pattern import Weave, strand_passes
 from fabweave.weave.shades import shade_strands
+from fabweave.weave.tones import strand_tones
 
-#: Ways to choose colours. With all but ``hue-circle`` and ``hue-range`` the strands of a crossing
-#: differ; those give each thread one colour, as the paper's figures do.
+#: Ways to choose colours. With ``safe``, ``direction`` and ``piece`` the strands of a crossing
+#: always differ, with ``material`` and ``bunch`` nearly always; ``hue-circle`` and ``hue-range``
+#: give each thread one colour, as the paper's figures do.
 Strategy: TypeAlias = Literal[
-    "safe", "direction", "piece", "bunch", "material", "hue-circle", "hue-range"
+    "material", "safe", "direction", "piece", "bunch", "hue-circle", "hue-range"
 ]
 STRATEGIES: tuple[Strategy, ...] = get_args(Strategy)
 #: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
 LEAST_DIFFERENCE = 0.06
 
-#: Near colours of one hue: how much lighter or darker than their mean each shade is, and how far
-#: aside its hue. Of shades with lower numbers there is more: the first two are far apart.
-_LIGHTER = np.array([0.09, -0.09, 0.0, 0.18, -0.18])
-_ASIDE_DEG = np.array([8.0, -8.0, 0.0, -8.0, 8.0])
-#: The mean lightness of a hue leaves room for its shades; hues begin here and have this chroma.
-_LIGHTEST, _DARKEST = 0.76, 0.42
+#: The light tone of a colour is so much lighter, and the dark one so much darker than the light, in
+#: OKLab; white and black leave no room on one side, and use it on the other.
+_LIGHTER, _APART = 0.04, 0.15
+_LIGHTEST, _DARKEST = 0.985, 0.22
+#: Shade is richer than light, as where light comes back from a neighbour: chroma of both tones.
+_CHROMAS = (0.9, 1.5)
+#: Hues of bunches begin here and have this lightness and chroma.
 _HUE_DEG, _LIGHTNESS, _CHROMA = 45.0, 0.64, 0.13
 
 
 def strand_colours(
     weave: Weave,
     bunches: IntArray,
-    strategy: Strategy = "safe",
+    strategy: Strategy = "material",
     *,
     breaks: BoolArray | None = None,
     materials: Colours | None = None,
 ) -> Colours:
     """Choose the colours with which every strand comes to each crossing, and leaves it.
 
-    ``safe`` gives every thread the colour of its bunch, if no thread crosses itself; else threads
-    change their colour where they lie below, or where their pieces meet. ``direction`` does so on
-    every mesh: colours tell warp from weft, or three directions, wherever that can be told.
-    ``piece`` gives each piece one colour, and its neighbours others. ``bunch`` keeps to a hue for
-    each bunch, and ``material`` to the colour of each material, and there to near colours where a
-    thread crosses one of its own kind. The others are those of ``thread_colours``.
+    ``material`` keeps to the colour of each material, in tones of it by direction where threads of
+    one colour cross. ``safe`` gives every thread the colour of its bunch, if no thread crosses
+    itself; else threads change their colour where they lie below, or where their pieces meet.
+    ``direction`` does so on every mesh: colours tell warp from weft, or three directions, wherever
+    that can be told. ``piece`` gives each piece one colour, and its neighbours others. ``bunch``
+    keeps to a hue for each bunch, in tones of it where a bunch crosses itself. The others are
+    those of ``thread_colours``.
 
     Parameters
     ----------
@@ -63,7 +67,7 @@ def strand_colours(
     (P, 2, 3) uint8 array
         sRGB of each pass, as it comes and as it leaves; a pass leaves as the next one comes. Only
         where a thread lies below another does it leave in another colour than it came in, but for
-        stretches that cross themselves.
+        stretches that cross themselves in ``safe``, ``direction`` and ``piece``.
 
     Raises
     ------
@@ -77,7 +81,8 @@ def strand_colours(
     >>> from fabweave.weave.pattern import plain_weave
     >>> from fabweave.weave.threads import trace_threads
     >>> weave = plain_weave(trace_threads(build_halfedges(parse_shape("shape:octahedron"))))
-    >>> np.unique(strand_colours(weave, np.arange(4)).reshape(-1, 3), axis=0).tolist()
+    >>> colours = strand_colours(weave, np.arange(4), "safe")
+    >>> np.unique(colours.reshape(-1, 3), axis=0).tolist()
     [[0, 114, 178], [86, 180, 233], [99, 30, 0], [213, 94, 0]]
     """
     if strategy not in STRATEGIES:
@@ -110,9 +115,29 @@ def strand_colours(
             raise InputError("colours of materials are asked for, and no material is known")
         base, kind = np.unique(materials, axis=0, return_inverse=True)
         kind = kind.reshape(-1)
-    shades = shade_strands(weave, breaks=breaks, groups=kind)
-    near = _near_colours(base, shades.n_shades)
-    return np.asarray(near[kind[owner][:, None], shades.shade])
+    tone = strand_tones(weave, kind)
+    shown = base[kind[owner]][:, None].repeat(2, axis=1)
+    for each, colour in enumerate(base):
+        own = kind[owner] == each
+        # A material that crosses others only has its very colour.
+        if np.any(tone[own]):
+            shown[own] = tones_of(colour, int(tone.max()) + 1)[tone[own]]
+    return np.asarray(shown)
+
+
+def tones_of(colour: Colours, count: int) -> Colours:
+    """Return two or more tones of a colour, from light to dark, (count, 3).
+
+    Examples
+    --------
+    >>> tones_of(np.array([0, 0, 128], dtype=np.uint8), 2).tolist()
+    [[13, 50, 151], [0, 11, 85]]
+    """
+    lightness, *ab = oklab_of(light_of(colour)).tolist()
+    light = min(max(lightness + _LIGHTER, _DARKEST + _APART), _LIGHTEST)
+    chroma = np.hypot(*ab) * np.linspace(*_CHROMAS, count)
+    hue = np.full(count, np.degrees(np.arctan2(ab[1], ab[0])))
+    return bytes_of(light_of_hue(np.linspace(light, light - _APART, count), chroma, hue))
 
 
 def _told_by_bunch(weave: Weave, bunches: IntArray) -> bool:
@@ -131,20 +156,6 @@ def _bunch_hues(count: int) -> Colours:
     """Return a colour for each bunch, evenly round the circle of hues."""
     hue: FloatArray = _HUE_DEG + 360.0 / max(count, 1) * np.arange(count, dtype=np.float64)
     return bytes_of(light_of_hue(np.full(count, _LIGHTNESS), np.full(count, _CHROMA), hue))
-
-
-def _near_colours(base: Colours, count: int) -> Colours:
-    """Return for each colour as many near it, that can be told apart, (N, count, 3)."""
-    if count == 1:
-        return base[:, None]
-    lab = oklab_of(light_of(base))
-    shade = np.arange(count) % len(_LIGHTER)
-    # With two shades of three the lightness stays near; what is nearly black or white moves off.
-    lightness = np.clip(lab[:, 0], _DARKEST, _LIGHTEST)[:, None] + _LIGHTER[shade]
-    chroma = np.repeat(np.hypot(lab[:, 1], lab[:, 2])[:, None], count, axis=1)
-    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))[:, None] + _ASIDE_DEG[shade]
-    light: FloatArray = light_of_hue(lightness.ravel(), chroma.ravel(), hue.ravel())
-    return bytes_of(light).reshape(len(base), count, 3)
 
 
 def crossing_colours(weave: Weave, strands: Colours) -> Colours:

@@ -8,7 +8,6 @@ import numpy as np
 
 from fabweave.verify.checks.model.bends import check_bends
 from fabweave.verify.checks.model.clearance import check_clearance
-from fabweave.verify.checks.model.colours import check_colours
 from fabweave.verify.checks.model.grain import check_grain
 from fabweave.verify.checks.model.space import check_space
 from fabweave.verify.checks.model.unfolding import check_unfolding
@@ -82,7 +81,6 @@ _TASKS = (
     _Task("over-under", ("map",), check_over_under),
     _Task("pattern", ("map", "mesh"), check_pattern),
     _Task("space", ("map", "mesh", "model"), check_space),
-    _Task("colours", ("map", "model"), check_colours),
     _Task("clearance", ("map", "model", "ribbons"), check_clearance),
     _Task("bends", ("map", "model", "ribbons"), check_bends),
     _Task("grain", ("map", "model", "ribbons"), check_grain),

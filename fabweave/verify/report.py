@@ -20,7 +20,6 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "over-under": "each crossing has one strand over and one under, and every record agrees",
         "pattern": "the weave has the pattern and the broken conditions that it claims",
         "space": "in the model the over strand stands outside the under strand at each crossing",
-        "colours": "in the model the two strands of a crossing have colours that differ",
         "clearance": "ribbons are nowhere nearer to one another than is said",
         "bends": "ribbons are nowhere narrower, bent or twisted more than is said",
         "grain": "bends that want it lie across the grain, and what is said of others is so",

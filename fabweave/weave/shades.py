@@ -40,7 +40,6 @@ def shade_strands(
     weave: Weave,
     *,
     breaks: BoolArray | None = None,
-    groups: IntArray | None = None,
     distinct: bool = False,
 ) -> Shades:
     """Give every strand a shade so that at every crossing the strand above differs from the other.
@@ -57,9 +56,6 @@ def shade_strands(
     breaks : (P,) bool array, optional
         The passes at which shades may change; without it, wherever the thread is below. Between
         them a thread that crosses itself changes elsewhere, too: below, and if need be above.
-    groups : (T,) int array, optional
-        Threads of different groups may have equal shades where they cross, as something else tells
-        them apart.
     distinct : bool
         Whether a thread takes another shade at every break.
 
@@ -84,11 +80,10 @@ def shade_strands(
         none = np.zeros((0, 2), dtype=np.int64)
         return Shades(none, none)
     broken = ~weave.over if breaks is None else np.asarray(breaks, dtype=np.bool_)
-    group = np.zeros(threads.n_threads, dtype=np.int64) if groups is None else groups
-    stretch, conflicts = _parted(weave, broken, group)
+    stretch, conflicts = _parted(weave, broken)
     shade = _shaded(stretch, conflicts, distinct)
     if shade.max() >= _MOST_SHADES:
-        stretch, conflicts = _parted(weave, np.ones(len(broken), dtype=np.bool_), group)
+        stretch, conflicts = _parted(weave, np.ones(len(broken), dtype=np.bool_))
         shade = _shaded(stretch, conflicts, distinct=False)
     used = np.bincount(shade[stretch].ravel())
     number = np.empty(len(used), dtype=np.int64)
@@ -96,21 +91,21 @@ def shade_strands(
     return Shades(number[shade][stretch], stretch)
 
 
-def _parted(weave: Weave, broken: BoolArray, group: IntArray) -> tuple[IntArray, IntArray]:
+def _parted(weave: Weave, broken: BoolArray) -> tuple[IntArray, IntArray]:
     """Part threads until no stretch crosses itself; return stretches and pairs that must differ."""
     broken = broken.copy()
     for may_break in (~weave.over, np.ones(len(broken), dtype=np.bool_)):
-        stretch = _stretches(weave.threads, broken)
-        pairs = _crossing_pairs(weave, stretch, group)
+        stretch = stretches(weave.threads, broken)
+        pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
         own = np.zeros(int(stretch.max()) + 1, dtype=np.bool_)
         own[pairs[pairs[:, 0] == pairs[:, 1], 0]] = True
         broken |= may_break & own[stretch].any(axis=1)
-    stretch = _stretches(weave.threads, broken)
-    pairs = _crossing_pairs(weave, stretch, group)
+    stretch = stretches(weave.threads, broken)
+    pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
     return stretch, pairs[pairs[:, 0] != pairs[:, 1]]
 
 
-def _stretches(threads: Threads, broken: BoolArray) -> IntArray:
+def stretches(threads: Threads, broken: BoolArray) -> IntArray:
     """Give each stretch of thread between breaks a number; return it before and after each pass."""
     thread = threads.thread_of_pass
     after = np.cumsum(broken) + thread
@@ -125,15 +120,24 @@ def _stretches(threads: Threads, broken: BoolArray) -> IntArray:
     return np.unique(both, return_inverse=True)[1].reshape(-1, 2)
 
 
-def _crossing_pairs(weave: Weave, stretch: IntArray, group: IntArray) -> IntArray:
-    """Return the stretches that meet at crossings, one above and one below, (N, 2)."""
-    threads = weave.threads
+def crossing_pairs(weave: Weave, stretch: IntArray) -> IntArray:
+    """Return the stretches that meet at crossings: each of the one strand, and each of the other.
+
+    Parameters
+    ----------
+    weave : Weave
+    stretch : (P, 2) int array
+        As ``stretches`` gives them.
+
+    Returns
+    -------
+    (4X, 2) int array
+        Four pairs for each crossing, the lower number first.
+    """
     place = strand_passes(weave)
-    owner = group[threads.thread_of_pass]
-    place = place[owner[place[:, 0]] == owner[place[:, 1]]]
     below, above = stretch[place[:, 0]], stretch[place[:, 1]]
     pairs = np.stack((np.repeat(above, 2, axis=1), np.tile(below, 2)), axis=2).reshape(-1, 2)
-    return np.unique(np.sort(pairs, axis=1), axis=0)
+    return np.asarray(np.sort(pairs, axis=1))
 
 
 def _shaded(stretch: IntArray, conflicts: IntArray, distinct: bool) -> IntArray:

@@ -191,7 +191,7 @@ def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
     assert first == ("size_mm: -5 is not a length from 0.01 to 1000000 mm, such as 12 or '0.5in'")
     assert second.startswith("pattern: there is no pattern 'nonsense'; choose plain, kagome, twill")
     assert third == (
-        "colours: 'grey' is not one of safe, direction, piece, bunch, material, hue-circle, "
+        "colours: 'grey' is not one of material, safe, direction, piece, bunch, hue-circle, "
         "hue-range"
     )
 

@@ -25,12 +25,14 @@ def seen_faces(mesh: PolyMesh, view: View) -> np.ndarray:
     "name", ["tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron"]
 )
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
-def test_a_solid_shows_three_faces_at_least(name, size) -> None:
+def test_a_solid_shows_several_faces(name, size) -> None:
     mesh, _ = resize_mesh(getattr(solids, name)(), size_mm=size)
     points, triangles, _, _ = polygon_triangles(mesh)
     shares = seen_faces(mesh, choose_view(points, triangles))
-    assert len(shares) >= 3
-    assert shares[2] > 0.05
+    # Of a tetrahedron two, as large as if they were all alike.
+    few = 2 if name == "tetrahedron" else 3
+    assert len(shares) >= few
+    assert shares[few - 1] > 0.05
 
 
 def test_from_the_usual_place_a_tetrahedron_shows_one_face_only() -> None:
@@ -38,8 +40,17 @@ def test_from_the_usual_place_a_tetrahedron_shows_one_face_only() -> None:
     assert len(seen_faces(solids.tetrahedron(), View())) == 1
 
 
-def test_flat_and_round_things_are_seen_from_where_they_were() -> None:
-    points, triangles, _, _ = polygon_triangles(parse_shape("shape:sphere?n=8"))
-    assert choose_view(points, triangles) == View()
-    points, triangles, _, _ = polygon_triangles(hypar(4, 4, 100.0, 0.0))
-    assert choose_view(points, triangles).elevation_deg > View().elevation_deg
+def test_round_things_are_seen_at_the_height_of_the_eye_and_flat_ones_from_above() -> None:
+    # What is as high as wide is seen at the height of the eye; the flatter, the higher.
+    round_, thick, thin, flat = (
+        choose_view(*polygon_triangles(mesh)[:2])
+        for mesh in (
+            parse_shape("shape:sphere?n=8"),
+            parse_shape("shape:torus?m=24&n=12&ring=30&tube=22"),
+            parse_shape("shape:torus?m=24&n=12&ring=40&tube=14"),
+            hypar(4, 4, 100.0, 0.0),
+        )
+    )
+    assert round_ == View(-60.0, 12.0)
+    heights = [view.elevation_deg for view in (round_, thick, thin, flat)]
+    assert heights == sorted(set(heights))

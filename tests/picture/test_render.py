@@ -17,7 +17,13 @@ from fabweave.picture.floor import floor_light, floor_points
 from fabweave.picture.lattice import Lattice
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import Marks, object_frame, render_scene
-from fabweave.picture.shading import facet_normals, key_shadow, narrow_places, smooth_normals
+from fabweave.picture.shading import (
+    facet_normals,
+    key_direction,
+    key_shadow,
+    narrow_places,
+    smooth_normals,
+)
 from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles
 from fabweave.picture.zbuffer import nearest_triangles, planes_through
 from fabweave.ribbon.project import project_ribbons
@@ -188,7 +194,7 @@ def test_the_view_turns_to_a_flat_object(side, nearest_deg):
     along = np.cross((0, 0, 1), normal)
     square = np.array([along, -along, [0, 0, 2.0]])
     view = choose_view(square, np.array([[0, 1, 2]]))
-    assert abs(view.azimuth_deg - nearest_deg) <= 15.0
+    assert abs(view.azimuth_deg - nearest_deg) <= 30.0
 
 
 @pytest.mark.parametrize("samples", [1, 2, 3])
@@ -352,10 +358,10 @@ def test_a_plate_casts_the_shadow_that_geometry_says():
     places = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
     large, small = np.zeros(len(places), dtype=np.int64), np.full(len(places), 2)
     light = key_shadow(points, triangles, large, places, width=400, height=400)
-    towards = np.array([-0.42, -0.62, 0.66])  # over the left shoulder, y down
+    towards = key_direction() * (1, -1, 1)  # over the left shoulder, y down
     middle = 100.0 - 40.0 * towards[:2] / towards[2]
     away = np.max(np.abs(places[:, :2] - middle), axis=1)
-    assert light[away < 13.0].max() < 0.3
+    assert light[away < 13.0].max() < 0.4
     assert light[away > 17.0].min() == pytest.approx(1.0)
     above = np.column_stack((x.ravel() * 0.1 + 90.0, y.ravel() * 0.1 + 90.0, np.full(x.size, 40.0)))
     light = key_shadow(points, triangles, small, above, width=400, height=400)
@@ -367,12 +373,11 @@ def test_a_convex_object_casts_no_shadow_on_its_lit_side():
     points = vertices + np.array([100.0, 100.0, 0.0])
     middle = points[triangles].mean(axis=1)
     outward = (middle - (100.0, 100.0, 0.0)) / 80.0
-    towards = np.array([-0.42, -0.62, 0.66])
-    cosine = outward @ towards / np.linalg.norm(towards)
+    cosine = outward @ (key_direction() * (1, -1, 1))
     number = np.arange(len(triangles))
     light = key_shadow(points, triangles, number, middle, width=300, height=300)
     assert light[cosine > 0.15].min() == pytest.approx(1.0)
-    assert light[cosine < -0.15].max() < 0.3
+    assert light[cosine < -0.15].max() < 0.4
 
 
 def test_the_floor_is_dark_where_the_light_does_not_reach_it():
@@ -382,13 +387,15 @@ def test_the_floor_is_dark_where_the_light_does_not_reach_it():
     points = np.concatenate((plate, speck))
     triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]])
     view = View(-60.0, 40.0)
-    fallen = floor_points(points, view)
-    assert np.allclose(fallen[:, 2], 0.0)
-    assert np.allclose(fallen[4:], speck)
+    shown = floor_points(points, view)
+    assert np.allclose(shown[:, 2], 0.0)
+    assert np.allclose(shown[4:], speck)
     frame = object_frame(points, triangles, view, (500, 400), floor=True)
-    inside = frame.pixels(fallen)[:, :2]
+    inside = frame.pixels(shown)[:, :2]
     assert inside.min() >= 0
     assert np.all(inside.max(axis=0) <= (500, 400))
+    towards = key_direction() @ view.axes()
+    fallen = points - points[:, 2:] * towards / towards[2]
     light = floor_light(points, triangles, view, frame)
     assert light.shape == (400, 500)
     assert min(light[[0, -1]].min(), light[:, [0, -1]].min()) > 0.99
@@ -398,10 +405,12 @@ def test_the_floor_is_dark_where_the_light_does_not_reach_it():
         return light[row, column]
 
     middle = fallen[:4].mean(axis=0)
-    assert light_at(*middle[:2]) < 0.72
-    for x, y in ((1.25, 0.0), (-1.25, 0.0), (0.0, 1.25), (0.0, -1.25)):
-        assert light_at(*(middle[:2] + 0.6 * np.array([x, y]))) < 0.72
-        assert light_at(*(middle[:2] + np.array([x, y]))) > 0.8
+    deep = light_at(*middle[:2])
+    assert deep < 0.85
+    for x, y in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
+        # The light has a size: at the edge of the shadow half of it is seen, and all farther out.
+        edge, out = (light_at(*(middle[:2] + far * np.array([x, y]))) for far in (1.0, 1.8))
+        assert deep + 0.03 < edge < out - 0.03
     assert light_at(-7.5, 7.5) > 0.99
 
 

@@ -1,4 +1,4 @@
-"""The two strands of every crossing differ in colour, on every mesh, and threads change seldom."""
+"""The two strands of a crossing differ in colour or tone, on every mesh, and change seldom."""
 
 import numpy as np
 import pytest
@@ -18,13 +18,15 @@ from fabweave.picture.strand_colours import (
     crossing_colours,
     least_difference,
     strand_colours,
+    tones_of,
 )
 from fabweave.ribbon.project import project_ribbons
 from fabweave.stock.material import material_library
 from fabweave.weave.bunches import part_bunches
-from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.pattern import Weave, over_of_passes, plain_weave, strand_passes
 from fabweave.weave.shades import shade_strands
 from fabweave.weave.threads import trace_threads
+from fabweave.weave.tones import strand_tones
 
 #: Each of these has one to four threads, and they cross themselves.
 FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube", "knot")
@@ -69,13 +71,11 @@ def flows(weave, strands):
     return True
 
 
-@pytest.mark.parametrize("strategy", ["safe", "direction", "bunch", "material"])
+@pytest.mark.parametrize("strategy", ["safe", "direction"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_strands_of_every_crossing_differ(name, strategy):
     weave = woven(name)
-    bunches = part_bunches(weave.threads)
-    materials = np.tile(MATERIALS[:1], (weave.threads.n_threads, 1))
-    strands = strand_colours(weave, bunches, strategy, materials=materials)
+    strands = strand_colours(weave, part_bunches(weave.threads), strategy)
     assert least_difference(weave, strands) >= LEAST_DIFFERENCE
     assert flows(weave, strands)
     changes = np.any(strands[:, 0] != strands[:, 1], axis=1)
@@ -92,7 +92,7 @@ def test_the_strands_of_every_crossing_differ(name, strategy):
 def test_a_mesh_of_one_thread_shows_its_weave(name, seed):
     weave = woven(name, turn=True, seed=seed)
     assert weave.threads.n_threads == 1
-    strands = strand_colours(weave, np.zeros(1, dtype=int))
+    strands = strand_colours(weave, np.zeros(1, dtype=int), "safe")
     assert naive_least(weave, strands) >= LEAST_DIFFERENCE
     assert flows(weave, strands)
 
@@ -170,15 +170,68 @@ def test_a_piece_that_crosses_itself_is_parted_where_it_lies_below():
     assert not np.any(np.any(strands[:, 0] != strands[:, 1], axis=1) & weave.over)
 
 
-@pytest.mark.parametrize("colour", MATERIALS.tolist())
-def test_near_colours_of_a_material_can_be_told_apart(colour):
-    weave = woven("icosahedron", steps=1)
-    threads = np.tile(np.array(colour, dtype=np.uint8), (weave.threads.n_threads, 1))
-    strands = strand_colours(weave, part_bunches(weave.threads), "material", materials=threads)
-    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
-    lab = oklab_of(light_of(np.concatenate((strands.reshape(-1, 3), [colour]))))
-    # They stay nearer to the material than to another hue.
-    assert np.linalg.norm(lab[:-1, 1:] - lab[-1, 1:], axis=1).max() < 0.06
+def alike(weave, tones):
+    """Whether the strands of each crossing have one tone somewhere, (X,)."""
+    by_crossing = crossing_colours(weave, np.repeat(tones[..., None], 3, axis=2))[..., 0]
+    below, above = by_crossing[:, 0], by_crossing[:, 1]
+    return np.any(below[:, :, None] == above[:, None, :], axis=(1, 2))
+
+
+@pytest.mark.parametrize("size", [(8, 6), (10, 4)])
+@pytest.mark.parametrize("seed", [None, 3])
+def test_two_tones_tell_warp_from_weft(size, seed):
+    weave = woven("torus?m={}&n={}".format(*size), seed=seed)
+    tones = strand_tones(weave, np.zeros(weave.threads.n_threads))
+    assert not alike(weave, tones).any()
+    assert np.all(np.bincount(tones.ravel()) == [tones.size // 2] * 2)
+
+
+@given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1), st.integers(1, 3))
+def test_tones_change_below_only_and_leave_few_crossings_alike(name, seed, n_groups):
+    weave = woven(name, seed=seed)
+    groups = np.arange(weave.threads.n_threads) % n_groups
+    tones = strand_tones(weave, groups)
+    assert flows(weave, tones[..., None])
+    changes = tones[:, 0] != tones[:, 1]
+    assert not np.any(changes & weave.over)
+    place = strand_passes(weave)
+    own = groups[weave.threads.thread_of_pass]
+    same = own[place[:, 0]] == own[place[:, 1]]
+    count = int(tones.max()) + 1
+    # A tone at random leaves as many alike.
+    assert np.count_nonzero(alike(weave, tones) & same) <= np.count_nonzero(same) / min(count, 2)
+    assert count <= 3
+    if not same.any():
+        assert count == 1
+
+
+def test_triangles_have_three_tones_by_direction():
+    weave = woven("icosahedron", steps=2)
+    tones = strand_tones(weave, np.zeros(weave.threads.n_threads))
+    assert tones.max() == 2
+    assert alike(weave, tones).mean() < 0.05
+
+
+@pytest.mark.parametrize("colour", [[255, 255, 255], [0, 0, 0], [255, 0, 0], *MATERIALS.tolist()])
+@pytest.mark.parametrize("count", [2, 3])
+def test_tones_of_a_material_are_told_apart_and_look_like_it(colour, count):
+    tones = tones_of(np.array(colour, dtype=np.uint8), count)
+    lab = oklab_of(light_of(tones))
+    assert np.all(np.diff(lab[:, 0]) < -LEAST_DIFFERENCE)
+    own = oklab_of(light_of(np.array(colour)))
+    assert np.abs(lab[:, 0] - own[0]).max() < (0.4 if own[0] < 0.2 else 0.17)
+    assert np.linalg.norm(lab[:, 1:] - own[1:], axis=1).max() < 0.08
+
+
+def test_a_material_that_crosses_others_only_has_its_very_colour():
+    weave = woven("torus?m=8&n=6")
+    bunches = part_bunches(weave.threads)
+    assert bunches.max() == 1
+    navy_gold = np.array([[0, 0, 128], [255, 215, 0]], dtype=np.uint8)
+    strands = strand_colours(weave, bunches, materials=navy_gold[bunches])
+    assert np.array_equal(
+        strands, np.repeat(navy_gold[bunches][weave.threads.thread_of_pass, None], 2, axis=1)
+    )
 
 
 @pytest.mark.parametrize("count", [1, 2, 4, 6, 8])
@@ -186,11 +239,10 @@ def test_bunches_keep_to_their_hues(count):
     weave = woven("sphere?n=4")
     bunches = np.arange(weave.threads.n_threads) % count
     strands = strand_colours(weave, bunches, "bunch")
-    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
     lab = oklab_of(light_of(strands.reshape(-1, 3)))
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
     wanted = 45 + 360 / count * np.repeat(bunches[weave.threads.thread_of_pass], 2)
-    assert np.abs((hue - wanted + 180) % 360 - 180).max() < 10
+    assert np.abs((hue - wanted + 180) % 360 - 180).max() < 2
 
 
 def test_rungs_change_their_colour_along_panels_only():
@@ -209,7 +261,7 @@ def test_rungs_change_their_colour_along_panels_only():
 
 def test_threads_that_do_not_cross_themselves_keep_their_bunches_colours():
     weave = woven("cube")
-    strands = strand_colours(weave, part_bunches(weave.threads))
+    strands = strand_colours(weave, part_bunches(weave.threads), "safe")
     assert [len(np.unique(strands[weave.threads.thread_of_pass == t].reshape(-1, 3), axis=0))
             for t in range(4)] == [1, 1, 1, 1]  # fmt: skip
     assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 4
@@ -224,7 +276,7 @@ def test_the_papers_colours_are_one_a_thread(strategy):
 
 def test_wrong_strategies_are_refused_and_nothing_has_no_colour():
     weave = woven("cube")
-    with pytest.raises(InputError, match="choose safe, direction, piece, bunch, material"):
+    with pytest.raises(InputError, match="choose material, safe, direction, piece, bunch"):
         strand_colours(weave, np.arange(4), "rainbow")
     with pytest.raises(InputError, match="no material is known"):
         strand_colours(weave, np.arange(4), "material")

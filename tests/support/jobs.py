@@ -71,12 +71,12 @@ _SHIPPED_MESHES, _SHIPPED_DESIGNS = ways_out._MESHES, inspect._DESIGNS
 
 
 def _small_portrait(ribbons, colours) -> bytes:
-    with mock.patch.multiple(portrait, FRONT_PX=(84, 72), BACK_PX=(60, 72)):
+    with mock.patch.object(portrait, "SIDE_PX", (72, 72)):
         return portrait.portrait_png(ribbons, colours)
 
 
 def _small_likeness(loss, like) -> bytes | None:
-    with mock.patch.multiple(loss_picture, FRONT_PX=(84, 72), BACK_PX=(60, 72)):
+    with mock.patch.object(loss_picture, "SIDE_PX", (72, 72)):
         return loss_picture.likeness_png(loss, like)
 
 

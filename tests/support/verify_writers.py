@@ -713,10 +713,6 @@ def write_job(specimen, folder):
     settings = f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\n'
     settings += f"density_kg_m3 = {DENSITY}\n"
     asked = {} if specimen.boundary is None else {"boundary": specimen.boundary}
-    ends = [(crossing["over"], crossing["under"]) for crossing in specimen.plan["crossings"]]
-    if any(over["thread"] == under["thread"] for over, under in ends):
-        # The threads of a specimen have one colour each.
-        asked["colours"] = "hue-circle"
     if asked:
         settings += "[job]\n" + "".join(f'{key} = "{value}"\n' for key, value in asked.items())
     (folder / "job.toml").write_text(settings)

@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -168,8 +169,10 @@ def test_other_sizes_and_shapes_are_found(finished, tmp_path, old, new, words):
 def checked(folder, **options):
     """Bring a mesh to the loom, and return what is said of it against its own settings."""
     settings = settings_from_options(options.pop("mesh"), **options)
-    write_mesh(folder / "woven_mesh.obj", load_mesh(settings).mesh)
-    (folder / "job.toml").write_text(job_toml(settings, {}))
+    loaded = load_mesh(settings)
+    write_mesh(folder / "woven_mesh.obj", loaded.mesh)
+    used = replace(settings, up=settings.up or loaded.up)
+    (folder / "job.toml").write_text(job_toml(used, {}))
     job, tally = load_job(folder, Tally("files")), Tally("source")
     check_source(job, tally)
     return tally.result()

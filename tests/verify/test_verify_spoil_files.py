@@ -19,7 +19,7 @@ MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("outcome", "sour
 MISSING = {
     "job.toml": "files",
     "woven_mesh.obj": "files source mesh-walks pattern space rim",
-    "model.glb": "files space colours clearance bends grain joints unfolding bom viewer",
+    "model.glb": "files space clearance bends grain joints unfolding bom viewer",
     "crossing_map.json": MAP_CHECKS,
     "crossing_map.csv": "files tables",
     "pieces.csv": "files areas tables",
@@ -291,7 +291,7 @@ def say_fewer_panels(strips):
 
 
 # Whatever else objects, the viewer shows what the model was before.
-UNREADABLE = "files space colours clearance bends grain joints unfolding bom viewer"
+UNREADABLE = "files space clearance bends grain joints unfolding bom viewer"
 STRIPS = [
     (scale, "space bends unfolding joints viewer"),
     (move_one_thread, "space viewer"),

@@ -69,7 +69,7 @@ def _asked_picture(inspection: Inspection, settings: Settings | None) -> Image.I
     mesh, threads = woven.mesh, woven.weave.threads
     marks, broken = irregular_marks(mesh), woven.weave.broken.total
     if settings is None:
-        colours = strand_colours(woven.weave, woven.bunches)
+        colours = strand_colours(woven.weave, woven.bunches, "safe")
     else:
         colours = woven_colours(woven, *complete_settings(settings))
     tiles = [

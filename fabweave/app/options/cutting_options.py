@@ -227,11 +227,11 @@ CUTTING_OPTIONS = (
         "colours",
         WEAVE,
         choice("fabweave.picture.strand_colours.STRATEGIES"),
-        "Colours in model.glb, pictures, viewer and manual. safe: one a bunch, told apart by the "
-        "colour-blind; where a thread crosses itself, it changes at joints. So do the next: by "
-        "direction (warp and weft, or three), by piece, near hues for each bunch, or the "
-        "material's own. The two strands of a crossing always differ. hue-circle and hue-range: "
-        "one for each thread, from the whole circle or a part of it.",
-        default="safe",
+        "Colours in model.glb, pictures, viewer and manual. material: its own, in a light and a "
+        "dark tone where it crosses itself; a name such as card:white sets it. Sheets know no "
+        "tones. safe: one a bunch, told apart by the colour-blind, or changing at joints where a "
+        "thread crosses itself. direction: warp and weft, or three. piece: each another. bunch: a "
+        "hue each. hue-circle and hue-range: one for each thread.",
+        default="material",
     ),
 )

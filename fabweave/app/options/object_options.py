@@ -52,9 +52,9 @@ OBJECT_OPTIONS = (
         "up",
         MESH,
         choice(("z", "y", "x")),
-        "Which axis of the mesh points up; the mesh is turned so that it becomes z. Many models "
-        "have y up, and lie on their back in pictures unless that is said.",
-        otherwise="z; y for GLB and glTF, whose standard says so",
+        "Which axis of the mesh points up; the mesh is turned so that it becomes z. make and "
+        "inspect say what they guess.",
+        otherwise="y or z, guessed from base and symmetry, z if unsure; y for GLB and glTF",
     ),
     Option(
         "weld",

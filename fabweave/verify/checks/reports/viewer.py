@@ -1,14 +1,14 @@
 """Check that the viewer shows what the map says and where the model has it, and loads nothing."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from fabweave.verify.checks.reports.hands import seconds_of_steps
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
-from fabweave.verify.measure.colours import light_of_words
+from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.geometry import panel_bounds
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.glb import Strip
@@ -173,7 +173,7 @@ def _check_piece(
     ):
         place.at_most(
             "viewer_light",
-            float(np.abs(light_of_words(told)[:, None] - strip.light[rung]).max()),
+            float(np.abs(_light_of_words(told)[:, None] - strip.light[rung]).max()),
             SAME_LIGHT,
             "its colour is {} of light from that in the model",
         )
@@ -183,3 +183,10 @@ def _check_piece(
         min(viewer.step_mm, COARSE_MM) + strip.grain_mm,
         "it stands {} from its place in the model",
     )
+
+
+def _light_of_words(words: Iterable[str]) -> Floats:
+    """Return the linear light, (N, 3), of colours such as ``#0072b2``."""
+    coded = np.array([list(bytes.fromhex(word[1:])) for word in words], dtype=np.float64) / 255.0
+    coded = coded.reshape(-1, 3)
+    return np.where(coded > 0.04045, ((coded + 0.055) / 1.055) ** 2.4, coded / 12.92)

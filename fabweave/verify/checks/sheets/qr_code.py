@@ -39,7 +39,7 @@ _UNSAID = {
     "bodies": "all", "fair": 0, "pattern": "plain", "boundary": "end",
     "smooth": 3, "crossing": 0.7, "clearance": "0.1mm", "prefer": "balanced", "kinds": "auto",
     "joint": "rivet", "symmetrise": False, "slots": False, "rotations": "auto", "seed": 0,
-    "colours": "safe", "profile": "maker", "strict": False, "force": False, "labels": "hidden",
+    "colours": "material", "profile": "maker", "strict": False, "force": False, "labels": "hidden",
     "label_side": "outside", "paper": "a4", "cut_order": "short", "template": "sheet",
     "rim": "none", "qr": "paper",
 }  # fmt: skip

@@ -1,0 +1,104 @@
+"""Guess which axis of a mesh points up: from the base it stands on, and from its symmetry."""
+
+from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from fabweave.core.arrays import FloatArray
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.samples import area_samples, plain_triangles
+
+#: What was guessed, and from what.
+Guess: TypeAlias = tuple[Literal["y", "z"], Literal["base", "symmetry"]]
+
+#: What lies lower than this share of the height touches the ground.
+_SOLE = 0.03
+#: The middle of what stands is so far inside its base, as a share of the width seen from above.
+_INSIDE = 0.03
+#: The base of what stands is this share of what is seen from above, and so many times the base on
+#: any other axis.
+_LEAST_BASE, _CLEARLY = 0.2, 1.6
+#: Samples of the surface.
+_SAMPLES = 4000
+#: A surface is its own mirror image if that is so near, as a share of its size, on the root mean
+#: square; and it is none if that is farther.
+_MIRRORED, _NOT = 0.025, 0.04
+
+
+def guess_up(mesh: PolyMesh) -> Guess | None:
+    """Guess whether y or z of a mesh points up.
+
+    What stands has a base: near its lowest end the surface spreads out below its middle. That axis
+    points up at an end of which the base is much larger than at the ends of the others. Where none
+    is, y does if nothing can stand along z, and z is the only axis along which left and right
+    mirror one another: a mirror plane mostly contains what points up. x is never guessed: hardly
+    a file has it.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        With any unit.
+
+    Returns
+    -------
+    (str, str) or None
+        The axis, and what tells it; None where nothing does.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> bowl = parse_shape("shape:hemisphere")
+    >>> guess_up(bowl), guess_up(bowl.with_vertices(bowl.vertices[:, [1, 2, 0]]))
+    (('z', 'base'), ('y', 'base'))
+    """
+    points, triangles = plain_triangles(mesh)
+    used = points[np.unique(triangles)]
+    if not len(used) or not np.all(np.isfinite(used)) or not np.all(np.ptp(used, axis=0) > 0.0):
+        return None
+    places, _ = area_samples(points, triangles, _SAMPLES)
+    middle = places.mean(axis=0)
+    x, y, z = (_base(used, middle, axis) for axis in range(3))
+    if max(y, z) > max(_LEAST_BASE, _CLEARLY * max(x, min(y, z))):
+        return ("y" if y > z else "z"), "base"
+    surface = Surface(points, triangles)
+    off = [_off_mirror(surface, places, axis) for axis in range(3)]
+    sole = off[2] < _MIRRORED and min(off[:2]) > _NOT
+    return ("y", "symmetry") if sole and z == 0.0 else None
+
+
+def _off_mirror(surface: Surface, places: FloatArray, axis: int) -> float:
+    """Return how far places mirrored along an axis are off the surface, as a share of its size."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    image = places.copy()
+    image[:, axis] = low[axis] + high[axis] - image[:, axis]
+    away = surface.feet(image).distances
+    return float(np.sqrt(np.mean(away**2)) / (high - low).max())
+
+
+def _base(points: FloatArray, middle: FloatArray, axis: int) -> float:
+    """Return the larger base of both ends of an axis, as a share of what is seen along it."""
+    across = [other for other in range(3) if other != axis]
+    whole = _hull(points[:, across])
+    if whole is None:
+        return 0.0
+    height = points[:, axis]
+    sole = _SOLE * np.ptp(height)
+    largest = 0.0
+    for touching in (height < height.min() + sole, height > height.max() - sole):
+        base = _hull(points[touching][:, across])
+        if base is None:
+            continue
+        inside = -float((base.equations @ [*middle[across], 1.0]).max())
+        if inside > _INSIDE * np.sqrt(whole.volume):
+            largest = max(largest, float(base.volume / whole.volume))
+    return largest
+
+
+def _hull(points: FloatArray) -> ConvexHull | None:
+    """Return the convex hull of points of a plane, None if they lie on a line."""
+    try:
+        return ConvexHull(points) if len(points) > 2 else None
+    except QhullError:
+        return None
