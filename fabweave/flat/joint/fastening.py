@@ -20,7 +20,7 @@ from fabweave.weave.threads import Threads
 #: Where ribbons cover so much of the way from crossing to crossing, a weave holds itself: strands
 #: bear on one another nearly all along. Where they cover so little, nothing does: in the middle,
 #: half of the crossings want a fastener. A maker's estimate.
-TIGHT_COVER, LOOSE_COVER = 0.75, 0.25
+TIGHT_COVER, LOOSE_COVER = 0.6, 0.2
 #: It does if no material bends tighter than so many thicknesses: felt and leather do, and slip.
 STIFF_T = 15.0
 
