@@ -20,6 +20,7 @@ from fabweave.mesh.report import faces_text
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.triangulate import surface_area
 from fabweave.report.verdict import Verdict, excess, judge, refused
+from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import check_ribbons
 from fabweave.stock.ribbon_limits import thread_limits
@@ -34,7 +35,7 @@ _MOST = 600
 _TRIANGLES = 0.6
 #: How far a mesh is from its model in the mean, as shares of the size: each of the first counts as
 #: one more reason for care; beyond the second it is hardly the model, however well it is built.
-_LOSS, _POOR = 0.005, 0.015
+_LOSS, _POOR = 0.004, 0.01
 #: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
 #: as asked break them, no plan of pieces helps.
 _FORESEEN = {"width", "bend"}
@@ -64,19 +65,21 @@ class Attempt:
         return self.loaded is not None and not self.verdict.stops
 
     @property
+    def loss(self) -> float:
+        """How far it is from the model in the mean, as a share of the size."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return 0.0 if like is None else max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
+
+    @property
     def rank(self) -> tuple[bool, int, float, int]:
         """What is better sorts first: what is makeable, wants little care, is like, is little work.
 
         Of those that are makeable and not far from the model, the likest. Else care is counted in
         reasons, and what is lost of the model counts, too.
         """
-        share, faces = 0.0, 0
-        if self.loaded is not None:
-            faces, like = self.loaded.mesh.n_faces, self.loaded.likeness
-            share = 0.0 if like is None else max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
-        good = self.verdict.level == "makeable" and share <= _POOR
-        care = 0 if good else len(self.verdict.reasons) + int(share / _LOSS)
-        return not good, care, share, faces
+        good = self.verdict.level == "makeable" and self.loss <= _POOR
+        care = 0 if good else len(self.verdict.reasons) + int(self.loss / _LOSS)
+        return not good, care, self.loss, 0 if self.loaded is None else self.loaded.mesh.n_faces
 
 
 def is_free(asked: Settings) -> bool:
@@ -93,8 +96,8 @@ def is_free(asked: Settings) -> bool:
     return not (asked.force or asked.symmetrise or parse_leave_out(asked.leave_out).faces)
 
 
-def foreseen(asked: Settings, loaded: LoadedMesh) -> tuple[Verdict | None, float]:
-    """Say whether a mesh obviously cannot be built, within a second or so for 20,000 triangles.
+def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
+    """Find why a mesh obviously cannot be built, within a second or so for 20,000 triangles.
 
     Parameters
     ----------
@@ -104,10 +107,9 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> tuple[Verdict | None, float
 
     Returns
     -------
-    verdict : Verdict or None
-        Why not; None where it takes a plan of its pieces to say.
-    narrowest_mm : float
-        How narrow its ribbons get; infinite where they are as wide as is needed.
+    list of Finding
+        The rules that are broken whatever its pieces are, the worst first; none where it takes a
+        plan of these to say.
     """
     # How strands go over and under changes no width; a twill would be searched for long.
     plain = replace(asked, pattern="plain") if asked.pattern == "twill" else asked
@@ -122,11 +124,8 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> tuple[Verdict | None, float
         size_mm=laid.size_mm,
         depth=Depth.ALONG,
     )
-    sure = [finding for finding in check.findings if finding.rule in _FORESEEN]
-    narrowest = min((one.value for one in sure if one.rule == "width"), default=np.inf)
-    if excess(sure) <= 1.0:
-        return None, narrowest
-    return judge(sure, narrowest_mm=narrowest), narrowest
+    far = [(-excess([one]), one) for one in check.findings if one.rule in _FORESEEN]
+    return [one for less, one in sorted(far, key=lambda pair: pair[0]) if less < -1.0]
 
 
 def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
@@ -169,9 +168,10 @@ def coarser_meshes(
 ) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
-    Two at first; if none of them is makeable, coarser ones, triangles, and all bodies wrapped as
-    one where they could not be made; and last, coarser ones yet. Each round is chosen from what the
-    one before came to, so the result is the same however many work at it.
+    Two at first, of quads; if neither is makeable, a coarser one, and all bodies wrapped as one
+    where they could not be made at all; and if none that is like the model can be built, triangles and a
+    coarser one yet. Each round is chosen from what the one before came to, so the result is the
+    same however many work at it. A model of very few faces was drawn face by face, and is left.
 
     Parameters
     ----------
@@ -185,6 +185,8 @@ def coarser_meshes(
     given : PolyMesh, optional
         A mesh from memory.
     """
+    if model.mesh.n_faces < _STEP * FEWEST:
+        return []
     most = min(_MOST, model.mesh.n_faces / _STEP)
     finest = min(most, surface_area(model.mesh) / (_FINEST_MM / WIDTH_SHARE) ** 2)
     kind = "triangles" if asked.pattern in ("kagome", "triaxial") else "quads"
@@ -211,15 +213,17 @@ def coarser_meshes(
 
         try_all(mesh(kind, 0), mesh(kind, 1))
         if all(one.verdict.level != "makeable" for one in tried.values()):
-            broken = asked.bodies == "all" and any(one.loaded is None for one in tried.values())
-            wrapped = [mesh(kind, 1, "wrap")] if broken else []
-            try_all(mesh(kind, 2), mesh("triangles", 1), *wrapped)
-        if not any(one.built for one in tried.values()):
-            try_all(mesh(kind, 3), mesh("triangles", 2))
+            # A wrap closes cracks and cavities, which is no small change: only where it is needed.
+            unmade = any(one.loaded is None for one in tried.values())
+            broken = unmade and not any(one.built for one in tried.values())
+            wraps = (0, 1) if broken and asked.bodies == "all" else ()
+            try_all(mesh(kind, 2), *(mesh(kind, step, "wrap") for step in wraps))
+        if not any(one.built and one.loss <= _POOR for one in tried.values()):
+            try_all(*(mesh("triangles", step) for step in (1, 2)), mesh(kind, 3))
     return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
 
 
-def told(asked: Settings, model: LoadedMesh, chosen: Attempt, narrowest_mm: float, why: str) -> str:
+def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:
     """Say on which mesh a model is woven, and why not on its own.
 
     Parameters
@@ -229,14 +233,22 @@ def told(asked: Settings, model: LoadedMesh, chosen: Attempt, narrowest_mm: floa
         As it comes.
     chosen : Attempt
         The mesh that it is woven on.
-    narrowest_mm : float
-        How narrow ribbons get on its own; infinite where they are as wide as is needed.
     why : str
-        Why its own cannot be built, if that is another reason.
+        What its own mesh would need, or that it cannot be built.
     """
-    own = f"the model's own {faces_text(model.mesh)}"
-    reason = f"{own} cannot be built ({why})"
-    if np.isfinite(narrowest_mm):
-        reason = f"{own} would need strips of {narrowest_mm:.1g} mm"
     options = changed_options(chosen.settings, asked)
-    return f"woven on a coarser mesh ({options}), as {reason}; --remesh none keeps the mesh"
+    own = f"the model's own {faces_text(model.mesh)}"
+    return f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
+
+
+def needs(finding: Finding) -> str:
+    """Say what a mesh would need that breaks a rule.
+
+    Examples
+    --------
+    >>> needs(Finding("width", "warn", 0.21, 1.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120))
+    'would need strips of 0.2 mm'
+    """
+    length = f"{finding.value:.0f}" if finding.value >= 1.0 else f"{finding.value:.1g}"
+    bent = "bent to a radius " if finding.rule == "bend" else ""
+    return f"would need strips {bent}of {length} mm"

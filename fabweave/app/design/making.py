@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fabweave.app.design.candidate import Candidate
-from fabweave.app.design.coarser import coarser_meshes, foreseen, is_free, told
+from fabweave.app.design.coarser import coarser_meshes, foreseen, is_free, needs, told
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.moves import because, moves
 from fabweave.app.design.search import explore
@@ -22,7 +22,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.report.verdict import NotMakeableError
+from fabweave.report.verdict import NotMakeableError, judge
 
 #: How many designs are tried for a wish: at first from coarse to fine, then so many at a time
 #: beside the nearest, and in all.
@@ -130,24 +130,24 @@ def make_or_advise(
     if free:
         check_destination(directory, replaced, mesh=None if mesh is not None else settings.mesh)
         model = load_mesh(complete_settings(settings)[0], progress, mesh)
-        verdict, narrowest = foreseen(settings, model)
+        stops = foreseen(settings, model)
     else:
-        model, verdict, narrowest = None, None, np.inf
+        model, stops = None, []
     refused: CannotMakeError
-    if verdict is not None:
-        refused = NotMakeableError(verdict)
+    if stops:
+        refused, why = NotMakeableError(judge(stops, narrowest_mm=np.inf)), needs(stops[0])
     else:
         try:
             return Made(run(settings, model), settings)
         except (NotMakeableError, TooFineError) as error:
-            refused = error
+            refused, why = error, f"cannot be built ({_reason(error)})"
     trying = processes(workers)
     if model is not None:
         found = coarser_meshes(settings, model, progress, executors=trying, given=mesh)
         for one in found[:_MADE]:
-            why = told(settings, model, one, narrowest, _reason(refused))
             try:
-                return Made(run(one.settings, one.loaded), one.settings, why)
+                made = run(one.settings, one.loaded)
+                return Made(made, one.settings, told(settings, model, one, why))
             except (NotMakeableError, TooFineError):
                 continue
     ways = ways_text(ways_out(settings, progress, executors=trying, given=mesh))
