@@ -169,9 +169,9 @@ def coarser_meshes(
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
     Two at first, of quads; if neither is makeable, a coarser one, and all bodies wrapped as one
-    where they could not be made at all; and if none that is like the model can be built, triangles and a
-    coarser one yet. Each round is chosen from what the one before came to, so the result is the
-    same however many work at it. A model of very few faces was drawn face by face, and is left.
+    where they could not be made at all; and if none that is like the model can be built, triangles
+    and a coarser one yet. Each round is chosen from what the one before came to, so the result is
+    the same however many work at it. A model of very few faces was drawn face by face, and is left.
 
     Parameters
     ----------
