@@ -96,12 +96,10 @@ def run_job(
     ----------
     settings : Settings
     directory : Path
-        New, empty, or an older job's folder with nothing else in it, which is replaced when the
-        new one is proved.
+        New, empty, or an older job's folder with nothing else in it, which is then replaced.
     progress : callable
     mesh : PolyMesh, optional
-        A mesh from memory, in place of the file that the settings name; it is kept in the folder
-        under that name.
+        A mesh from memory, in place of the file; it is kept in the folder under that name.
     loaded : LoadedMesh, optional
         What the settings make of the mesh, if that is known already.
     workers : int
@@ -166,19 +164,15 @@ def make_job(
     settings : Settings
     progress : callable
         Told what is being done.
-    mesh : PolyMesh, optional
-        A mesh from memory, in place of the file that the settings name.
-    loaded : LoadedMesh, optional
-        What the settings make of the mesh, if that is known already.
-    start : callable
-        How to start work beside this process, from ``side_workers``; changes no result.
-    executors : callable
-        Opens the executor that nests very many pieces; changes no result.
+    mesh, loaded
+        As for :func:`run_job`.
+    start, executors : callable
+        How to start work beside this process, from ``side_workers``, and what opens the executor
+        that nests very many pieces; they change no result.
 
     Returns
     -------
     Job
-        Its settings are complete: what was left to fabweave is filled in.
 
     Raises
     ------
