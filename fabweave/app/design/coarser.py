@@ -108,7 +108,7 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
     Returns
     -------
     list of Finding
-        The rules that are broken whatever its pieces are, the worst first; none where it takes a
+        The rules that are broken whatever its pieces are, the width first; none where it takes a
         plan of these to say.
     """
     # How strands go over and under changes no width; a twill would be searched for long.
@@ -124,8 +124,8 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
         size_mm=laid.size_mm,
         depth=Depth.ALONG,
     )
-    far = [(-excess([one]), one) for one in check.findings if one.rule in _FORESEEN]
-    return [one for less, one in sorted(far, key=lambda pair: pair[0]) if less < -1.0]
+    found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
+    return sorted(found, key=lambda one: one.rule != "width")
 
 
 def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
