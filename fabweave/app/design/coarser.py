@@ -34,8 +34,11 @@ _MOST = 600
 #: So many triangles for a quad make ribbons of the same width.
 _TRIANGLES = 0.6
 #: How far a mesh is from its model in the mean, as shares of the size: each of the first counts as
-#: one more reason for care; beyond the second it is hardly the model, however well it is built.
-_LOSS, _POOR = 0.004, 0.01
+#: one more reason for care; beyond the second it is hardly the model, however well it is built. A
+#: feature that is farther away than the third is a limb that is lost, and counts as a reason, too.
+_LOSS, _POOR, _LIMB = 0.004, 0.01, 0.05
+#: Where a number of faces does not serve, one that is finer by this step may.
+_BESIDE = 0.35
 #: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
 #: as asked break them, no plan of pieces helps.
 _FORESEEN = {"width", "bend"}
@@ -71,14 +74,25 @@ class Attempt:
         return 0.0 if like is None else max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
 
     @property
+    def limbs(self) -> int:
+        """How many features of the model are far away: limbs, horns, ears."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return 0 if like is None else sum(x.lost_mm > _LIMB * like.size_mm for x in like.lost)
+
+    @property
+    def like(self) -> bool:
+        """Whether it is like the model."""
+        return self.loss <= _POOR and not self.limbs
+
+    @property
     def rank(self) -> tuple[bool, int, float, int]:
         """What is better sorts first: what is makeable, wants little care, is like, is little work.
 
-        Of those that are makeable and not far from the model, the likest. Else care is counted in
-        reasons, and what is lost of the model counts, too.
+        Of those that are makeable and like the model, the likest. Else care is counted in reasons,
+        and what is lost of the model counts, too.
         """
-        good = self.verdict.level == "makeable" and self.loss <= _POOR
-        care = 0 if good else len(self.verdict.reasons) + int(self.loss / _LOSS)
+        good = self.verdict.level == "makeable" and self.like
+        care = 0 if good else len(self.verdict.reasons) + int(self.loss / _LOSS) + self.limbs
         return not good, care, self.loss, 0 if self.loaded is None else self.loaded.mesh.n_faces
 
 
@@ -168,10 +182,11 @@ def coarser_meshes(
 ) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
-    Two at first, of quads; if neither is makeable, a coarser one, and all bodies wrapped as one
-    where they could not be made at all; and if none that is like the model can be built, triangles
-    and a coarser one yet. Each round is chosen from what the one before came to, so the result is
-    the same however many work at it. A model of very few faces was drawn face by face, and is left.
+    Two at first, of quads; if neither is makeable, a coarser one, and others beside those that
+    cannot be built, or all bodies wrapped as one where meshes could not be made at all; and if none
+    that is like the model can be built, triangles and a coarser one yet. Each round is chosen from
+    what the one before came to, so the result is the same however many work at it. A model of very
+    few faces was drawn face by face, and is left.
 
     Parameters
     ----------
@@ -191,7 +206,7 @@ def coarser_meshes(
     finest = min(most, surface_area(model.mesh) / (_FINEST_MM / WIDTH_SHARE) ** 2)
     kind = "triangles" if asked.pattern in ("kagome", "triaxial") else "quads"
 
-    def mesh(kind: str, step: int, bodies: str = asked.bodies) -> Settings:
+    def mesh(kind: str, step: float, bodies: str = asked.bodies) -> Settings:
         share = _TRIANGLES if kind == "triangles" else 1.0
         number = two_digits(share * max(finest / _STEP**step, FEWEST))
         return replace(asked, remesh=f"{kind}:{number}", bodies=bodies)
@@ -213,11 +228,13 @@ def coarser_meshes(
 
         try_all(mesh(kind, 0), mesh(kind, 1))
         if all(one.verdict.level != "makeable" for one in tried.values()):
-            # A wrap closes cracks and cavities, which is no small change: only where it is needed.
+            failed = [step for step, one in enumerate(tried.values()) if not one.built]
+            beside = [mesh(kind, step - _BESIDE) for step in failed]
             unmade = any(one.loaded is None for one in tried.values())
-            broken = unmade and not any(one.built for one in tried.values())
-            wraps = (0, 1) if broken and asked.bodies == "all" else ()
-            try_all(mesh(kind, 2), *(mesh(kind, step, "wrap") for step in wraps))
+            if len(failed) == len(tried) and unmade and asked.bodies == "all":
+                # A wrap closes cracks and cavities, which is no small change: only where it helps.
+                beside = [mesh(kind, step, "wrap") for step in failed]
+            try_all(mesh(kind, 2), *beside)
         if not any(one.built and one.loss <= _POOR for one in tried.values()):
             try_all(*(mesh("triangles", step) for step in (1, 2)), mesh(kind, 3))
     return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
