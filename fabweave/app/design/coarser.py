@@ -182,11 +182,11 @@ def coarser_meshes(
 ) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
-    Two at first, of quads; if neither is makeable, a coarser one, and others beside those that
-    cannot be built, or all bodies wrapped as one where meshes could not be made at all; and if none
-    that is like the model can be built, triangles and a coarser one yet. Each round is chosen from
-    what the one before came to, so the result is the same however many work at it. A model of very
-    few faces was drawn face by face, and is left.
+    Two at first, of quads; if neither is makeable, others beside those that cannot be built, or all
+    bodies wrapped as one where meshes could not be made at all, and a coarser one if none is good;
+    and if none that is near the model can be built, triangles and a coarser one yet. Each round is
+    chosen from what the one before came to, so the result is the same however many work at it. A
+    model of very few faces was drawn face by face, and is left.
 
     Parameters
     ----------
@@ -234,7 +234,9 @@ def coarser_meshes(
             if len(failed) == len(tried) and unmade and asked.bodies == "all":
                 # A wrap closes cracks and cavities, which is no small change: only where it helps.
                 beside = [mesh(kind, step, "wrap") for step in failed]
-            try_all(mesh(kind, 2), *beside)
+            if not any(one.built and one.like for one in tried.values()):
+                beside.insert(0, mesh(kind, 2))
+            try_all(*beside)
         if not any(one.built and one.loss <= _POOR for one in tried.values()):
             try_all(*(mesh("triangles", step) for step in (1, 2)), mesh(kind, 3))
     return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
