@@ -26,7 +26,7 @@ from fabweave.core.arrays import (
     frozen_value,
     no_progress,
 )
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree, few_of
 from fabweave.flat.joint.ends import CutStrips, cut_strips
 from fabweave.flat.joint.holes import HoleRule
@@ -260,12 +260,12 @@ def _narrower(
 
     Raises
     ------
-    CannotMakeError
+    TooFineError
         If ribbons must not be narrower, or would be too narrow to be handled.
     """
     narrowed, threads = woven.narrowed, woven.weave.threads
     if narrowed is None:
-        raise CannotMakeError(_kinked(woven, kinks, "a smaller --width, or none"))
+        raise TooFineError(_kinked(woven, kinks, "a smaller --width, or none"))
     # The panels stay wide enough to be handled. What lies in a sharp bend between them gets wider
     # with narrower panels, not narrower.
     entry, factor = woven.ribbons.entry, narrowed.factor.copy()
@@ -278,7 +278,7 @@ def _narrower(
         passes = threads.offsets[kinks.thread] + ends
         stuck = np.asarray(np.all(factor[passes] <= floor[passes], axis=0))
         if stuck.any():
-            raise CannotMakeError(_kinked(woven, some_runs(kinks, stuck), "a larger --size"))
+            raise TooFineError(_kinked(woven, some_runs(kinks, stuck), "a larger --size"))
         passes = np.unique(passes)
         factor[passes] = np.maximum(_STEP * factor[passes], np.minimum(floor, factor)[passes])
         ribbons = lay_ribbons(woven.source, woven.weave, settings, thickness, woven.laps, factor)

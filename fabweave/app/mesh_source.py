@@ -33,9 +33,9 @@ from fabweave.mesh.remesh.along.direction import (
     read_directions,
 )
 from fabweave.mesh.remesh.remesh import remesh
-from fabweave.mesh.remesh.request import parse_remesh
+from fabweave.mesh.remesh.request import NONE, parse_remesh
 from fabweave.mesh.remesh.source import Remeshed
-from fabweave.mesh.report import mesh_counts, mesh_notes
+from fabweave.mesh.report import faces_text, mesh_counts, mesh_notes
 from fabweave.mesh.resize import (
     Up,
     largest_dimension,
@@ -166,7 +166,7 @@ def load_mesh(
         stated = file.up if states_up(settings.mesh) else None
         notes += file.notes
     _require_small_faces(mesh)
-    if not settings.remesh:
+    if not settings.remeshed:
         _require_few(mesh.n_corners // 2)
     mesh, welded = weld_seams(mesh, settings.weld)
     mesh, kept, left_out = with_bodies(mesh, settings.bodies)
@@ -307,8 +307,8 @@ def _changed(
     done = []
     model: PolyMesh | None = None
     growth = 1.0
-    if settings.remesh:
-        wanted = parse_remesh(settings.remesh)
+    wanted = parse_remesh(settings.remesh or NONE)
+    if wanted.kind != NONE:
         remeshed = remeshed or remesh(
             mesh,
             wanted,
@@ -318,7 +318,13 @@ def _changed(
             progress=progress,
         )
         notes += remeshed.notes
-        model = mesh if remeshed.method != "unchanged" else None
+        if remeshed.method != "unchanged":
+            model = mesh
+            if remeshed.mesh.n_faces < mesh.n_faces:
+                notes.append(
+                    f"the model's own {faces_text(mesh)} became {faces_text(remeshed.mesh)} "
+                    f"(--remesh {settings.remesh})"
+                )
         mesh = remeshed.mesh
         kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
         done.append(f"remeshed to {kind} ({remeshed.method})")

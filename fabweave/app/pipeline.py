@@ -18,7 +18,7 @@ from fabweave.app.job_folder import check_destination, clear_abandoned, finished
 from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.joined_pieces import joined_pieces, with_grain
-from fabweave.app.mesh_source import load_mesh
+from fabweave.app.mesh_source import LoadedMesh, load_mesh
 from fabweave.app.nest_job import nest_pieces, ring_sheets
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
@@ -85,6 +85,7 @@ def run_job(
     progress: Progress = no_progress,
     *,
     mesh: PolyMesh | None = None,
+    loaded: LoadedMesh | None = None,
     workers: int = 0,
     executors: Executors | None = None,
     replaced: Collection[Path] = (),
@@ -95,12 +96,12 @@ def run_job(
     ----------
     settings : Settings
     directory : Path
-        New, empty, or an older job's folder with nothing else in it, which is replaced when the
-        new one is proved.
+        New, empty, or an older job's folder with nothing else in it, which is then replaced.
     progress : callable
     mesh : PolyMesh, optional
-        A mesh from memory, in place of the file that the settings name; it is kept in the folder
-        under that name.
+        A mesh from memory, in place of the file; it is kept in the folder under that name.
+    loaded : LoadedMesh, optional
+        What the settings make of the mesh, if that is known already.
     workers : int
         Processes beside this one; the same bytes are written with any number.
     executors : callable, optional
@@ -125,7 +126,7 @@ def run_job(
     with ExitStack() as stack:
         start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
         nesting = executors or processes(workers)
-        job = make_job(settings, progress, mesh=mesh, start=start, executors=nesting)
+        job = make_job(settings, progress, mesh=mesh, loaded=loaded, start=start, executors=nesting)
         # Processes end before the folder is moved, or removed: no file comes to it late.
         with _told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
             return write_and_prove(job, new, progress, start)
@@ -148,6 +149,7 @@ def make_job(
     progress: Progress = no_progress,
     *,
     mesh: PolyMesh | None = None,
+    loaded: LoadedMesh | None = None,
     start: Start = at_once,
     executors: Executors = here,
 ) -> Job:
@@ -158,17 +160,15 @@ def make_job(
     settings : Settings
     progress : callable
         Told what is being done.
-    mesh : PolyMesh, optional
-        A mesh from memory, in place of the file that the settings name.
-    start : callable
-        How to start work beside this process, from ``side_workers``; changes no result.
-    executors : callable
-        Opens the executor that nests very many pieces; changes no result.
+    mesh, loaded
+        As for :func:`run_job`.
+    start, executors : callable
+        How to start work beside this process, from ``side_workers``, and what opens the executor
+        that nests very many pieces; they change no result.
 
     Returns
     -------
     Job
-        Its settings are complete: what was left to fabweave is filled in.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def make_job(
         For what cannot be made as asked; the message says what would help.
     """
     settings, supplies = complete_settings(settings)
-    loaded = load_mesh(settings, progress, mesh)
+    loaded = loaded or load_mesh(settings, progress, mesh)
     weave = weave_mesh(loaded, settings, supplies, progress)
     ribbons = lay_object(weave, settings, supplies, progress)
     planned = plan_job(ribbons, settings, supplies, progress)

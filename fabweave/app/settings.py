@@ -196,6 +196,11 @@ class Settings:
         return replace(self, width=rule, open=None, crossing=self.panel_share)
 
     @property
+    def remeshed(self) -> bool:
+        """Whether the mesh is made anew before it is woven."""
+        return self.remesh not in (None, "none")
+
+    @property
     def line_mm(self) -> float:
         """The width of lines in the SVG."""
         return self.preset.hairline_mm if self.hairline_mm is None else self.hairline_mm

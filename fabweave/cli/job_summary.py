@@ -17,6 +17,7 @@ _DETAILS = (
     "size: ",
     "the mesh has ",
     "the mesh was remeshed",
+    "the model's own ",
     "QuadriFlow made ",
     "Instant Meshes made ",
     "ribbons: ",

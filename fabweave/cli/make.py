@@ -51,8 +51,10 @@ def make(
     MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
     "shape:torus?m=24&n=12" (fabweave shapes lists them). What can be woven on it,
     fabweave inspect MESH tells first; fabweave design MESH tries many designs of it.
-    With a wish such as --pieces 150, the mesh, the pattern and the width that come
-    nearest to it are looked for.
+    Where a model is too fine to be built as it is, a coarser mesh is woven, and the
+    first line says which; --remesh none keeps the mesh. With a wish such as
+    --pieces 150, the mesh, the pattern and the width that come nearest to it are
+    looked for.
 
     \b
     Examples:
@@ -84,7 +86,7 @@ def make(
             settings, why = meet_wishes(
                 settings, wishes, progress, executors=executors or processes(workers)
             )
-        made = make_or_advise(
+        made, _, coarser = make_or_advise(
             settings,
             output,
             progress,
@@ -92,6 +94,7 @@ def make(
             executors=executors,
             replaced=replaced,
         )
+    why = "\n".join(filter(None, (why, coarser)))
     if as_json:
         chosen = {"chosen": why} if why else {}
         click.echo(json.dumps(_totals(made, output) | chosen, indent=1))

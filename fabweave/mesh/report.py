@@ -4,9 +4,24 @@ from dataclasses import dataclass
 
 from fabweave.core.arrays import IntArray
 from fabweave.core.messages import agree
+from fabweave.mesh.polymesh import PolyMesh
 
 #: How many places a message names.
 _NAMED = 5
+
+
+def faces_text(mesh: PolyMesh) -> str:
+    """Return how many faces a mesh has, and of what sort.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import cube, octahedron
+    >>> faces_text(cube()), faces_text(octahedron())
+    ('6 quads', '8 triangles')
+    """
+    sizes = set(mesh.face_sizes.tolist())
+    sort = {(3,): "triangles", (4,): "quads"}.get(tuple(sizes), "faces")
+    return f"{mesh.n_faces:,} {sort}"
 
 
 @dataclass(frozen=True)

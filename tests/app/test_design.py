@@ -256,7 +256,9 @@ def test_a_wish_is_met_by_what_is_made(tmp_path):
 def test_what_is_too_fine_is_refused_with_what_can_be_built(tmp_path):
     mesh = tmp_path / "ring.obj"
     write_mesh(mesh, parse_shape("shape:torus?m=60&n=30"))
-    asked = Settings(str(mesh), size_mm=200.0, material="museum-board", effort="quick")
+    asked = Settings(
+        str(mesh), size_mm=200.0, material="museum-board", effort="quick", remesh="none"
+    )
     with pytest.raises(CannotMakeError, match="is too stiff") as refusal:
         make_or_advise(asked, tmp_path / "job")
     told = str(refusal.value)
@@ -274,7 +276,7 @@ def test_what_cannot_be_built_is_refused_with_what_can(tmp_path):
     assert not (tmp_path / "job").exists()
     assert "These were tried, and can be built:\n  --" in str(refusal.value)
     # With --force it is made all the same, says so on each sheet, and is proved.
-    finished = make_or_advise(replace(asked, force=True), tmp_path / "job")
+    finished = make_or_advise(replace(asked, force=True), tmp_path / "job").finished
     assert finished.proof.ok
     assert finished.job.verdict.forced
     assert json.loads((tmp_path / "job" / "verdict.json").read_text())["forced"] is True

@@ -2,24 +2,33 @@
 
 from collections.abc import Collection
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from fabweave.app.design.candidate import Candidate
+from fabweave.app.design.coarser import coarser_meshes, foreseen, is_free, needs, told
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.moves import because, moves
 from fabweave.app.design.search import explore
 from fabweave.app.design.ways_out import ways_out, ways_text
 from fabweave.app.design.wishes import Wishes, choose, distance
+from fabweave.app.job_folder import check_destination
+from fabweave.app.mesh_source import LoadedMesh, load_mesh
 from fabweave.app.pipeline import FinishedJob, run_job
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.report.verdict import NotMakeableError
+from fabweave.report.verdict import NotMakeableError, judge
 
 #: How many designs are tried for a wish: at first from coarse to fine, then so many at a time
 #: beside the nearest, and in all.
 _FIRST, _MORE, _TRIES = 9, 4, 24
+#: So many of the coarser meshes are made, the best first, until one can be built to its last piece.
+_MADE = 3
 
 
 def meet_wishes(
@@ -72,6 +81,17 @@ def meet_wishes(
     return designs[number], "\n".join([why, *(f"  {reason}" for reason in reasons)])
 
 
+class Made(NamedTuple):
+    """A job that was made, from which settings, and what fabweave chose of them by itself.
+
+    ``chosen`` is empty where all is as it was asked for.
+    """
+
+    finished: FinishedJob
+    settings: Settings
+    chosen: str = ""
+
+
 def make_or_advise(
     settings: Settings,
     directory: Path,
@@ -81,8 +101,11 @@ def make_or_advise(
     workers: int = 0,
     executors: Executors | None = None,
     replaced: Collection[Path] = (),
-) -> FinishedJob:
-    """Make a job as ``run_job`` does; where it cannot be built, try what could be.
+) -> Made:
+    """Make a job as ``run_job`` does; where it cannot be built, on a coarser mesh, or say what can.
+
+    A coarser mesh is taken where the mesh is left to fabweave (see :func:`is_free`): the best of
+    those that are tried. The files are those that its settings make when they are asked for.
 
     Raises
     ------
@@ -90,19 +113,51 @@ def make_or_advise(
         As :func:`fabweave.app.pipeline.run_job` does; the message tells what was tried instead, and
         can be built.
     """
-    try:
+
+    def run(settings: Settings, loaded: LoadedMesh | None = None) -> FinishedJob:
         return run_job(
             settings,
             directory,
             progress,
             mesh=mesh,
+            loaded=loaded,
             workers=workers,
             executors=executors,
             replaced=replaced,
         )
-    except (NotMakeableError, TooFineError) as error:
-        refused = error
-    ways = ways_text(ways_out(settings, progress, executors=processes(workers), given=mesh))
+
+    free = is_free(settings)
+    if free:
+        check_destination(directory, replaced, mesh=None if mesh is not None else settings.mesh)
+        model = load_mesh(complete_settings(settings)[0], progress, mesh)
+        stops = foreseen(settings, model)
+    else:
+        model, stops = None, []
+    refused: CannotMakeError
+    if stops:
+        refused, why = NotMakeableError(judge(stops, narrowest_mm=np.inf)), needs(stops[0])
+    else:
+        try:
+            return Made(run(settings, model), settings)
+        except (NotMakeableError, TooFineError) as error:
+            refused, why = error, f"cannot be built ({_reason(error)})"
+    trying = processes(workers)
+    if model is not None:
+        found = coarser_meshes(settings, model, progress, executors=trying, given=mesh)
+        for one in found[:_MADE]:
+            try:
+                made = run(one.settings, one.loaded)
+                return Made(made, one.settings, told(settings, model, one, why))
+            except (NotMakeableError, TooFineError):
+                continue
+    ways = ways_text(ways_out(settings, progress, executors=trying, given=mesh))
     if isinstance(refused, NotMakeableError):
         raise NotMakeableError(refused.verdict, ways)
     raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None
+
+
+def _reason(error: CannotMakeError) -> str:
+    """Return why something cannot be built, without what would help."""
+    if isinstance(error, NotMakeableError):
+        return error.verdict.stops[0].text
+    return str(error).partition(": use ")[0]

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fabweave.app.design.candidate import Candidate
+from fabweave.app.design.coarser import is_free
 from fabweave.app.design.instead import SOFT
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.page import words
@@ -69,19 +70,25 @@ def ways_text(ways: list[Candidate]) -> str:
 
 
 def _designs(asked: Settings, progress: Progress, given: PolyMesh | None) -> Iterator[Settings]:
-    """Yield what to try, in the order in which people prefer it."""
+    """Yield what to try, in the order in which people prefer it.
+
+    Where the mesh was left to fabweave, others were tried already: what else may help is tried on
+    these.
+    """
     free = replace(asked, remesh=None, refine=None)
     try:
         meshes = plan_designs(free, 3 * _MESHES, progress, given)
     except FabweaveError:
         meshes = []
     some = [one for one in meshes if one.pattern == asked.pattern and one.width == asked.width]
-    yield from (one for one in some[:_MESHES] if one != asked)
+    bases = some[:2]
+    if not is_free(asked) or not some:
+        yield from (one for one in some[:_MESHES] if one != asked)
+        bases = [asked, *bases]
     if asked.narrowable:
-        yield asked.narrower(NARROW)
+        yield bases[0].narrower(NARROW)
     if asked.material != SOFT and "=" not in asked.material:
         plain = {"material": SOFT, "thickness_mm": None, "gap_mm": None}
-        yield replace(asked, **plain)  # type: ignore[arg-type]
-        yield from (replace(one, **plain) for one in some[:2])  # type: ignore[arg-type]
+        yield from (replace(one, **plain) for one in bases)  # type: ignore[arg-type]
     if asked.size_mm is not None:
-        yield replace(asked, size_mm=float(round(_LARGER * asked.size_mm)))
+        yield replace(bases[0], size_mm=float(round(_LARGER * asked.size_mm)))

@@ -25,6 +25,9 @@ def make(
 ) -> WrittenJob:  # fmt: skip
     """Make a whole job, as ``fabweave make`` does: from a mesh to a proved folder.
 
+    Where a model is too fine to be built as it is, a coarser mesh is woven, and ``chosen`` of the
+    job says which; ``remesh="none"`` keeps the mesh.
+
     Parameters
     ----------
     mesh : path, shape, Mesh, or anything with vertices and faces
@@ -62,7 +65,7 @@ def make(
     (True, 8)
     """
     request = request_of(mesh, options)
-    finished = make_or_advise(
+    finished, settings, chosen = make_or_advise(
         request.settings,
         Path(folder),
         progress,
@@ -70,10 +73,12 @@ def make(
         workers=min(workers, os.cpu_count() or 1),
     )
     job = finished.job
+    if chosen:  # what other options change is made of the mesh that was taken
+        request = request.also({"remesh": settings.remesh, "bodies": settings.bodies})
     stations = Stations(request, job.woven.source, weave=job.woven, planned=job, layout=job.layout)
     ribbons = Ribbons(stations, Weave(stations, Mesh(stations)))
     layout = Layout(stations, Pieces(stations, ribbons))
-    return WrittenJob(Path(folder), finished, layout)
+    return WrittenJob(Path(folder), finished, layout, chosen)
 
 
 def inspect(

@@ -67,7 +67,7 @@ def mesh_view(settings: Settings) -> tuple[Any, ...]:
         settings.title,
         settings.course,
         settings.pattern == "triaxial",
-        settings.seed if settings.remesh else None,
+        settings.seed if settings.remeshed else None,
     )
 
 

@@ -26,12 +26,14 @@ if TYPE_CHECKING:
 class WrittenJob:
     """A finished job in its folder, with the proof of its files.
 
-    Made by :func:`fabweave.make` and :meth:`fabweave.Layout.write`.
+    Made by :func:`fabweave.make` and :meth:`fabweave.Layout.write`. ``chosen`` says which coarser
+    mesh was woven in place of one that cannot be built; it is empty where none was.
     """
 
     folder: Path
     finished: FinishedJob
     layout: "Layout"
+    chosen: str = ""
 
     @property
     def job(self) -> Job:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+from fabweave.app.design.coarser import is_free
 from fabweave.app.design.variety import FEWEST, densities
 from fabweave.app.remake_command import long_command
 from fabweave.app.settings import Settings
@@ -67,7 +68,10 @@ def advice(
         remeshed = asked.remesh is not None or asked.refine is not None or is_shape(asked.mesh)
         coarser = None if remeshed else _coarser(woven)
         fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
-        if coarser is not None:
+        if coarser is not None and level == "not makeable" and is_free(asked):
+            text = "make takes a coarser mesh by itself"
+            add(f"{text}; {fine}" if fine else text)
+        elif coarser is not None:
             text = "a coarser mesh may do"
             add(f"{text}; {fine}" if fine else text, remesh=f"quads:{coarser}")
         else:

@@ -115,7 +115,7 @@ def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
     CannotMakeError
         If it would do something else.
     """
-    first = not settings.remesh and not settings.refine
+    first = not settings.remeshed and not settings.refine
     pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
     paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
     if paired is mesh or (paired.face_sizes != 4).any():

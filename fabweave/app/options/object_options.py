@@ -108,13 +108,15 @@ OBJECT_OPTIONS = (
         "remesh",
         MESH,
         text(
-            "KIND[:N]",
+            "none|KIND[:N]",
             "a text such as 'quads:3000'",
             "fabweave.mesh.remesh.request.parse_remesh",
         ),
         "Make a coarser mesh first, of about N faces. quads:N, for twill; without N as many as the "
         "triangles pair up to, or else half as many as triangles, at most 3000. triangles:N, for "
-        "triaxial weaves, keeps horns and limbs best. coarse:N undoes a subdivision.",
+        "triaxial weaves, keeps horns and limbs best. coarse:N undoes a subdivision. none keeps "
+        "the mesh as it is.",
+        otherwise="none; make takes a coarser mesh where this one cannot be built",
     ),
     Option(
         "along",

@@ -8,9 +8,11 @@ from fabweave.core.errors import InputError
 #: tetrahedron, with three edges at each vertex, gives ribbons no room.
 LEAST = {"quads": 6, "triangles": 8, "coarse": 1}
 MOST = 100_000
+#: Keeps the mesh as it is.
+NONE = "none"
 _HELP = (
-    "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, or coarse or "
-    "coarse:200 to undo a refinement"
+    "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, coarse or "
+    "coarse:200 to undo a refinement, or none to keep the mesh"
 )
 
 
@@ -21,7 +23,7 @@ class Remesh:
     Parameters
     ----------
     kind : str
-        ``quads``, ``triangles`` or ``coarse``.
+        ``quads``, ``triangles`` or ``coarse``; ``none`` keeps the mesh as it is.
     count : int or None
         About how many faces; None leaves it to fabweave.
     """
@@ -42,10 +44,12 @@ def parse_remesh(text: str) -> Remesh:
     --------
     >>> parse_remesh("quads:3000"), parse_remesh("quads")
     (Remesh(kind='quads', count=3000), Remesh(kind='quads', count=None))
-    >>> parse_remesh("triangles:300").kind
-    'triangles'
+    >>> parse_remesh("triangles:300").kind, parse_remesh("none").kind
+    ('triangles', 'none')
     """
     kind, colon, number = text.strip().partition(":")
+    if text.strip() == NONE:
+        return Remesh(NONE)
     if kind not in LEAST:
         raise InputError(f"--remesh {text[:40]!r} is not known; {_HELP}")
     if not colon and kind == "triangles":

@@ -68,7 +68,7 @@ def check_source(job: Job, tally: Tally) -> None:
         halved = options.get("pattern") == "triaxial"
         here = tally.at("job.toml", "outcome", "openings")
         gone = check_openings(mesh, told, outcome, halved=halved, place=here)
-    if options.get("remesh"):
+    if options.get("remesh", "none") != "none":
         return
     finer = bool(options.get("refine")) or options.get("pattern") == "triaxial"
     joined = joined_faces(options)

@@ -28,7 +28,8 @@ def check_outcome(job: Job, tally: Tally) -> None:
     _check_words(job, outcome, place)
     if "likeness_mm" in outcome:
         # Only a mesh that was made anew differs from its model.
-        place.expect("remesh" in job.options, "it has a likeness, but nothing was remeshed")
+        remeshed = job.options.get("remesh", "none") != "none"
+        place.expect(remeshed, "it has a likeness, but nothing was remeshed")
         far = outcome["likeness_mm"]
         place.expect(isinstance(far, int | float) and 0 <= far < inf, f"likeness_mm is {far!r}")
     notes = outcome.get("notes")
