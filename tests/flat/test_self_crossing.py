@@ -21,7 +21,14 @@ from fabweave.mesh.shapes.grids import torus
 
 #: The projection method bends strands at every crossing of triangles, up to kinks and loops.
 BENT = {"course": "projection"}
-FLAT = {"size": "600mm", "smooth": 0, "sheet": "1200x800mm", "max_length": "400mm", **BENT}
+FLAT = {
+    "width": "proportional",
+    "size": "600mm",
+    "smooth": 0,
+    "sheet": "1200x800mm",
+    "max_length": "400mm",
+    **BENT,
+}
 
 
 @pytest.fixture

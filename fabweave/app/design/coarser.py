@@ -28,7 +28,7 @@ from fabweave.weave.bunches import count_bodies
 
 #: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
 #: many times fewer faces.
-_FINEST_MM, _STEP = 12.5, 2
+_FINEST_MM, _STEP = 10.5, 2
 #: The finest mesh has no more faces than that: it is some evenings' work.
 _MOST = 600
 #: So many triangles for a quad make ribbons of the same width.
