@@ -9,7 +9,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.congruence import SAME_MM, Kinds, alike_crossings, compare_pieces
 from fabweave.flat.covers import covered_parts
 from fabweave.flat.equal_pieces import FIT_MM, equal_pieces
-from fabweave.flat.joint.drill import Drilled, drill, slot_path
+from fabweave.flat.joint.drill import Drilled, drill, middle_room, slot_path
 from fabweave.flat.joint.ends import CutStrips, cut_strips, guide_lines
 from fabweave.flat.joint.fastening import spread_fasteners
 from fabweave.flat.joint.holes import HoleRule
@@ -150,7 +150,10 @@ def build_pieces(
     group = alike_crossings(bare, twins, weave.threads.n_crossings, same_mm=same_mm)
     if loose is not None:
         held = np.zeros(len(group), dtype=np.bool_) if fastened is None else fastened
-        fastened = spread_fasteners(loose, group, weave, held)
+        # What has no room for the smallest hole is not asked for a fastener.
+        least_mm = min((rule.edge_mm for rule in rules), default=0.0)
+        roomy = middle_room(cut, len(group)) >= least_mm
+        fastened = spread_fasteners(np.where(roomy, loose, 0.0), group, weave, held)
     drilled = drilled_at(holed)
     play = fit and all(kind.laps and kind.shape is None for kind in _joint_kinds(plan, drilled))
     fit_mm = FIT_MM if play else _ROUNDED_MM

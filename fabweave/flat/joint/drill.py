@@ -102,7 +102,7 @@ def drill(
         Numbers of crossings, which those share that are to have the same hole.
     """
     stations, threads = cut.stations, weave.threads
-    room = _room(cut, threads.n_crossings)
+    room = middle_room(cut, threads.n_crossings)
     room[plan.crossing[plan.where(lambda kind: not kind.most_fasteners)]] = np.inf
     wanted = np.ones(len(room), dtype=np.bool_) if fastened is None else fastened
     # A joint that takes none is glued: a hole would weaken its lap.
@@ -161,7 +161,7 @@ def _fit_alike(fits: BoolArray, alike: IntArray) -> BoolArray:
     return np.asarray(all_fit[alike] & held[:, None])
 
 
-def _room(cut: CutStrips, n_crossings: int) -> FloatArray:
+def middle_room(cut: CutStrips, n_crossings: int) -> FloatArray:
     """Return for each crossing the edge distance that the middle of all its layers has, (X,).
 
     Holes three diameters apart want two thirds of the way to the next station, as an edge wants
