@@ -150,7 +150,9 @@ def test_the_notebook_is_small_and_keeps_what_it_shows():
 
 def test_the_models_are_spheres_and_their_licences_are_told():
     rows = re.findall(
-        r"^\| `(\w+\.obj)` \|.*\| public domain", (EXAMPLES / "meshes" / "README.md").read_text("utf-8"), re.M
+        r"^\| `(\w+\.obj)` \|.*\| public domain",
+        (EXAMPLES / "meshes" / "README.md").read_text("utf-8"),
+        re.M,
     )
     models = sorted((EXAMPLES / "meshes").glob("*.obj"))
     assert sorted(rows) == [path.name for path in models]
