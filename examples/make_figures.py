@@ -36,6 +36,8 @@ from fabweave.weave.twill.voting import best_vote
 
 TILE = (560, 460)
 ABOVE = View(-90.0, 90.0)
+#: From above, as in the paper: a view at eye height hides holes.
+SEEN = View(-60.0, 34.0)
 
 
 class Woven(NamedTuple):
@@ -88,7 +90,7 @@ def woven(
     return WOVEN[-1]
 
 
-def ribbons(one: Woven, view: View | None = None, *, floor: bool = True) -> Image.Image:
+def ribbons(one: Woven, view: View = SEEN, *, floor: bool = True) -> Image.Image:
     """Return a picture of the woven object."""
     rest = one.settings, one.supplies
     clear = keep_clear(lay_object(one.mesh, *rest), *rest)
@@ -96,7 +98,7 @@ def ribbons(one: Woven, view: View | None = None, *, floor: bool = True) -> Imag
     return weave_picture(clear.ribbons, colours, size_px=TILE, view=view, floor=floor, samples=3)
 
 
-def on_mesh(what: ViewOf, one: Woven, view: View | None = None) -> Image.Image:
+def on_mesh(what: ViewOf, one: Woven, view: View = SEEN) -> Image.Image:
     """Return a picture of the weave on its mesh."""
     mesh = one.mesh
     return weave_on_mesh(
@@ -132,7 +134,8 @@ def figure_1() -> Iterator[Tile]:
     for steps in range(3):
         one = woven(shape, f"catmull-clark:{steps}" if steps else None)
         if not steps:
-            yield Tile(mesh_picture(one.mesh.mesh, size_px=TILE), "the mesh, of genus 3")
+            picture = mesh_picture(one.mesh.mesh, size_px=TILE, view=SEEN)
+            yield Tile(picture, "the mesh, of genus 3")
         yield Tile(ribbons(one), f"its 2/2 twill after {agree(steps, '{n} step[|s]')}")
 
 

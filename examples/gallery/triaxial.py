@@ -9,7 +9,7 @@ import fabweave as fw
 
 mesh = fw.shape("icosahedron", size=SIZE, refine="loop:1")
 # The paper's course covers the surface; straight strips would leave it open.
-weave = fw.weave(mesh, pattern="triaxial", course="projection")
+weave = fw.weave(mesh, pattern="triaxial", course="projection", colours="direction")
 ribbons = weave.ribbons(material="card")
 layout = ribbons.pieces().nest(sheet="600x400mm", effort="quick")
 exhibit = Exhibit(

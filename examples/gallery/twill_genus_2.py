@@ -9,7 +9,7 @@ import fabweave as fw
 
 mesh = fw.shape("slit", genus=2, size=SIZE)
 weave = fw.weave(mesh, pattern="twill")
-ribbons = weave.ribbons(material="card")
+ribbons = weave.ribbons(material="warp=card:navy,weft=card:gold")
 layout = ribbons.pieces().nest(sheet="600x400mm", effort="quick")
 exhibit = Exhibit(
     "A surface with two holes in exact 2/2 twill",

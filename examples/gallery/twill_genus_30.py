@@ -16,6 +16,6 @@ exhibit = Exhibit(
     "A surface with thirty holes in exact 2/2 twill",
     f"{sum(weave.broken.values())} broken conditions on genus {genus}",
     mesh,
-    weave.ribbons(material="card"),
+    weave.ribbons(material="warp=card:navy,weft=card:gold"),
 )
 exhibit.tell()

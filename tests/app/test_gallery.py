@@ -23,6 +23,9 @@ NOTEBOOK = runpy.run_path(str(EXAMPLES / "make_notebook.py"), run_name="maker")
 #: What each script is about, by theory: 2·gcd(m, n) rings on a torus; no broken condition where a
 #: twill is exact; four crossings of five over in a satin 5/2, two of three in a 2/1 twill.
 KEYS = {
+    "spot": "296 quads, 84 pieces",
+    "fish": "238 quads, 78 pieces",
+    "nefertiti": "287 quads, 92 pieces",
     "plain": "20 rings, exact: True",
     "twill_genus_1": "0 broken conditions",
     "twill_genus_2": "0 broken conditions",
@@ -145,10 +148,18 @@ def test_the_notebook_is_small_and_keeps_what_it_shows():
     assert all(cell["outputs"] for cell in code)
 
 
-def test_the_fish_is_closed_and_its_licence_is_told():
-    fish = fw.read(EXAMPLES / "meshes" / "fish.obj", size="400mm", up="y")
-    assert len(fish.vertices) - len(fish.edges) + len(fish.faces) == 2
-    assert "public domain" in (EXAMPLES / "meshes" / "README.md").read_text("utf-8")
+def test_the_models_are_spheres_and_their_licences_are_told():
+    rows = re.findall(
+        r"^\| `(\w+\.obj)` \|.*\| public domain",
+        (EXAMPLES / "meshes" / "README.md").read_text("utf-8"),
+        re.M,
+    )
+    models = sorted((EXAMPLES / "meshes").glob("*.obj"))
+    assert sorted(rows) == [path.name for path in models]
+    for path in models:
+        mesh = fw.read(path, size="400mm", up="y")
+        assert len(mesh.vertices) - len(mesh.edges) + len(mesh.faces) == 2
+        assert path.stat().st_size < 100_000
 
 
 @pytest.mark.slow
@@ -157,8 +168,8 @@ def test_a_finished_job_is_what_is_made_today_and_proved(name, tmp_path):
     kept = ROOT / "outputs" / name
     files = sorted(path.relative_to(kept) for path in kept.rglob("*") if path.is_file())
     size = sum((kept / path).stat().st_size for path in files)
-    # A manual of some 150 pieces has 2.8 MB alone.
-    assert size < (8_500_000 if name == "fish" else 4_000_000)
+    # A manual of some 80 pieces has 2.3 MB alone.
+    assert size < (7_500_000 if name == "fish" else 4_000_000)
     OUTPUTS["make"](name, tmp_path / name)
     assert files == sorted(
         path.relative_to(tmp_path / name) for path in (tmp_path / name).rglob("*") if path.is_file()

@@ -19,14 +19,13 @@ JOBS = {
     ),
     "kagome_ball": (
         "shape:icosahedron", "--size", "300mm", "--refine", "loop:1", "--pattern", "kagome",
-        "--open", "0.2", "--kinds", "fewest", "--labels", "kinds", "--sheet", "600x400mm",
-        "--template", "none", "--effort", "quick", "--title", "Kagome ball",
+        "--material", "card:sienna", "--open", "0.2", "--kinds", "fewest", "--labels", "kinds",
+        "--sheet", "600x400mm", "--template", "none", "--effort", "quick", "--title", "Kagome ball",
     ),
-    # Fairing makes room at the fins, and thin card takes their bends; a length makes the number.
+    # Straight edges between crossings and numbers alone keep the files small.
     "fish": (
-        "examples/meshes/fish.obj", "--up", "y", "--size", "900mm", "--refine", "simplest:1",
-        "--fair", "50", "--thickness", "0.2mm", "--max-length", "360mm",
-        "--sheet", "1000x700mm", "--smooth", "1", "--labels", "numbers", "--template", "none",
+        "examples/meshes/fish.obj", "--up", "y", "--size", "650mm", "--remesh", "quads:250",
+        "--sheet", "600x400mm", "--smooth", "1", "--labels", "numbers", "--template", "none",
         "--effort", "quick", "--title", "Fish",
     ),
 }  # fmt: skip
