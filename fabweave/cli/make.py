@@ -1,6 +1,7 @@
 """The command that makes a job."""
 
 import json
+import sys
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,6 +103,8 @@ def make(
         if why:
             click.echo(why)
         tell_job(made, output, verbose=verbose)
+    if made.missing:
+        sys.exit(1)
 
 
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
@@ -123,4 +126,5 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "proved": True,
         "verdict": verdict_json(job.verdict),
         "notes": list(job.notes),
+        "missing": list(made.missing),
     }

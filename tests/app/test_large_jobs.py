@@ -4,6 +4,7 @@ import json
 
 import pypdf
 import pytest
+from fabweave.verify.checks.reports import index_page, viewer
 
 from fabweave.app import job_files
 from fabweave.app.pipeline import run_job
@@ -11,7 +12,6 @@ from fabweave.app.settings import Settings
 from fabweave.assembly import extent
 from fabweave.assembly.manual import writing
 from fabweave.verify import verify_job
-from fabweave.verify.checks.reports import index_page, viewer
 from fabweave.verify.read import job_files as read_files
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import shapely
 from crossing_maps import points, sheet_record
+from fabweave.verify.read.manual import read_manual
 from jobs import run
 
 from fabweave.assembly.manual.stock import draw_stock, stock_words
 from fabweave.flat.crossing_map import RestRecord
-from fabweave.verify.read.manual import read_manual
 
 EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]
 KNOT = [[150.0, 20.0], [190.0, 20.0], [190.0, 50.0], [150.0, 50.0]]

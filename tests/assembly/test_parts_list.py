@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from fabweave.verify.read.manual import read_manual
 from jobs import quick_jobs
 
 from fabweave.app.job_records import job_map
@@ -11,7 +12,6 @@ from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual.book import Book
 from fabweave.assembly.manual.parts_list import PARTS, write_parts
-from fabweave.verify.read.manual import read_manual
 
 
 @pytest.fixture(scope="module")

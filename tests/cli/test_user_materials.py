@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 import tomli_w
+from fabweave.verify.checks.reports.materials import check_own_materials
+from fabweave.verify.checks.reports.preflight import check_preflight
 
 from fabweave.app.options.user_files import FOLDER_VARIABLE, user_file
 from fabweave.app.settings import settings_from_job, settings_from_options
@@ -13,8 +15,6 @@ from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.stock.material import material_named, material_table
 from fabweave.verify import verify_job
-from fabweave.verify.checks.reports.materials import check_own_materials
-from fabweave.verify.checks.reports.preflight import check_preflight
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 

@@ -9,6 +9,8 @@ import ezdxf
 import numpy as np
 import pytest
 import zxingcpp
+from fabweave.verify.checks.sheets.qr_code import check_code
+from fabweave.verify.read.qr_code import read_code, read_dots
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jobs import OCTAHEDRON
@@ -17,9 +19,7 @@ from PIL import Image, ImageDraw
 from fabweave.cut.drawing import Layer
 from fabweave.cut.drawing_check import check_drawing
 from fabweave.cut.notes.qr_tag import code_png, draw_tag
-from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.read.qr_code import read_code, read_dots
 from fabweave.verify.statement import Tally
 
 #: Pixels of a millimetre, and how wide a beam burns, millimetres.

@@ -1,10 +1,10 @@
 """What a job is called: as its maker says, or in plain words; the proof knows both by itself."""
 
 import pytest
+from fabweave.verify.measure.titles import titles_of
 
 from fabweave.mesh.shapes.catalogue import SHAPES
 from fabweave.mesh.shapes.titles import object_title
-from fabweave.verify.measure.titles import titles_of
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)

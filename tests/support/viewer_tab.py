@@ -6,10 +6,9 @@ from contextlib import contextmanager
 from io import BytesIO
 
 import numpy as np
+from fabweave.verify.read.viewer import read_viewer
 from PIL import Image
 from viewer_scene import make_page, shoot, triangles_of
-
-from fabweave.verify.read.viewer import read_viewer
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = [
