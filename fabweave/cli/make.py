@@ -1,8 +1,8 @@
 """The command that makes a job."""
 
 import json
-import sys
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 import shapely
-from fabweave.verify.read.viewer import read_viewer
+from read_viewer import read_viewer
 from viewer_scene import make_page, page_data, triangles_of
 
 from fabweave.assembly.viewer import page as module

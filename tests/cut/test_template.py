@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from fabweave.verify.read.template import read_template
 from pypdf import PdfReader
+from read_template import read_template
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.write.template import template_pdf

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from io import BytesIO
 
 import numpy as np
-from fabweave.verify.read.viewer import read_viewer
 from PIL import Image
+from read_viewer import read_viewer
 from viewer_scene import make_page, shoot, triangles_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
