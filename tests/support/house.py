@@ -22,7 +22,7 @@ PROOF, PROVERS = "verify", ("app", "cli")
 #: What stands beside the rooms: the front door, which opens each room when it is asked for, and
 #: ``python -m``.
 DOOR, DOORSTEP = "__init__", "__main__"
-(MOST_MODULES,)
+MOST_MODULES = 24
 
 
 @dataclass(frozen=True)
