@@ -1,9 +1,9 @@
 """Write the files of a job into a folder."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from fabweave.flat.joint.holes import HoleRule
 from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.io.obj import obj_bytes
 from fabweave.model.woven_glb import woven_glb
+from fabweave.picture.camera import View
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import step_seconds
 from fabweave.report.costs.texts import costs_text
@@ -62,15 +63,24 @@ from fabweave.verify import VerifyReport
 LIKENESS = "likeness.png"
 
 
+class Written(NamedTuple):
+    """What came of writing: which rules the pieces break, and the papers that could not be made."""
+
+    preflight: Preflight
+    missing: tuple[str, ...]
+
+
 def write_job(
     job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
-) -> Preflight:
+) -> Written:
     """Write every file of a job into an existing empty folder, all but ``verify.json``.
+
+    What is cut and the plan have to be there. A paper that cannot be made is left out: what can be
+    built is worth more than its papers.
 
     Returns
     -------
-    Preflight
-        Which rules the pieces break, as it is written.
+    Written
 
     Raises
     ------
@@ -81,7 +91,8 @@ def write_job(
     sheets = directory / "sheets"
     sheets.mkdir()
     ids = _lettered_ids(job)
-    written = [start(_write_sheet, sheets, drawing, job.settings, ids) for drawing in job.drawings]
+    shown = [start(_write_sheet, sheets, drawing, job.settings, ids) for drawing in job.drawings]
+    written: list[Callable[[], None]] = []
     if job.kerfed:
         (directory / CUT_FOLDER).mkdir()
     written += [
@@ -94,7 +105,7 @@ def write_job(
         letters = {
             piece.id: float(piece.label[3]) for ring in job.piece_set.rings for piece in ring.pieces
         }
-        written += [
+        shown += [
             start(_write_sheet, rim, drawing, job.settings, letters) for drawing in job.rim_drawings
         ]
         _write(rim / RECORD, json_text(to_json(rim_record(job.piece_set.rings, job.rim_layout))))
@@ -102,7 +113,7 @@ def write_job(
     _write_code(job, directory)
     crossing_map, bill = job_map(job), bill_of_materials(job.piece_set, job.settings.hardware)
     manual = start(
-        write_manual,
+        _write_manual,
         directory / "assembly.pdf",
         crossing_map,
         job_facts(job, bill),
@@ -112,22 +123,56 @@ def write_job(
         job.settings.paper,
         job.piece_set.rings,
     )
-    written.append(manual)
     if job.settings.profile == "service":
         _write_service(job, directory / "service")
     report = _waste_report(job, bill)
+    entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     check = _write_tables(job, crossing_map, report, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
+    missing = [one for finish in shown for one in finish()]
+    papers: list[tuple[str, Callable[[], bytes | str | None]]] = [
+        ("waste.html", lambda: _waste_page(job, report, entries)),
+        ("render.png", job.portrait),
+        (LIKENESS, job.likeness),
+    ]
+    views, unmade = manual()
+    missing += unmade
     if job.weave.threads.n_crossings <= MOST_VIEWED:
-        _write(directory / "assembly.html", job_viewer(job, crossing_map, manual()))
-    (directory / "render.png").write_bytes(job.portrait())
-    lost = job.likeness()
-    if lost is not None:
-        (directory / LIKENESS).write_bytes(lost)
-    _write(directory / INDEX_FILE, _index(job, crossing_map, report, directory))
-    return check
+        papers.append(("assembly.html", lambda: job_viewer(job, crossing_map, views)))
+    papers.append((INDEX_FILE, lambda: _index(job, crossing_map, report, directory)))
+    for name, make in papers:
+        missing += _write_paper(directory / name, make)
+    return Written(check, tuple(missing))
+
+
+def _write_paper(path: Path, make: Callable[[], bytes | str | None]) -> list[str]:
+    """Write what a paper is made of, if there is any; say why where it cannot be made."""
+    try:
+        content = make()
+    except OSError:  # the disk is full, or the folder is gone: nothing else can be written, either
+        raise
+    except Exception as error:  # whatever it is, the job is worth more than this paper
+        return [_unmade(path.name, error)]
+    if content is not None:
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return []
+
+
+def _unmade(name: str, error: Exception) -> str:
+    return f"{name} could not be made ({type(error).__name__}: {error})"
+
+
+def _write_manual(path: Path, *args: Any) -> tuple[tuple[View, ...], list[str]]:
+    """Write the manual; return its views of the object, and why it could not be made, if so."""
+    try:
+        return write_manual(path, *args), []
+    except OSError:
+        raise
+    except Exception as error:  # whatever it is, the job is worth more than its manual
+        path.unlink(missing_ok=True)
+        return (), [_unmade(path.name, error)]
 
 
 def _lettered_ids(job: Job) -> dict[str, float]:
@@ -143,14 +188,18 @@ def _lettered_ids(job: Job) -> dict[str, float]:
 
 def _write_sheet(
     folder: Path, drawing: SheetDrawing, settings: Settings, ids: Mapping[str, float]
-) -> None:
-    """Write one sheet as DXF, SVG, picture, and PDF at full size."""
+) -> list[str]:
+    """Write one sheet as DXF, SVG, picture, and PDF at full size; say which of these is missing."""
     _write_cuts(folder, drawing, settings)
+    missing = []
     if settings.template != "none":
-        template = template_pdf(drawing, settings.template)
-        (folder / f"{drawing.name}.pdf").write_bytes(template)
-    picture = png_bytes(drawing, colours=settings.preset, lettered=ids)
-    (folder / f"{drawing.name}.png").write_bytes(picture)
+        missing += _write_paper(
+            folder / f"{drawing.name}.pdf", lambda: template_pdf(drawing, settings.template)
+        )
+    return missing + _write_paper(
+        folder / f"{drawing.name}.png",
+        lambda: png_bytes(drawing, colours=settings.preset, lettered=ids),
+    )
 
 
 def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None:
@@ -244,8 +293,6 @@ def _write_tables(
 ) -> Preflight:
     """Write every file but sheets, manual, viewer and pictures; see ``write_job``."""
     woven = job.woven
-    names = [drawing.name for drawing in job.drawings]
-    entries = _write_offcuts(job, report.offcuts, directory / OFFCUT_FOLDER)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
     outcome = {
         "verdict": job.verdict.level,
@@ -254,7 +301,7 @@ def _write_tables(
         "pieces": len(job.piece_set.pieces),
         **({"spares": len(job.spared)} if len(job.spared) else {}),
         "joints": len(job.piece_set.joints),
-        "sheets": len(names),
+        "sheets": len(job.drawings),
         "utilisation": report.totals.sums.utilisation,
         "hole_mm": _hole_sizes(job.piece_set.rules),
         "fasten": job.fasten,
@@ -284,17 +331,20 @@ def _write_tables(
     check = _preflight(job, crossing_map, ribbons)
     _write(directory / "preflight.json", json_text(check.record))
     _write(directory / "waste.json", json_text(to_json(report)))
-    page = waste_page(
+    return check
+
+
+def _waste_page(job: Job, report: WasteReport, entries: Sequence[str]) -> str:
+    """Return the page on what becomes of the material."""
+    return waste_page(
         report,
-        title=woven.title,
+        title=job.woven.title,
         verdict=job.verdict,
         allotment=job.allotment,
-        sheet_names=names,
+        sheet_names=[drawing.name for drawing in job.drawings],
         entries=entries,
         likeness=LIKENESS if job.woven.source.likeness is not None else None,
     )
-    _write(directory / "waste.html", page)
-    return check
 
 
 def _likeness(job: Job) -> dict[str, float]:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fabweave.app.folder_contents import write_contents
 from fabweave.app.foretold_sheets import grain_cost
 from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
@@ -60,11 +61,12 @@ _MOST_WORKERS = 4
 
 
 class FinishedJob(NamedTuple):
-    """A job that is made and written: all of it, what proves it, and which rules it breaks."""
+    """A job that is made and proved, which rules it breaks, and which papers could not be made."""
 
     job: Job
     proof: VerifyReport
     preflight: Preflight
+    missing: tuple[str, ...] = ()
 
 
 class SideWork(NamedTuple):
@@ -375,13 +377,14 @@ def write_and_prove(
     CannotMakeError
         If a rule is broken and that was ruled out, or if a check objects.
     """
-    preflight = write_job(job, folder, progress, start=start)
+    written = write_job(job, folder, progress, start=start)
+    write_contents(folder)
     progress("verify", 0, 1)
     proof = verify_job(folder)
     if not proof.ok:
         raise CannotMakeError(_disproved(proof))
     write_proof(folder, proof)
-    return FinishedJob(job, proof, preflight)
+    return FinishedJob(job, proof, *written)
 
 
 def _disproved(proof: VerifyReport) -> str:

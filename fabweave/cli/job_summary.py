@@ -61,7 +61,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     from fabweave.report.costs.texts import costs_text
     from fabweave.report.verdict import verdict_text
 
-    job, proof, found = made
+    job, proof, found, missing = made
     console = Console(highlight=False, soft_wrap=True)
     notes = job.notes if verbose else main_notes(job.notes)
     for note in notes:
@@ -87,6 +87,8 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
             f"{output / 'offcuts' / 'stock.toml'} takes them first in a later job",
             markup=False,
         )
+    for paper in missing:
+        console.print(f"missing: {paper}; please report it", style="bold red", markup=False)
     verdict = job.verdict
     console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
     more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,6 +103,8 @@ def make(
         if why:
             click.echo(why)
         tell_job(made, output, verbose=verbose)
+    if made.missing:
+        sys.exit(1)
 
 
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
@@ -123,4 +126,5 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "proved": True,
         "verdict": verdict_json(job.verdict),
         "notes": list(job.notes),
+        "missing": list(made.missing),
     }

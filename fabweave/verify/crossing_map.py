@@ -237,12 +237,6 @@ class Sheet:
     thickness_mm: float | None = None
     rest: Rest | None = None
 
-    @property
-    def area_mm2(self) -> float:
-        """The area inside its outline."""
-        x, y = self.outline.T
-        return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
-
 
 @dataclass(frozen=True, slots=True)
 class Cut:
@@ -275,11 +269,6 @@ class Step:
     text: str
     #: The pieces of the ring that is laid in it, if it lays one.
     ring: tuple[str, ...] | None = None
-
-    @property
-    def handled(self) -> int:
-        """How many pieces are taken in hand."""
-        return len(self.pieces) + len(self.ring or ())
 
 
 @dataclass(frozen=True)

@@ -14,38 +14,25 @@ from fabweave.verify.checks.model.unfolding import check_unfolding
 from fabweave.verify.checks.plan.fastening import check_fastening
 from fabweave.verify.checks.plan.joints import check_joints
 from fabweave.verify.checks.plan.kinds import check_kinds
+from fabweave.verify.checks.plan.materials import check_materials
 from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece_order, check_simple
 from fabweave.verify.checks.plan.references import check_references
 from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.checks.plan.steps import check_steps
 from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
-from fabweave.verify.checks.reports.areas import check_areas
-from fabweave.verify.checks.reports.bill import check_bom
-from fabweave.verify.checks.reports.estimate import check_estimate
-from fabweave.verify.checks.reports.index_page import check_index
-from fabweave.verify.checks.reports.manual import check_manual
-from fabweave.verify.checks.reports.materials import check_materials
-from fabweave.verify.checks.reports.outcome import check_outcome
-from fabweave.verify.checks.reports.page import check_page
-from fabweave.verify.checks.reports.preflight import check_preflight
-from fabweave.verify.checks.reports.tables import check_tables
-from fabweave.verify.checks.reports.verdict import check_verdict
-from fabweave.verify.checks.reports.viewer import check_viewer
 from fabweave.verify.checks.sheets.cut_order import check_order
 from fabweave.verify.checks.sheets.drawings import check_dxf, check_svg
-from fabweave.verify.checks.sheets.exposure import check_exposure
 from fabweave.verify.checks.sheets.kerfed_sheets import check_ready
 from fabweave.verify.checks.sheets.labels import check_labels
 from fabweave.verify.checks.sheets.lines import check_lines
 from fabweave.verify.checks.sheets.looks import check_looks
 from fabweave.verify.checks.sheets.offcuts import check_offcuts
-from fabweave.verify.checks.sheets.qr_code import check_code
 from fabweave.verify.checks.sheets.rim import check_rim
 from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.checks.sheets.spacing import check_sheets
 from fabweave.verify.checks.sheets.stock import check_stock
-from fabweave.verify.checks.sheets.templates import check_templates
 from fabweave.verify.read.job_files import Job, load_job
+from fabweave.verify.read.seal import check_seal
 from fabweave.verify.report import VerifyReport
 from fabweave.verify.statement import Tally
 
@@ -63,15 +50,7 @@ _FILES = {
     "map": "crossing_map.json",
     "mesh": "woven_mesh.obj",
     "model": "model.glb",
-    "crossing_rows": "crossing_map.csv",
-    "piece_rows": "pieces.csv",
-    "station_rows": "stations.csv",
-    "waste": "waste.json",
     "ribbons": "ribbons.json",
-    "preflight": "preflight.json",
-    "verdict": "verdict.json",
-    "manual": "assembly.pdf",
-    "waste_page": "waste.html",
 }
 
 _TASKS = (
@@ -95,30 +74,16 @@ _TASKS = (
     _Task("lines", ("map",), check_lines),
     _Task("looks", ("map",), check_looks),
     _Task("cut", ("map",), check_ready),
-    _Task("templates", ("map",), check_templates),
-    _Task("code", ("map",), check_code),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
-    _Task("seen", ("map",), check_exposure),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("stock", ("map",), check_stock),
-    _Task("offcuts", ("map", "waste"), check_offcuts),
+    _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),
     _Task("simple", ("map",), check_simple),
-    _Task("bom", ("map", "model", "waste"), check_bom),
-    _Task("areas", ("map", "piece_rows", "waste"), check_areas),
     _Task("materials", ("map",), check_materials),
-    _Task("estimate", ("map", "waste"), check_estimate),
-    _Task("page", ("map", "waste", "waste_page"), check_page),
-    _Task("index", ("map",), check_index),
-    _Task("outcome", (), check_outcome),
-    _Task("preflight", ("map", "preflight"), check_preflight),
-    _Task("verdict", ("map", "ribbons", "verdict"), check_verdict),
-    _Task("tables", ("map", "crossing_rows", "piece_rows", "station_rows"), check_tables),
     _Task("steps", ("map",), check_steps),
-    _Task("viewer", ("map", "model"), check_viewer),
-    _Task("manual", ("map", "manual"), check_manual),
 )
 
 
@@ -140,14 +105,18 @@ def verify_job(directory: Path) -> VerifyReport:
     --------
     >>> report = verify_job(Path("no/such/folder"))
     >>> report.ok, report.checks[0].name, report.checks[0].findings[0]
-    (False, 'files', 'crossing_map.json is missing')
+    (False, 'seal', 'contents.json is missing')
     """
+    directory = Path(directory)
     results, tally = [], Tally("files")
     try:
-        job = load_job(Path(directory), tally)
+        job = load_job(directory, tally)
     except Exception as error:  # whatever the folder holds, this is a finding
         tally.unfinished("the folder cannot be read to its end", error)
         job = Job()
+    seal = Tally("seal")
+    check_seal(directory, seal)
+    results.append(seal.result())
     for task in _TASKS:
         tally = tally if task is _TASKS[0] else Tally(task.name)
         _run(task, job, tally)

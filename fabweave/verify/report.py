@@ -14,6 +14,7 @@ FINDINGS_KEPT = 8
 #: Every check in the order of the report, with its one-line meaning.
 MEANINGS: Mapping[str, str] = MappingProxyType(
     {
+        "seal": "the folder holds the files that were made, unchanged, and no others",
         "files": "every file is there, can be read, keeps its schema, and every reference resolves",
         "source": "the woven mesh has the size that is asked for, and the faces of what was given",
         "mesh-walks": "the threads are exactly the straight-ahead walks of the woven mesh",
@@ -34,30 +35,16 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "lines": "no side of a line is shorter than a tenth of a millimetre, none lies on another",
         "looks": "drawings have the version, units, colours and line widths that were asked for",
         "cut": "the sheets with kerf and micro-joints stand off the pieces by half the kerf",
-        "templates": "the sheets at full size show every piece where it stands",
-        "code": "the QR code of each sheet says what settings do, and nothing stands on it",
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
         "labels": "labels are legible, off edges and holes, in their places, and say what is true",
-        "seen": "of the engraving no more is seen on the woven object than is said",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "stock": "sheets, angles and prices are those of the stock in the settings",
-        "offcuts": "what is kept of sheets is free, worth what is said, drawn, and listed as stock",
+        "offcuts": "what is kept of sheets is free, drawn as it is, and listed as stock",
         "rim": "rings around openings lie hole on hole on the crossings beside them, all round",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
-        "bom": "fasteners, glue and tape to buy are those that the pieces take",
-        "areas": "lengths, areas, masses and waste are what the outlines and sheets give",
-        "materials": "every piece is on a sheet of its thread's material; each material adds up",
-        "estimate": "times and prices follow from drawings, steps, and stated speeds and prices",
-        "page": "the page on material shows what the records say, and nothing else",
-        "index": "the page that opens the job shows its figures and leads to all its files",
-        "outcome": "job.toml and the notes of the layout tell what came out",
-        "preflight": "rules that are said to be broken are, where it is said",
-        "verdict": "whether it can be built is what the findings come to",
-        "tables": "the tables for people say what the crossing map says",
-        "steps": "done in order, the steps make the whole weave once, with the effort that is said",
-        "viewer": "the viewer shows the map's plan and the model's strips, and loads nothing",
-        "manual": "the manual names all pieces and sheets; its steps and stations are the map's",
+        "materials": "every piece is on a sheet of its thread's material",
+        "steps": "done in order, the steps make the whole weave once",
     }
 )
 

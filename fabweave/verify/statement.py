@@ -7,7 +7,7 @@ import struct
 import traceback
 import zlib
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from shapely.errors import ShapelyError
@@ -111,7 +111,7 @@ class Place:
 
     Examples
     --------
-    >>> tally = Tally("areas")
+    >>> tally = Tally("stock")
     >>> sheet = tally.at("waste.json", "sheet 2")
     >>> sheet.number("waste_mm2", 1200.0, 1250.5, within=0.01)
     False
@@ -194,11 +194,6 @@ class Place:
         if parts:
             self.fail(f"{names} {', and '.join(parts)}")
         return not parts
-
-    def each_once(self, names: str, stated: Collection[Any], wanted: Collection[Any]) -> bool:
-        """Hold the keys of a table: each is there, no other, none twice. They count as three."""
-        self._tally.count(2)
-        return self.same(names, stated, wanted)
 
     def at_most(self, quantity: str, value: float, limit: float, meaning: str) -> bool:
         """Hold a measured value to a limit that it may not exceed; ``{}`` stands for the value."""

@@ -10,9 +10,6 @@ from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.assembly import extent
 from fabweave.assembly.manual import writing
-from fabweave.verify import verify_job
-from fabweave.verify.checks.reports import index_page, viewer
-from fabweave.verify.read import job_files as read_files
 
 
 @pytest.fixture
@@ -20,7 +17,7 @@ def small_limits(monkeypatch):
     """Take every job for too large to be shown whole."""
     for module in (extent, writing):
         monkeypatch.setattr(module, "MOST_PICTURED", 3)
-    for module in (extent, job_files, read_files, viewer, index_page):
+    for module in (extent, job_files):
         monkeypatch.setattr(module, "MOST_VIEWED", 11)
 
 
@@ -39,22 +36,3 @@ def test_what_a_job_is_too_large_for_is_left_out_and_said(tmp_path):
     text = " ".join(page.extract_text() for page in pages)
     assert all(f"Step {number}" in text for number in range(1, len(document["steps"]) + 1))
     assert "Turn the object" not in text
-
-
-@pytest.mark.slow
-def test_the_viewer_of_a_job_that_is_not_so_large_is_missed(tmp_path):
-    folder = tmp_path / "job"
-    run_job(Settings("shape:cube", size_mm=200.0, effort="quick"), folder)
-    (folder / "assembly.html").unlink()
-    assert "viewer" in verify_job(folder).failed
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_limits")
-def test_a_viewer_that_need_not_be_there_is_looked_at_where_it_is(tmp_path, monkeypatch):
-    folder = tmp_path / "job"
-    monkeypatch.setattr(job_files, "MOST_VIEWED", 12)
-    run_job(Settings("shape:cube", size_mm=200.0, effort="quick"), folder)
-    page = folder / "assembly.html"
-    page.write_text(page.read_text().replace("<h1>", "<h1>Z", 1))
-    assert set(verify_job(folder).failed) == {"files"}

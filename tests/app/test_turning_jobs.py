@@ -89,8 +89,7 @@ def test_the_verifier_goes_by_the_settings(mat, claim, tmp_path):
     text = (folder / "job.toml").read_text()
     assert 'boundary = "turn"\n' in text
     (folder / "job.toml").write_text(text.replace('boundary = "turn"', claim))
-    # The code on the sheet tells of the settings, too.
-    assert verify_job(folder).failed == ("mesh-walks", "pattern", "space", "code")
+    assert verify_job(folder).failed == ("seal", "mesh-walks", "pattern", "space")
 
 
 def test_maker_and_verifier_trace_the_same_turning_walks(mat):

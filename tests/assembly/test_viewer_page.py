@@ -5,12 +5,12 @@ import re
 import numpy as np
 import pytest
 import shapely
+from read_viewer import read_viewer
 from viewer_scene import make_page, page_data, triangles_of
 
 from fabweave.assembly.viewer import page as module
 from fabweave.assembly.viewer.page import three_script, viewer_page
 from fabweave.assembly.viewer.space import space_record
-from fabweave.verify.read.viewer import read_viewer
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 from pypdf import PdfReader
+from read_template import read_template
 
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.write.template import template_pdf
 from fabweave.cut.write.tiles import PAPERS_MM, page_tiles, window_sizes
-from fabweave.verify.read.template import read_template
 
 MM = 72.0 / 25.4
 

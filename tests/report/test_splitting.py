@@ -1,14 +1,12 @@
 """What the report says of the pieces of each thread is so, and verify knows if it is not."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
 
 from fabweave.flat.split.length_curve import Choice
 from fabweave.report.splitting import SplittingRecord, splitting_section
-from fabweave.verify import verify_job
 
 
 @pytest.fixture(scope="module")
@@ -35,46 +33,6 @@ def test_the_lengths_that_were_compared_rise_and_one_of_them_was_taken(job) -> N
     assert all(0.1 < row["fill"] <= 1 for row in told["threads"])
     page = (job / "waste.html").read_text(encoding="utf-8")
     assert page.count("<circle") == 2 * len(lengths)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("key", "value"), [("pieces", 99), ("thread", "ZZ"), ("longest_mm", 1.0), ("fill", 0.99)]
-)
-def test_verify_knows_what_is_not_so(job, tmp_path, key, value) -> None:
-    folder = tmp_path / "spoilt"
-    shutil.copytree(job, folder)
-    report = json.loads((folder / "waste.json").read_text(encoding="utf-8"))
-    assert report["splitting"]["threads"][1][key] != value
-    report["splitting"]["threads"][1][key] = value
-    (folder / "waste.json").write_text(json.dumps(report), encoding="utf-8")
-    # The page shows some of these figures as they were.
-    assert set(verify_job(folder).failed) - {"page"} == {"areas"}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("where", "key", "value"),
-    [
-        ("chosen", "pieces", 99),
-        ("chosen", "joints", 99),
-        ("chosen", "utilisation", 0.99),
-        ("chosen", "max_length_mm", 1.0),
-        ("chosen", "cost", 0.0),
-        ("choices", "pieces", 99),
-        ("choices", "max_length_mm", 1.5),
-    ],
-)
-def test_verify_knows_what_was_not_chosen(job, tmp_path, where, key, value) -> None:
-    folder = tmp_path / "spoilt"
-    shutil.copytree(job, folder)
-    report = json.loads((folder / "waste.json").read_text(encoding="utf-8"))
-    told = report["splitting"]
-    at = [one["max_length_mm"] for one in told["choices"]].index(told["max_length_mm"])
-    (told["chosen"] if where == "chosen" else told["choices"][at])[key] = value
-    (folder / "waste.json").write_text(json.dumps(report), encoding="utf-8")
-    # The page shows some of these figures as they were.
-    assert set(verify_job(folder).failed) - {"page"} == {"areas"}
 
 
 def test_a_curve_is_drawn_within_its_picture() -> None:

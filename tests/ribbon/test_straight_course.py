@@ -21,7 +21,6 @@ from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.model.yarns import spin_yarns
 from fabweave.ribbon.openness import open_share
 from fabweave.ribbon.project import project_ribbons
-from fabweave.verify.measure.areas import least_rectangle, polygon_area
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
@@ -194,8 +193,8 @@ def _fill(ribbons, crossings=8):
         for first in range(0, len(right) - 2 * crossings, 2 * crossings):
             piece = slice(first, first + 2 * crossings)
             ring = np.concatenate([right[piece], left[piece][::-1]])
-            filled += polygon_area(ring)
-            around += float(np.prod(least_rectangle(ring)))
+            filled += shapely.Polygon(ring).area
+            around += shapely.Polygon(ring).minimum_rotated_rectangle.area
     return filled / around
 
 

@@ -22,7 +22,7 @@ PROOF, PROVERS = "verify", ("app", "cli")
 #: What stands beside the rooms: the front door, which opens each room when it is asked for, and
 #: ``python -m``.
 DOOR, DOORSTEP = "__init__", "__main__"
-MOST_MODULES, MOST_LINES = 24, 400
+MOST_MODULES = 24
 
 
 @dataclass(frozen=True)
@@ -197,12 +197,6 @@ def crowded_folders(modules: Mapping[str, str], most: int = MOST_MODULES) -> lis
     names = [name.rpartition(".") for name in modules]
     count = Counter(folder for folder, _, last in names if last != "__init__")
     return [f"{folder} has {n} modules, not {most}" for folder, n in count.items() if n > most]
-
-
-def long_modules(modules: Mapping[str, str], most: int = MOST_LINES) -> list[str]:
-    """Return modules of too many lines."""
-    counts = {name: len(source.splitlines()) for name, source in modules.items()}
-    return [f"{name} has {n} lines, not {most}" for name, n in counts.items() if n > most]
 
 
 def unlike_rooms(folders: Iterable[str], beside: Iterable[str]) -> list[str]:

@@ -1,57 +1,23 @@
 """Write a specimen's files by hand-written code that shares nothing with fabweave's makers."""
 
-import base64
-import cmath
-import csv
 import itertools
 import json
 import math
-import re
 import struct
-import zlib
-from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
-import shapely
-from pdf_writer import pdf_bytes
-from verify_manual import TITLE, manual_pages
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
-from fabweave.assembly.viewer.page import viewer_page
-from fabweave.assembly.viewer.space import SpaceRecord
+from fabweave.app.folder_contents import write_contents
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.measure.development import total_turn_deg
 from fabweave.verify.read.glb import read_model
 
-PIECE_COLUMNS = (
-    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
-    "material", "thickness_mm",
-)  # fmt: skip
-STATION_COLUMNS = (
-    "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
-    "mate", "hole_mm", "step",
-)  # fmt: skip
-CROSSING_COLUMNS = (
-    "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
-    "x", "y", "z",
-)  # fmt: skip
 LAYERS = tuple(COLOURS)
 #: How far apart ribbons are said to be: the coarsest specimen has 0.27 mm.
 LIMITS = {"thickness_mm": 0.2, "clearance_mm": 0.05, "width_mm": 1.0, "bend_mm": 0.005,
           "twist_deg": math.degrees(math.sqrt(6 * 0.2 / 0.005))}  # fmt: skip
-#: What is found of each rule, and what helps.
-REASONS = {
-    "hole": ("a hole without room", "leave those crossings without a fastener, or use glue"),
-    "narrow": ("ribbons are as narrow as {narrow:.1f} mm",
-               "handle these with tweezers; their labels may have no room"),
-    "bodies": ("there are {bodies} bodies that no thread joins",
-               "each is an object of its own; --bodies largest keeps one"),
-    "ids": ("{unnamed} piece{s} no room for an id",
-            "write the id on as you peel the piece, from the picture of its sheet; a larger "
-            "--size, wider ribbons (--width) or --hole none make room for it"),
-}  # fmt: skip
 #: Where the finding about ribbons is.
 PLACE = (12.0, -7.5, 30.25)
 
@@ -266,174 +232,6 @@ def glb_bytes(strips, *, edit=None):
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
 
 
-def png_bytes(wide=30, high=20):
-    """Return a white picture with a black line."""
-
-    def chunk(kind, body):
-        return (
-            struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-        )
-
-    head = struct.pack(">IIBBBBB", wide, high, 8, 0, 0, 0, 0)
-    rows = (b"\0" + b"\xff" * wide) * (high - 1) + b"\0" * (wide + 1)
-    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + body
-
-
-def areas(plan, piece):
-    holes = [d for _, _, d in piece_holes(plan, piece)]
-    path = piece.get("path") or [(x, y, 0.0) for x, y in piece["outline"]]
-    polygon = shapely.Polygon([(x, y) for x, y, _ in path])
-    area, length = polygon.area, polygon.length
-    for (x, y, bulge), (u, v, _) in zip(path, [*path[1:], path[0]], strict=True):
-        if bulge:
-            turn, chord = 4 * math.atan(abs(bulge)), math.dist((x, y), (u, v))
-            r = chord / 2 / math.sin(turn / 2)
-            area += math.copysign(r * r / 2 * (turn - math.sin(turn)), bulge)
-            length += r * turn - chord
-    return area, sum(math.pi * d * d / 4 for d in holes), holes, length
-
-
-def least_rectangle(points):
-    return least_rectangle_of(tuple(map(tuple, points)))
-
-
-@cache
-def least_rectangle_of(points):
-    """Find it once for the many specimens that have the same outlines."""
-    hull = np.array(shapely.MultiPoint(points).convex_hull.exterior.coords)
-    best = None
-    for a, b in itertools.pairwise(hull):
-        angle = -math.atan2(b[1] - a[1], b[0] - a[0])
-        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        size = np.ptp(hull @ turn.T, axis=0)
-        if best is None or size.prod() < best.prod() - 1e-9:
-            best = size
-    return max(best), min(best)
-
-
-def write_tables(specimen, folder):
-    plan = specimen.plan
-    piece_of = {piece["id"]: piece for piece in plan["pieces"]}
-    with (folder / "pieces.csv").open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(PIECE_COLUMNS)
-        for piece in plan["pieces"]:
-            outline, hole, holes, _ = areas(plan, piece)
-            length, width = least_rectangle(piece["outline"])
-            mass = (outline - hole) * THICKNESS * DENSITY * 1e-6
-            rows.writerow([piece["id"], piece["thread"], piece["sheet"], f"{length:.2f}",
-                           f"{width:.2f}", f"{outline - hole:.2f}", f"{mass:.3f}",
-                           len(holes), piece["kind"], "card", THICKNESS])  # fmt: skip
-    joint_at = {joint["crossing"]: joint["id"] for joint in plan["joints"]}
-    with (folder / "crossing_map.csv").open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(CROSSING_COLUMNS)
-        for crossing in plan["crossings"]:
-            over, under = crossing["over"], crossing["under"]
-            hole = piece_of[under["piece"]]["stations"][under["station"]]["hole_mm"]
-            rows.writerow([crossing["id"], over["piece"], over["station"], under["piece"],
-                           under["station"], joint_at.get(crossing["id"], ""),
-                           "" if hole is None else hole,
-                           *(round(x, 6) for x in crossing["position"])])  # fmt: skip
-
-
-def write_stations(specimen, folder):
-    plan = specimen.plan
-    crossings = {crossing["id"]: crossing for crossing in plan["crossings"]}
-    joints = {joint["id"]: joint["pieces"] for joint in plan["joints"]}
-    with (folder / "stations.csv").open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(STATION_COLUMNS)
-        for piece in plan["pieces"]:
-            along, last = 0.0, piece["stations"][0] if piece["stations"] else None
-            for k, s in enumerate(piece["stations"]):
-                along += math.dist((last["x"], last["y"]), (s["x"], s["y"]))
-                last = s
-                other = crossings[s["crossing"]]["under" if s["over"] else "over"]
-                mate = next(
-                    (name for name in joints.get(s["joint"], ()) if name != piece["id"]),
-                    piece["id"] if s["joint"] in joints else "",
-                )
-                steps = [t["step"] for t in plan["steps"] if s["crossing"] in t["crossings"]]
-                rows.writerow([piece["id"], k, s["crossing"], f"{along:.2f}",
-                               "over" if s["over"] else "under", s["partner"], other["station"],
-                               "" if s["joint"] is None else s["joint"], mate,
-                               "" if s["hole_mm"] is None else s["hole_mm"],
-                               steps[-1] if steps else ""])  # fmt: skip
-
-
-def engraved_length(specimen):
-    total = 0.0
-    for shapes in specimen.engraving.values():
-        for _, points, closed in shapes:
-            run = [*points, points[0]] if closed else points
-            total += sum(math.dist(a, b) for a, b in itertools.pairwise(run))
-    return total
-
-
-def write_waste(specimen, folder):
-    plan = specimen.plan
-    keys = (
-        "area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "pieces", "cut_length_mm",
-        "pierces",
-    )  # fmt: skip
-    sheets, n_holes = [], 0
-    for sheet in plan["sheets"]:
-        entry = dict.fromkeys(keys, 0)
-        entry |= {key: sheet[key] for key in ("sheet", "width_mm", "height_mm")}
-        entry["area_mm2"] = sheet["width_mm"] * sheet["height_mm"]
-        for piece in plan["pieces"]:
-            if piece["sheet"] == sheet["sheet"]:
-                outline, hole, holes, length = areas(plan, piece)
-                entry["piece_area_mm2"] += outline - hole
-                entry["hole_area_mm2"] += hole
-                entry["pieces"] += 1
-                entry["cut_length_mm"] += length + sum(math.pi * d for d in holes)
-                entry["pierces"] += 1 + len(holes)
-                n_holes += len(holes)
-        used = entry["piece_area_mm2"]
-        entry["waste_mm2"] = entry["area_mm2"] - used
-        entry["utilisation"] = used / entry["area_mm2"]
-        sheets.append(entry)
-    totals = {key: sum(entry[key] for entry in sheets) for key in keys}
-    totals["utilisation"] = 1 - totals["waste_mm2"] / totals["area_mm2"]
-    totals |= {"sheets": len(sheets), "holes": n_holes}
-    totals["engrave_length_mm"] = engraved_length(specimen)
-    waste = {"schema": "fabweave.waste/1", "units": "mm", "sheets": sheets, "totals": totals}
-    waste["offcuts"] = []
-    (folder / "waste.json").write_text(json.dumps(rounded(waste)))
-
-
-def write_page(specimen, folder):
-    """Write the page on material: the verdict, and the table of sheets."""
-    plan = specimen.plan
-    waste, verdict = (json.loads((folder / name).read_text())
-                      for name in ("waste.json", "verdict.json"))  # fmt: skip
-    names = {sheet["sheet"]: sheet["name"] for sheet in plan["sheets"]}
-    heads = ("Sheet", "Size, mm", "Pieces", "Pieces, cm²", "Holes, cm²", "Waste with holes, cm²",
-             "Used", "")  # fmt: skip
-    rows = "".join(f"<th>{head}</th>" for head in heads)
-    for entry in (*waste["sheets"], waste["totals"]):
-        size = f"{entry['width_mm']:g} × {entry['height_mm']:g}" if "sheet" in entry else ""
-        share = f"{100 * entry['utilisation']:.1f}"
-        areas = (entry[key] / 100 for key in ("piece_area_mm2", "hole_area_mm2", "waste_mm2"))
-        cells = [names.get(entry.get("sheet"), "all"), size, entry["pieces"],
-                 *(f"{area:.1f}" for area in areas), f"{share} %",
-                 f'<div class="bar"><span style="width:{share}%"></span></div>']  # fmt: skip
-        rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-    reasons = "".join(f"<li>{reason['text']}; {reason['advice']}</li>"
-                      for reason in verdict["reasons"])  # fmt: skip
-    pictures = "".join(f'<img src="sheets/{name}.png"><figcaption>{name}</figcaption>'
-                       for name in names.values())  # fmt: skip
-    page = (
-        f"<html><title>{TITLE}: material</title><h1>{TITLE}: material</h1>"
-        f'<div class="verdict with-care"><p>Can it be built? Yes, with care.</p>{reasons}</div>'
-        f"<h2>Sheets</h2><table><tr>{rows}</table><h2>Pictures</h2>{pictures}</html>"
-    )
-    (folder / "waste.html").write_text(page, encoding="utf-8")
-
-
 def bend_figures(strip):
     """Return figures as verify measures them; test_verify_bends holds these against the makers'."""
     bending = measure_bending(strip, measure_strip(strip)[1])
@@ -480,65 +278,11 @@ def write_ribbons(specimen, folder):
     finding = {"rule": "hole", "severity": "warn", "thread": first, "station": 1,
                "crossing": crossings[1], "other": None, "position": list(PLACE),
                "count": 1, "of": len(specimen.plan["crossings"]), "far": 0,
-               "text": REASONS["hole"][0]}  # fmt: skip
+               "text": "a hole without room"}  # fmt: skip
     ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
                "limits": LIMITS,
                "threads": rounded(threads)}  # fmt: skip
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
-
-
-def write_verdict(specimen, folder):
-    """State the verdict: a hole without room wants care, and what else there is."""
-    ribbons = json.loads((folder / "ribbons.json").read_text())
-    rules = [finding["rule"] for finding in ribbons["findings"]]
-    narrow = min(thread["narrowest_mm"] for thread in ribbons["threads"])
-    if narrow < 4.0:
-        rules.append("narrow")
-    body = {}
-    for crossing in specimen.plan["crossings"]:
-        pair = [body.get(crossing[side]["thread"], {crossing[side]["thread"]})
-                for side in ("over", "under")]  # fmt: skip
-        body |= dict.fromkeys(pair[0] | pair[1], pair[0] | pair[1])
-    bodies = len({frozenset(threads) for threads in body.values()})
-    if bodies > 1:
-        rules.append("bodies")
-    unnamed = sum(any(dropped["kind"] == "id" for dropped in piece["dropped"])
-                  for piece in specimen.plan["pieces"])  # fmt: skip
-    if unnamed:
-        rules.append("ids")
-    figures = {"narrow": narrow, "bodies": bodies, "unnamed": unnamed,
-               "s": " has" if unnamed == 1 else "s have"}  # fmt: skip
-    reasons = [{"rule": rule, "level": "with care", "text": REASONS[rule][0].format(**figures),
-                "advice": REASONS[rule][1]} for rule in rules]  # fmt: skip
-    verdict = {"schema": "fabweave.verdict/1", "units": "mm", "level": "with care",
-               "reasons": reasons, "forced": False}  # fmt: skip
-    (folder / "verdict.json").write_text(json.dumps(verdict))
-
-
-def write_preflight(specimen, folder):
-    """State flaws that are true: the limits are what they fall short of."""
-    piece = next(p for p in specimen.plan["pieces"] if any(s["hole_mm"] for s in p["stations"]))
-    station = next(s for s in piece["stations"] if s["hole_mm"])
-    place = piece["placement"]
-    turn = cmath.rect(1.0, math.radians(place["rotation_deg"]))
-    centre = complex(station["x"], station["y"])
-    at = turn * centre + complex(place["x_mm"], place["y_mm"])
-    sides = [complex(*end) for end in piece["outline"]]
-    edge = min(
-        abs(a + min(max(((centre - a) / (b - a)).real, 0.0), 1.0) * (b - a) - centre)
-        for a, b in zip(sides, [*sides[1:], sides[0]], strict=True)
-    )
-    own = {"piece": piece["id"], "sheet": piece["sheet"], "place": [at.real, at.imag], "count": 1}
-    hole = station["hole_mm"]
-    flaws = [
-        {"rule": "hole", **own, "value_mm": hole, "limit_mm": hole + 0.5},
-        {"rule": "hole-edge", **own, "value_mm": edge, "limit_mm": edge + 0.1},
-        {"rule": "sheet", "piece": None, "sheet": 1, "place": None, "count": 1,
-         "value_mm": specimen.plan["sheets"][0]["width_mm"], "limit_mm": 100.0},
-    ]  # fmt: skip
-    preflight = {"schema": "fabweave.preflight/1", "units": "mm", "target": "default",
-                 "flaws": rounded(flaws)}  # fmt: skip
-    (folder / "preflight.json").write_text(json.dumps(preflight))
 
 
 def write_sheets(specimen, folder, *, r12=False, edit=None):
@@ -551,154 +295,10 @@ def write_sheets(specimen, folder, *, r12=False, edit=None):
         stem = folder / "sheets" / sheet["name"]
         stem.with_suffix(".dxf").write_text(dxf_text(shapes, sheet, r12=r12))
         stem.with_suffix(".svg").write_text(svg_text(shapes, sheet))
-        size = (round(sheet["width_mm"]), round(sheet["height_mm"]))
-        stem.with_suffix(".png").write_bytes(png_bytes(*size))
 
 
 def write_plan(specimen, folder):
     (folder / "crossing_map.json").write_text(json.dumps(rounded(specimen.plan)))
-
-
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
-
-
-def piece_rungs(plan, strips, piece):
-    """Return the rungs of a piece's strip and where its panels begin; nothing if there are none."""
-    thread = next((one for one in plan["threads"] if one["id"] == piece["thread"]), None)
-    strip = strips.get(thread["label"]) if thread else None
-    wanted = [station["crossing"] for station in piece["stations"]]
-    if strip is None or not wanted or len(strip["entry"]) != len(thread["crossings"]):
-        return [], []
-    size, count = len(thread["crossings"]), len(strip["rungs"])
-    starts = [
-        start
-        for start in range(size)
-        if all(thread["crossings"][(start + k) % size] == key for k, key in enumerate(wanted))
-    ]
-    if not starts:
-        return [], []
-    over = piece["stations"][0]["over"]
-    start = min(starts, key=lambda start: (thread["over"][start] != over, start))
-    rung = strip["entry"][start]
-    if start == 0 and not strip["closed"]:
-        rung = 0
-    last = strip["exit"][(start + len(wanted) - 1) % size]
-    if start + len(wanted) == size and not strip["closed"]:
-        last = count - 1
-    walk, panels, at = [rung], [], 0
-    while True:
-        if at < len(wanted) and walk[-1] == strip["entry"][(start + at) % size]:
-            panels.append(len(walk) - 1)
-            at += 1
-        if at == len(wanted) and walk[-1] == last and len(walk) > 1:
-            return walk, panels
-        walk.append((walk[-1] + 1) % count)
-
-
-def viewer_data(specimen, plan, *, edit=None):
-    counts, colours, panels, points, right = [], [], [], [], []
-    for piece in plan["pieces"]:
-        walk, own = piece_rungs(plan, specimen.strips, piece)
-        label = next((t["label"] for t in plan["threads"] if t["id"] == piece["thread"]), None)
-        strip = specimen.strips.get(label)
-        counts.append(len(walk))
-        colours.append([[colour_word(specimen.strips, label), len(walk)]] if strip else [])
-        panels.append(own)
-        for rung in walk:
-            points.append(np.asarray(strip["rungs"][rung], dtype=float))
-            steps = strip["triangles"][2 * rung : 2 * rung + 2]
-            shared = set(steps[0]) & set(steps[1]) if len(steps) == 2 else set()
-            right.append(2 * rung in shared)
-    corners = np.array(points).reshape(-1, 3)
-    low = corners.min(axis=0)
-    step = float((corners.max(axis=0) - low).max()) / 65535
-    whole = [[round(float(x)) for x in point] for point in (corners - low) / step]
-    data = {
-        "schema": "fabweave.viewer/1",
-        # Specimens have no estimate.
-        "hands": None,
-        # Their manual shows all steps from one side.
-        "views_deg": [[-60.0, 35.0] for step in plan["steps"] if "ring" not in step],
-        "plan": rounded(plan, 3),
-        "colours": colours,
-        "space": {
-            "origin_mm": low.tolist(),
-            "step_mm": step,
-            "counts": counts,
-            "panels": panels,
-            "rungs": base64.b64encode(
-                b"".join(struct.pack("<3H", *point) for point in whole)
-            ).decode(),
-            "from_right": base64.b64encode(bytes(right)).decode(),
-        },
-    }
-    if edit is not None:
-        edit(data)
-    return data
-
-
-def write_viewer(specimen, folder, *, edit=None, policy=POLICY, body=""):
-    """Write the viewer; ``edit`` changes its data."""
-    data = json.dumps(viewer_data(specimen, specimen.plan, edit=edit)).replace("<", "\\u003c")
-    page = re.sub("<title>[^<]*", "<title>specimen: assembly", shipped_page(), count=1)
-    page = re.sub("<h1>[^<]*", "<h1>specimen", page, count=1)
-    page = re.sub(r'(<script id="data"[^>]*>)[^<]*', lambda start: start[1] + data, page)
-    assert POLICY in page
-    page = page.replace(POLICY, policy).replace("</body>", body + "</body>")
-    (folder / "assembly.html").write_text(page, encoding="utf-8")
-
-
-@cache
-def shipped_page():
-    """Return the page as it is shipped, around other data."""
-    crossing_map = SimpleNamespace(to_json=dict)
-    space = SpaceRecord(
-        layer_mm=0.0,
-        origin_mm=(0.0, 0.0, 0.0),
-        step_mm=1.0,
-        counts=(),
-        panels=(),
-        rungs="",
-        from_right="",
-    )
-    return viewer_page(crossing_map, space, title="", colours=np.zeros((0, 3), np.uint8),
-                       view_deg=(0.0, 0.0), hands={})  # fmt: skip
-
-
-def _sign(corners, operator):
-    """Draw a small round sign, filled with black or not."""
-    turns = [2 * math.pi * at / corners for at in range(corners)]
-    (x, y), *others = [(300 + 2 * math.cos(turn), 300 + 2 * math.sin(turn)) for turn in turns]
-    lines = " ".join(f"{a:.5f} {b:.5f} l" for a, b in others)
-    return f"0 g n {x:.5f} {y:.5f} m {lines} h {operator}\n"
-
-
-#: How signs are drawn that the fonts of a PDF have not.
-SIGNS = {"●": _sign(24, "B"), "○": _sign(24, "S"), "⊕": _sign(20, "S")}
-
-
-def write_manual(specimen, folder, *, edit=None):
-    """Write the manual; ``edit`` changes the list of the texts of all pages."""
-    pages = manual_pages(specimen, json.loads((folder / "verdict.json").read_text()))
-    count = len(pages)
-    heads = [f"{TITLE}, page {number} / {count}" for number in range(1, count + 1)]
-    texts = [text for head, (name, own, _) in zip(heads, pages, strict=True)
-             for text in (name, head, *own)]  # fmt: skip
-    if edit is not None:
-        edit(texts)
-    ends = [texts.index(head) - 1 for head in heads[1:]] + [len(texts)]
-    contents = []
-    for (start, end), (_, _, drawn) in zip(itertools.pairwise([0, *ends]), pages, strict=True):
-        content = drawn
-        for text in texts[start:end]:
-            if text in SIGNS:
-                content += SIGNS[text]
-                continue
-            shown = re.sub(r"([()\\])", r"\\\1", text)
-            content += f"BT /F1 9 Tf 1 0 0 1 36 36 Tm ({shown}) Tj ET\n"
-        contents.append(zlib.compress(content.encode("cp1252")))
-    data = pdf_bytes(*contents, filters=b"/Filter [ /FlateDecode ]")
-    (folder / "assembly.pdf").write_bytes(data)
 
 
 def write_mesh(specimen, folder):
@@ -708,7 +308,7 @@ def write_mesh(specimen, folder):
 
 
 def write_job(specimen, folder):
-    """Write every file of a job."""
+    """Write every file that is proved of a job, and seal them."""
     folder.mkdir(parents=True, exist_ok=True)
     settings = f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\n'
     settings += f"density_kg_m3 = {DENSITY}\n"
@@ -719,15 +319,7 @@ def write_job(specimen, folder):
     write_mesh(specimen, folder)
     write_plan(specimen, folder)
     (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))
-    write_tables(specimen, folder)
-    write_stations(specimen, folder)
-    write_waste(specimen, folder)
     write_ribbons(specimen, folder)
-    write_preflight(specimen, folder)
-    write_verdict(specimen, folder)
-    write_page(specimen, folder)
-    write_viewer(specimen, folder)
-    write_manual(specimen, folder)
     write_sheets(specimen, folder)
-    (folder / "render.png").write_bytes(png_bytes())
+    write_contents(folder)
     return folder

@@ -7,9 +7,8 @@ from io import BytesIO
 
 import numpy as np
 from PIL import Image
+from read_viewer import read_viewer
 from viewer_scene import make_page, shoot, triangles_of
-
-from fabweave.verify.read.viewer import read_viewer
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = [

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sealing import verify_job
 from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sheets
 
-from fabweave.verify import verify_job
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.measure.arcs import CHORDS_MM, along, arc_lengths, ring_area, ring_length
 from fabweave.verify.read.dxf import read_dxf

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sealing import verify_job
 from verify_writers import glb_bytes
 
 from fabweave.app.request import complete_settings
@@ -14,7 +15,6 @@ from fabweave.core.records import to_json
 from fabweave.model.woven_glb import woven_glb
 from fabweave.picture.thread_colours import thread_colours
 from fabweave.report.ribbon_report import ribbon_report
-from fabweave.verify import verify_job
 from fabweave.verify.checks.model.bends import check_bends
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending

@@ -5,19 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sealing import verify_job
 
 from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.cut.kerfed_sheets import kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints
-from fabweave.cut.write import template
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.svg import svg_text
-from fabweave.cut.write.template import template_pdf
-from fabweave.cut.write.tiles import Tiles, Window, page_tiles
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.verify import verify_job
 
 SETTINGS = Settings(
     "shape:octahedron",
@@ -38,8 +35,8 @@ NAME = "sheet_01_kerf0.2mm_micro3x0.4mm"
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
-    job, proof, _ = run_job(SETTINGS, folder)
-    assert {"cut", "templates"} <= {check.name for check in proof.checks if check.ok}
+    job, proof, *_ = run_job(SETTINGS, folder)
+    assert "cut" in {check.name for check in proof.checks if check.ok}
     return job, folder
 
 
@@ -126,62 +123,3 @@ def test_settings_that_say_something_else_are_found(job, line):
     assert line in text
     (folder / "job.toml").write_text(text.replace(line, ""))
     assert {"files", "cut"} <= failed(folder)
-
-
-def shrunk(drawing):
-    """Return a sheet as a printer that fits to the page shows it."""
-
-    def smaller(entity):
-        if isinstance(entity, Circle):
-            return replace(entity, x=0.97 * entity.x, y=0.97 * entity.y)
-        return replace(entity, points=0.97 * entity.points)
-
-    return with_entities(drawing, smaller)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("spoil", "paper"),
-    [
-        (shrunk, "a4"),
-        (lambda drawing: replace(drawing, pieces=drawing.pieces[1:]), "a4"),
-        (lambda drawing: replace(drawing, height_mm=drawing.height_mm + 5.0), "sheet"),
-        (lambda drawing: with_entities(drawing, lambda one: moved(one, Layer.CUT_OUTER)), "sheet"),
-    ],
-    ids=["shrunk", "piece-lost", "page-too-large", "outline-moved"],
-)
-def test_a_sheet_at_full_size_that_is_wrong_is_found(job, spoil, paper):
-    made, folder = job
-    if paper != "a4":
-        # The settings name the paper that was asked for.
-        (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(made.drawings[0], paper))
-        assert failed(folder) == {"templates"}
-    settings = folder / "job.toml"
-    settings.write_text(settings.read_text().replace('template = "a4"', f'template = "{paper}"'))
-    (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(made.drawings[0], paper))
-    assert "templates" not in failed(folder)
-    (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(spoil(made.drawings[0]), paper))
-    assert "templates" in failed(folder)
-
-
-@pytest.mark.parametrize("pieces", ["whole", "parted"])
-def test_a_page_that_is_lost_is_found(job, pieces, monkeypatch):
-    made, folder = job
-    tiles = page_tiles(made.drawings[0], "a4")
-    if pieces == "parted":
-        # Two halves of each piece, without a lap.
-        low = Window(0.0, 0.0, 287.0, 196.0)
-        tiles = Tiles(tuple(low._replace(left=287.0 * x, low=196.0 * y)
-                            for x in range(-1, 4) for y in range(-1, 4)), ())  # fmt: skip
-    else:
-        tiles = Tiles(tiles.windows[:-1], ())
-    monkeypatch.setattr(template, "page_tiles", lambda *_: tiles)
-    (folder / "sheets" / "sheet_01.pdf").write_bytes(template_pdf(made.drawings[0], "a4"))
-    assert failed(folder) == {"templates"}
-
-
-@pytest.mark.parametrize("data", [b"", b"%PDF-1.4\n%%EOF\n", b"no PDF"])
-def test_what_is_no_sheet_cannot_be_read(job, data):
-    _, folder = job
-    (folder / "sheets" / "sheet_01.pdf").write_bytes(data)
-    assert failed(folder) == {"files", "templates"}

@@ -5,8 +5,8 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from sealing import verify_job
 
-from fabweave.verify import verify_job
 from fabweave.verify.checks.plan.fastening import check_fastening
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.statement import Tally

@@ -19,12 +19,10 @@ from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.checks.model.unfolding import check_unfolding
 from fabweave.verify.checks.plan.joints import check_joints
 from fabweave.verify.checks.plan.pieces import check_crossing_holes
-from fabweave.verify.checks.reports.bill import check_bom
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
 CHECKS = {
-    "bom": check_bom,
     "joints": check_joints,
     "crossing-holes": check_crossing_holes,
     "unfolding": check_unfolding,
@@ -317,69 +315,6 @@ def test_cutouts_that_are_none_are_no_map(cutout, folders, tmp_path):
     tally = Tally("files")
     assert load_job(folder, tally).map is None
     assert "cutouts" in tally.result().findings[0]
-
-
-def lose_a_kind_of_fastener(waste):
-    waste["fasteners"].pop()
-
-
-def buy_too_few(waste):
-    waste["fasteners"][0]["needed"] -= 1
-    waste["fasteners"][0]["buy"] -= 1
-
-
-def take_no_spares(waste):
-    waste["fasteners"][0]["buy"] -= waste["fasteners"][0]["spare"]
-    waste["fasteners"][0]["spare"] = 0
-
-
-def count_wrongly(waste):
-    waste["fasteners"][0]["buy"] += 1
-
-
-def grip_too_little(waste):
-    waste["fasteners"][0]["grip_mm"] /= 2
-
-
-def glue_too_little(waste):
-    waste["glue"]["area_mm2"] *= 0.9
-
-
-def glue_one_joint_less(waste):
-    waste["glue"]["joints"] -= 1
-
-
-def tape_too_little(waste):
-    waste["tape"]["length_mm"] *= 0.9
-
-
-def lose_the_tape(waste):
-    del waste["tape"]
-
-
-@pytest.mark.parametrize(
-    ("kind", "spoil", "words"),
-    [
-        ("rivet:2", lose_a_kind_of_fastener, "(diameter, layers, grip) lack"),
-        ("rivet:2", buy_too_few, "needed is"),
-        ("rivet:2", take_no_spares, "0 are spare"),
-        ("rivet:2", count_wrongly, "buy"),
-        ("slots", grip_too_little, "grip"),
-        ("glue", glue_too_little, "glue: area_mm2 is"),
-        ("glue", glue_one_joint_less, "glue: joints is"),
-        ("none", tape_too_little, "tape: length_mm is"),
-        ("none", lose_the_tape, "tape: it is not listed"),
-    ],
-)
-def test_a_spoiled_shopping_list_is_found(kind, spoil, words, folders, tmp_path):
-    folder = tmp_path / "job"
-    shutil.copytree(folders(kind), folder)
-    waste = json.loads((folder / "waste.json").read_text("utf-8"))
-    spoil(waste)
-    (folder / "waste.json").write_text(json.dumps(waste), "utf-8")
-    found = objections(folder)
-    assert list(found) == ["bom"]
-    assert words in found["bom"]
 
 
 # --- makers that err: all files agree with one another, and yet the joint does not hold ----------

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sealing import verify_job
 
 from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.shapes.grids import torus
-from fabweave.verify import verify_job
 from fabweave.verify.checks.model.unfolding import check_unfolding
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally

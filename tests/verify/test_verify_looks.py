@@ -3,9 +3,8 @@
 import json
 
 import pytest
+from sealing import verify_job
 from verify_specimen import COLOURS
-
-from fabweave.verify import verify_job
 
 
 def judged(folder, change=None, settings=""):

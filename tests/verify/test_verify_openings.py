@@ -5,11 +5,11 @@ import shutil
 
 import pytest
 from jobs import OCTAHEDRON
+from sealing import verify_job
 
 import fabweave as fw
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.verify import verify_job
 
 LAMP = (
     "shape:sphere?n=3", "--size", "150mm", "--leave-out", "top:60mm,0", "--boundary", "turn",

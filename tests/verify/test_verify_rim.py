@@ -4,9 +4,9 @@ import json
 import shutil
 
 import pytest
+from sealing import verify_job
 
 from fabweave.cli.main import main
-from fabweave.verify import verify_job
 
 RINGED = (
     "shape:sphere?n=3", "--size", "200mm", "--leave-out", "top:80mm", "--rim", "ring",
@@ -81,10 +81,6 @@ SPOILT_STEPS = [
     (lambda d: last_step(d).pop("ring"), "the last steps lay not each one of the rings"),
     (lambda d: last_step(d)["ring"].reverse(), "its ring"),
     (lambda d: last_step(d)["pieces"].append(d["pieces"][0]["id"]), "more than to lay a ring"),
-    (lambda d: last_step(d).update(text=last_step(d)["text"].replace("(2)", "(3)")),
-     "what its text says of holes"),
-    (lambda d: last_step(d).update(text=last_step(d)["text"].replace("the top", "the bottom")),
-     "its text names another ring"),
     (lambda d: d["steps"].insert(0, d["steps"].pop()), "the last steps lay not"),
 ]  # fmt: skip
 
@@ -98,27 +94,6 @@ def test_a_ring_that_is_laid_otherwise_is_found(ringed, change, words):
     path.write_text(json.dumps(document), "utf-8")
     found = told(ringed)
     assert words in found["steps"]
-    assert {"manual", "viewer"} <= set(found)
-
-
-SPOILT_COSTS = [
-    (lambda one: one.update(piece_area_mm2=1.1 * one["piece_area_mm2"]), "piece_area_mm2"),
-    (lambda one: one.update(pieces=3), "pieces is 3"),
-    (lambda one: one.update(width_mm=one["width_mm"] + 10), "its size"),
-    (lambda one: one.update(cut_s=[2 * end for end in one["cut_s"]]), "cut_s"),
-    (lambda one: one.update(price={"low": 0.0, "high": 0.0, "currency": "EUR"}), "price"),
-    (lambda one: one.update(sheet="rim_02"), "sheets"),
-]  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("change", "words"), SPOILT_COSTS)
-def test_other_costs_of_a_ring_are_found(ringed, change, words):
-    path = ringed / "waste.json"
-    document = json.loads(path.read_text("utf-8"))
-    change(document["rim"][0])
-    path.write_text(json.dumps(document), "utf-8")
-    assert any(words in text and "rim" in text for text in told(ringed).values())
 
 
 @pytest.mark.slow
@@ -128,16 +103,6 @@ def test_a_ring_that_is_cut_without_its_kerf_is_found(ringed):
             ringed / "rim" / f"rim_01.{suffix}", ringed / "cut" / f"rim_01_kerf0.15mm.{suffix}"
         )
     assert "piece R1, outline: it is cut too near" in told(ringed)["cut"]
-
-
-@pytest.mark.slow
-def test_the_manual_names_what_carries_a_cord(ringed):
-    path = ringed / "crossing_map.json"
-    document = json.loads(path.read_text("utf-8"))
-    hung = [one for one in document["crossings"] if one.pop("hang", None)]
-    assert len(hung) == 3
-    path.write_text(json.dumps(document), "utf-8")
-    assert "A cord or a foot goes here" in told(ringed)["manual"]
 
 
 @pytest.mark.slow

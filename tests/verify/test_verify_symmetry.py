@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+from sealing import verify_job
 from symmetry_oracle import all_motions
 from verify_specimen import Corners, count_broken, exact_twill, make_specimen, torus, walk_threads
 from verify_writers import write_job
@@ -11,7 +12,6 @@ from verify_writers import write_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.catmull_clark import catmull_clark
-from fabweave.verify import verify_job
 from fabweave.verify.measure.symmetry import count_rotations
 from fabweave.verify.measure.walks import edge_keys, read_obj
 

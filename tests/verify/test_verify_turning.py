@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
+from sealing import verify_job
 from verify_specimen import make_specimen, octahedron, saddle
 from verify_writers import write_job, write_mesh
 
-from fabweave.verify import verify_job
 from fabweave.verify.measure.turning import Turn, check_turns, turns_after
 from fabweave.verify.measure.walks import Pass, read_obj, trace_walks
 from fabweave.verify.read.glb import Strip

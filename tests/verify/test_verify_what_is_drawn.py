@@ -2,25 +2,16 @@
 
 import json
 import re
-import shutil
 import struct
 
 import pytest
 from jobs import OCTAHEDRON
-from pdf_edits import repaired, unpacked
+from sealing import verify_job
 
-from fabweave.verify import verify_job
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import read_model
-from fabweave.verify.read.manual import read_manual
 from fabweave.verify.read.svg import read_svg
-from fabweave.verify.read.template import read_template
-
-
-@pytest.fixture(scope="module")
-def tiled(finished):
-    return finished(*OCTAHEDRON, "--template", "a4")
 
 
 @pytest.fixture(scope="module")
@@ -230,87 +221,6 @@ def test_what_is_found_in_a_file_is_a_finding_of_the_job(finished, tmp_path, suf
     assert verify_job(folder).failed == (check,)
 
 
-def put(first, other, count=1):
-    def edit(data):
-        assert first in data, first
-        return repaired(data.replace(first, other, count))
-
-    return edit
-
-
-def without_page(data):
-    """Leave a page out of the list of pages, with the right count."""
-    kids = re.search(rb"/Kids \[ (\d+ 0 R) ", data)[1]
-    count = int(re.search(rb"/Count (\d+) /Kids", data)[1])
-    data = data.replace(b"/Kids [ " + kids, b"/Kids [")
-    return repaired(data.replace(b"/Count %d /Kids" % count, b"/Count %d /Kids" % (count - 1)))
-
-
-def reversed_pages(data):
-    kids = re.search(rb"/Kids \[ ([^\]]*) \]", data)[1]
-    pages = re.findall(rb"\d+ 0 R", kids)
-    return data.replace(kids, b" ".join(reversed(pages)).ljust(len(kids)))
-
-
-PDF = {
-    "a page left out": (without_page, "are in its list of pages"),
-    "a page turned": (put(b"/Rotate 0", b"/Rotate 90"), "a page is turned"),
-    "a cropped page": (put(b"/Rotate 0", b"/CropBox [ 0 0 9 9 ] /Rotate 0"), "/CropBox"),
-    "a unit": (put(b"/Rotate 0", b"/UserUnit 2 /Rotate 0"), "/UserUnit"),
-    "a note on a page": (put(b"/Rotate 0", b"/Annots [ ] /Rotate 0"), "/Annots"),
-    "an action": (put(b"/PageMode", b"/OpenAction 1 0 R /PageMode"), "/OpenAction"),
-    "a script": (put(b"/PageMode", b"/AA << /JavaScript (x) >> /PageMode"), "/AA"),
-    "print at another scale": (
-        put(b"/PageMode", b"/ViewerPreferences << /PrintScaling /AppDefault >> /PageMode"),
-        "/ViewerPreferences",
-    ),
-    "a name in disguise": (put(b"/PageMode", b"/Open#41ction 1 0 R /PageMode"), "/Open#41ction"),
-    "layers": (put(b"/PageMode", b"/OCProperties << >> /PageMode"), "/OCProperties"),
-    "a later version of an object": (
-        lambda data: repaired(
-            data.replace(b"\nxref\n", b"\n1 0 obj\n<<\n/Type /Catalog\n>>\nendobj\nxref\n", 1)
-        ),
-        "there twice",
-    ),
-    "a table that leads elsewhere": (
-        lambda data: re.sub(rb"\n(\d{9})(\d) 00000 n", rb"\n\g<1>9 00000 n", data, count=3),
-        "does not say where they are",
-    ),
-    "a later part": (lambda data: data + data[data.rindex(b"xref") - 1 :], "after its end"),
-    "a page larger than itself": (put(b"/MediaBox [ 0 0", b"/MediaBox [ 9 9"), "MediaBox"),
-    "text that is not drawn": (put(b"Tj T* ET", b"Tj T* ET 3 Tr"), "operator 'Tr'"),
-    "a state of graphics": (put(b"Tj T* ET", b"Tj T* ET /F1 gs"), "operator 'gs'"),
-    "a picture in a page": (put(b"Tj T* ET", b"Tj T* ET BI"), "operator 'BI'"),
-    "a length that is untrue": (
-        lambda data: re.sub(rb"/Length \d", b"/Length 1", data), "another length",
-    ),
-    "another end": (lambda data: data.removesuffix(b"%%EOF\n"), "not complete"),
-}  # fmt: skip
-TEXT = re.compile(rb"1 0 0 1 ([\d.]+) ([\d.]+) Tm")
-MANUAL = {
-    "text beyond the page": (
-        lambda data: repaired(TEXT.sub(rb"1 0 0 1 -99 \2 Tm", data, count=1)),
-        "beyond its page",
-    ),
-    "small text": (put(b"/F1 9.5 Tf", b"/F1 .95 Tf"), "too small"),
-    "mirrored text": (
-        lambda data: repaired(TEXT.sub(rb"-1 0 0 1 \1 \2 Tm", data, count=1)),
-        "mirrored",
-    ),
-}  # fmt: skip
-TEMPLATE = {
-    "white lines": (put(b".25 G", b"1 G"), "too light"),
-    "thin lines": (put(b".510236 w", b".01 w"), "too thin"),
-    "a smaller sheet": (put(b"/Matrix [ 1 0 0 1 0 0 ]", b"/Matrix [ .9 0 0 .9 0 0 ]"), "a form is"),
-    "a smaller sheet on a page": (put(b"/FormXob.sheet Do", b".9 0 0 .9 0 0 cm /FormXob.sheet Do"),
-                                  "scaled or turned"),
-    "the sheet twice": (put(b"/FormXob.sheet Do", b"/FormXob.sheet Do /FormXob.sheet Do"),
-                        "2 times"),
-    "a cover": (put(b"/FormXob.sheet Do", b"/FormXob.sheet Do 0 0 999 999 re f"), "operator f"),
-    "dashes": (put(b"1 j\n", b"[1 9] 0 d 1 j\n"), "operator d"),
-}  # fmt: skip
-
-
 def said_of(read, path, data):
     path.write_bytes(data)
     try:
@@ -318,40 +228,6 @@ def said_of(read, path, data):
     except ReadError as error:
         return str(error)
     return ""
-
-
-@pytest.mark.parametrize("name", {**PDF, **MANUAL})
-def test_manual(sheet, tmp_path, name):
-    edit, words = {**PDF, **MANUAL}[name]
-    data = unpacked((sheet.parents[1] / "assembly.pdf").read_bytes())
-    assert said_of(read_manual, tmp_path / "a.pdf", data) == ""
-    assert words in said_of(read_manual, tmp_path / "a.pdf", edit(data))
-
-
-@pytest.mark.parametrize("name", {**PDF, **TEMPLATE})
-def test_sheet_at_full_size(tiled, tmp_path, name):
-    edit, words = {**PDF, **TEMPLATE}[name]
-    data = unpacked((tiled / "sheets" / "sheet_01.pdf").read_bytes())
-    assert said_of(read_template, tmp_path / "a.pdf", data) == ""
-    assert words in said_of(read_template, tmp_path / "a.pdf", edit(data))
-
-
-def test_pages_of_the_manual_in_another_order_are_found(finished, tmp_path):
-    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
-    path = folder / "assembly.pdf"
-    path.write_bytes(reversed_pages(path.read_bytes()))
-    # The viewer shows each step as the manual does: now it does not.
-    assert verify_job(folder).failed == ("viewer", "manual")
-
-
-def test_a_window_that_hides_a_part_of_the_sheet_is_found(tiled, tmp_path):
-    folder = tmp_path / "job"
-    shutil.copytree(tiled, folder)
-    path = folder / "sheets" / "sheet_01.pdf"
-    data = unpacked(path.read_bytes())
-    window = re.search(rb"([\d.]+ [\d.]+) [\d.]+ [\d.]+ re(?=\s+W)", data)
-    path.write_bytes(put(window[0], window[1] + b" 9 9 re")(data))
-    assert verify_job(folder).failed == ("templates",)
 
 
 def glb(edit):

@@ -64,16 +64,6 @@ def develop_thread(strip: Strip) -> Floats:
     return unfold(strip, lay_steps(strip), 0, count if strip.closed else count - 1)
 
 
-def drift(strip: Strip) -> float:
-    """Return by what share the model's rounding may move the end of an unfolded ribbon.
-
-    Each rung is turned by the rounding of its ends over its length, either way, and what follows
-    turns with it: turns of random signs add up as their squares do.
-    """
-    widths = np.linalg.norm(strip.rungs[:, 1] - strip.rungs[:, 0], axis=1)
-    return strip.grain_mm * float(np.sqrt(np.sum(np.maximum(widths, 1e-9) ** -2.0)))
-
-
 def total_turn_deg(strip: Strip) -> tuple[float, float]:
     """Return by how much the middle line of an unfolded ribbon turns, to both sides together.
 

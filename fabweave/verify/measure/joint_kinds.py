@@ -25,12 +25,6 @@ class JointKind:
         middle of the crossing to a shape of the joint's own. Others end half a lap beyond it.
     fastened : bool
         Whether fasteners hold it.
-    bought : str or None
-        What waste.json counts for it besides fasteners.
-    tools : str
-        What the manual recommends to have at hand.
-    marked : bool
-        Whether a cross and ticks are engraved, to lay it by.
     """
 
     name: str
@@ -38,9 +32,6 @@ class JointKind:
     laps: bool = False
     shaped: tuple[bool, bool] = (False, False)
     fastened: bool = False
-    bought: str | None = None
-    tools: str = ""
-    marked: bool = False
 
     @property
     def slotted(self) -> bool:
@@ -52,38 +43,11 @@ KINDS: Mapping[str, JointKind] = MappingProxyType(
     {
         kind.name: kind
         for kind in (
-            JointKind(
-                "rivet",
-                ("lap",),
-                laps=True,
-                fastened=True,
-                tools="for the fasteners: your fingers for brads, a screwdriver for Chicago "
-                "screws, or a rivet setter that reaches the middle of a strip",
-            ),
-            JointKind(
-                "glue",
-                ("lap",),
-                laps=True,
-                bought="glue",
-                tools="glue, and clips to hold each lap while it sets",
-                marked=True,
-            ),
-            JointKind(
-                "dovetail",
-                ("flush", "hold"),
-                shaped=(True, True),
-                tools="a flat surface on which to press the dovetails together",
-            ),
-            JointKind(
-                "slot",
-                ("tab",),
-                laps=True,
-                shaped=(True, False),
-                tools="a flat surface on which to bend the tabs",
-            ),
-            JointKind(
-                "none", ("abut",), shaped=(True, True), bought="tape", tools="tape and scissors"
-            ),
+            JointKind("rivet", ("lap",), laps=True, fastened=True),
+            JointKind("glue", ("lap",), laps=True),
+            JointKind("dovetail", ("flush", "hold"), shaped=(True, True)),
+            JointKind("slot", ("tab",), laps=True, shaped=(True, False)),
+            JointKind("none", ("abut",), shaped=(True, True)),
         )
     }
 )

@@ -1,16 +1,13 @@
 """Load a finished job's files; whatever is missing or malformed becomes a finding."""
 
-import csv
-import io
 import json
 import math
-import os
 import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Drawing, Floats, ReadError
@@ -23,42 +20,16 @@ from fabweave.verify.read.content import read_text
 from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
-from fabweave.verify.read.index_page import Index, read_index
 from fabweave.verify.read.kerfed_sheets import Ready, read_ready
-from fabweave.verify.read.manual import ManualPage, read_manual
 from fabweave.verify.read.offcuts import Offcuts, read_offcuts
-from fabweave.verify.read.pictures import check_shape, read_png
-from fabweave.verify.read.qr_code import CodeFiles, read_code_files
 from fabweave.verify.read.rim import Rim, read_rim
 from fabweave.verify.read.service import FOLDER as SERVICE
 from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.source_mesh import SourceMesh, read_source
 from fabweave.verify.read.svg import read_svg
-from fabweave.verify.read.template import Template, read_template
-from fabweave.verify.read.viewer import Viewer, read_viewer
-from fabweave.verify.read.waste_page import Seen, read_waste_page
 from fabweave.verify.statement import Place, Tally
 
-Rows: TypeAlias = list[dict[str, str]]
 _Value = TypeVar("_Value")
-
-CROSSING_COLUMNS = (
-    "crossing", "over_piece", "over_station", "under_piece", "under_station", "joint", "hole_mm",
-    "x", "y", "z",
-)  # fmt: skip
-PIECE_COLUMNS = (
-    "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
-    "material", "thickness_mm",
-)  # fmt: skip
-SPARE_COLUMNS = (*PIECE_COLUMNS, "spare_of")
-STATION_COLUMNS = (
-    "piece", "station", "crossing", "distance_mm", "lies", "partner", "partner_station", "joint",
-    "mate", "hole_mm", "step",
-)  # fmt: skip
-#: What a remeshed model lost.
-LIKENESS = "likeness.png"
-#: A job of more crossings may be without a viewer.
-MOST_VIEWED = 30_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,25 +43,9 @@ class Job:
     dxf: dict[int, Drawing] = field(default_factory=dict)
     svg: dict[int, Drawing] = field(default_factory=dict)
     settings: dict[str, Any] | None = None
-    crossing_rows: Rows | None = None
-    piece_rows: Rows | None = None
-    station_rows: Rows | None = None
-    waste: dict[str, Any] | None = None
     ribbons: dict[str, Any] | None = None
-    preflight: dict[str, Any] | None = None
-    verdict: dict[str, Any] | None = None
-    #: The crossing map as it stands in its file.
-    document: dict[str, Any] | None = None
-    viewer: Viewer | None = None
-    manual: tuple[ManualPage, ...] | None = None
-    #: What is seen on the page on material, in order.
-    waste_page: tuple[Seen, ...] | None = None
-    #: The page that opens the job, if there is one, and the files beside it.
-    index: Index | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
     ready: Ready | None = None
-    #: The sheets at full size, by their numbers; None where the settings want none.
-    templates: dict[int, Template] | None = None
     #: The mesh that the job was made from, if it is at hand.
     source: SourceMesh | None = None
     #: What is in the folder for a service, if there is one.
@@ -99,8 +54,6 @@ class Job:
     offcuts: Offcuts | None = None
     #: The rings around openings, if there is such a folder.
     rim: Rim | None = None
-    #: The QR code on paper and as a tag, where the settings ask for it.
-    code: CodeFiles | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -243,9 +196,6 @@ def load_job(directory: Path, tally: Tally) -> Job:
         drawing = read(f"sheets/{sheet.name}.svg", read_svg)
         if drawing is not None:
             svg[sheet.number] = drawing
-        picture = read(f"sheets/{sheet.name}.png", read_png)
-        if picture is not None:
-            check_shape(picture, sheet, tally)
     if plan is not None and (directory / "sheets").is_dir():
         known = {sheet.name for sheet in sheets}
         for path in sorted((directory / "sheets").iterdir()):
@@ -253,17 +203,6 @@ def load_job(directory: Path, tally: Tally) -> Job:
             tally.at("sheets", path.name).expect(path.stem in known, "it is no sheet of this job")
     settings = read("job.toml", _read_toml)
     options = _options(settings)
-    templates: dict[int, Template] | None = None
-    if options.get("template", "none") != "none":
-        pages = {sheet.number: read(f"sheets/{sheet.name}.pdf", read_template) for sheet in sheets}
-        templates = {number: page for number, page in pages.items() if page is not None}
-    read("render.png", read_png)
-    outcome = (settings or {}).get("outcome")
-    if isinstance(outcome, dict) and "likeness_mm" in outcome:
-        read(LIKENESS, read_png)
-    else:
-        absent = not os.path.lexists(directory / LIKENESS)
-        tally.at(LIKENESS).expect(absent, "job.toml says nothing of a likeness that it shows")
     model, markers = read("model.glb", read_model) or (None, {})
     return Job(
         map=plan,
@@ -278,41 +217,18 @@ def load_job(directory: Path, tally: Tally) -> Job:
         dxf=dxf,
         svg=svg,
         settings=settings,
-        crossing_rows=read("crossing_map.csv", lambda path: _read_csv(path, CROSSING_COLUMNS)),
-        piece_rows=read("pieces.csv", lambda path: _read_csv(path, PIECE_COLUMNS, SPARE_COLUMNS)),
-        station_rows=read("stations.csv", lambda path: _read_csv(path, STATION_COLUMNS)),
-        waste=read("waste.json", _read_waste),
         ribbons=read(
             "ribbons.json",
             lambda path: _read_lists(path, "fabweave.ribbons/1", "threads", "findings"),
         ),
-        preflight=read(
-            "preflight.json", lambda path: _read_lists(path, "fabweave.preflight/1", "flaws")
-        ),
-        verdict=read(
-            "verdict.json", lambda path: _read_lists(path, "fabweave.verdict/1", "reasons")
-        ),
-        document=None if plan is None else _read_plan(directory / "crossing_map.json"),
-        viewer=read("assembly.html", read_viewer) if _has_viewer(directory, plan) else None,
-        manual=read("assembly.pdf", read_manual),
-        waste_page=read("waste.html", read_waste_page),
-        index=read_index(directory, read),
-        templates=templates,
         source=read_source(directory, options, read),
         ready=read_ready(directory, options, sheets, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,
         offcuts=read_offcuts(directory, read, _read_toml),
-        code=read_code_files(directory, options, read, tally),
         rim=read_rim(directory, read, lambda path: _read_lists(path, "fabweave.rim/1", "rings")),
     )
-
-
-def _has_viewer(directory: Path, plan: CrossingMap | None) -> bool:
-    """Return whether a job has the page that shows it in space, or should have it."""
-    small = plan is None or len(plan.crossings) <= MOST_VIEWED
-    return small or os.path.lexists(directory / "assembly.html")
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
@@ -323,31 +239,6 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise ReadError(f"it is not TOML: {error}") from error
 
 
-def _read_csv(path: Path, columns: tuple[str, ...], *others: tuple[str, ...]) -> Rows:
-    """Read a table with exactly the agreed columns, or with others that are agreed as well."""
-    with io.StringIO(read_text(path), newline="") as file:
-        try:
-            rows = list(csv.reader(file, strict=True))
-        except csv.Error as error:
-            raise ReadError(f"it is not CSV: {error}") from error
-    if rows and tuple(rows[0]) in others:
-        columns = tuple(rows[0])
-    if not rows or tuple(rows[0]) != columns:
-        raise ReadError(f"its columns are {rows[0] if rows else []}, not {list(columns)}")
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) != len(columns):
-            raise ReadError(f"line {number} has {len(row)} cells instead of {len(columns)}")
-    return [dict(zip(columns, row, strict=True)) for row in rows[1:]]
-
-
-def _read_waste(path: Path) -> dict[str, Any]:
-    """Read the material report."""
-    document = _read_document(path, "fabweave.waste/1")
-    if not isinstance(document.get("sheets"), list) or not isinstance(document.get("totals"), dict):
-        raise ReadError("it has no list of sheets or no totals")
-    return document
-
-
 def _read_lists(path: Path, schema: str, *keys: str) -> dict[str, Any]:
     """Read JSON that has lists of records."""
     document = _read_document(path, schema)
@@ -355,12 +246,6 @@ def _read_lists(path: Path, schema: str, *keys: str) -> dict[str, Any]:
         records = document.get(key)
         if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
             raise ReadError(f"it has no list of {key}")
-    return document
-
-
-def _read_plan(path: Path) -> dict[str, Any]:
-    """Read the crossing map as it is, once it is known to keep its schema."""
-    document: dict[str, Any] = json.loads(read_text(path))
     return document
 
 

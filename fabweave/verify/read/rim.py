@@ -7,15 +7,12 @@ from typing import Any
 
 from fabweave.verify.drawing import Drawing
 from fabweave.verify.read.dxf import read_dxf
-from fabweave.verify.read.pictures import read_png
 from fabweave.verify.read.svg import read_svg
 
 #: Where rings lie in a job's folder, and the record that tells of them.
 FOLDER = "rim"
 RECORD = f"{FOLDER}/rim.json"
-_READERS: dict[str, Callable[[Path], Any]] = {
-    ".dxf": read_dxf, ".svg": read_svg, ".png": read_png,
-}  # fmt: skip
+_READERS: dict[str, Callable[[Path], Drawing]] = {".dxf": read_dxf, ".svg": read_svg}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +42,7 @@ def read_rim(
     """
     if not (directory / FOLDER).is_dir():
         return None
-    drawings: dict[str, dict[str, Drawing]] = {".dxf": {}, ".svg": {}, ".png": {}}
+    drawings: dict[str, dict[str, Drawing]] = {".dxf": {}, ".svg": {}}
     for path in sorted((directory / FOLDER).iterdir()):
         if path.suffix in _READERS:
             drawing = read(f"{FOLDER}/{path.name}", _READERS[path.suffix])

@@ -21,7 +21,7 @@ _GRAIN = re.compile(r"(grain|across)(?::([\d.]+)deg)?")
 
 
 def check_stock(job: Job, tally: Tally) -> None:
-    """Check sheets against the settings and the drawings, angles, and prices."""
+    """Check sheets against the settings and the drawings, and angles."""
     plan, options = required(job.map), job.options
     if "sheet" in options or "stock" in options:
         _check_entries(plan, options, tally)
@@ -31,8 +31,6 @@ def check_stock(job: Job, tally: Tally) -> None:
     for kind in ("dxf", "svg"):
         for sheet, drawing, place in sheet_drawings(job, kind, tally):
             _check_notes(sheet, drawing, place)
-    if job.waste is not None:
-        _check_prices(plan, job.waste, tally.at("waste.json").against("crossing_map.json"))
 
 
 def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
@@ -170,27 +168,3 @@ def _check_notes(sheet: Sheet, drawing: Drawing, place: Place) -> None:
             any(shapely.hausdorff_distance(wanted, line) <= _DRAWN_MM for line in drawn),
             f"no closed line in the notes is the {what} in the map",
         )
-
-
-def _check_prices(plan: CrossingMap, waste: dict[str, Any], place: Place) -> None:
-    """Check that prices in waste.json are those of the map; offcuts without one cost nothing."""
-    stated = {row.get("sheet"): row for row in waste["sheets"] if isinstance(row, dict)}
-    prices = []
-    for sheet in plan.sheets:
-        price = 0.0 if sheet.price is None and sheet.offcut else sheet.price
-        prices.append(price)
-        row = stated.get(sheet.number, {})
-        here = place.at(f"sheet {sheet.number}")
-        good = here.number("price", row.get("price"), price, within=_price_slack(price))
-        if good and row.get("stock", "") != sheet.stock:
-            here.fail(f"it is of stock {row.get('stock')!r}, and in the map of {sheet.stock!r}")
-    known = [price for price in prices if price is not None]
-    total = sum(known) if len(known) == len(prices) else None
-    place.at("totals").number(
-        "price", waste["totals"].get("price"), total, within=_price_slack(total)
-    )
-
-
-def _price_slack(price: float | None) -> float:
-    """Return how far off a price may be: it is rounded."""
-    return 1e-6 * max(1.0, price or 0.0)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from read_pdf import Stream, read_pages, steps_of
 
 from fabweave.verify.drawing import Floats, ReadError
-from fabweave.verify.read.pdf import Stream, read_pages, steps_of
 
 _MM = 25.4 / 72.0
 _FORM = b"FormXob.sheet"

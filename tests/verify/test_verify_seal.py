@@ -1,0 +1,107 @@
+"""Any change of any file of a finished job is found, by its name."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from jobs import OCTAHEDRON
+
+from fabweave.app import job_files
+from fabweave.app.pipeline import run_job
+from fabweave.app.settings import Settings
+from fabweave.verify import verify_job
+
+
+@pytest.fixture(scope="module")
+def folder(finished, tmp_path_factory) -> Path:
+    """Return a copy of a finished job, which each test leaves as it was."""
+    return shutil.copytree(
+        finished(*OCTAHEDRON, "--template", "a4"), tmp_path_factory.mktemp("seal") / "job"
+    )
+
+
+def files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def broken(folder: Path) -> str:
+    """Return what the seal finds; empty if it holds."""
+    (seal,) = [check for check in verify_job(folder).checks if check.name == "seal"]
+    return " | ".join(seal.findings)
+
+
+def test_a_finished_job_keeps_its_seal_and_all_files_are_in_it(folder):
+    report = verify_job(folder)
+    assert report.ok
+    assert report.checks[0].name == "seal"
+    assert report.checks[0].count == len(files(folder)) - 1
+
+
+@pytest.mark.parametrize("change", ["more", "less", "gone", "linked"])
+def test_a_change_of_any_file_is_found(folder, tmp_path, change):
+    for path in files(folder):
+        name = path.relative_to(folder).as_posix()
+        kept = tmp_path / "kept"
+        shutil.copy2(path, kept)
+        data = path.read_bytes()
+        if change in ("gone", "linked"):
+            path.unlink()
+        if change == "linked":
+            path.symlink_to(kept)
+        elif change != "gone":
+            path.write_bytes(data + b" " if change == "more" else data[:-1])
+        found = broken(folder)
+        path.unlink(missing_ok=True)
+        shutil.copy2(kept, path)
+        # More space after the list itself changes nothing that it says.
+        assert (name in found) != ((name, change) in KEEPS), (name, found)
+    assert broken(folder) == ""
+
+
+#: The list of files is not in itself.
+KEEPS = {("contents.json", change) for change in ("more", "less", "linked")}
+
+
+@given(st.data())
+def test_a_flipped_bit_anywhere_is_found(folder, data):
+    path = data.draw(st.sampled_from([one for one in files(folder) if one.stat().st_size]))
+    kept = path.read_bytes()
+    at = data.draw(st.integers(0, len(kept) - 1))
+    changed = bytearray(kept)
+    changed[at] ^= 1 << data.draw(st.integers(0, 7))
+    path.write_bytes(bytes(changed))
+    try:
+        report = verify_job(folder)
+    finally:
+        path.write_bytes(kept)
+    if path.name != "contents.json":
+        assert path.relative_to(folder).as_posix() in " ".join(report.checks[0].findings)
+
+
+def test_pictures_that_were_exchanged_and_files_that_were_added_are_found(folder):
+    one, other = folder / "render.png", folder / "sheets" / "sheet_01.png"
+    data = one.read_bytes(), other.read_bytes()
+    one.write_bytes(data[1])
+    other.write_bytes(data[0])
+    (folder / "sheets" / "sheet_09.png").write_bytes(data[1])
+    found = broken(folder)
+    one.write_bytes(data[0])
+    other.write_bytes(data[1])
+    (folder / "sheets" / "sheet_09.png").unlink()
+    for name in ("render.png", "sheets/sheet_01.png", "sheets/sheet_09.png"):
+        assert name in found
+
+
+def test_a_job_is_not_lost_for_a_paper_that_cannot_be_made(tmp_path, monkeypatch):
+    def broken_manual(*_):
+        raise RuntimeError("a new release of something")
+
+    monkeypatch.setattr(job_files, "write_manual", broken_manual)
+    monkeypatch.setattr(job_files, "index_page", broken_manual)
+    settings = Settings("shape:octahedron", size_mm=200.0, effort="quick")
+    made = run_job(settings, tmp_path / "job")
+    assert [text.split()[0] for text in made.missing] == ["assembly.pdf", "index.html"]
+    assert not (tmp_path / "job" / "assembly.pdf").exists()
+    assert verify_job(tmp_path / "job").ok
