@@ -135,7 +135,7 @@ def _weave_notes(weave: Weave) -> list[str]:
     rings = int(np.count_nonzero(threads.closed & threads.woven))
     notes = [
         f"weave: {weave.pattern}, {agree(count, '{n} [thread|threads]')} "
-        f"({rings} closed, {count - rings} open), {agree(threads.n_crossings, '{n} [crossing|crossings]')}"
+        f"({rings} closed, {count - rings} open), {agree(threads.n_crossings, '{n} crossing[|s]')}"
     ]
     if len(threads.turn_pass):
         notes[0] += agree(
