@@ -152,11 +152,17 @@ def test_the_callers_arrays_stay_as_they_are():
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ((np.zeros((3, 2)), [[0, 1, 2]]), "must be \\(V, 3\\)"),
+        ((np.zeros((3, 2)), [[0, 1, 2]]), r"real numbers \(V, 3\)"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0.0, 1.0, 2.0]])), "not whole numbers"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that does not exist"),
         ((object(),), "this is no mesh"),
         (([["a", 0, 0]], [[0, 0, 0]]), "this is no mesh"),
+        ((np.eye(3) + 1j, [[0, 1, 2]]), "must be real numbers"),
+        ((np.eye(3) + 0j, [[0, 1, 2]]), "must be real numbers"),
+        ((np.eye(3), [[0, 1, 2**63]]), "this is no mesh"),
+        ((np.eye(3), [[0, 1, -(2**70)]]), "this is no mesh"),
+        ((np.eye(3), [[0, 1, 2**63 - 1]]), "names a vertex that does not exist"),
+        ((np.eye(3), np.array([[0, 1, 2**63]], dtype=np.uint64)), "names a vertex that does not"),
         (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), "coordinates that are not numbers"),
     ],
 )
@@ -165,7 +171,19 @@ def test_what_is_no_mesh_is_refused_in_words(given, expected):
         fw.mesh(*given)
 
 
-@pytest.mark.parametrize("name", ["", "a/b", "../x", "woven_mesh", " x", "x\n"])
+@pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+@pytest.mark.parametrize("held", [np.asmatrix, memoryview, np.ndarray.tolist, np.ma.array])
+def test_whatever_holds_the_numbers_of_a_mesh_they_are_the_same_mesh(held):
+    cube = trimesh.creation.box()
+    corners, faces = np.array(cube.vertices), np.array(cube.faces)
+    mesh, other = fw.mesh(corners, faces), fw.mesh(held(corners), held(faces))
+    assert np.array_equal(mesh.vertices, other.vertices)
+    assert mesh.faces == other.faces
+
+
+@pytest.mark.parametrize(
+    "name", ["", "a/b", "../x", "woven_mesh", " x", "x\n", "x" * 81, 5, None, ["x"], b"x"]
+)
 def test_a_mesh_from_memory_gets_a_plain_name(name):
     with pytest.raises(fw.InputError):
         fw.mesh(trimesh.creation.box(), name=name)

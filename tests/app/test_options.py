@@ -214,7 +214,7 @@ def test_fields_that_do_not_go_together_are_refused(values, words) -> None:
 
 @pytest.mark.parametrize("leave_out", [None, "0,1"])
 def test_a_ring_without_a_round_opening_is_refused_before_the_work(leave_out) -> None:
-    with pytest.raises(InputError, match="^rim: "):
+    with pytest.raises(InputError, match=r"^rim: "):
         Settings("shape:torus", rim="ring", leave_out=leave_out)
     assert Settings("shape:torus", rim="ring", leave_out="top:8cm").rim == "ring"
 
