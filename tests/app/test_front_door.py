@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -187,6 +188,25 @@ def test_whatever_holds_the_numbers_of_a_mesh_they_are_the_same_mesh(held):
 def test_a_mesh_from_memory_gets_a_plain_name(name):
     with pytest.raises(fw.InputError):
         fw.mesh(trimesh.creation.box(), name=name)
+
+
+@pytest.mark.parametrize("place", ["x" * 5000, "x" * 250, "a\0b", None, 5, b"job"])
+def test_what_is_no_path_of_a_folder_is_refused_and_nothing_is_left(place, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    layout = fw.weave("shape:tetrahedron", size=100).ribbons().pieces().nest(effort="quick")
+    for use in (layout.write, fw.verify, partial(fw.make, "shape:tetrahedron", size=100)):
+        with pytest.raises(fw.InputError):
+            use(place)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("place", ["x" * 5000, "x" * 300, "a\0b"])
+def test_what_is_no_path_of_a_file_is_refused(place):
+    for use in (fw.read, fw.weave, fw.inspect):
+        with pytest.raises(fw.InputError):
+            use(place)
+    with pytest.raises(fw.InputError):
+        fw.weave("shape:cube", leave_out=place)
 
 
 def test_unknown_options_are_refused_with_the_nearest_one():

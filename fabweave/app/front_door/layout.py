@@ -12,6 +12,7 @@ from fabweave.app.front_door.notebook import face, sheet_svg
 from fabweave.app.front_door.stations import Stations, there, with_files
 from fabweave.app.front_door.written import WrittenJob, write_stations
 from fabweave.app.job import PlannedJob
+from fabweave.app.job_folder import folder_at
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
@@ -132,7 +133,8 @@ class Layout:
         True
         """
         stations = with_files(self.stations, options)
-        return WrittenJob(Path(folder), write_stations(stations, Path(folder)), self)
+        directory = folder_at(folder)
+        return WrittenJob(directory, write_stations(stations, directory), self)
 
     def picture(self, sheet: int = 1) -> str:
         """Return a sheet, counted from 1, as SVG."""
