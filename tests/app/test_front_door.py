@@ -214,6 +214,20 @@ def test_unknown_options_are_refused_with_the_nearest_one():
         fw.weave(fw.shape("cube"), patern="twill")
 
 
+def test_no_array_that_is_handed_out_can_be_written_to(steps):
+    mesh, weave, *_ = steps
+    values = (*steps, weave.yarns(), *weave.threads, *steps[3])
+    named = [(value, name) for value in values for name in dir(value) if not name.startswith("_")]
+    arrays = [
+        (type(value).__name__, name, found.flags.writeable)
+        for value, name in named
+        if isinstance(found := getattr(value, name), np.ndarray)
+    ]
+    assert {name for _, name, _ in arrays} >= {"vertices", "edges", "crossings", "widths_mm"}
+    assert not [array for array in arrays if array[2]]
+    assert weave.crossings.tolist() == mesh.edges.tolist()  # every edge, in its order
+
+
 @pytest.mark.slow
 def test_every_value_shows_itself(steps):
     for step in steps:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from fabweave.app.front_door.look import seen_from
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.stations import Request, Stations, loaded
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.messages import shown
 from fabweave.mesh.polymesh import PolyMesh
@@ -51,7 +51,7 @@ class Mesh:
         """The two vertices of each edge, (E, 2)."""
         halfedges = self.stations.loaded.halfedges
         first = halfedges.edge_halfedge
-        return np.column_stack((halfedges.tail[first], halfedges.head[first]))
+        return frozen(np.column_stack((halfedges.tail[first], halfedges.head[first])))
 
     @property
     def size_mm(self) -> tuple[float, float, float]:
