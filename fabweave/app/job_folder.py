@@ -4,12 +4,13 @@ import os
 import shutil
 import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from fabweave.app.folder_contents import CONTENTS_FILE, foreign_files, is_complete, write_contents
 from fabweave.core.errors import InputError
-from fabweave.core.messages import agree, few_of
+from fabweave.core.messages import agree, few_of, shown
 from fabweave.core.parallel.file_lock import lock_file
 from fabweave.core.parallel.interrupt import held_back
 
@@ -36,7 +37,7 @@ def check_destination(
         What is woven: not to be a file in this folder.
     """
     directory = _followed(directory)
-    if mesh is not None and directory in Path(mesh).resolve().parents and Path(mesh).is_file():
+    if mesh is not None and directory in Path(mesh).resolve().parents and os.path.isfile(mesh):
         raise InputError(
             f"the mesh {mesh} is in {directory}, which the new job replaces; choose another folder "
             "with -o, or move the mesh"
@@ -102,6 +103,18 @@ def finished_folder(directory: Path, replaced: Collection[Path] = ()) -> Iterato
                 os.close(lock)
             if temporary is not None:
                 shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def told_where(directory: Path) -> Iterator[None]:
+    """Name the folder where it cannot be written: of a full disk the system says no path."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"cannot write the job in {directory}: {error.strerror or error}; nothing was kept. "
+            "Free some space, or name another folder with -o"
+        ) from error
 
 
 def clear_abandoned(directory: Path) -> list[str]:
@@ -170,6 +183,18 @@ def _put_in_place(fresh: Path, directory: Path, old: Path) -> None:
         if old.exists():
             old.rename(directory)
         raise
+
+
+def folder_at(place: Any) -> Path:
+    """Return the folder that a Python user names, there or not; InputError if none can be there."""
+    try:
+        folder = Path(place)
+        with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
+            folder.lstat()
+    except (OSError, TypeError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"{shown(place)} is the path of no folder: {why}") from error
+    return folder
 
 
 def folder_is_readable(directory: Path) -> None:

@@ -11,7 +11,6 @@ from fabweave.app.request import chosen_holes
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import WovenObject
 from fabweave.core.arrays import BoolArray
-from fabweave.core.errors import InputError
 from fabweave.cut.labels.marks import mark_pieces
 from fabweave.flat.file_records import DECIMALS
 from fabweave.flat.joint.fastening import (
@@ -102,21 +101,10 @@ def hung(woven: WovenObject, settings: Settings) -> BoolArray:
 
 
 def ringed(woven: WovenObject, settings: Settings) -> tuple[Opening, ...]:
-    """Return the openings that get a ring.
-
-    Raises
-    ------
-    InputError
-        If rings are asked for, and no opening is round.
-    """
+    """Return the openings that get a ring."""
     if settings.rim == "none":
         return ()
-    round_ones = tuple(one for one in woven.source.openings if one.diameter_mm is not None)
-    if not round_ones:
-        raise InputError(
-            "a ring needs a round opening; say --leave-out top:80mm, too, or leave out --rim ring"
-        )
-    return round_ones
+    return tuple(one for one in woven.source.openings if one.diameter_mm is not None)
 
 
 def beside_opening(woven: WovenObject, opening: Opening) -> BoolArray:

@@ -3,8 +3,8 @@
 Settings → LoadedMesh → WovenMesh → WovenObject → PlannedJob → Layout → Job → folder → proof
 """
 
-from collections.abc import Callable, Collection, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Collection
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +15,12 @@ from fabweave.app.folder_contents import write_contents
 from fabweave.app.foretold_sheets import grain_cost
 from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
-from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
+from fabweave.app.job_folder import (
+    check_destination,
+    clear_abandoned,
+    finished_folder,
+    told_where,
+)
 from fabweave.app.job_notes import job_notes
 from fabweave.app.joined_object import check_joined, split_object
 from fabweave.app.joined_pieces import joined_pieces, with_grain
@@ -32,7 +37,7 @@ from fabweave.app.woven_object import WovenObject, lay_object
 from fabweave.assembly.order.planning import Order, plan_order
 from fabweave.assembly.steps import build_steps
 from fabweave.core.arrays import Progress, no_progress
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.core.parallel.workers import Start, at_once, side_workers
 from fabweave.cut.kerfed_sheets import kerfed_sheets
@@ -130,20 +135,8 @@ def run_job(
         nesting = executors or processes(workers)
         job = make_job(settings, progress, mesh=mesh, loaded=loaded, start=start, executors=nesting)
         # Processes end before the folder is moved, or removed: no file comes to it late.
-        with _told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
+        with told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
             return write_and_prove(job, new, progress, start)
-
-
-@contextmanager
-def _told_where(directory: Path) -> Iterator[None]:
-    """Name the folder where it cannot be written: of a full disk the system says no path."""
-    try:
-        yield
-    except OSError as error:
-        raise InputError(
-            f"cannot write the job in {directory}: {error.strerror or error}; nothing was kept. "
-            "Free some space, or name another folder with -o"
-        ) from error
 
 
 def make_job(

@@ -211,9 +211,12 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     # These rooms are needed only here, and not for help.
     from fabweave.cut.preflight.targets import target_named  # noqa: PLC0415
     from fabweave.flat.joint.kinds import parse_joint  # noqa: PLC0415
+    from fabweave.mesh.openings.request import parse_leave_out  # noqa: PLC0415
     from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
     from fabweave.stock.supply_plan import parse_materials, sort_of_material  # noqa: PLC0415
 
+    if settings.rim != "none" and not parse_leave_out(settings.leave_out).diameters_mm:
+        yield "rim: a ring needs a round opening; say --leave-out top:80mm, too"
     if settings.size_mm is not None and settings.scale is not None:
         yield "a size and a scale were both given; give one of them"
     quads = parse_remesh(settings.remesh).kind == "quads" if settings.remesh else False

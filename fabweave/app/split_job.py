@@ -97,7 +97,7 @@ def plan_pieces(
         If a thread cannot be cut as asked.
     """
     # Long laps go on beyond the panels with which the pieces end that are measured here.
-    beyond = lap_beyond(ribbons, settings.lap_mm)
+    beyond = lap_beyond(ribbons, weave.threads, settings.lap_mm)
     bed, side = _bed(settings, supplies, settings.margin_mm + beyond)
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)

@@ -8,6 +8,8 @@ from typing import TypeVar
 from fabweave.core.errors import InputError
 
 _Value = TypeVar("_Value")
+#: Names resemble one another from so much on, and are meant from so much on.
+_RESEMBLES, _MEANT = 0.4, 0.65
 _CHOICE = re.compile(r"\[([^|\[\]]*)\|([^|\[\]]*)\]")
 
 
@@ -71,9 +73,20 @@ def closest_first(wanted: str, names: Iterable[str]) -> list[str]:
     >>> closest_first("brich", ["card", "birch", "shim"])
     ['birch', 'card', 'shim']
     """
-    names = list(names)
-    close = difflib.get_close_matches(wanted, names, n=max(len(names), 1), cutoff=0.4)
-    return close + [other for other in names if other not in close]
+    alike = {name: likeness(wanted, name) for name in names}
+    return sorted(alike, key=lambda name: -alike[name] if alike[name] >= _RESEMBLES else 0.0)
+
+
+def likeness(wanted: str, name: str) -> float:
+    """Return how much a name resembles a wanted one, with its words in any order: 1 is the same.
+
+    Examples
+    --------
+    >>> likeness("m3-screw", "screw-m3"), likeness("m3-screw", "book-screw") < 0.8
+    (1.0, True)
+    """
+    pairs = (wanted, name), ("-".join(sorted(each.split("-"))) for each in (wanted, name))
+    return max(difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs)
 
 
 def one_named(kind: str, name: str, known: Mapping[str, _Value]) -> _Value:
@@ -100,7 +113,6 @@ def one_named(kind: str, name: str, known: Mapping[str, _Value]) -> _Value:
     wanted = name.strip().lower()
     if wanted not in known:
         names = closest_first(wanted, known)
-        near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.65)
-        meant = f"; did you mean {near[0]}?" if near else ""
+        meant = f"; did you mean {names[0]}?" if likeness(wanted, names[0]) >= _MEANT else ""
         raise InputError(f"no {kind} is called {name!r}: choose one of {', '.join(names)}{meant}")
     return known[wanted]

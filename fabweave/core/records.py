@@ -103,7 +103,7 @@ def from_json(cls: type[_Record], document: object) -> _Record:
     return value
 
 
-def read_json(path: Path, read: Callable[[object], _Record], what: str) -> _Record:
+def read_json(path: Path, read: Callable[[object], _Record], what: str, name: str) -> _Record:
     """Read the JSON file of a finished job.
 
     Parameters
@@ -113,6 +113,8 @@ def read_json(path: Path, read: Callable[[object], _Record], what: str) -> _Reco
         Makes a value from the document; it raises InputError if that does not fit.
     what : str
         What the file should be, for the message.
+    name : str
+        What it is called in the folder of a finished job, for the remedy.
 
     Raises
     ------
@@ -129,8 +131,8 @@ def read_json(path: Path, read: Callable[[object], _Record], what: str) -> _Reco
         raise InputError(f"{path} is not a {what}: its lists are nested too deeply") from None
     except ValueError as error:
         raise InputError(
-            f"{path} is not a {what}: {error}; use the {path.name} of a finished job, or make the "
-            "job again"
+            f"{path} is not a {what}: {error}; use the {name} of a finished job, or make the job "
+            "again"
         ) from error
 
 

@@ -355,7 +355,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
     InputError
         If the file cannot be read, or is not a crossing map; the message says why.
     """
-    return read_json(path, CrossingMap.from_json, "crossing map")
+    return read_json(path, CrossingMap.from_json, "crossing map", "crossing_map.json")
 
 
 def _check_references(crossing_map: CrossingMap) -> None:

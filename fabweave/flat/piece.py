@@ -5,7 +5,7 @@ from dataclasses import field
 import numpy as np
 
 from fabweave.core.arc_path import Path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, frozen_value
 from fabweave.flat.joint.kinds import JointKind
 
 
@@ -84,7 +84,7 @@ class Piece:
         round_here[[slot.station for slot in self.slots]] = False
         at = np.flatnonzero(round_here)
         middle = np.column_stack((at, self.points[at], self.hole_mm[at]))
-        return np.concatenate((middle, self.more_holes))
+        return frozen(np.concatenate((middle, self.more_holes)))
 
     @property
     def hole_area_mm2(self) -> float:

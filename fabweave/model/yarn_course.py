@@ -157,7 +157,7 @@ def lay_course(
     place[guide], half[guide] = middle[crossing], across / 2
     rise[guide] = np.where(weave.over, 1.0, -1.0)[:, None] * normal[crossing]
     room[guide] = (share * size / longer / 2)[crossing]
-    ends = np.flatnonzero(~threads.closed & (threads.lengths > 0))
+    ends = np.flatnonzero(~threads.closed & threads.woven)
     for end, inner, way in ((offsets[ends], offsets[ends] + 1, -1.0),
                             (offsets[ends + 1] - 1, offsets[ends + 1] - 2, 1.0)):  # fmt: skip
         place[end] = place[inner] + way * half[inner]

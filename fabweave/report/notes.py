@@ -131,11 +131,11 @@ def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> l
 def _weave_notes(weave: Weave) -> list[str]:
     """Count threads and crossings; say which threads there is nothing to weave with."""
     threads = weave.threads
-    rings = int(np.count_nonzero(threads.closed))
-    ends = threads.n_threads - rings
+    count = int(np.count_nonzero(threads.woven))
+    rings = int(np.count_nonzero(threads.closed & threads.woven))
     notes = [
-        f"weave: {weave.pattern}, {agree(threads.n_threads, '{n} [thread|threads]')} "
-        f"({rings} closed, {ends} open), {agree(threads.n_crossings, '{n} [crossing|crossings]')}"
+        f"weave: {weave.pattern}, {agree(count, '{n} [thread|threads]')} "
+        f"({rings} closed, {count - rings} open), {agree(threads.n_crossings, '{n} crossing[|s]')}"
     ]
     if len(threads.turn_pass):
         notes[0] += agree(
@@ -145,7 +145,7 @@ def _weave_notes(weave: Weave) -> list[str]:
         (False, "cut[s|] a corner between two boundary edges"),
         (True, "run[s|] round a face that shares no edge"),
     ):
-        empty = int(np.count_nonzero((threads.lengths == 0) & (threads.closed == closed)))
+        empty = int(np.count_nonzero(~threads.woven & (threads.closed == closed)))
         if empty:
             notes.append(
                 agree(empty, f"{{n}} thread[|s] {what}, cross[es|] nothing, and [is|are] left out")

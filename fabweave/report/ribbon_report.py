@@ -193,7 +193,8 @@ def read_ribbon_report(path: Path) -> RibbonReport:
     InputError
         If the file cannot be read, or is no such report; the message says why.
     """
-    return read_json(path, partial(from_json, RibbonReport), "report on ribbons")
+    read = partial(from_json, RibbonReport)
+    return read_json(path, read, "report on ribbons", "ribbons.json")
 
 
 def _limit_record(limits: Limits) -> LimitRecord:

@@ -112,7 +112,7 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
     goes out across it, and in the plane its two ends lie on one another.
     """
     following = np.arange(1, len(threads.crossing) + 1)
-    crossed = threads.lengths > 0
+    crossed = threads.woven
     following[threads.offsets[1:][crossed] - 1] = threads.offsets[:-1][crossed]
     before = np.unique(threads.turn_pass)
     loops = before[threads.crossing[before] == threads.crossing[following[before]]]

@@ -169,7 +169,7 @@ def project_ribbons(
 
     for shift, u in ((0, met - reach), (1, met + reach)):
         lay(entry + shift, every, u)
-    open_threads = np.flatnonzero(~threads.closed & (threads.lengths > 0))
+    open_threads = np.flatnonzero(~threads.closed & threads.woven)
     for passes, rungs, u in (
         (threads.offsets[open_threads], offsets[open_threads], 0.0),
         (threads.offsets[open_threads + 1] - 1, offsets[open_threads + 1] - 1, 1.0),
@@ -246,7 +246,7 @@ def number_rungs(threads: Threads, a_pass: int, a_turn: int) -> tuple[IntArray, 
     turns = np.bincount(threads.turn_pass, minlength=len(threads.crossing))
     pass_starts = offsets_of(a_pass + a_turn * turns)
     # An open thread has one rung more at either end.
-    ends = np.where(threads.closed | (threads.lengths == 0), 0, 2)
+    ends = np.where(threads.closed | ~threads.woven, 0, 2)
     offsets = offsets_of(
         pass_starts[threads.offsets[1:]] - pass_starts[threads.offsets[:-1]] + ends
     )

@@ -78,7 +78,7 @@ def count_bodies(threads: Threads) -> int:
         One for a weave that hangs together.
     """
     number, label = csgraph.connected_components(thread_graph(threads), directed=False)
-    return int(number - np.count_nonzero(threads.lengths == 0)) if len(label) else 0
+    return int(number - np.count_nonzero(~threads.woven)) if len(label) else 0
 
 
 def find_bunches(threads: Threads) -> Bunches:

@@ -37,9 +37,9 @@ class Kagome:
             f"{count} of {_SIDES.get(sides, sides)} sides"
             for sides, count in sorted(self.large.items(), key=lambda item: -item[1])
         )
+        large = f", and {agree(several, '{n} large one[|s]')} ({kinds})" if several else ""
         return (
-            f"kagome: plain weave on triangles; {agree(self.small, '{n} small opening[|s]')}, and "
-            f"{agree(several, '{n} large one[|s]')} ({kinds})"
+            f"kagome: plain weave on triangles; {agree(self.small, '{n} small opening[|s]')}{large}"
         )
 
 

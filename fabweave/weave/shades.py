@@ -111,7 +111,7 @@ def stretches(threads: Threads, broken: BoolArray) -> IntArray:
     after = np.cumsum(broken) + thread
     before = after - broken
     # A ring goes on from its last pass to its first.
-    filled = np.flatnonzero(threads.lengths > 0)
+    filled = np.flatnonzero(threads.woven)
     first, last = threads.offsets[filled], threads.offsets[filled + 1] - 1
     ring = threads.closed[filled]
     name = np.arange(int(after.max()) + 1)

@@ -25,6 +25,11 @@ class PassesByThread:
         return np.diff(self.offsets)
 
     @property
+    def woven(self) -> BoolArray:
+        """Which threads cross anything, (T,); the others are left out."""
+        return self.lengths > 0
+
+    @property
     def thread_of_pass(self) -> IntArray:
         """The thread of each pass, (P,)."""
         return np.repeat(np.arange(self.n_threads), self.lengths)

@@ -164,9 +164,7 @@ def weave_pattern(
         )
     hand = f"twill line {result.hand}" if result.hand else ""
     # What crosses nothing is neither warp nor weft.
-    in_warp = (
-        0 if result.warp is None else int(np.count_nonzero(result.warp & (threads.lengths > 0)))
-    )
+    in_warp = 0 if result.warp is None else int(np.count_nonzero(result.warp & threads.woven))
     warp = agree(in_warp, "{n} [thread is|threads are] the warp") if in_warp else ""
     notes = [f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)]
     return WeaveResult(

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -152,11 +153,17 @@ def test_the_callers_arrays_stay_as_they_are():
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ((np.zeros((3, 2)), [[0, 1, 2]]), "must be \\(V, 3\\)"),
+        ((np.zeros((3, 2)), [[0, 1, 2]]), r"real numbers \(V, 3\)"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0.0, 1.0, 2.0]])), "not whole numbers"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that does not exist"),
         ((object(),), "this is no mesh"),
         (([["a", 0, 0]], [[0, 0, 0]]), "this is no mesh"),
+        ((np.eye(3) + 1j, [[0, 1, 2]]), "must be real numbers"),
+        ((np.eye(3) + 0j, [[0, 1, 2]]), "must be real numbers"),
+        ((np.eye(3), [[0, 1, 2**63]]), "this is no mesh"),
+        ((np.eye(3), [[0, 1, -(2**70)]]), "this is no mesh"),
+        ((np.eye(3), [[0, 1, 2**63 - 1]]), "names a vertex that does not exist"),
+        ((np.eye(3), np.array([[0, 1, 2**63]], dtype=np.uint64)), "names a vertex that does not"),
         (([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), "coordinates that are not numbers"),
     ],
 )
@@ -165,15 +172,60 @@ def test_what_is_no_mesh_is_refused_in_words(given, expected):
         fw.mesh(*given)
 
 
-@pytest.mark.parametrize("name", ["", "a/b", "../x", "woven_mesh", " x", "x\n"])
+@pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+@pytest.mark.parametrize("held", [np.asmatrix, memoryview, np.ndarray.tolist, np.ma.array])
+def test_whatever_holds_the_numbers_of_a_mesh_they_are_the_same_mesh(held):
+    cube = trimesh.creation.box()
+    corners, faces = np.array(cube.vertices), np.array(cube.faces)
+    mesh, other = fw.mesh(corners, faces), fw.mesh(held(corners), held(faces))
+    assert np.array_equal(mesh.vertices, other.vertices)
+    assert mesh.faces == other.faces
+
+
+@pytest.mark.parametrize(
+    "name", ["", "a/b", "../x", "woven_mesh", " x", "x\n", "x" * 81, 5, None, ["x"], b"x"]
+)
 def test_a_mesh_from_memory_gets_a_plain_name(name):
     with pytest.raises(fw.InputError):
         fw.mesh(trimesh.creation.box(), name=name)
 
 
+@pytest.mark.parametrize("place", ["x" * 5000, "x" * 250, "a\0b", None, 5, b"job"])
+def test_what_is_no_path_of_a_folder_is_refused_and_nothing_is_left(place, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    layout = fw.weave("shape:tetrahedron", size=100).ribbons().pieces().nest(effort="quick")
+    for use in (layout.write, fw.verify, partial(fw.make, "shape:tetrahedron", size=100)):
+        with pytest.raises(fw.InputError):
+            use(place)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("place", ["x" * 5000, "x" * 300, "a\0b"])
+def test_what_is_no_path_of_a_file_is_refused(place):
+    for use in (fw.read, fw.weave, fw.inspect):
+        with pytest.raises(fw.InputError):
+            use(place)
+    with pytest.raises(fw.InputError):
+        fw.weave("shape:cube", leave_out=place)
+
+
 def test_unknown_options_are_refused_with_the_nearest_one():
     with pytest.raises(fw.InputError, match="pattern"):
         fw.weave(fw.shape("cube"), patern="twill")
+
+
+def test_no_array_that_is_handed_out_can_be_written_to(steps):
+    mesh, weave, *_ = steps
+    values = (*steps, weave.yarns(), *weave.threads, *steps[3])
+    named = [(value, name) for value in values for name in dir(value) if not name.startswith("_")]
+    arrays = [
+        (type(value).__name__, name, found.flags.writeable)
+        for value, name in named
+        if isinstance(found := getattr(value, name), np.ndarray)
+    ]
+    assert {name for _, name, _ in arrays} >= {"vertices", "edges", "crossings", "widths_mm"}
+    assert not [array for array in arrays if array[2]]
+    assert weave.crossings.tolist() == mesh.edges.tolist()  # every edge, in its order
 
 
 @pytest.mark.slow
@@ -258,3 +310,14 @@ def test_pieces_tell_what_they_cost_and_layouts_their_colours(steps):
     low, high = pieces.costs.assembly.hours
     assert 0.0 < low <= high
     assert layout.colours.shape == (len(pieces), 3)
+
+
+def test_however_long_a_lap_is_asked_for_it_ends_at_the_crossings_beside():
+    ribbons = fw.weave(fw.shape("tetrahedron", size="200mm")).ribbons()
+    metre, most = (ribbons.pieces(lap=lap) for lap in ("1m", "20m"))
+    laps = metre.planned.piece_set.plan.lap_mm
+    # A lap reaches half its length to either side, and the next crossings are whole lanes away.
+    lanes = ribbons.lengths_mm / [len(thread.crossings) for thread in ribbons.weave.threads]
+    assert 0.0 < laps.min() <= laps.max() < 2.0 * lanes.max()
+    for one, other in zip(metre.polygons, most.polygons, strict=True):
+        assert one.equals(other)

@@ -212,6 +212,13 @@ def test_fields_that_do_not_go_together_are_refused(values, words) -> None:
         Settings("shape:cube", **values)
 
 
+@pytest.mark.parametrize("leave_out", [None, "0,1"])
+def test_a_ring_without_a_round_opening_is_refused_before_the_work(leave_out) -> None:
+    with pytest.raises(InputError, match=r"^rim: "):
+        Settings("shape:torus", rim="ring", leave_out=leave_out)
+    assert Settings("shape:torus", rim="ring", leave_out="top:8cm").rim == "ring"
+
+
 def test_how_open_a_weave_is_stands_for_its_width() -> None:
     settings = Settings("shape:cube", open=0.1)
     assert settings.width_rule == WidthRule(0.9, auto=True)

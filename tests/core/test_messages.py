@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.core.errors import CannotMakeError
@@ -17,7 +18,7 @@ from fabweave.stock.sheet_size import SheetSize
 WRONG = re.compile(
     r"(?<![\d.,])1 ((boundary|closed|irregular|open) )?"
     r"(faces|vertices|edges|loops|threads|sheets|pieces|joints|crossings|bodies|pairs|are|have)\b"
-    r"|[\[\]|{}]|\b0 found"
+    r"|[\[\]|{}]|\(\)|\b0 found"
 )
 
 
@@ -93,6 +94,21 @@ def test_what_crosses_nothing_is_no_warp() -> None:
     crossing = int((threads.lengths > 0).sum())
     said = next(int(note.split("exact; ")[1].split()[0]) for note in job.notes if "warp" in note)
     assert 2 * said == crossing < threads.n_threads
+
+
+def test_what_crosses_nothing_is_counted_by_itself() -> None:
+    # Of a tetrahedron without two faces, two triangles are left: two threads cross on their edge.
+    settings = Settings("shape:tetrahedron", size_mm=200.0, leave_out="0,1", effort="quick")
+    notes = make_job(settings).notes
+    assert not WRONG.search("\n".join(notes))
+    weave = next(at for at, note in enumerate(notes) if note.startswith("weave:"))
+    assert [re.findall(r"\d+", note) for note in notes[weave - 1 : weave + 2]] == [
+        ["2"],  # openings of three sides, and no others
+        ["2", "0", "2", "1"],  # threads, rings, threads with ends, crossings
+        ["2"],  # threads that cross nothing
+    ]
+    facts = inspect_mesh(settings).facts["threads"]
+    assert (facts["count"], facts["closed"], facts["passes"]["least"]) == (2, 0, 1)
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_a_file_that_is_no_record_is_named(tmp_path):
     def read(text):
         path = tmp_path / "hole.json"
         path.write_bytes(text)
-        return read_json(path, lambda document: from_json(Hole, document), "hole")
+        return read_json(path, lambda document: from_json(Hole, document), "hole", "hole.json")
 
     assert read(b'{"kind": "hole", "width": 3.5}') == Hole(width_mm=3.5)
     for text, words in (
@@ -146,4 +146,4 @@ def test_a_file_that_is_no_record_is_named(tmp_path):
             read(text)
         assert words in str(caught.value)
     with pytest.raises(InputError, match=r"cannot read .*none\.json: there is no such file"):
-        read_json(tmp_path / "none.json", lambda document: document, "hole")
+        read_json(tmp_path / "none.json", lambda document: document, "hole", "hole.json")

@@ -1,10 +1,12 @@
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from crossing_maps import piece_record, sheet_record, small_map
 
+from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.core.errors import InputError
 from fabweave.flat.crossing_map import ThreadRecord
 from fabweave.nest.nesting import nest
@@ -42,7 +44,7 @@ def record():
 
 
 def read(tmp_path, content, stock=STOCK, **rules):
-    path = tmp_path / "crossing_map.json"
+    path = tmp_path / "mine.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content))
     return read_layout(path, pieces(), IDS, stock, **(RULES | rules))
 
@@ -112,8 +114,10 @@ def test_spoiled_layout_is_refused(tmp_path, spoil, words):
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"pieces": 3, "sheets": [], "layout": {}}'])
 def test_what_is_no_map_is_refused(tmp_path, content):
-    with pytest.raises(InputError, match="is not a crossing map: "):
+    with pytest.raises(InputError, match="is not a crossing map: ") as caught:
         read(tmp_path, content)
+    # The remedy is a file that finished jobs have, however the wrong one is called.
+    assert re.findall(r"use the (\S+) of", str(caught.value)) == [LAYOUT_FILE]
 
 
 def test_no_file_rules_and_stock_that_do_not_hold_are_refused(tmp_path):

@@ -72,3 +72,10 @@ def test_a_hole_that_the_hardware_does_not_fit_is_refused():
 def test_names_that_are_unknown_are_answered_with_those_that_there_are():
     with pytest.raises(InputError, match="choose one of screw-m3"):
         hardware_named("screw-m33")
+
+
+@pytest.mark.parametrize("name", [sort.name for sort in SORTS if "-" in sort.name])
+def test_words_in_another_order_mean_the_same_hardware(name):
+    with pytest.raises(InputError) as caught:
+        hardware_named("-".join(reversed(name.split("-"))))
+    assert str(caught.value).rpartition("did you mean ")[2] == f"{name}?"

@@ -12,7 +12,8 @@ from fabweave.app.front_door.notebook import face, sheet_svg
 from fabweave.app.front_door.stations import Stations, there, with_files
 from fabweave.app.front_door.written import WrittenJob, write_stations
 from fabweave.app.job import PlannedJob
-from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.app.job_folder import folder_at
+from fabweave.core.arrays import FloatArray, frozen, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout as NestedLayout
@@ -66,7 +67,7 @@ class Layout:
     @property
     def colours(self) -> Colours:
         """Red, green and blue of each piece, as it is shown in the object, (N, 3)."""
-        return self.planned.piece_colours
+        return frozen(self.planned.piece_colours)
 
     @property
     def utilisation(self) -> FloatArray:
@@ -74,7 +75,7 @@ class Layout:
         used = np.zeros(len(self.sheets))
         for polygon, place in zip(self.polygons, self.nested.placements, strict=True):
             used[place.sheet] += polygon.area
-        return used / [sheet.area_mm2 for sheet in self.sheets]
+        return frozen(used / [sheet.area_mm2 for sheet in self.sheets])
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece and spare, as ``pandas.DataFrame`` takes them.
@@ -132,7 +133,8 @@ class Layout:
         True
         """
         stations = with_files(self.stations, options)
-        return WrittenJob(Path(folder), write_stations(stations, Path(folder)), self)
+        directory = folder_at(folder)
+        return WrittenJob(directory, write_stations(stations, directory), self)
 
     def picture(self, sheet: int = 1) -> str:
         """Return a sheet, counted from 1, as SVG."""

@@ -14,7 +14,7 @@ from fabweave.app.front_door.stations import Stations
 from fabweave.app.front_door.weave import Weave
 from fabweave.app.front_door.written import WrittenJob
 from fabweave.app.inspection.facts import inspect_mesh
-from fabweave.app.job_folder import folder_is_readable
+from fabweave.app.job_folder import folder_at, folder_is_readable
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.verify import VerifyReport, verify_job
 
@@ -64,10 +64,10 @@ def make(
     >>> job.proof.ok, len(job.pieces)
     (True, 8)
     """
-    request = request_of(mesh, options)
+    folder, request = folder_at(folder), request_of(mesh, options)
     finished, settings, chosen = make_or_advise(
         request.settings,
-        Path(folder),
+        folder,
         progress,
         mesh=request.given,
         workers=min(workers, os.cpu_count() or 1),
@@ -78,7 +78,7 @@ def make(
     stations = Stations(request, job.woven.source, weave=job.woven, planned=job, layout=job.layout)
     ribbons = Ribbons(stations, Weave(stations, Mesh(stations)))
     layout = Layout(stations, Pieces(stations, ribbons))
-    return WrittenJob(Path(folder), finished, layout, chosen)
+    return WrittenJob(folder, finished, layout, chosen)
 
 
 def inspect(
@@ -137,5 +137,6 @@ def verify(folder: str | Path) -> VerifyReport:
     >>> fw.verify(tempfile.mkdtemp()).ok  # an empty folder is no job
     False
     """
-    folder_is_readable(Path(folder))
-    return verify_job(Path(folder))
+    directory = folder_at(folder)
+    folder_is_readable(directory)
+    return verify_job(directory)

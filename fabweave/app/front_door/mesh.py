@@ -11,8 +11,9 @@ import numpy.typing as npt
 from fabweave.app.front_door.look import seen_from
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.stations import Request, Stations, loaded
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen, frozen_value
 from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import PREFIX
 from fabweave.mesh.triangulate import triangulate
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 #: What a file is called in a job's folder, so it must be a plain name.
 _PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_- ")
+_LONGEST_NAME = 80
 
 
 @frozen_value
@@ -49,7 +51,7 @@ class Mesh:
         """The two vertices of each edge, (E, 2)."""
         halfedges = self.stations.loaded.halfedges
         first = halfedges.edge_halfedge
-        return np.column_stack((halfedges.tail[first], halfedges.head[first]))
+        return frozen(np.column_stack((halfedges.tail[first], halfedges.head[first])))
 
     @property
     def size_mm(self) -> tuple[float, float, float]:
@@ -181,8 +183,12 @@ def mesh(
     >>> tetrahedron
     Mesh('Mesh': 4 vertices, 6 edges, 4 faces, 100.0 × 100.0 × 100.0 mm)
     """
-    if not name or set(name) - _PLAIN or name != name.strip():
-        raise InputError(f"{name!r} is no plain name: use letters, digits, spaces, - and _")
+    plain = isinstance(name, str) and name == name.strip() and not set(name) - _PLAIN
+    if not (plain and 0 < len(name) <= _LONGEST_NAME):
+        raise InputError(
+            f"{shown(name)} is no plain name: use letters, digits, spaces, - and _, "
+            f"{_LONGEST_NAME} at most"
+        )
     if name == "woven_mesh":
         raise InputError("woven_mesh.obj is a file of the job itself: name the mesh otherwise")
     return Mesh(loaded(Request(f"{name}.obj", options, _polymesh(vertices, faces))))
@@ -248,18 +254,27 @@ def _polymesh(vertices: Any, faces: Any) -> PolyMesh:
             "trimesh.Trimesh"
         )
     try:
-        # A copy: the caller's own arrays stay as they are, writeable too.
-        positions, corners = np.array(vertices, dtype=np.float64), _corners(faces)
-    except (TypeError, ValueError) as error:
+        return PolyMesh.from_faces(_positions(vertices), _corners(faces))
+    except (OverflowError, TypeError, ValueError) as error:
         raise InputError(f"this is no mesh of vertices and faces: {error}") from error
-    if positions.ndim != 2 or positions.shape[1] != 3:
-        raise InputError(f"vertices have the shape {positions.shape}, and must be (V, 3)")
-    return PolyMesh.from_faces(positions, corners)
+
+
+def _positions(vertices: Any) -> FloatArray:
+    """Return a copy of vertices, so that the caller's array stays as it is; else raise TypeError.
+
+    A complex number has a part that would be lost.
+    """
+    positions = np.array(vertices)
+    if positions.dtype.kind == "c" or positions.ndim != 2 or positions.shape[1] != 3:
+        told = f"{positions.dtype} of shape {positions.shape}"
+        raise TypeError(f"vertices are {told}, and must be real numbers (V, 3)")
+    return positions.astype(np.float64)
 
 
 def _corners(faces: Any) -> Any:
     """Return faces as they are, if their corners are whole numbers; else raise TypeError."""
-    if isinstance(faces, np.ndarray):
+    if hasattr(faces, "__array__") or isinstance(faces, memoryview):
+        faces = np.asarray(faces)  # rows of a matrix are matrices again
         if faces.dtype.kind not in "iu" or faces.ndim != 2:
             raise TypeError(f"faces are {faces.ndim}-dimensional {faces.dtype}, not whole numbers")
         return faces

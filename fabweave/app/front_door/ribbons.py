@@ -11,7 +11,7 @@ from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.pieces import Pieces
 from fabweave.app.front_door.stations import Stations, clear_ribbons, completed, with_pieces
 from fabweave.app.woven_object import WovenObject
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.surfaces import ribbon_triangles
@@ -43,33 +43,33 @@ class Ribbons:
     @property
     def vertices(self) -> FloatArray:
         """Ends of the cross-lines in millimetres, (2 R, 3): right and left by turns."""
-        return ribbon_triangles(self.woven.ribbons)[0]
+        return frozen(ribbon_triangles(self.woven.ribbons)[0])
 
     @property
     def triangles(self) -> IntArray:
         """The flat facets of all ribbons, (F, 3)."""
-        return ribbon_triangles(self.woven.ribbons)[1]
+        return frozen(ribbon_triangles(self.woven.ribbons)[1])
 
     @property
     def thread_of_triangle(self) -> IntArray:
         """The number of the thread of each facet, (F,)."""
-        return ribbon_triangles(self.woven.ribbons)[2]
+        return frozen(ribbon_triangles(self.woven.ribbons)[2])
 
     @property
     def widths_mm(self) -> FloatArray:
         """The width at every cross-line, (R,)."""
-        return ribbon_widths(self.woven.ribbons)
+        return frozen(ribbon_widths(self.woven.ribbons))
 
     @property
     def lengths_mm(self) -> FloatArray:
         """The length of each thread along the middle of its ribbon, (T,)."""
-        return thread_lengths(self.woven.ribbons)
+        return frozen(thread_lengths(self.woven.ribbons))
 
     @property
     def colours(self) -> Colours:
         """Red, green and blue at every cross-line, (R, 3)."""
         colours = woven_colours(self.woven, *completed(self.stations))
-        return rung_colours(self.woven.ribbons, colours)
+        return frozen(rung_colours(self.woven.ribbons, colours))
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each thread, as ``pandas.DataFrame`` takes them.

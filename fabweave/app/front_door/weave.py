@@ -11,7 +11,7 @@ from fabweave.app.front_door.ribbons import Ribbons
 from fabweave.app.front_door.stations import Stations, there, with_ribbons, woven
 from fabweave.app.front_door.yarns import Yarns
 from fabweave.app.woven_mesh import WovenMesh
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, IntArray, frozen, frozen_value
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -76,7 +76,7 @@ class Weave:
         """The mesh edge on which each crossing lies, as two vertices, (X, 2)."""
         halfedges = self.woven.halfedges
         first = self.woven.weave.threads.crossing_halfedge
-        return np.column_stack((halfedges.tail[first], halfedges.head[first]))
+        return frozen(np.column_stack((halfedges.tail[first], halfedges.head[first])))
 
     @property
     def exact(self) -> bool:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from fabweave.app.front_door.notebook import face
 from fabweave.app.front_door.stations import Stations, there
 from fabweave.app.job import Job
-from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
+from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder, told_where
 from fabweave.app.pipeline import FinishedJob, draw_job, start_side_work, write_and_prove
 from fabweave.app.preflight_job import Preflight
 from fabweave.core.arrays import frozen_value
@@ -105,5 +105,5 @@ def write_stations(stations: Stations, folder: Path) -> FinishedJob:
     planned, layout = there(stations.planned), there(stations.layout)
     side = start_side_work(planned)
     job = draw_job(planned, layout, side, given_mesh=stations.request.given)
-    with finished_folder(folder) as fresh:
+    with told_where(folder), finished_folder(folder) as fresh:
         return write_and_prove(job, fresh)

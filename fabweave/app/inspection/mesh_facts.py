@@ -54,15 +54,15 @@ def mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
 
 
 def thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray) -> dict[str, Any]:
-    """Return how many threads there are and how long; the longest by name."""
+    """Return how many threads are woven and how long they are; the longest by name."""
     longest = np.argsort(-threads.lengths, kind="stable")[:8]
     return {
-        "count": threads.n_threads,
-        "closed": int(np.count_nonzero(threads.closed)),
+        "count": int(np.count_nonzero(threads.woven)),
+        "closed": int(np.count_nonzero(threads.closed & threads.woven)),
         "crossings": threads.n_crossings,
         "crossing_themselves": int(np.count_nonzero(thread_graph(threads).diagonal())),
-        "passes": spread(threads.lengths),
-        "length_mm": spread(length_mm),
+        "passes": spread(threads.lengths[threads.woven]),
+        "length_mm": spread(length_mm[threads.woven]),
         "total_mm": round(float(length_mm.sum()), 1),
         "longest": [
             {

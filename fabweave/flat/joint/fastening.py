@@ -91,7 +91,7 @@ def fastened_crossings(
     elif fastening.kind == "rim":
         wanted = beside_edges(threads, halfedges, halfedges.twin < 0)
     elif fastening.kind == "loose":
-        own = ~threads.closed & (threads.lengths > 0)
+        own = ~threads.closed & threads.woven
         ends = np.concatenate((threads.offsets[:-1][own], threads.offsets[1:][own] - 1))
         wanted[threads.crossing[ends]] = True
     wanted[joints] = True
@@ -144,7 +144,7 @@ def loose_shares(ribbons: Ribbons, threads: Threads, bend_t: float) -> FloatArra
     entry, centre = ribbons.entry, ribbons.centre[threads.crossing]
     width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
     width = (width[entry] + width[entry + 1]) / 2.0
-    there = threads.lengths > 0
+    there = threads.woven
     first, last = threads.offsets[:-1][there], threads.offsets[1:][there] - 1
     following = np.arange(1, count + 1)
     following[last] = first

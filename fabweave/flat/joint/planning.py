@@ -147,13 +147,14 @@ def plan_joints(
     )
 
 
-def lap_beyond(ribbons: Ribbons, lap_mm: float | None) -> float:
-    """Return how far laps of a length go beyond either end of the shortest crossing panel."""
+def lap_beyond(ribbons: Ribbons, threads: Threads, lap_mm: float | None) -> float:
+    """Return how far laps of a length go beyond either end of a crossing panel, at most."""
     if lap_mm is None or not len(ribbons.entry):
         return 0.0
+    _, _, lap = _reach(*_windows(ribbons, threads, np.arange(len(ribbons.entry))), lap_mm)
     middle = (ribbons.right + ribbons.left) / 2
     panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
-    return max((lap_mm - float(panel.min())) / 2, 0.0)
+    return max(float((lap - panel).max()) / 2, 0.0)
 
 
 def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Strips, IntArray]:

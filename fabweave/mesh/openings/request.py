@@ -1,5 +1,6 @@
 """Read what is to be left out of a mesh: an opening at its top or bottom, or faces by number."""
 
+import os
 import re
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -105,7 +106,7 @@ def read_leave_out(text: str) -> str:
     if first in _SIDES or _FACES.fullmatch(text):
         return tidy_leave_out(text)
     path = Path(text)
-    if "\0" in text or not path.exists():
+    if not os.path.exists(path):
         raise InputError(f"there is no file {shown(text)}, nor is it an opening: {_TAKEN}")
     return _listed(read_text(path, "the list of faces"), path.name)
 

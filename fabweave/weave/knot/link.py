@@ -112,7 +112,7 @@ def planar_diagram(halfedges: Halfedges, threads: TwistedThreads) -> PlanarDiagr
             "(inspect --gauss), which holds for any genus"
         )
     following = np.arange(1, len(threads.crossing) + 1)
-    filled = threads.lengths > 0
+    filled = threads.woven
     following[threads.offsets[1:][filled] - 1] = threads.offsets[:-1][filled]
     top, below = threads.passes.T
     # Looking along the strand below: the one on top of a positive crossing goes from left to
