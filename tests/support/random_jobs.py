@@ -178,12 +178,15 @@ def outcome_of(seed, *, small=False, stocks=None):
 
 
 def outcome(vertices, faces, options):
-    """Make a job and return what came of it, and the words with which it was refused."""
+    """Make a job and return what came of it, and the words with which it was refused.
+
+    A paper that could not be made is a fault, though it loses no job.
+    """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            fw.make(fw.mesh(vertices, faces), Path(folder) / "job", **options)
+            made = fw.make(fw.mesh(vertices, faces), Path(folder) / "job", **options)
         except CannotMakeError as error:
             return ("unproved" if "did not pass" in str(error) else "cannot be made"), str(error)
         except InputError as error:
             return "bad input", str(error)
-    return "proved", ""
+    return ("fault", "; ".join(made.missing)) if made.missing else ("proved", "")

@@ -61,6 +61,11 @@ class WrittenJob:
         return self.finished.preflight
 
     @property
+    def missing(self) -> tuple[str, ...]:
+        """The papers that could not be made, each with the reason; none in most jobs."""
+        return self.finished.missing
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What a maker should know before cutting."""
         return self.job.notes
