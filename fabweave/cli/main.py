@@ -20,6 +20,7 @@ from fabweave.cli.targets import targets
 from fabweave.cli.terminal import speak_plainly
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.parallel.interrupt import exit_when_ended
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -50,12 +51,16 @@ for _command in (
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line; exit with 0, 1 (cannot be made) or 2 (wrong usage or input)."""
+    """Run the command line; exit with 0, 1 (cannot be made) or 2 (wrong usage or input).
+
+    A signal that ends it gives 128 and its number, as in shells.
+    """
     for stream in (sys.stdout, sys.stderr):
         speak_plainly(stream)
     # What libraries log is for their developers; what matters of it, errors say in our words.
     logging.getLogger().addHandler(logging.NullHandler())
     warnings.simplefilter("ignore", RuntimeWarning)
+    exit_when_ended()
     try:
         cli.main(arguments, standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):

@@ -243,3 +243,43 @@ def test_the_command_line_says_so_and_goes_on(finished, tmp_path, capsys):
     assert "notes.txt" in error
     assert tree(job) == made | {"notes.txt": b"mine"}
     assert list(tmp_path.iterdir()) == [job]
+
+
+#: Runs the command line, and ends or stops it as it writes the files of a job.
+ENDED = """\
+import os, sys
+from fabweave.app import pipeline
+from fabweave.cli.main import main
+real, number = pipeline.write_job, int(sys.argv[1])
+def write(job, folder, *rest, **options):
+    real(job, folder, *rest, **options)
+    os.kill(os.getpid(), number)
+pipeline.write_job = write
+main(sys.argv[2:])
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_a_run_that_is_ended_leaves_nothing(name, tmp_path):
+    number = int(getattr(signal, name))
+    ended = subprocess.run(
+        [sys.executable, "-c", ENDED, str(number), "make", *OCTAHEDRON, "-o", tmp_path / "job"],
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert ended.returncode == 128 + number
+    assert "Traceback" not in ended.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_whose_reader_has_gone_leaves_its_job_or_nothing(tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    ended = subprocess.run(
+        [sys.executable, "-m", "fabweave", "make", *OCTAHEDRON, "-v", "-o", tmp_path / "job"],
+        check=False, stdout=writing, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    os.close(writing)
+    assert "Traceback" not in ended.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["job"]
+    assert is_complete(tmp_path / "job")

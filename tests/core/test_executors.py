@@ -59,6 +59,24 @@ def test_a_killed_process_costs_only_its_part_which_is_done_again(tmp_path):
     assert os.getpid() not in first | after
 
 
+def test_processes_run_nothing_of_the_script_that_asks_for_them(tmp_path):
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "import os\n"
+        "from fabweave.core.parallel.executors import finished, processes\n"
+        "print('once')\n"
+        "with processes(2)() as executor:\n"
+        "    found = sorted(finished(executor, max, [(2, 3), (5, 4), (6, 7)]))\n"
+        "    pid = executor.submit(os.getpid).result()\n"
+        "print(found, pid == os.getpid())\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, script], capture_output=True, check=False, timeout=300, text=True
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout.splitlines() == ["once", "[(0, 3), (1, 5), (2, 7)] False"]
+
+
 def test_a_part_that_costs_every_process_is_given_up():
     with processes(1)() as executor:
         with pytest.raises(BrokenExecutor, match="3 processes ended"):

@@ -38,8 +38,7 @@ def make(
     progress : callable, optional
         Called as ``progress(what, done, total)``.
     workers : int
-        Processes beside this one; the same bytes are written with any number. A script that asks
-        for some needs the usual guard, ``if __name__ == "__main__"``.
+        Processes beside this one; the same bytes are written with any number.
     options
         Any option of ``fabweave make``, ``-`` written ``_``: ``size="400mm"``,
         ``pattern="twill"``, ``material="card"``, ``kerf="0.15mm"``; ``fabweave guide options``

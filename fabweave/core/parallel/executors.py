@@ -24,6 +24,7 @@ from functools import partial
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fabweave.core.errors import CannotMakeError
@@ -37,6 +38,7 @@ Executors: TypeAlias = Callable[[], AbstractContextManager[Executor]]
 
 _TRIES = 3  # how many workers one part of the work may cost
 _PATIENCE_S = 0.1  # how long Ctrl-C may wait while results are waited for
+_STARTING = threading.Lock()  # held while a process is started: one at a time
 
 
 class HereExecutor(Executor):
@@ -143,7 +145,8 @@ class _Helper:
         context = _context()
         here, there = context.Pipe()
         process = context.Process(target=_serve, args=(there,), daemon=True)
-        process.start()
+        with _without_main():
+            process.start()
         there.close()  # so that the end of the process closes the link
         self._process, self._link = process, here
         if self._closing.is_set():
@@ -181,6 +184,18 @@ def _context() -> "SpawnContext | ForkServerContext":
     return context
 
 
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Hide the script that runs: a process needs nothing of it, and would run it once more."""
+    with _STARTING:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
+
+
 def _serve(link: Connection) -> None:
     """Do what comes through a link until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it cannot be blocked
@@ -211,10 +226,7 @@ def here() -> Iterator[Executor]:
 
 
 def processes(count: int) -> Executors:
-    """Return what opens an executor of processes beside this one; with none, it works here.
-
-    Scripts that use more than none need the usual guard, ``if __name__ == "__main__"``.
-    """
+    """Return what opens an executor of processes beside this one; with none, it works here."""
 
     @contextmanager
     def opened() -> Iterator[Executor]:

@@ -1,14 +1,19 @@
-"""Hold Ctrl-C back where it would do harm."""
+"""Hold Ctrl-C, and other signals that end a process, back where they would do harm."""
 
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+#: What ends a process: a terminal that is closed, a system that shuts down, Ctrl-C at last.
+_STOPPING = tuple(
+    getattr(signal, name) for name in ("SIGHUP", "SIGTERM", "SIGINT") if hasattr(signal, name)
+)
+
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Let Ctrl-C take effect when the block ends, and not within it.
+    """Let Ctrl-C and its like take effect when the block ends, and not within it.
 
     Python raises KeyboardInterrupt between any two steps of the main thread: also between the
     taking of a lock by `threading` or `concurrent.futures` and the place that would give it back,
@@ -22,20 +27,34 @@ def held_back() -> Iterator[None]:
     ...     1 + 1
     2
     """
-    before = signal.getsignal(signal.SIGINT)
-    if before is None or threading.current_thread() is not threading.main_thread():
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    came = False
-
-    def later(_number: int, _frame: object) -> None:
-        nonlocal came
-        came = True
-
-    signal.signal(signal.SIGINT, later)
+    came: list[int] = []
+    before = {number: signal.getsignal(number) for number in _STOPPING}
+    for number, handler in before.items():
+        if handler is not None:  # else it is none of Python's, and cannot be put back
+            signal.signal(number, lambda number, _frame: came.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
+        for number, handler in before.items():
+            if handler is not None:
+                signal.signal(number, handler)
+        for number in came:
+            signal.raise_signal(number)
+
+
+def exit_when_ended() -> None:
+    """Have the signals that end a process raise SystemExit, as Ctrl-C raises KeyboardInterrupt.
+
+    So what the process has begun is cleared up. Signals that are ignored stay so.
+    """
+
+    def leave(number: int, _frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    if threading.current_thread() is threading.main_thread():
+        for number in _STOPPING:
+            if signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, leave)

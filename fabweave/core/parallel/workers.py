@@ -16,8 +16,7 @@ def side_workers(count: int) -> Iterator[Start]:
     """Give a way to start work: in ``count`` processes, or at once in this one if it is 0.
 
     When the block ends, by its end or by an exception, no process is left, whatever it was doing.
-    Functions and arguments must be picklable; a script that asks for processes needs the usual
-    guard, ``if __name__ == "__main__"``.
+    Functions and arguments must be picklable.
 
     Examples
     --------
