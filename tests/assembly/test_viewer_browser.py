@@ -439,9 +439,7 @@ def test_paper_shows_piece_sheet_and_object(browser, torus, tmp_path):
     assert object_.shape[1] >= 1950
     assert np.all(object_[0] == 255.0)
     assert np.all(object_[-1] == 255.0)
-    chroma = np.ptp(object_, axis=2)
-    assert np.mean(chroma > 60) > 0.002
-    assert np.mean(chroma > 10) > 0.1
+    assert np.mean(object_.min(axis=2) < 250) > 0.1
     # What was chosen is named in it, in white on black.
     assert np.mean(object_.max(axis=2) < 40) > 0.002
     # Afterwards the page is as it was.

@@ -139,7 +139,7 @@ class Ribbons:
         >>> import fabweave as fw
         >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
         >>> ribbons.pieces(max_length="400mm")
-        Pieces(Octahedron: 8 pieces, 8 joints, 2 kinds, in Card, 300 g/m², 0.4 mm)
+        Pieces(Octahedron: 8 pieces, 8 joints, 4 kinds, in Card, 300 g/m², 0.4 mm)
         """
         stations = with_pieces(self.stations, options)
         return Pieces(stations, Ribbons(stations, self.weave))
