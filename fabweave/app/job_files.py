@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -58,6 +58,8 @@ from fabweave.report.verdict import verdict_json
 from fabweave.report.waste import WasteReport, piece_table, waste_report
 from fabweave.report.waste_page import waste_page
 from fabweave.verify import VerifyReport
+
+_Made = TypeVar("_Made")
 
 #: The picture of what a remeshed model lost.
 LIKENESS = "likeness.png"
@@ -149,30 +151,27 @@ def write_job(
 
 def _write_paper(path: Path, make: Callable[[], bytes | str | None]) -> list[str]:
     """Write what a paper is made of, if there is any; say why where it cannot be made."""
-    try:
-        content = make()
-    except OSError:  # the disk is full, or the folder is gone: nothing else can be written, either
-        raise
-    except Exception as error:  # whatever it is, the job is worth more than this paper
-        return [_unmade(path.name, error)]
+    content, missing = _attempt(path, make)
     if content is not None:
         path.write_bytes(content.encode() if isinstance(content, str) else content)
-    return []
-
-
-def _unmade(name: str, error: Exception) -> str:
-    return f"{name} could not be made ({type(error).__name__}: {error})"
+    return missing
 
 
 def _write_manual(path: Path, *args: Any) -> tuple[tuple[View, ...], list[str]]:
     """Write the manual; return its views of the object, and why it could not be made, if so."""
+    views, missing = _attempt(path, lambda: write_manual(path, *args))
+    return views or (), missing
+
+
+def _attempt(path: Path, make: Callable[[], _Made]) -> tuple[_Made | None, list[str]]:
+    """Return what comes of making a paper, and why it could not be made, if so."""
     try:
-        return write_manual(path, *args), []
-    except OSError:
+        return make(), []
+    except OSError:  # the disk is full, or the folder is gone: nothing else can be written, either
         raise
-    except Exception as error:  # whatever it is, the job is worth more than its manual
+    except Exception as error:  # whatever it is, the job is worth more than this paper
         path.unlink(missing_ok=True)
-        return (), [_unmade(path.name, error)]
+        return None, [f"{path.name} could not be made ({type(error).__name__}: {error})"]
 
 
 def _lettered_ids(job: Job) -> dict[str, float]:
