@@ -17,8 +17,7 @@ from fabweave.cut.write.svg import svg_text
 from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.report.ribbon_report import read_ribbon_report
 from fabweave.stock.material import Material, with_thickness
-from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import sort_of_material
+from fabweave.stock.supplies import Supplies, sort_of_material
 
 
 def coupon_for(

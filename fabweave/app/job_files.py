@@ -20,7 +20,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.workers import Start, at_once
 from fabweave.core.records import to_json
 from fabweave.cut.drawing import SheetDrawing
-from fabweave.cut.kerfed_sheets import CUT_FOLDER
+from fabweave.cut.kerf import CUT_FOLDER
 from fabweave.cut.notes.qr_tag import CODE_FILE, TAG_FOLDER, code_png, draw_tag
 from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight

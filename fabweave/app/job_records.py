@@ -13,7 +13,7 @@ from fabweave.assembly.viewer.space import space_record
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.file_records import CutRecord, LayerRecord
-from fabweave.flat.unfold.stretch import piece_stretches
+from fabweave.flat.unfold.development import piece_stretches
 from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.strand_colours import crossing_colours

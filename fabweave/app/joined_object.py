@@ -28,10 +28,9 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree, few_of
-from fabweave.flat.joint.ends import CutStrips, cut_strips
+from fabweave.flat.joint.ends import CutStrips, cut_strips, overlapping_ends
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.joint.kinds import parse_joint
-from fabweave.flat.joint.overlap import overlapping_ends
 from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
 from fabweave.flat.split.repeats import Repeats

@@ -213,7 +213,7 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     from fabweave.flat.joint.kinds import parse_joint  # noqa: PLC0415
     from fabweave.mesh.openings.request import parse_leave_out  # noqa: PLC0415
     from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
-    from fabweave.stock.supply_plan import parse_materials, sort_of_material  # noqa: PLC0415
+    from fabweave.stock.supplies import parse_materials, sort_of_material  # noqa: PLC0415
 
     if settings.rim != "none" and not parse_leave_out(settings.leave_out).diameters_mm:
         yield "rim: a ring needs a round opening; say --leave-out top:80mm, too"
@@ -349,7 +349,7 @@ def _user_library(
     What a finished job names is as its job.toml has it, whatever is in the configuration folder.
     """
     from fabweave.cut.preflight.targets import targets_in_use  # noqa: PLC0415 - not for help
-    from fabweave.stock.supply_plan import materials_in_use, parse_materials  # noqa: PLC0415
+    from fabweave.stock.supplies import materials_in_use, parse_materials  # noqa: PLC0415
 
     known: dict[str, tuple[Any, ...]] = {}
     for name, naming in (("materials", "material"), ("targets", "target")):

@@ -50,7 +50,7 @@ from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.rotations import parse_rotations
-from fabweave.stock.sheet_text import format_stock
+from fabweave.stock.sheet_size import format_stock
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies
 

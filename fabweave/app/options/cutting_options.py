@@ -53,8 +53,8 @@ CUTTING_OPTIONS = (
         text(
             "SHARE|N",
             "a text such as '5%'",
-            "fabweave.flat.spares.parse_spares",
-            form=lambda told: str(load("fabweave.flat.spares.usual_spares")(told)),
+            "fabweave.flat.congruence.parse_spares",
+            form=lambda told: str(load("fabweave.flat.congruence.usual_spares")(told)),
         ),
         "Cut some pieces of each kind once more, in case one breaks: a share of its pieces such as "
         "5%, rounded up, so that there is one of each kind at least; or 2 of each. They lie on the "
@@ -102,7 +102,7 @@ CUTTING_OPTIONS = (
         text(
             "WHERE",
             "a text such as 'top' or 'bottom:3'",
-            "fabweave.flat.joint.hanging.parse_hanging",
+            "fabweave.flat.joint.fastening.parse_hanging",
             form=lambda told: "".join(told.lower().split()),
         ),
         "Crossings that carry something, and take a hole and a fastener for it: top (a cord or a "

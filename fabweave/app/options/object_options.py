@@ -19,7 +19,7 @@ from fabweave.app.options.option import MESH, RIBBONS, WEAVE, Option
 
 
 def _tidy_materials(told: str) -> str:
-    tidy: str = load("fabweave.stock.supply_plan.tidy_materials")(told)
+    tidy: str = load("fabweave.stock.supplies.tidy_materials")(told)
     return tidy
 
 
