@@ -21,7 +21,7 @@ from fabweave.core.parallel.workers import Start, at_once
 from fabweave.core.records import to_json
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerf import CUT_FOLDER
-from fabweave.cut.notes.qr_tag import CODE_FILE, TAG_FOLDER, code_png, draw_tag
+from fabweave.cut.notes.qr_code import CODE_FILE, code_png
 from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
@@ -215,12 +215,9 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
 
 
 def _write_code(job: Job, directory: Path) -> None:
-    """Write the QR code as a picture, and as a tag where that is asked for."""
+    """Write the QR code as a picture."""
     if job.settings.qr != "none":
         (directory / CODE_FILE).write_bytes(code_png(job.code))
-    if job.settings.qr == "offcut":
-        (directory / TAG_FOLDER).mkdir()
-        _write_cuts(directory / TAG_FOLDER, draw_tag(job.code, job.woven.title), job.settings)
 
 
 def _write_service(job: Job, directory: Path) -> None:

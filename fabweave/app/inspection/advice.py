@@ -59,7 +59,7 @@ def advice(
     if larger and most <= NEAR_SIZE * woven.size_mm:
         rules = [finding.rule for finding in findings if finding.size_mm is not None]
         what = "every rule of size" if check.smallest_mm is not None else " and ".join(rules)
-        add(f"at this size {what} would hold", size_mm=float(most), scale=None)
+        add(f"at this size {what} would hold", size_mm=float(most))
     finer = {finding.refine: finding.rule for finding in findings if finding.refine is not None}
     for refinement, rule in finer.items():
         add(f"a finer mesh mends {rule}, as tried", refine=refinement)

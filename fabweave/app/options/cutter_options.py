@@ -179,10 +179,9 @@ CUTTER_OPTIONS = (
     Option(
         "qr",
         CUTTER,
-        choice(("paper", "offcut", "none")),
-        "The QR code with the command that makes the job again: on paper (the page that opens the "
-        "job, and what of each sheet is not cut), or also on a tag that is engraved on an offcut "
-        "and cut from it, in the folder tag.",
+        choice(("paper", "none")),
+        "The QR code with the command that makes the job again: on the page that opens "
+        "the job, and on what of each sheet is not cut.",
         default="paper",
         making=True,
     ),

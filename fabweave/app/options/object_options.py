@@ -87,24 +87,6 @@ OBJECT_OPTIONS = (
         "mesh's numbers are millimetres.",
     ),
     Option(
-        "scale",
-        MESH,
-        number(),
-        "Multiply the mesh by this instead of using --size.",
-    ),
-    Option(
-        "handle",
-        MESH,
-        text(
-            "FACE:FACE",
-            "the numbers of two faces, such as '12:40'",
-            "fabweave.mesh.handles.parse_handles",
-        ),
-        "Join two faces of the given mesh by a tube of quads: a handle, or, where they look away "
-        "from one another, a tunnel. Both need the same number of sides, and are counted from 0. "
-        "Commas part several: 12:40,3:9.",
-    ),
-    Option(
         "remesh",
         MESH,
         text(
@@ -129,15 +111,6 @@ OBJECT_OPTIONS = (
         "the surface bends most and least; or as a list says, in lines such as 10 0 25 0 0 1, a "
         "place of the given mesh and a vector (the nearest place counts). Quads follow it as far "
         "as their topology lets them, and the notes say how far.",
-    ),
-    Option(
-        "irregular",
-        MESH,
-        choice(("any", "fewest")),
-        "How many irregular vertices --remesh quads may leave: any number that keeps the shape "
-        "best; or the fewest of twice as many results, though these may be up to half as far again "
-        "from the model. Each breaks a twill.",
-        default="any",
     ),
     Option(
         "refine",
