@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.input_files import read_text
+from fabweave.core.files import read_text
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies.choice import with_bodies
 from fabweave.mesh.fair.fairing import fair_mesh
