@@ -256,6 +256,7 @@ def settings_from_options(mesh: str, **options: Any) -> Settings:
     **options
         As on the command line, with underscores for hyphens: texts with units, plain numbers
         (lengths in millimetres), or what settings hold. None is as if nothing were said.
+        ``machine`` names a machine profile, whose options count where they are not said.
 
     Raises
     ------
@@ -269,6 +270,14 @@ def settings_from_options(mesh: str, **options: Any) -> Settings:
     (400.0, 0.15, 3)
     """
     return _settings({"mesh": mesh, **options}, kept={}, where="")
+
+
+def _of_machine(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that the named machine profile sets; none where none is named."""
+    from fabweave.app.options.machines import machine_profile  # noqa: PLC0415 - it reads the table
+
+    named = given.get("machine")
+    return {} if named is None else machine_profile(str(named))
 
 
 def settings_from_job(path: Path, **options: Any) -> Settings:
@@ -315,7 +324,9 @@ def _found(name: str, folder: Path) -> str:
 
 
 def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:
-    """Make settings of options that are given, and of those that a job.toml keeps."""
+    """Make settings of options that are given, and of those that a profile and a job.toml keep."""
+    kept = {**kept, **_of_machine(given)}
+    given = {name: value for name, value in given.items() if name != "machine"}
     for name in given:
         if all(name != option.name for option in OPTIONS):
             closest = closest_first(name, [option.name for option in OPTIONS])[0]

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fabweave.cli.options import (
-    WISHES,
     SectionedCommand,
-    SectionedOption,
     cluster_option,
     folder_option,
     job_options,
@@ -22,68 +20,11 @@ from fabweave.cli.options import (
     verbose_option,
 )
 from fabweave.cli.terminal import VERDICT_STYLES, progress_bar
-from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
-from fabweave.core.units import parse_length
 
 if TYPE_CHECKING:
     from fabweave.app.pipeline import FinishedJob
-
-
-class _Length(click.ParamType[float]):
-    """A length with its unit, in millimetres."""
-
-    name = "length"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Read what was typed."""
-        try:
-            found = parse_length(str(value))
-        except InputError as error:
-            self.fail(str(error), param, ctx)
-        if not 0.0 < found <= 1e6:
-            self.fail(f"{value} is no length that anybody can wish for", param, ctx)
-        return found
-
-
-_NUMBER = click.FloatRange(0.0, 1e9, min_open=True)
-_WHOLE = click.IntRange(1, 10**6)
-#: Each wish: the option, the field of ``Wishes``, what it takes, and its help.
-_WISHES = (
-    ("--pieces", "pieces", _WHOLE, "N", "Look for a design of about so many pieces."),
-    ("--ribbon", "ribbon_mm", _Length(), "LENGTH",
-     "Look for one with ribbons about so wide, such as 15mm."),
-    ("--hours", "hours", _NUMBER, "HOURS",
-     "Look for one that is put together in so many hours at most."),
-    ("--sheets", "sheets", _WHOLE, "N", "Look for one on so many sheets at most."),
-    ("--budget", "budget", _NUMBER, "MONEY",
-     "Look for one whose sheets and hardware cost so much at most."),
-    ("--likeness", "likeness_mm", _Length(), "LENGTH",
-     "Look for one that is nowhere farther from the model."),
-)  # fmt: skip
-
-
-def wish_options(command: Any) -> Any:
-    """Give a command the options for wishes."""
-    for flag, field, kind, metavar, text in reversed(_WISHES):
-        command = click.option(
-            flag,
-            field,
-            cls=SectionedOption,
-            section=WISHES,
-            type=kind,
-            metavar=metavar,
-            help=text,
-        )(command)
-    return command
-
-
-def wished(options: dict[str, Any]) -> dict[str, Any]:
-    """Take the wishes out of what was typed, by the fields of ``Wishes``."""
-    return {field: options.pop(field) for _, field, *_ in _WISHES}
 
 
 #: How notes begin that are for those who ask for them: figures, what the verdict and the totals say
@@ -189,11 +130,19 @@ def main_notes(notes: Sequence[str]) -> list[str]:
 
 @click.command(cls=SectionedCommand)
 @job_options(making=True)
-@folder_option(
-    "Folder for the finished job. An older job there is replaced when the new one is "
-    "complete, unless it holds files that were added or changed since."
+@folder_option("Folder for the job; an older job there is replaced.")
+@click.option(
+    "--pieces",
+    type=click.IntRange(1),
+    metavar="N",
+    help="About so many pieces; mesh, pattern and width follow.",
 )
-@wish_options
+@click.option(
+    "--goal",
+    default="",
+    metavar="WISHES",
+    help="Wishes: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
+)
 @cluster_option("Nest very many pieces")
 @json_option
 @quiet_option
@@ -204,36 +153,28 @@ def make(
     as_json: bool,
     quiet: bool,
     verbose: bool,
+    pieces: int | None,
+    goal: str,
     mesh: str | None,
     **options: Any,
 ) -> None:
-    """Weave MESH, a file or a shape:NAME, and write everything that is needed to cut it.
-
-    MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
-    "shape:torus?m=24&n=12" (fabweave shapes lists them). What can be woven on it,
-    fabweave inspect MESH tells first; fabweave design MESH tries many designs of it.
-    Where a model is too fine to be built as it is, a coarser mesh is woven, and the
-    first line says which; --remesh none keeps the mesh. With a wish such as
-    --pieces 150, the mesh, the pattern and the width that come nearest to it are
-    looked for.
+    """Weave MESH, a file or a shape:NAME, and write all that is needed to cut it.
 
     \b
     Examples:
       fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill -o torus
-      fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o spot
-      fabweave make scan.stl --size 50cm --remesh quads:800 --pattern twill -o scan
       fabweave make cow.obj --size 40cm --pieces 150 -o cow
-      fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
+      fabweave make scan.stl --size 50cm --material card --sheet 600x400mm -o scan
     """
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
         from fabweave.app.design.making import make_or_advise, meet_wishes
-        from fabweave.app.design.wishes import Wishes
+        from fabweave.app.design.wishes import parse_wishes
         from fabweave.app.job_folder import check_destination, clear_abandoned
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
 
-    wishes = Wishes(**wished(options))
+    wishes = parse_wishes(goal, pieces)
     settings = job_settings(mesh, options)
     config = options["config"]
     executors = None if cluster is None else cluster_at(cluster)
