@@ -25,7 +25,7 @@ from fabweave.app.inspection.facts import Inspection as Facts
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.inspection.files import inspection_picture
 from fabweave.app.inspection.text import inspection_text
-from fabweave.app.job import Job, PlannedJob
+from fabweave.app.job import Job
 from fabweave.app.job_folder import (
     check_destination,
     clear_abandoned,
@@ -36,6 +36,7 @@ from fabweave.app.job_folder import (
 )
 from fabweave.app.joined_pieces import pieces_costs
 from fabweave.app.pipeline import FinishedJob, draw_job, start_side_work, write_and_prove
+from fabweave.app.planned_job import PlannedJob
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.stations import (
     Request,

@@ -1,126 +1,20 @@
 """Hold a job: first as far as its pieces are known, then with all that is written."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
-import numpy as np
-
-from fabweave.app.colours import piece_colours, woven_colours
-from fabweave.app.joined_pieces import chosen_fastening
-from fabweave.app.settings import Settings
-from fabweave.app.woven_object import WovenObject
+from fabweave.app.planned_job import PlannedJob
 from fabweave.assembly.order.planning import Order
-from fabweave.core.arrays import IntArray, frozen_value
-from fabweave.core.colour_space import Colours
+from fabweave.core.arrays import frozen_value
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
-from fabweave.flat.congruence import spare_pieces
-from fabweave.flat.joint.holes import HoleRule
-from fabweave.flat.piece import Piece
-from fabweave.flat.pieces import PieceSet
-from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut
 from fabweave.report.comparison import GrainCost
 from fabweave.report.costs.costs import Costs
-from fabweave.report.verdict import Verdict, judge
+from fabweave.report.verdict import Verdict
 from fabweave.ribbon.rules.finding import Finding
-from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.supplies import Supplies
-from fabweave.weave.bunches import count_bodies
-from fabweave.weave.pattern import Weave
-
-
-@frozen_value
-class PlannedJob:
-    """A job whose pieces are known, but not where they lie on sheets.
-
-    Parameters
-    ----------
-    settings : Settings
-        Complete: what was left to fabweave is filled in.
-    supplies : Supplies
-        What each bunch is cut from.
-    rules : tuple of HoleRule
-        The holes that were considered, the largest first.
-    woven : WovenObject
-        With ribbons as they are cut, laps included.
-    check : RibbonCheck
-        Where ribbons break the rules of their material, and what would mend it.
-    split_plan : SplitPlan
-        Where threads are cut.
-    piece_set : PieceSet
-        Pieces, joints and holes.
-    spared : (S,) int array
-        Which pieces are cut once more, as spares: the first of their kinds.
-    """
-
-    settings: Settings
-    supplies: Supplies
-    rules: tuple[HoleRule, ...]
-    woven: WovenObject
-    check: RibbonCheck
-    split_plan: SplitPlan
-    piece_set: PieceSet
-    spared: IntArray
-
-    @property
-    def kinds(self) -> IntArray:
-        """Which kind each piece is of, from 1: congruent pieces of one material are of one."""
-        return self.piece_set.kinds.number
-
-    @property
-    def to_cut(self) -> tuple[Piece, ...]:
-        """All that is cut: the pieces of the object, then the spares."""
-        pieces = self.piece_set.pieces
-        return (*pieces, *spare_pieces(pieces, self.spared))
-
-    @property
-    def origins(self) -> IntArray:
-        """Of all that is cut, which piece of the object each is, or is a spare of."""
-        return np.append(np.arange(len(self.kinds)), self.spared)
-
-    @property
-    def weave(self) -> Weave:
-        """The weave."""
-        return self.woven.weave
-
-    @property
-    def fasten(self) -> str:
-        """Which crossings take a fastener, as ``--fasten`` says it."""
-        return chosen_fastening(self.settings)
-
-    @property
-    def colours(self) -> Colours:
-        """The colours of all passes, as they come and as they leave, (P, 2, 3)."""
-        return woven_colours(self.woven, self.settings, self.supplies, self.piece_set.pieces)
-
-    @property
-    def piece_colours(self) -> Colours:
-        """The one colour in which each piece is shown flat."""
-        return piece_colours(self.weave, self.piece_set.pieces, self.colours)
-
-    @property
-    def verdict(self) -> Verdict:
-        """Whether it can be built."""
-        return self._judged((), 0)
-
-    def _judged(self, holes: Sequence[Finding], unnamed: int) -> Verdict:
-        """Return the verdict with what is known of holes and labels."""
-        return judge(
-            (*self.check.findings, *holes),
-            narrowest_mm=float(self.check.measured["width"].value.min(initial=np.inf)),
-            bodies=count_bodies(self.weave.threads),
-            left_out=self.woven.source.left_out,
-            unnamed=unnamed,
-            forced=self.settings.force,
-        )
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether sheets are drawn mirrored, since the inside is engraved."""
-        return self.settings.label_side == "inside"
 
 
 @frozen_value

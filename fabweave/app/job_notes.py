@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from fabweave.app.job import PlannedJob
+from fabweave.app.planned_job import PlannedJob
 from fabweave.app.woven_object import width_notes
 from fabweave.assembly.extent import extent_notes
 from fabweave.assembly.order.planning import Order

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.app.job import Job, PlannedJob
+from fabweave.app.job import Job
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import (
     check_destination,
@@ -21,17 +21,16 @@ from fabweave.app.job_folder import (
     write_contents,
 )
 from fabweave.app.job_notes import job_notes
-from fabweave.app.joined_object import check_joined, split_object, try_refinement
-from fabweave.app.joined_pieces import joined_pieces, with_grain
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
-from fabweave.app.nest_job import grain_cost, nest_pieces, ring_sheets
+from fabweave.app.nest_job import grain_cost, ring_sheets
 from fabweave.app.options.file_kinds import LAYOUT_FILE
+from fabweave.app.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.remake_command import command_text, usual_settings
-from fabweave.app.request import chosen_grain, complete_settings, hole_rules
+from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import weave_mesh
-from fabweave.app.woven_object import WovenObject, lay_object
+from fabweave.app.woven_object import lay_object
 from fabweave.assembly.order.planning import Order, plan_order
 from fabweave.assembly.steps import build_steps
 from fabweave.core.arrays import Progress, no_progress
@@ -50,7 +49,6 @@ from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares
 from fabweave.cut.labels.texts import kind_name
 from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets
-from fabweave.flat.congruence import spared
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import allot
 from fabweave.nest.layout import Layout
@@ -60,9 +58,7 @@ from fabweave.picture.portrait import portrait_png
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.costs import job_costs
 from fabweave.report.ribbon_report import hole_findings
-from fabweave.report.verdict import FORCED, NotMakeableError
-from fabweave.ribbon.rules.remedy import Depth
-from fabweave.stock.supplies import Supplies
+from fabweave.report.verdict import FORCED
 from fabweave.verify import VerifyReport, verify_job
 
 #: More processes than these find nothing to do in most jobs.
@@ -186,50 +182,6 @@ def make_job(
     return draw_job(planned, layout, side, progress, mesh)
 
 
-def plan_job(
-    woven: WovenObject,
-    settings: Settings,
-    supplies: Supplies,
-    progress: Progress = no_progress,
-    *,
-    depth: Depth = Depth.SEARCHED,
-) -> PlannedJob:
-    """Split threads, lay their ribbons with room for the laps, check them, and build the pieces.
-
-    Parameters
-    ----------
-    woven : WovenObject
-        With ribbons as wide as asked, from :func:`lay_object`.
-    settings : Settings
-        Complete.
-    supplies : Supplies
-    progress : callable
-    depth : Depth
-        How far ribbons are checked: remedies are looked for only at the greatest.
-
-    Raises
-    ------
-    InputError, CannotMakeError
-        As for :func:`make_job`; ``NotMakeableError`` if it cannot be built, and is not forced.
-    """
-    settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
-    settings = replace(settings, up=settings.up or woven.source.up)
-    rules = hole_rules(settings, supplies)
-    joined = split_object(woven, settings, supplies, rules, progress)
-    woven = joined.woven
-    progress("checks", 0, 1)
-    check = check_joined(woven, settings, supplies, joined.repeats, depth)
-    if depth == Depth.SEARCHED:
-        check = try_refinement(check, woven, settings, supplies)
-    pieces = joined_pieces(joined, settings, supplies, rules)
-    check = with_grain(check, joined, pieces.pieces, settings)
-    spares = spared(pieces.kinds.number, settings.spares)
-    planned = PlannedJob(settings, supplies, rules, woven, check, joined.plan, pieces, spares)
-    if planned.verdict.stops and not settings.force:
-        raise NotMakeableError(planned.verdict)
-    return planned
-
-
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     """Start the letters of pieces, the order of assembly and the picture of the object."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
@@ -249,25 +201,6 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             seed=settings.seed,
         ),
         likeness=start(likeness_png, source.loss, source.likeness),
-    )
-
-
-def nest_job(
-    planned: PlannedJob, progress: Progress = no_progress, executors: Executors = here
-) -> Layout:
-    """Nest the pieces of a job on its stock, each material on its own sheets.
-
-    Raises
-    ------
-    InputError
-        If a layout that was given cannot be taken.
-    CannotMakeError
-        If a piece fits no sheet, or sheets run out.
-    """
-    pieces = planned.to_cut
-    progress("nesting", 0, len(pieces))
-    return nest_pieces(
-        pieces, planned.settings, planned.supplies, planned.woven.bunches, executors, progress
     )
 
 

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from fabweave.app.job import PlannedJob
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
-from fabweave.app.pipeline import nest_job, plan_job
+from fabweave.app.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.app.request import chosen_grain, complete_settings
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.app.woven_mesh import WovenMesh, weave_mesh

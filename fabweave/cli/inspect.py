@@ -3,13 +3,20 @@
 import json
 import os
 from collections.abc import Sequence
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fabweave.cli.options import SectionedCommand, job_options, job_settings, json_option
+from fabweave.cli.options import (
+    SectionedCommand,
+    job_options,
+    job_settings,
+    json_option,
+    verbose_option,
+)
 from fabweave.cli.terminal import progress_bar
 from fabweave.core.errors import InputError
 from fabweave.core.files import check_file, write_files
@@ -20,6 +27,8 @@ if TYPE_CHECKING:
 
 #: How many designs are tried, from coarse to fine.
 _DESIGNS = 3
+#: How many reasons against building an answer tells.
+_REASONS = 2
 #: Columns of the topics, so that parts that are printed one by one stand in line.
 _TOPIC = 10
 #: What can be pasted begins so.
@@ -62,11 +71,12 @@ _COMMAND = "fabweave make "
     "takes long is left out above some thousand crossings, and the answer says what.",
 )
 @click.option(
-    "--no-designs",
+    "--designs",
     is_flag=True,
-    help="Leave out the designs from coarse to fine that are tried at the end, which takes longer "
-    "than all the rest.",
+    help="Try designs from coarse to fine, which takes a minute or so. Without it they are tried "
+    "where the mesh cannot be built as asked.",
 )
+@verbose_option
 @json_option
 def inspect(
     png: Path | None,
@@ -74,16 +84,16 @@ def inspect(
     gauss: Path | None,
     edges: Path | None,
     thorough: bool,
-    no_designs: bool,
+    designs: bool,
+    verbose: bool,
     as_json: bool,
     mesh: str | None,
     **options: Any,
 ) -> None:
     """Tell what MESH is, whether it can be built, what would help, and what can be woven on it.
 
-    What is known is printed at once; then three designs from coarse to fine are tried.
-    Options that change the mesh, its weave or its ribbons are those of fabweave make, so that each
-    can be tried here first.
+    The answer takes some seconds; -v tells everything. Options that change the mesh, its weave or
+    its ribbons are those of fabweave make, so that each can be tried here first.
 
     \b
     Examples:
@@ -100,7 +110,7 @@ def inspect(
             inspection_link,
             inspection_picture,
         )
-        from fabweave.app.inspection.text import design_rows, first_rows, further_rows
+        from fabweave.app.inspection.text import answer_rows, design_rows, first_rows, further_rows
         from fabweave.core.parallel.executors import processes
         from fabweave.picture.object_picture import png_bytes
 
@@ -113,8 +123,10 @@ def inspect(
         raise InputError(
             "two of --png, --pd, --gauss and --edges name the same file; name one for each"
         )
-    n_designs = 0 if no_designs or not tries_designs(settings) else _DESIGNS
-    parts = iter((first_rows, further_rows))
+    answer = not (verbose or thorough or as_json)
+    n_designs = _DESIGNS if tries_designs(settings) else 0
+    first = partial(first_rows, reasons=_REASONS if answer else None)
+    parts = iter((first, answer_rows if answer else further_rows))
     announced = False
     with progress_bar(as_json) as progress:
 
@@ -129,9 +141,7 @@ def inspect(
             nonlocal announced
             if what == "designs" and not announced and not as_json:
                 announced = True
-                progress.say(
-                    "\nTrying designs, from coarse to fine; --no-designs leaves them out ..."
-                )
+                progress.say("\nTrying designs, from coarse to fine (Ctrl-C stops) ...")
             progress(what, done, total)
 
         def tell_design(candidate: "Candidate") -> None:
@@ -142,8 +152,10 @@ def inspect(
         found = inspect_mesh(
             settings,
             tell_stage,
+            answer=answer,
             thorough=thorough,
             n_designs=n_designs,
+            always=designs or png is not None,
             executors=processes(os.cpu_count() or 1),
             told=tell,
             told_design=tell_design,

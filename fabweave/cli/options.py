@@ -25,6 +25,8 @@ FIRST = (
     "material", "thickness", "sheet", "stock", "joint", "fasten", "labels", "colours", "machine",
     "effort", "seed", "config", "set_", "force", "output",
 )  # fmt: skip
+#: What few have: it is told by ``--help-all``.
+_RARE = ("cluster",)
 #: Longer rows of words give way to a name for them in the first help, and longer defaults to none.
 _LONGEST_METAVAR = 16
 #: How ``--set`` says what has no value.
@@ -111,7 +113,9 @@ class SectionedCommand(click.Command):
         if not _asks_all(ctx):
             rank = {name: at for at, name in enumerate(FIRST)}
             first = [
-                one for one in parameters if not isinstance(one, TableOption) or one.option.brief
+                one
+                for one in parameters
+                if (one.option.brief if isinstance(one, TableOption) else one.name not in _RARE)
             ]
             first.sort(key=lambda one: rank.get(str(one.name), len(rank)))
             with formatter.section("Options"):

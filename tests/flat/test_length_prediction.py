@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fabweave.app.mesh_source import load_mesh
-from fabweave.app.pipeline import plan_job
+from fabweave.app.planned_job import plan_job
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.app.woven_mesh import weave_mesh

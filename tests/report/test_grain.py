@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fabweave.app.pipeline import plan_job
+from fabweave.app.planned_job import plan_job
 from fabweave.app.request import ACROSS, chosen_grain, complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object

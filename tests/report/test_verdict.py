@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.app.pipeline import complete_settings, lay_object, load_mesh, plan_job, weave_mesh
+from fabweave.app.pipeline import complete_settings, lay_object, load_mesh, weave_mesh
+from fabweave.app.planned_job import plan_job
 from fabweave.app.settings import settings_from_options
 from fabweave.report.verdict import COAXED, NARROW_MM, NotMakeableError, judge, verdict_words
 from fabweave.ribbon.rules.finding import Finding

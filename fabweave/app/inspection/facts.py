@@ -21,6 +21,7 @@ from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import (
     WovenObject,
+    keep_clear,
     require_stiffness,
     require_wide,
     stiffness_check,
@@ -31,6 +32,8 @@ from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, n
 from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
+from fabweave.flat.pieces import PieceSet
+from fabweave.flat.split.repeats import Repeats
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import find_irregular, interior_valences
@@ -191,24 +194,28 @@ def _axes(group: Symmetry) -> list[dict[str, Any]]:
 _FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
 
 
-def mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
-    """Return sizes, topology and regularity."""
+def mesh_facts(mesh: PolyMesh, halfedges: Halfedges, *, brief: bool) -> dict[str, Any]:
+    """Return sizes, topology and regularity; in brief, without what takes long to find."""
     report = check_mesh(mesh)
+    facts = {
+        "vertices": report.n_vertices,
+        "edges": report.n_edges,
+        "faces": report.n_faces,
+        "face_sizes": {str(size): number for size, number in report.face_sizes},
+        "components": report.n_components,
+        "boundary_loops": report.n_boundary_loops,
+        "genus": report.genus,
+        "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
+    }
+    if brief:
+        return facts
     first = halfedges.edge_halfedge
     ends = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
     _, valences = interior_valences(halfedges)
     irregular = find_irregular(mesh)
     mirror = find_mirror(mesh)
-    return {
-        "vertices": report.n_vertices,
-        "edges": report.n_edges,
-        "faces": report.n_faces,
-        "face_sizes": {str(size): number for size, number in report.face_sizes},
+    return facts | {
         "valences": {str(k): int(n) for k, n in sorted(Counter(valences.tolist()).items())},
-        "components": report.n_components,
-        "boundary_loops": report.n_boundary_loops,
-        "genus": report.genus,
-        "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
         "edge_mm": spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
         "mirror": {
             "symmetric": mirror.symmetric,
@@ -279,6 +286,8 @@ def spread(values: FloatArray | IntArray) -> dict[str, float]:
     }
 
 
+#: The answer alone says what pieces come to up to so many crossings: planning them takes a second.
+_MOST_ANSWERED = 500
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
 #: would be made, which is most of the work ...
 _MOST_SEARCHED = 100
@@ -326,8 +335,10 @@ def inspect_mesh(
     progress: Progress = no_progress,
     given_mesh: PolyMesh | None = None,
     *,
+    answer: bool = False,
     thorough: bool = False,
     n_designs: int = 0,
+    always: bool = True,
     executors: Executors = here,
     told: Told = _nobody,
     told_design: ToldDesign = tell_nobody,
@@ -342,6 +353,9 @@ def inspect_mesh(
         Told what is being done.
     given_mesh : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
+    answer : bool
+        Whether to stop at the answer: what the mesh is, whether it can be built, what would help,
+        and what it comes to if there are few crossings. That takes some seconds at most.
     thorough : bool
         Whether to plan the pieces and look for every remedy however many crossings there are,
         which may take an hour. How much is done otherwise depends on the number of crossings
@@ -349,6 +363,8 @@ def inspect_mesh(
     n_designs : int
         How many designs from coarse to fine to try, where the mesh is given as a model to remesh;
         as many again where few of them can be built.
+    always : bool
+        Whether to try these even if it can be built as asked.
     executors : callable
         Opens the executor that tries them; changes no result.
     told : callable
@@ -368,19 +384,25 @@ def inspect_mesh(
     settings, supplies = chosen_grain(woven.ribbons, woven.bunches, settings, supplies)
     mesh, threads = woven.mesh, woven.weave.threads
     depth = _depth(threads.n_crossings, thorough=thorough)
+    if answer:
+        depth = min(depth, Depth.NEAR)
+    most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
     left_out: list[str] = []
-    woven, pieces, stiff, joined = _planned(woven, settings, supplies, depth, progress)
+    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
         pieces["kinds"] = int(piece_set.kinds.number.max(initial=0))
-        planned = pieces_costs(piece_set, woven, settings, supplies)
-        costs = {"told": dict(cost_rows(planned)), **to_json(planned)}
+        costs = _costs(piece_set, woven, settings, supplies)
     elif joined is not None:
         left_out.append("times and costs")
     if "left_out" in pieces:
-        left_out.append("the pieces, and how near ribbons come to one another")
+        left_out.append("the pieces")
+        if depth == Depth.ALONG:
+            left_out.append("how near ribbons come to one another")
+        else:
+            woven = keep_clear(woven, settings, supplies, np.zeros(0, dtype=np.int64))
 
     def with_all(check: RibbonCheck) -> RibbonCheck:
         if joined is None or piece_set is None:
@@ -391,30 +413,30 @@ def inspect_mesh(
     repeats = joined.repeats if joined is not None else None
     check = stiff or check_joined(woven, settings, supplies, repeats, min(depth, Depth.NEAR))
     facts: dict[str, Any] = {
-        "mesh": mesh_facts(mesh, woven.halfedges),
+        "mesh": mesh_facts(mesh, woven.halfedges, brief=answer),
         "verdict": _verdict(woven, with_all(check), pieces),
         "notes": [*woven.source.notes, *woven.result.notes],
     }
     told(facts)
-    notes = []
+    notes: list[str] = []
     if depth == Depth.SEARCHED:
-        progress("remedies", 0, 1)
-        check = check_joined(woven, settings, supplies, repeats, depth)
-        progress("refinements as remedy", 0, 1)
-        check = try_refinement(check, woven, settings, supplies)
-        progress("widths", 0, 1)
-        notes += width_notes(woven, settings, supplies)
+        check, notes = _mended(woven, settings, supplies, repeats, progress)
     else:
         if check.findings:
             left_out.append("the size at which all rules hold, and other remedies")
         left_out.append("how wide ribbons of constant width could be")
     check = with_all(check)
+    lengths = thread_lengths(woven.ribbons)
+    if not answer:
+        facts |= {
+            "symmetry": symmetry_facts(woven, pieces["count"]),
+            "threads": thread_facts(threads, woven.labels, lengths),
+            "bunches": bunch_facts(threads),
+            "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
+            "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+        }
     facts |= {
-        "symmetry": symmetry_facts(woven, pieces["count"]),
-        "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
-        "bunches": bunch_facts(threads),
-        "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
-        "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+        "threads": thread_facts(threads, woven.labels, lengths),
         "ribbons": spread(ribbon_widths(woven.ribbons)),
         "pieces": pieces,
         "costs": costs,
@@ -435,14 +457,38 @@ def inspect_mesh(
         "designs": [],
         "designs_why": "",
         "left_out": left_out,
+        **_changes(woven),
     }
-    facts |= _changes(woven)
     told(facts)
-    found = _searched(asked, n_designs, progress, executors, given_mesh, told_design)
-    designs = _shown(found, n_designs, asked.effort)
-    facts["designs"] = [to_json(one.candidate) for one in designs]
-    facts["designs_why"] = found.why
+    wanted = n_designs if always or facts["verdict"]["level"] == "not makeable" else 0
+    found = _searched(asked, wanted, progress, executors, given_mesh, told_design)
+    designs = _shown(found, wanted, asked.effort)
+    facts |= {"designs": [to_json(one.candidate) for one in designs], "designs_why": found.why}
     return Inspection(woven, facts, designs)
+
+
+def _costs(
+    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
+) -> dict[str, Any]:
+    """Return what pieces would cost, in words too."""
+    costs = pieces_costs(piece_set, woven, settings, supplies)
+    return {"told": dict(cost_rows(costs)), **to_json(costs)}
+
+
+def _mended(
+    woven: WovenObject,
+    settings: Settings,
+    supplies: Supplies,
+    repeats: Repeats | None,
+    progress: Progress,
+) -> tuple[RibbonCheck, list[str]]:
+    """Look for all that would mend broken rules, and tell how wide ribbons could be."""
+    progress("remedies", 0, 1)
+    check = check_joined(woven, settings, supplies, repeats, Depth.SEARCHED)
+    progress("refinements as remedy", 0, 1)
+    check = try_refinement(check, woven, settings, supplies)
+    progress("widths", 0, 1)
+    return check, width_notes(woven, settings, supplies)
 
 
 def _changes(woven: WovenObject) -> dict[str, Any]:
@@ -524,11 +570,12 @@ def _depth(n_crossings: int, *, thorough: bool) -> Depth:
 
 
 def _planned(
-    woven: WovenObject, settings: Settings, supplies: Supplies, depth: Depth, progress: Progress
+    woven: WovenObject, settings: Settings, supplies: Supplies, most: int, progress: Progress
 ) -> tuple[WovenObject, dict[str, Any], RibbonCheck | None, JoinedObject | None]:
     """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them.
 
-    Also return the check of an object whose material is too stiff, and what is planned.
+    Where there are more than so many crossings, pieces are left out. Also return the check of an
+    object whose material is too stiff, and what is planned.
     """
     sheets = [format_stock(sheet) for sheet in settings.sheets]
     stiff: RibbonCheck | None = None
@@ -539,8 +586,8 @@ def _planned(
         stiff = stiffness_check(woven, settings, supplies)
         if stiff is not None:
             require_stiffness(woven, settings, supplies, stiff)
-        if depth == Depth.ALONG:
-            why = f"there are more than {_MOST_PLANNED} crossings"
+        if woven.weave.threads.n_crossings > most:
+            why = f"there are more than {most} crossings"
             return woven, {"count": None, "left_out": why, "sheets": sheets}, None, None
         progress("pieces", 0, 1)
         joined = split_object(woven, settings, supplies, hole_rules(settings, supplies))

@@ -37,8 +37,11 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [*first_rows(facts), *further_rows(facts), *design_rows(facts)]
 
 
-def first_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what the mesh is in a line, and whether it can be built as asked, and why not."""
+def first_rows(facts: Mapping[str, Any], *, reasons: int | None = None) -> list[tuple[str, str]]:
+    """Return what the mesh is in a line, and whether it can be built as asked, and why not.
+
+    ``reasons`` is how many of them are told; all where it is None.
+    """
     mesh, sides = facts["mesh"], (f"{side:.0f}" for side in facts["mesh"]["size_mm"])
     genus = "" if mesh["genus"] is None else f", genus {mesh['genus']}"
     bounds = agree(mesh["boundary_loops"], "{n} boundary loop[|s]")
@@ -46,7 +49,22 @@ def first_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         f"{agree(mesh['faces'], '{n} [face|faces]')}, {mesh['vertices']} vertices, "
         f"{bounds if mesh['boundary_loops'] else 'closed'}{genus}; {' × '.join(sides)} mm"
     )
-    return [("mesh", text), *_verdict_rows(facts["verdict"])]
+    return [("mesh", text), *_verdict_rows(facts["verdict"], reasons)]
+
+
+def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what would help, with the command, and what it comes to: the rest of an answer."""
+    threads, pieces = facts["threads"], facts["pieces"]
+    told = f"{threads['count']}, {agree(threads['crossings'], '{n} crossing[|s]')}"
+    built = facts["verdict"]["level"] != "not makeable"
+    return [
+        *_advice_rows(facts["advice"]),
+        ("threads", told),
+        ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
+        *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
+        *(_cost_rows(facts["costs"]) if built else []),
+        ("more", "-v prints all that is known; --designs tries designs from coarse to fine"),
+    ]
 
 
 def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -215,7 +233,7 @@ def _fabric_rows(fabrics: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _pieces(pieces: Mapping[str, Any]) -> str:
     if "left_out" in pieces:
-        return f"not planned, as {pieces['left_out']} (--thorough plans them)"
+        return f"not planned, as {pieces['left_out']} (-v or --thorough plans them)"
     if pieces["count"] is None:
         return f"cannot be cut: {pieces['because']}"
     told = f"{pieces['reason']}; for sheets of {' or '.join(pieces['sheets'])}"
@@ -237,14 +255,15 @@ def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
     return [("left out", f"{'; '.join(left_out)}. --thorough tells that too, and takes longer")]
 
 
-def _verdict_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[str, str]]:
     """Say whether it can be built as it is asked for, and what wants care."""
     rows = [("buildable", VERDICTS[verdict["level"]])]
-    for reason in verdict["reasons"]:
+    for reason in verdict["reasons"][:most]:
         mixed = verdict["level"] != reason["level"]
         level = f"{reason['level']}: " if mixed else ""
         rows.append(("", level + from_json(Reason, reason).told))
-    return rows
+    left = len(verdict["reasons"]) - (len(rows) - 1)
+    return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
 
 
 def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
