@@ -624,7 +624,7 @@ class Weave:
         ----------
         options
             As on the command line: ``material="card"``, ``thickness="0.4mm"``, ``width="12mm"``,
-            ``open=0.2``, ``smooth=3``, ``crossing=0.7``, ``clearance="0.1mm"``.
+            ``smooth=3``, ``crossing=0.7``, ``clearance="0.1mm"``.
 
         Returns
         -------
@@ -838,8 +838,8 @@ class Ribbons:
         Parameters
         ----------
         options
-            As on the command line: ``max_length="200mm"``, ``joint="rivet:2"``, ``lap="15mm"``,
-            ``hole="3.3mm"``, ``slots=True``, ``sheet="600x400mm:3"`` (or a list of them),
+            As on the command line: ``max_length="200mm"``, ``joint="rivet:2,lap=15mm"``,
+            ``fastener="3.3mm"``, ``sheet="600x400mm:3"`` (or a list of them),
             ``stock="stock.toml"``, ``margin``, ``gap``, ``rotations="90"``.
 
         Raises

@@ -239,7 +239,7 @@ def _with_joints(
     If the width is left to fabweave, they are no wider than by factors ``most`` at each pass. At
     the crossings ``lapped``, pieces lap whatever is asked.
     """
-    rule = parse_joint(settings.joint, lap_mm=settings.lap_mm)
+    rule = parse_joint(settings.joint)
     thickness = supplies.thickness_mm(woven.bunches)
     if even:
         woven = keep_clear(woven, settings, supplies, None, most)
@@ -310,7 +310,7 @@ def _too_large(
         agree(len(pieces), "{n} piece[ fits|s fit] on no sheet with [its|their] laps, and ")
         + agree(len(pieces), "[its thread|their threads] can be cut nowhere else: ")
         + f"{few_of(pieces, 4)}; a larger --sheet, a smaller --margin, a smaller --size or a "
-        "shorter --lap would help"
+        "shorter lap (--joint rivet,lap=20mm) would help"
     )
 
 

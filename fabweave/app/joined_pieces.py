@@ -22,6 +22,7 @@ from fabweave.flat.joint.fastening import (
     parse_hanging,
 )
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.rim_ring import RimRing, plan_ring, ring_prefix
@@ -45,7 +46,7 @@ def chosen_fastening(settings: Settings) -> str:
 
     Slots are for the fasteners of crossings without joints, so who asks for them wants all.
     """
-    return settings.fasten or ("all" if settings.slots else "loose")
+    return settings.fasten or ("all" if parse_joint(settings.joint).slots else "loose")
 
 
 def joined_pieces(
@@ -77,7 +78,7 @@ def joined_pieces(
         woven.labels,
         rules,
         joined.joints,
-        slots=settings.slots,
+        slots=parse_joint(settings.joint).slots,
         cut=joined.cut,
         fastened=fastened,
         loose=loose_shares(woven.ribbons, woven.weave.threads, bend_t)

@@ -37,9 +37,9 @@ def command_text(settings: Settings, usual: Settings) -> str:
 
     Examples
     --------
-    >>> settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, slots=True)
+    >>> settings = Settings("shape:torus?m=8&n=4", size_mm=300.0, joint="rivet,slots")
     >>> command_text(settings, usual_settings(settings))
-    "fabweave make 'shape:torus?m=8&n=4' --size 300mm --slots -o again"
+    "fabweave make 'shape:torus?m=8&n=4' --size 300mm --joint rivet,slots -o again"
     """
     told = settings_table(settings)
     words, embedded = _words(settings, usual)

@@ -12,7 +12,7 @@ from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.report.grain import tight_along
 from fabweave.ribbon.project import Ribbons
-from fabweave.stock.hardware import hardware_catalogue, hardware_named
+from fabweave.stock.hardware import hardware_catalogue, parse_fastener
 from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.ribbon_limits import thread_limits
@@ -58,7 +58,7 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
             thickness_mm=supplies.by_bunch(lambda supply: supply.material.thickness_mm),
             sheets=supplies.sheets,
             gap_mm=supplies.by_bunch(lambda supply: supply.gap_mm),
-            width=settings.width_rule if settings.open is None else None,
+            width=settings.width_rule,
         ),
         supplies,
     )
@@ -118,23 +118,18 @@ def hole_rules(settings: Settings, supplies: Supplies) -> tuple[HoleRule, ...]:
     A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
     size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
     """
-    if settings.hole_mm == 0 or (settings.fasten == "none" and chosen_holes(settings) != "all"):
+    fastener = parse_fastener(settings.fastener)
+    if fastener.hole_mm == 0 or (settings.fasten == "none" and chosen_holes(settings) != "all"):
         return ()
     material = max(supplies.materials, key=min_hole_mm)
     least = min_hole_mm(material)
-    sort = hardware_named(settings.hardware) if settings.hardware is not None else None
-    hole = settings.hole_mm if sort is None or settings.hole_mm is not None else sort.cut_mm
-    if sort is not None and hole is not None and not sort.hole_mm[0] <= hole <= sort.hole_mm[1]:
-        raise InputError(
-            f"a hole of {hole:g} mm is not for {sort.title}, which wants "
-            f"{sort.hole_mm[0]:g} to {sort.hole_mm[1]:g} mm: leave out --hole, or --hardware"
-        )
+    sort, hole = fastener.sort, fastener.hole_mm
     if hole is not None:
         if hole < least:
             raise InputError(
                 f"a hole of {hole:g} mm is too small for a laser in "
                 f"{material.description}: use {least:g} mm or more, "
-                "or --hole none"
+                "or --fastener none"
             )
         holes: Sequence[float] = (hole,)
     else:

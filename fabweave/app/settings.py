@@ -89,7 +89,6 @@ class Settings:
     materials: tuple[Material, ...] = default("materials")
     thickness_mm: float | ByBunch[float] | None = default("thickness_mm")
     width: WidthRule | None = default("width")
-    open: float | None = default("open")
     smooth: int = default("smooth")
     crossing: float | None = default("crossing")
     clearance_mm: float = default("clearance_mm")
@@ -97,14 +96,11 @@ class Settings:
     prefer: str = default("prefer")
     kinds: str = default("kinds")
     spares: str | None = default("spares")
-    hole_mm: float | None = default("hole_mm")
+    fastener: str | None = default("fastener")
     holes: str | None = default("holes")
     fasten: str | None = default("fasten")
     hang: str | None = default("hang")
-    hardware: str | None = default("hardware")
     joint: str = default("joint")
-    lap_mm: float | None = default("lap_mm")
-    slots: bool = default("slots")
     sheets: tuple[SheetSize, ...] = default("sheets")
     margin_mm: float = default("margin_mm")
     gap_mm: float | ByBunch[float] | None = default("gap_mm")
@@ -163,15 +159,13 @@ class Settings:
 
     @property
     def width_rule(self) -> WidthRule:
-        """How wide ribbons are: by their width, or by how open the weave stays.
+        """How wide ribbons are.
 
         Where that is left to fabweave, they have one width. On a built-in shape they take a share
         of their room, as its faces are alike, or get larger and smaller by degrees.
         """
         from fabweave.ribbon.width import EVEN, PROPORTIONAL  # noqa: PLC0415 - not for help
 
-        if self.open is not None:
-            return replace(PROPORTIONAL, relative=1.0 - self.open)
         if self.width is not None:
             return self.width
         regular = self.mesh.startswith("shape:") and self.remesh is None
@@ -187,16 +181,24 @@ class Settings:
     @property
     def narrowable(self) -> bool:
         """Whether ribbons may be narrower than they are, as their width is left to fabweave."""
-        return self.open is None and self.width_rule.auto
+        return self.width_rule.auto
 
     def narrower(self, factor: float) -> Settings:
         """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
         width = option_of_field("width").kind.parse(str(self.width_rule.times(factor)))
-        return replace(self, width=width, open=None)
+        return replace(self, width=width)
 
     def with_width(self, rule: WidthRule) -> Settings:
         """Return the settings with another width, and panels at crossings as long as they were."""
-        return replace(self, width=rule, open=None, crossing=self.panel_share)
+        return replace(self, width=rule, crossing=self.panel_share)
+
+    @property
+    def hardware(self) -> str | None:
+        """The name of the fastener to be used; None for any that fits."""
+        from fabweave.stock.hardware import parse_fastener  # noqa: PLC0415 - not for help
+
+        sort = parse_fastener(self.fastener).sort
+        return None if sort is None else sort.name
 
     @property
     def remeshed(self) -> bool:
@@ -213,7 +215,6 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     """Say which fields, each good in itself, do not go together."""
     # These rooms are needed only here, and not for help.
     from fabweave.cut.preflight.targets import target_named  # noqa: PLC0415
-    from fabweave.flat.joint.kinds import parse_joint  # noqa: PLC0415
     from fabweave.mesh.openings.request import parse_leave_out  # noqa: PLC0415
     from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
     from fabweave.stock.supplies import parse_materials, sort_of_material  # noqa: PLC0415
@@ -227,8 +228,6 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         yield "a pattern and twists were both given; give one of them"
     if settings.twill_symmetry > 1 and settings.twill_method == "voting":
         yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
-    if settings.open is not None and settings.width is not None:
-        yield "an opening and a width were both given; give one of them"
     try:
         for _, name in parse_materials(settings.material):
             sort_of_material(name, settings.materials)
@@ -238,10 +237,6 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         target_named(settings.target, settings.targets)
     except InputError as error:
         yield f"target: {error}"
-    try:
-        parse_joint(settings.joint, lap_mm=settings.lap_mm)
-    except InputError as error:
-        yield f"lap_mm: {error}"
 
 
 def settings_from_options(mesh: str, **options: Any) -> Settings:
@@ -296,6 +291,7 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         If the file cannot be read or is no job's, or an option does not take its value.
     """
     kept = read_job_options(path)
+    _fold(kept)
     for name, (usual, instead) in _GONE.items():
         if kept.pop(name, usual) != usual:
             raise InputError(f"{path} sets {name}, which is no option any more: {instead}")
@@ -315,6 +311,19 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
     if settings.along not in (None, *ALONG_WORDS):
         settings = replace(settings, along=_found(str(settings.along), path.parent))
     return settings
+
+
+def _fold(kept: dict[str, Any]) -> None:
+    """Say options of an older job.toml as they are said now: two were folded into one."""
+    if "open" in kept:
+        kept["width"] = f"open:{kept.pop('open'):g}"
+    fastener = [kept.pop(name) for name in ("hardware", "hole") if name in kept]
+    if fastener:
+        kept["fastener"] = ",".join(fastener)
+    lap, slots = kept.pop("lap", None), kept.pop("slots", False)
+    more = [f"lap={lap}"] * (lap is not None) + ["slots"] * bool(slots)
+    if more:
+        kept["joint"] = ",".join([kept.get("joint", "rivet"), *more])
 
 
 def _found(name: str, folder: Path) -> str:

@@ -12,6 +12,7 @@ from fabweave.app.woven_mesh import WovenMesh
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.joint.holes import WANTED_SHARE, HoleRule
+from fabweave.flat.joint.kinds import parse_joint
 from fabweave.flat.joint.planning import lap_beyond
 from fabweave.flat.split.candidate_costs import Bed, Candidates, list_candidates
 from fabweave.flat.split.length_curve import (
@@ -96,7 +97,7 @@ def plan_pieces(
         If a thread cannot be cut as asked.
     """
     # Long laps go on beyond the panels with which the pieces end that are measured here.
-    beyond = lap_beyond(ribbons, weave.threads, settings.lap_mm)
+    beyond = lap_beyond(ribbons, weave.threads, parse_joint(settings.joint).lap_mm)
     bed, side = _bed(settings, supplies, settings.margin_mm + beyond)
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)

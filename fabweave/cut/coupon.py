@@ -161,7 +161,7 @@ def coupon_text(coupon: Coupon) -> str:
 Cut it with the settings that you will use for the job, from a sheet of the same stock.
 
 HOLES    Holes of {first:.2f} to {last:.2f} mm, as drawn. Find the smallest that your fastener fits
-         without force, and make the job with it: --hole {hole:g}mm (or the size you found).
+         without force, and make the job with it: --fastener {hole:g}mm (or the size you found).
 KERF     Push the {BLOCKS} blocks together in one row and measure its length, M mm. The beam burns
          away (100 - M) / {BLOCKS} mm. The library assumes {material.kerf_mm:g} mm for this
          material. fabweave's sheets are nominal: set the kerf in your laser's software, ask your
@@ -169,8 +169,8 @@ KERF     Push the {BLOCKS} blocks together in one row and measure its length, M 
          Measure the thickness of a stack of blocks, divide it by their number, and set it:
          --thickness {material.thickness_mm:g}mm (or what you measured).
 LAP      Join LAP-A and LAP-B, hole on hole, with your fastener: the lap is {coupon.lap_mm:.1f} mm
-         long and {coupon.width_mm:.1f} mm wide. Pull. For a longer lap use --lap, for wider
-         ribbons --width.
+         long and {coupon.width_mm:.1f} mm wide. Pull. For a longer lap use
+         --joint rivet,lap=20mm, for wider ribbons --width.
 TEXT     Letters {", ".join(f"{height:g}" for height in _heights())} mm high. If you cannot read the
          smallest, use a larger --size, which leaves room for larger letters, or --labels numbers,
          which engraves only the ids. A disc (over) and a ring (under) are to be told apart.

@@ -151,7 +151,7 @@ def plan_ring(
     if len(crossings) < max(_LEAST_HOLES, count):
         raise CannotMakeError(
             f"a ring around the opening at the {side} would be held by {len(crossings)} fasteners "
-            "only; a finer mesh has more crossings there, and --hole a size that has room"
+            "only; a finer mesh has more crossings there, and --fastener a hole that has room"
         )
     offset = points[:, :2] - centre
     away, turn = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0])
@@ -186,7 +186,7 @@ def plan_ring(
     if cuts is None:
         raise CannotMakeError(
             f"a ring around the opening at the {side} cannot be cut into {count} pieces: its holes "
-            "are too near to one another for laps; a smaller --hole, or a coarser mesh, would help"
+            "are too near to one another for laps; a smaller --fastener or a coarser mesh helps"
         )
     pieces = []
     for number in range(count):

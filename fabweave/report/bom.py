@@ -98,7 +98,7 @@ def _fitting(row: FastenerRow) -> str:
     """Say what fits the holes and the grip of a row, as it is sold."""
     sold = [hardware_named(name).length_for(row.grip_mm) for name in row.fits or ()]
     if not sold:
-        return "; nothing that is known fits: try another --hole, or washers"
+        return "; nothing that is known fits: try another --fastener, or washers"
     return f"; {', '.join(map(str, sold))} " + agree(len(sold), "[fits|fit]")
 
 

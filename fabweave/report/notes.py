@@ -124,7 +124,7 @@ def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> l
     note += f" of {' or '.join(f'{hole:g}' for hole in holes or [0.0])} mm"
     if lacking:
         note += f"; there is no room for one at {', '.join(lacking)}: choose others, or a smaller "
-        note += "--hole"
+        note += "--fastener"
     return [note]
 
 
@@ -229,7 +229,7 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanted for {rule} ({some})"
     other = plan.where(lambda kind: kind != rule.kind)
     if rule.lap_mm is not None and np.any(other & (plan.room_mm >= plan.needed_mm)):
-        note += f": laps of {rule.lap_mm:g} mm leave too little; without --lap there is more room"
+        note += f": laps of {rule.lap_mm:g} mm leave too little; without lap= there is more room"
     elif np.any((plan.room_mm > 0) & (plan.room_mm < plan.needed_mm)) and plan.room_mm.min() > 0:
         worst = int(np.argmin(plan.room_mm / plan.needed_mm))
         least, needed = float(plan.room_mm[worst]), float(plan.needed_mm[worst])

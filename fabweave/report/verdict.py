@@ -180,7 +180,7 @@ def judge(
                 level="with care",
                 text=agree(unnamed, "{n} [piece has|pieces have] no room for an id"),
                 advice="write the id on as you peel the piece, from the picture of its sheet; a "
-                "larger --size, wider ribbons (--width) or --hole none make room for it",
+                "larger --size, wider ribbons (--width) or --fastener none make room for it",
             )
         )
     reasons.sort(key=lambda reason: reason.level != "not makeable")

@@ -13,6 +13,7 @@ from fabweave.core.units import parse_length
 #: No machine cuts narrower ribbons, and no sheet is wider, in millimetres.
 _THINNEST_MM, _WIDEST_MM = 0.001, 20_000.0
 _RELATIVE = re.compile(r"\d*\.?\d+", re.ASCII)
+_OPEN = re.compile(r"open:0?\.\d{1,6}", re.ASCII)
 #: An even width is so much of the median of what its share of the room would give: measured on
 #: twelve models, ribbons are then as wide as asked nearly everywhere, and cover enough.
 _EVEN_SHARE = 0.8
@@ -175,7 +176,8 @@ def parse_width(text: str) -> WidthRule:
 
     ``0.65`` is relative, ``12mm`` constant, ``0.65,6mm..14mm`` between bounds, of which either may
     be left out, and so may the relative width. ``auto`` before any of these lets ribbons be
-    narrower where they would be too near to others; ``proportional`` is ``auto,0.65``. ``even`` is
+    narrower where they would be too near to others; ``proportional`` is ``auto,0.65``, and
+    ``open:0.3``, which leaves 0.3 of the way across an opening free, is ``auto,0.7``. ``even`` is
     one width for all, chosen; ``even,12mm`` that width, ``even,0.5`` a chosen narrower one.
 
     Raises
@@ -195,6 +197,8 @@ def parse_width(text: str) -> WidthRule:
     text = text.strip()
     if text == "proportional":
         return PROPORTIONAL
+    if _OPEN.fullmatch(text):
+        text = f"auto,{round(1.0 - float(text.partition(':')[2]), 9):g}"
     first, comma, rest = text.partition(",")
     if first.strip() == "even":
         return _even(rest, text) if comma else EVEN

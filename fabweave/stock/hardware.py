@@ -1,16 +1,24 @@
 """Hold what is sold to go through holes: which holes and which grips it fits."""
 
+import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Any
 
 from fabweave.core.entries import Key, in_range, line_key, list_of, pair_key, read_entry
+from fabweave.core.errors import InputError
 from fabweave.core.messages import one_named
 from fabweave.core.records import record
+from fabweave.core.units import parse_length
 from fabweave.stock.machine import Span
 
+#: Screws are called by their thread alone, too.
+_THREAD = re.compile(r"m\d(\.\d)?")
+#: No fastener goes through a larger hole.
+MOST_HOLE_MM = 1000.0
 #: Holes and grips agree to this, millimetres.
 _SAME_MM = 1e-6
 
@@ -121,17 +129,43 @@ def hardware_named(name: str) -> Hardware:
     return one_named("hardware", name, hardware_catalogue())
 
 
-def hardware_name(text: str) -> str:
-    """Return the name of a sort of fastener as the catalogue has it, whatever its case.
+@dataclass(frozen=True)
+class Fastener:
+    """What is asked for to hold crossings: a sort, a hole (0 for none), both, or neither."""
+
+    sort: Hardware | None = None
+    hole_mm: float | None = None
+
+
+def parse_fastener(text: str | None) -> Fastener:
+    """Read what is typed for a fastener: a sort, a hole, both with a comma between, or none.
 
     Raises
     ------
     InputError
-        If there is none.
+        If there is no such sort, or it does not go through the hole.
 
     Examples
     --------
-    >>> hardware_name("Screw-M3")
-    'screw-m3'
+    >>> asked = parse_fastener("M3")
+    >>> asked.sort.name, asked.hole_mm, parse_fastener("none").hole_mm
+    ('screw-m3', 3.3, 0.0)
     """
-    return hardware_named(text).name
+    sort, hole = None, None
+    for part in filter(None, (one.strip().lower() for one in (text or "").split(","))):
+        if part == "none":
+            hole = 0.0
+        elif part[0].isdigit() or part[0] == ".":
+            hole = parse_length(part, what="hole")
+        else:
+            sort = hardware_named(f"screw-{part}" if _THREAD.fullmatch(part) else part)
+    if sort is not None and hole is None:
+        hole = sort.cut_mm
+    if hole is not None and hole > MOST_HOLE_MM:
+        raise InputError(f"a hole of {hole:g} mm is none for a fastener")
+    if sort is not None and hole is not None and not sort.hole_mm[0] <= hole <= sort.hole_mm[1]:
+        raise InputError(
+            f"a hole of {hole:g} mm is not for {sort.title}, which wants {sort.hole_mm[0]:g} to "
+            f"{sort.hole_mm[1]:g} mm"
+        )
+    return Fastener(sort, hole)

@@ -178,14 +178,14 @@ def _wider(
     asked: Settings, best: Settings, figures: Figures, off: dict[str, float]
 ) -> Iterator[Settings]:
     """Yield wider or narrower ribbons on the same mesh."""
-    if asked.width is not None or asked.open is not None:
+    if asked.width is not None:
         return
     rule = best.width_rule
     if "ribbon_mm" in off:
         factor = min(max(math.exp(-off["ribbon_mm"]), _NARROWEST), _WIDEST)
         if rule.even:
             width = float(two_digits(10.0 * factor * figures.median_mm)) / 10.0
-            yield replace(best, width=replace(rule, most_mm=width), open=None)
+            yield replace(best, width=replace(rule, most_mm=width))
         else:
             yield best.narrower(factor)
     if "sheets" in off or "budget" in off:

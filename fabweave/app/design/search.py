@@ -24,7 +24,7 @@ CANDIDATES = "candidates"
 _LATER: dict[str, Any] = {
     field: option_of_field(field).default_value
     for field in (
-        "refine", "fair", "pattern", "material", "thickness_mm", "gap_mm", "width", "open",
+        "refine", "fair", "pattern", "material", "thickness_mm", "gap_mm", "width",
         "max_length_mm", "prefer",
     )
 }  # fmt: skip

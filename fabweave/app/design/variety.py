@@ -152,7 +152,7 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     # there are as many crossings: a triangle has one and a half, a quad two.
     straight = asked.course != "projection"
     share = _KAGOME_SHARE if straight else 4 / 3
-    if straight and asked.open is None and asked.width is None:
+    if straight and asked.width is None:
         asked = replace(asked, width=option_named("width").kind.parse(_KAGOME_WIDTH))
     triangles = dict.fromkeys(two_digits(max(FEWEST, share * number)) for number in quads)
     yield from (replace(asked, remesh=f"triangles:{number}") for number in triangles)

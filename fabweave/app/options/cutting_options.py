@@ -5,7 +5,6 @@ from fabweave.app.options.kinds import (
     MOST_MM,
     MOST_WHOLE,
     choice,
-    flag,
     length,
     length_by_bunch,
     load,
@@ -64,10 +63,17 @@ CUTTING_OPTIONS = (
         making=True,
     ),
     Option(
-        "hole",
+        "fastener",
         PIECES,
-        length(1000.0, zero="none", metavar="LENGTH|none"),
-        "Diameter of the fastener holes.",
+        text(
+            "NAME|LENGTH|none",
+            "the name of a fastener such as 'screw-m3', a hole such as '3.3mm', or none",
+            "fabweave.stock.hardware.parse_fastener",
+            form=lambda told: "".join(told.lower().split()),
+        ),
+        "What holds crossings: a fastener such as screw-m3, or M3 (fabweave guide joints lists "
+        "them), whose hole is cut and whose head keeps off the edges; a hole such as 3.3mm, for "
+        "any that fits; both as in screw-m3,3.4mm; or none, without any holes.",
         otherwise="the largest that are sold and that the ribbons have room for, in few sizes",
         making=True,
     ),
@@ -93,7 +99,7 @@ CUTTING_OPTIONS = (
         "Which crossings take a fastener: joints; loose, the joints and more crossings the looser "
         "the weave is; all; rim, the joints and the crossings next to the boundary; every:2, the "
         "joints and one crossing of two; or none, and joints are glued.",
-        otherwise="loose, or all with --slots (fabweave guide joints)",
+        otherwise="loose, or all with --joint rivet,slots (fabweave guide joints)",
         making=True,
         brief="Fasteners at: joints, loose, rim, all, every:2, none.",
     ),
@@ -112,44 +118,22 @@ CUTTING_OPTIONS = (
         making=True,
     ),
     Option(
-        "hardware",
-        PIECES,
-        text(
-            "NAME",
-            "the name of a fastener such as 'screw-m3'",
-            "fabweave.stock.hardware.hardware_named",
-            form=lambda told: told.strip().lower(),
-        ),
-        "The fasteners to be used (fabweave guide joints lists them): sets their hole, and keeps "
-        "their heads off the edges.",
-        otherwise="any that fit, which the job names",
-        making=True,
-    ),
-    Option(
         "joint",
         PIECES,
-        text("KIND", "a text such as 'rivet:2'", "fabweave.flat.joint.kinds.parse_joint"),
+        text(
+            "KIND",
+            "a text such as 'rivet:2,lap=30mm'",
+            "fabweave.flat.joint.kinds.parse_joint",
+            form=lambda told: "".join(told.lower().split()),
+        ),
         "How pieces of one thread are joined: rivet (a lap with a fastener under the strand "
         "above), rivet:2 to rivet:4 (so many), glue (a lap with marks to lay it by), dovetail (a "
-        "tongue in a socket, flush), slot (a tab through a slot), or none (end to end, taped).",
+        "tongue in a socket, flush), slot (a tab through a slot), or none (end to end, taped). A "
+        "comma, then lap=30mm says how far pieces lap (at most to the crossings beside), and "
+        "slots cuts slots in place of holes in the strand that lies under, where it has no joint: "
+        "they take up small errors.",
         default="rivet",
         brief="rivet, rivet:2, glue, dovetail, slot or none.",
-    ),
-    Option(
-        "lap",
-        PIECES,
-        length(_LONGEST_SHEET_MM, automatic="auto", metavar="LENGTH|auto"),
-        "How far joined pieces lap; no farther than to the crossings beside.",
-        otherwise="auto, the crossing's own panel",
-    ),
-    Option(
-        "slots",
-        PIECES,
-        flag(),
-        "Slots in place of holes in the strand that lies under, where it has no joint: they take "
-        "up small errors.",
-        default=False,
-        making=True,
     ),
     Option(
         "sheet",

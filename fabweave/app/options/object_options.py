@@ -292,14 +292,6 @@ OBJECT_OPTIONS = (
         brief="even, even,12mm, proportional, 0.5, 12mm ...",
     ),
     Option(
-        "open",
-        RIBBONS,
-        number(below=1.0),
-        "Instead of a width: how open the weave stays, as a share of the way across an opening "
-        "between ribbons. 0.3 leaves 0.3 of it, 0.05 nearly closes it: on triangles the small "
-        "openings of a kagome basket, while the six-sided ones stay.",
-    ),
-    Option(
         "smooth",
         RIBBONS,
         whole(0, 50),

@@ -138,7 +138,7 @@ def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterat
     wanted = np.maximum(target.hole_t * thickness, target.hole_mm)
     # One hole serves the whole job.
     least = max((target.hole_t * material.thickness_mm for material in materials), default=0.0)
-    remedy = f"--hole {_up(max(least, target.hole_mm))}mm"
+    remedy = f"--fastener {_up(max(least, target.hole_mm))}mm"
     yield from _worst(cuts, "hole", piece, at, hole, wanted, remedy)
     # Fasteners want some of the piece around them, and the beam some material at all.
     of_fastener = [hole_edge_mm(*pair) for pair in zip(of_hole, hole.tolist(), strict=True)]
@@ -146,7 +146,7 @@ def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterat
     wanted = np.maximum(np.array(of_fastener), of_beam)
     rings = shapely.get_exterior_ring(cuts.polygons)
     edge = np.asarray(shapely.distance(shapely.points(at), rings[piece]))
-    remedy = "a smaller --hole, a larger --size or wider ribbons (--width)"
+    remedy = "a smaller --fastener, a larger --size or wider ribbons (--width)"
     yield from _worst(cuts, "hole-edge", piece, at, edge, wanted, remedy)
 
 

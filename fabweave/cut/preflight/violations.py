@@ -92,10 +92,10 @@ def flaw_lines(flaws: tuple[Flaw, ...]) -> list[str]:
 
     Examples
     --------
-    >>> flaw = Flaw("hole", "A1", 1, (20.0, 30.5), 0.8, 1.0, 3, "--hole 1mm")
+    >>> flaw = Flaw("hole", "A1", 1, (20.0, 30.5), 0.8, 1.0, 3, "--fastener 1mm")
     >>> flaw_lines((flaw,))[0]
     'hole: 3 holes smaller than can be cut on 1 piece; worst 0.80 mm instead of 1.00 mm on A1, \
-sheet 1 at (20.0, 30.5). --hole 1mm would help'
+sheet 1 at (20.0, 30.5). --fastener 1mm would help'
     """
     lines = []
     for rule, meaning in _MEANING.items():

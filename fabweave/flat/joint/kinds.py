@@ -15,6 +15,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.errors import InputError
+from fabweave.core.units import parse_length
 
 #: Air between a tongue and its socket, and around a tab in its slot; the cut adds its kerf.
 CLEARANCE_MM = 0.1
@@ -249,6 +250,8 @@ class JointRule:
         How many hold a joint of a kind that has any.
     lap_mm : float or None
         Length of the lap; None for what the kind needs.
+    slots : bool
+        Whether strands that lie under and have no joint get slots in place of holes.
 
     Examples
     --------
@@ -259,6 +262,7 @@ class JointRule:
     kind: JointKind = RIVET
     fasteners: int = 1
     lap_mm: float | None = None
+    slots: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is not a joint."""
@@ -289,8 +293,8 @@ class JointRule:
         return self.fasteners if self.kind.most_fasteners else 0
 
 
-def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
-    """Read what is typed for a joint: a kind, and for rivets maybe their number.
+def parse_joint(text: str) -> JointRule:
+    """Read what is typed for a joint: a kind, for rivets maybe their number, laps, and slots.
 
     Raises
     ------
@@ -301,8 +305,22 @@ def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
     --------
     >>> parse_joint("dovetail").kind.title
     'a tongue in a socket, flush'
+    >>> parse_joint("rivet:2,lap=3cm").lap_mm
+    30.0
     """
-    match = _TEXT.fullmatch(text.strip().lower())
+    kind, *more = (part.strip() for part in text.lower().split(","))
+    lap_mm, slots = None, False
+    for part in more:
+        name, equals, length = part.partition("=")
+        if name == "lap" and equals:
+            lap_mm = parse_length(length, what="lap")
+        elif part == "slots":
+            slots = True
+        else:
+            raise InputError(
+                f"{part[:40]!r} is nothing that a joint takes: write lap=30mm or slots"
+            )
+    match = _TEXT.fullmatch(kind)
     if match is None:
         raise InputError(
             f"{text[:40]!r} is not a joint: write one of {', '.join(KINDS)}, or rivet:2 for two "
@@ -312,4 +330,4 @@ def parse_joint(text: str, *, lap_mm: float | None = None) -> JointRule:
         raise InputError(
             f"{match['kind']!r} is not a kind of joint: choose one of {', '.join(KINDS)}"
         )
-    return JointRule(KINDS[match["kind"]], int(match["count"] or 1), lap_mm)
+    return JointRule(KINDS[match["kind"]], int(match["count"] or 1), lap_mm, slots)
