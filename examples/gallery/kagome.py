@@ -9,7 +9,7 @@ import fabweave as fw
 
 mesh = fw.shape("icosahedron", size=SIZE, refine="loop:2")
 weave = fw.weave(mesh, pattern="kagome")
-ribbons = weave.ribbons(material="card:sienna", open=0.2)
+ribbons = weave.ribbons(material="card:sienna", width="open:0.2")
 layout = ribbons.pieces(kinds="fewest").nest(sheet="600x400mm", effort="quick")
 exhibit = Exhibit(
     "A ball as a kagome basket",

@@ -28,7 +28,7 @@ JOBS = {
     "triaxial": "make shape:tetrahedron --size 250mm --pattern triaxial --effort quick -o OUT/job",
     "fabric": "make shape:torus?m=8&n=8 --size 400mm --pattern 3/1 --effort quick -o OUT/job",
     "satin": "make shape:torus?m=10&n=5 --size 400mm --pattern satin:5/2 --effort quick "
-    "--joint rivet:2 --slots -o OUT/job",
+    "--joint rivet:2,slots -o OUT/job",
     "kerf": "make shape:octahedron --size 300mm --effort quick --kerf 0.15mm --micro-joints 4 "
     "--cut-order cool --template a4 --paper letter --smooth 2 -o OUT/job",
     "service": "make shape:cube --size 200mm --effort quick --profile service --target fictiv "
@@ -37,7 +37,7 @@ JOBS = {
     "--gap warp=2mm,weft=3mm --effort quick -o OUT/job",
     "turned": "make shape:hypar --size 300mm --boundary turn --colours hue-range --effort quick "
     "--label-side inside -o OUT/job",
-    "open": "make shape:tube --size 30cm --joint glue --lap 12mm --max-length 150mm "
+    "open": "make shape:tube --size 30cm --joint glue,lap=12mm --max-length 150mm "
     "--sheet 400x300mm:9 --effort quick --width 5mm..9mm -o OUT/job",
     "stock": f"make shape:cube --size 250mm --stock {STOCK} --sheet 600x400mm "
     "--rotations grain:5deg --effort quick --fair 5 -o OUT/job",
