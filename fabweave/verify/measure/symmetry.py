@@ -105,7 +105,11 @@ def _turns(here: Floats, there: Floats) -> Floats:
 
 
 def _fits(
-    turn: Floats, places: Floats, tree: "scipy.spatial.KDTree", sides: tuple[Ints, Ints, Ints], size: float
+    turn: Floats,
+    places: Floats,
+    tree: "scipy.spatial.KDTree",
+    sides: tuple[Ints, Ints, Ints],
+    size: float,
 ) -> bool:
     """Say whether some rotation near this one takes the mesh onto itself."""
     images = np.asarray(tree.query(places @ turn.T)[1], dtype=np.int64)
