@@ -249,8 +249,9 @@ def test_an_arc_may_close_a_path():
 
 @pytest.mark.parametrize(
     "text",
-    ["A1,1 0 0 0 2,0", "M1,0A1,1 0 1 0 2,1", "M0,0A1,1 0 0 0 2", "M0,0A1,1 0 0 0 2,x", "M0,0A1,1 0", "M0,0A1,2 0 0 0 2,0",
-     "M0,0A1,1 0 0 0 3,0", "M0,0A0,0 0 0 0 0,0", "M0,0C1,1 2,2 3,3", "m0,0l1,1", "M0,0 L1,1", ""],
+    ["A1,1 0 0 0 2,0", "M1,0A1,1 0 1 0 2,1", "M0,0A1,1 0 0 0 2", "M0,0A1,1 0 0 0 2,x",
+     "M0,0A1,1 0", "M0,0A1,2 0 0 0 2,0", "M0,0A1,1 0 0 0 3,0", "M0,0A0,0 0 0 0 0,0",
+     "M0,0C1,1 2,2 3,3", "m0,0l1,1", "M0,0 L1,1", ""],
 )  # fmt: skip
 def test_broken_arcs_are_read_errors(text):
     with pytest.raises(ReadError):
