@@ -163,10 +163,8 @@ SCHEMA = [
     drop("threads", 0, "bunch"),
     drop("pieces", 0, "stations", 0, "hole_mm"),
     drop("steps"),
-    drop("assembly"),
     drop("steps", 0, "fasten"),
     put("steps", 0, "closes", 0),
-    put("steps", 0, "effort", float("nan")),
 ]
 
 

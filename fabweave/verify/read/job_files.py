@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fabweave.verify.crossing_map import CrossingMap, Sheet
+from fabweave.verify.crossing_map import CrossingMap, Sheet, read_crossing_map
 from fabweave.verify.drawing import Drawing, Floats, ReadError
 from fabweave.verify.measure.areas import Areas, areas_of
 from fabweave.verify.measure.development import Development, develop_pieces
@@ -17,7 +17,6 @@ from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
 from fabweave.verify.read.content import read_text
-from fabweave.verify.read.crossing_map import read_crossing_map
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
 from fabweave.verify.read.kerfed_sheets import Ready, read_ready

@@ -58,7 +58,7 @@ def _check_rest(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
         place.at_least(
             "offcut_gap_mm",
             distance,
-            max(plan.gap_mm - _SAME_MM, _SAME_MM),
+            max(plan.layout.gap_mm - _SAME_MM, _SAME_MM),
             f"it is {{}} from piece {piece.id}",
         )
     for at, defect in enumerate(sheet.defects, start=1):

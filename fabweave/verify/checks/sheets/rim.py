@@ -188,11 +188,14 @@ def _check_sheet(job: Job, drawing: Drawing, place: Place) -> None:
     for shape, polygon in zip(shapes, polygons, strict=True):
         low, high = np.array(polygon.bounds[:2]), np.array(polygon.bounds[2:])
         place.at(f"piece {shape.piece}").expect(
-            bool(np.all(low >= plan.margin_mm - _SAME_MM))
-            and bool(np.all(high <= size - plan.margin_mm + _SAME_MM)),
+            bool(np.all(low >= plan.layout.margin_mm - _SAME_MM))
+            and bool(np.all(high <= size - plan.layout.margin_mm + _SAME_MM)),
             "it reaches into the margin",
         )
     for one, other in combinations(polygons, 2):
         place.at_least(
-            "gap_mm", float(one.distance(other)), plan.gap_mm - _SAME_MM, "two pieces are {} apart"
+            "gap_mm",
+            float(one.distance(other)),
+            plan.layout.gap_mm - _SAME_MM,
+            "two pieces are {} apart",
         )
