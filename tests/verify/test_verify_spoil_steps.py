@@ -18,7 +18,7 @@ def having(plan, what):
 
 
 def forget_the_last_piece(plan):
-    plan["assembly"]["effort"] -= plan["steps"].pop()["effort"]
+    plan["steps"].pop()
 
 
 def place_a_piece_twice(plan):
