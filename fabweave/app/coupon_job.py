@@ -8,8 +8,8 @@ from typing import NamedTuple
 from fabweave.app.preflight_job import supplies_of
 from fabweave.app.settings import read_job_options
 from fabweave.core.errors import InputError
+from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
-from fabweave.core.output_files import write_files
 from fabweave.cut.coupon import FIRST_WORDS, Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes
@@ -17,8 +17,7 @@ from fabweave.cut.write.svg import svg_text
 from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.report.ribbon_report import read_ribbon_report
 from fabweave.stock.material import Material, with_thickness
-from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import sort_of_material
+from fabweave.stock.supplies import Supplies, sort_of_material
 
 
 def coupon_for(

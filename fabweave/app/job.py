@@ -13,10 +13,10 @@ from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
+from fabweave.flat.congruence import spare_pieces
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
-from fabweave.flat.spares import spare_pieces
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.allotment import Allotment

@@ -9,7 +9,7 @@ from fabweave.assembly.order.planning import Order
 from fabweave.assembly.steps import build_steps, order_note
 from fabweave.core.messages import agree
 from fabweave.cut.drawing import SheetDrawing
-from fabweave.cut.kerfed_sheets import kerf_notes
+from fabweave.cut.kerf import kerf_notes
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.notes.qr_code import code_notes
 from fabweave.cut.rim_sheets import rim_notes

@@ -16,10 +16,11 @@ from fabweave.flat.file_records import DECIMALS
 from fabweave.flat.joint.fastening import (
     beside_edges,
     fastened_crossings,
+    hanging_crossings,
     loose_shares,
     parse_fastening,
+    parse_hanging,
 )
-from fabweave.flat.joint.hanging import hanging_crossings, parse_hanging
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet, build_pieces
@@ -29,7 +30,7 @@ from fabweave.mesh.openings.leave_out import Opening
 from fabweave.report.costs.costs import Costs, planned_costs
 from fabweave.report.grain import grain_findings, tight_along
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.bending import min_bend_radius_mm
+from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.supplies import Supplies
 

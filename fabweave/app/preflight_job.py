@@ -17,8 +17,7 @@ from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.report.ribbon_report import read_ribbon_report
 from fabweave.stock.material import materials_of
 from fabweave.stock.per_bunch import split_by_bunch
-from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import parse_materials, plan_supplies
+from fabweave.stock.supplies import Supplies, parse_materials, plan_supplies
 
 
 @frozen_value

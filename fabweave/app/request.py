@@ -7,7 +7,7 @@ from pathlib import Path
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray
 from fabweave.core.errors import InputError
-from fabweave.cut.kerfed_sheets import check_kerf
+from fabweave.cut.kerf import check_kerf
 from fabweave.flat.crossing_map import read_crossing_map
 from fabweave.flat.joint.holes import HoleRule
 from fabweave.report.grain import tight_along
@@ -17,9 +17,8 @@ from fabweave.stock.material import hole_edge_mm, min_hole_mm
 from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.rotations import AUTO, parse_rotations
-from fabweave.stock.sheet_text import check_stock
-from fabweave.stock.supplies import Supplies
-from fabweave.stock.supply_plan import parse_materials, plan_supplies
+from fabweave.stock.sheet_size import check_stock
+from fabweave.stock.supplies import Supplies, parse_materials, plan_supplies
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
 HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)

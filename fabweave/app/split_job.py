@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.app.foretold_sheets import rough_nesting, sheet_price
+from fabweave.app.nest_job import rough_nesting, sheet_price
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import WovenMesh
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
@@ -29,11 +29,10 @@ from fabweave.flat.split.preferences import (
     StockSheet,
     Workshop,
 )
-from fabweave.flat.split.repeats import Repeats, find_repeats
+from fabweave.flat.split.repeats import Repeats, find_repeats, repeating, window_kinds
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.split_plan import SplitPlan
 from fabweave.flat.split.splitting import choose_runs
-from fabweave.flat.split.window_kinds import repeating, window_kinds
 from fabweave.mesh.symmetry.search import EXACT
 from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle

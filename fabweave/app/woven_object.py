@@ -33,7 +33,7 @@ from fabweave.ribbon.subweave import Part
 from fabweave.ribbon.tips import tip_notes
 from fabweave.ribbon.widest import even_widths, widest_clear, widest_width
 from fabweave.ribbon.width import WidthRule
-from fabweave.stock.forming import forming_advice
+from fabweave.stock.material import forming_advice
 from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave

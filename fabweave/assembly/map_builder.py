@@ -13,6 +13,7 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label
 from fabweave.cut.notes.qr_code import code_of
+from fabweave.flat.congruence import spare_pieces
 from fabweave.flat.crossing_map import (
     AssemblyRecord,
     CodeRecord,
@@ -43,7 +44,6 @@ from fabweave.flat.file_records import (
 from fabweave.flat.layers import grips_mm
 from fabweave.flat.piece import Piece
 from fabweave.flat.pieces import PieceSet
-from fabweave.flat.spares import spare_pieces
 from fabweave.flat.strand_owners import Owners, find_owners
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.nest.allotment import Allotment

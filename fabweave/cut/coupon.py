@@ -20,8 +20,13 @@ from fabweave.cut.labels.texts import (
     UNDER_SIGN,
 )
 from fabweave.cut.notes.notes import sheet_notes
-from fabweave.stock.bending import laid_across, min_bend_radius_mm
-from fabweave.stock.material import Material, hole_edge_mm, min_hole_mm
+from fabweave.stock.material import (
+    Material,
+    hole_edge_mm,
+    laid_across,
+    min_bend_radius_mm,
+    min_hole_mm,
+)
 
 #: Holes of the ladder are so much smaller and larger than the one that is wanted.
 LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)

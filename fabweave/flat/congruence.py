@@ -1,14 +1,18 @@
-"""Recognise pieces that are the same, so that they are cut and named as several of one kind."""
+"""Find pieces that are congruent, make them equal, and cut some of each kind once more."""
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
+from fabweave.core.arc_path import Path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
-from fabweave.flat.piece import Piece
+from fabweave.core.errors import InputError
+from fabweave.flat.piece import Piece, Slot
 from fabweave.mesh.topology import label_links
 
 #: Pieces of one kind differ by no more than this when they are superposed.
@@ -229,3 +233,243 @@ def _holes_apart(places: npt.NDArray[np.float64], piece: Piece, other: Piece) ->
 def _apart(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> float:
     """Return the greatest distance of a point of one outline to the other, both ways."""
     return float(shapely.LinearRing(one).hausdorff_distance(shapely.LinearRing(other)))
+
+
+#: The least play of a fastener in its hole is 0.1 mm: a screw with a hole of the fine series
+#: (ISO 273). Two pieces that meet there may each be off by this, with something to spare.
+FIT_MM = 0.04
+#: The files have so many decimals; what is equal before is equal there, turned about or not.
+_DECIMALS = 6
+
+
+def equal_pieces(pieces: Sequence[Piece], kinds: Kinds, most_mm: float) -> tuple[Piece, ...]:
+    """Give all pieces of a kind the shape of the first one.
+
+    Outline, stations, edges, holes and slots are the same numbers in all of them, or, in those
+    that are turned, these numbers turned by half about the middle of the piece. A thread still
+    begins at the left end of each.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    kinds : Kinds
+        Of these pieces.
+    most_mm : float
+        Pieces that are farther from the first of their kind stay as they are.
+
+    Returns
+    -------
+    tuple of Piece
+    """
+    several = np.bincount(kinds.number)[kinds.number] > 1
+    fit = several & (kinds.off_mm <= most_mm)
+    first = kinds.first.tolist()
+    leaders = {int(kinds.number[at]): _rounded(pieces[at]) for at in first if several[at]}
+    result = []
+    for at, piece in enumerate(pieces):
+        if not fit[at]:
+            result.append(piece)
+            continue
+        leader = leaders[int(kinds.number[at])]
+        if at == first[int(kinds.number[at]) - 1]:
+            result.append(leader)
+            continue
+        turned = bool(kinds.turned[at])
+        turn, shift = motion_onto(piece, leader, backwards=turned)
+        if turned:
+            leader = _turned(leader)
+            corner = leader.outline.max(axis=0) + leader.outline.min(axis=0)
+            turn, shift = -turn, complex(*corner) - shift
+        result.append(_like(piece, leader, turn, shift))
+    return tuple(result)
+
+
+def _rounded(piece: Piece) -> Piece:
+    """Return a piece whose places have no more decimals than files do."""
+
+    def short(points: FloatArray) -> FloatArray:
+        return np.round(points, _DECIMALS)
+
+    holes = piece.more_holes.copy()
+    holes[:, 1:3] = short(holes[:, 1:3])
+    return replace(
+        piece,
+        path=Path(short(piece.path.points), piece.path.bulges),
+        outline=short(piece.outline),
+        points=short(piece.points),
+        rails=short(piece.rails),
+        more_holes=holes,
+        slots=tuple(
+            Slot(slot.station, Path(short(slot.path.points), slot.path.bulges))
+            for slot in piece.slots
+        ),
+    )
+
+
+def _turned(piece: Piece) -> Piece:
+    """Return a piece turned by half about its middle, and walked from the other end."""
+    corner = piece.outline.max(axis=0) + piece.outline.min(axis=0)
+
+    def half(points: FloatArray) -> FloatArray:
+        # Both terms have few decimals: rounding leaves what the difference really is.
+        return np.round(corner - points, _DECIMALS)
+
+    last = len(piece.points) - 1
+    holes = piece.more_holes.copy()
+    holes[:, 0], holes[:, 1:3] = last - holes[:, 0], half(holes[:, 1:3])
+    return replace(
+        piece,
+        path=Path(half(piece.path.points), piece.path.bulges),
+        outline=half(piece.outline),
+        points=half(piece.points)[::-1],
+        directions=piece.directions[::-1],  # turned by half, and walked back
+        rails=half(piece.rails)[::-1, ::-1],
+        more_holes=holes,
+        slots=tuple(
+            Slot(last - slot.station, Path(half(slot.path.points), slot.path.bulges))
+            for slot in piece.slots
+        ),
+    )
+
+
+def _like(piece: Piece, leader: Piece, turn: complex, shift: complex) -> Piece:
+    """Return a piece with the shape of another; a motion takes it there.
+
+    Its holes and slots keep their order, by which those of joined pieces are paired.
+    """
+    holes = piece.more_holes.copy()
+    if len(holes):
+        nearest = _nearest(moved_by(holes[:, 1:3], turn, shift), leader.more_holes[:, 1:3])
+        holes[:, 1:3] = leader.more_holes[nearest, 1:3]
+    slots = piece.slots
+    if slots:
+        ours, theirs = (
+            np.array([slot.path.points.mean(axis=0) for slot in one.slots])
+            for one in (piece, leader)
+        )
+        nearest = _nearest(moved_by(ours, turn, shift), theirs)
+        slots = tuple(
+            Slot(slot.station, leader.slots[at].path)
+            for slot, at in zip(slots, nearest.tolist(), strict=True)
+        )
+    return replace(
+        piece,
+        path=leader.path,
+        outline=leader.outline,
+        points=leader.points,
+        directions=leader.directions,
+        rails=leader.rails,
+        more_holes=holes,
+        slots=slots,
+        guides=tuple(moved_by(guide, turn, shift) for guide in piece.guides),
+        covers=tuple(moved_by(part, turn, shift) for part in piece.covers),
+    )
+
+
+def _nearest(points: FloatArray, others: FloatArray) -> IntArray:
+    """Return the nearest of some places to each of others."""
+    return np.argmin(np.hypot(*(points[:, None] - others[None]).transpose(2, 0, 1)), axis=1)
+
+
+#: More of a kind than this are no spares, but a slip.
+_MOST = 100
+
+
+def parse_spares(text: str) -> tuple[float, int]:
+    """Return how many spares there are of a kind: a share of its pieces, rounded up, and a number.
+
+    Parameters
+    ----------
+    text : str
+        ``"5%"``, a share of the pieces of each kind; or ``"2"``, so many of each kind.
+
+    Returns
+    -------
+    (float, int)
+        Of the two, one is 0.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+
+    Examples
+    --------
+    >>> parse_spares("5%"), parse_spares("2")
+    ((0.05, 0), (0.0, 2))
+    """
+    plain = text.strip()
+    share = plain.endswith("%")
+    try:
+        value = float(plain.removesuffix("%"))
+    except ValueError:
+        value = math.nan
+    if share and 0.0 < value <= 100.0:
+        return value / 100.0, 0
+    if not share and 0.0 < value <= _MOST and value.is_integer():
+        return 0.0, int(value)
+    raise InputError(
+        f"spares are a share of each kind, such as 5%, or 1 to {_MOST} of each, not {text!r}"
+    )
+
+
+def usual_spares(text: str) -> str:
+    """Return a text for spares in its usual form.
+
+    Examples
+    --------
+    >>> usual_spares(" 5.0 %"), usual_spares("2.0")
+    ('5%', '2')
+    """
+    share, number = parse_spares(text)
+    return f"{100.0 * share:.10g}%" if share else str(number)
+
+
+def spared(kinds: IntArray, spares: str | None) -> IntArray:
+    """Return which pieces are cut once more, by their numbers; kind by kind.
+
+    It is the first piece of each kind, as often as spares of that kind are wanted: no kind is
+    left without any.
+
+    Parameters
+    ----------
+    kinds : (N,) int array
+        The kind of each piece, from 1 in the order of their first piece.
+    spares : str, optional
+        As :func:`parse_spares` reads it; none by default.
+
+    Returns
+    -------
+    (S,) int array
+
+    Examples
+    --------
+    Of 21 pieces of the first kind, a twentieth is a little more than one.
+
+    >>> kinds = np.array([1] * 20 + [2, 1])
+    >>> spared(kinds, "5%").tolist(), spared(kinds, "1").tolist(), spared(kinds, None).tolist()
+    ([0, 0, 20], [0, 20], [])
+    """
+    if spares is None:
+        return np.zeros(0, dtype=np.int64)
+    share, number = parse_spares(spares)
+    _, first, counts = np.unique(kinds, return_index=True, return_counts=True)
+    # A twentieth of 20 pieces is one, whatever the last bit of the product.
+    times = np.ceil(np.round(share * counts, 9)).astype(np.int64) + number
+    return np.repeat(first, times)
+
+
+def spare_pieces(pieces: Sequence[Piece], origins: IntArray) -> tuple[Piece, ...]:
+    """Return the spares of some pieces: the same but for their ids, such as ``A3S1``.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    origins : (S,) int array
+        Which piece each spare is a copy of, ascending.
+    """
+    number = np.arange(len(origins)) - np.searchsorted(origins, origins) + 1
+    return tuple(
+        replace(pieces[origin], id=f"{pieces[origin].id}S{count}")
+        for origin, count in zip(origins.tolist(), number.tolist(), strict=True)
+    )

@@ -8,8 +8,7 @@ from shapely.affinity import translate
 
 from fabweave.nest.place.rectangle import largest_rectangle
 from fabweave.stock.rotations import FREE, Rotations
-from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.sheet_text import usable_size
+from fabweave.stock.sheet_size import SheetSize, usable_size
 
 #: A region with less area, mm², is none.
 _NOTHING_MM2 = 1e-6

@@ -18,7 +18,7 @@ from fabweave.nest.shelf_packing import shelf_sheets
 from fabweave.report.accounts import SheetSums
 from fabweave.report.offcuts import KeptOffcut
 from fabweave.ribbon.project import Ribbons
-from fabweave.stock.sheet_text import usable_size
+from fabweave.stock.sheet_size import usable_size
 
 
 @record

@@ -11,8 +11,7 @@ from fabweave.flat.split.runs import Runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import FAR, Finding
-from fabweave.stock.bending import along_radius_mm, laid_across, min_bend_radius_mm
-from fabweave.stock.material import Material
+from fabweave.stock.material import Material, along_radius_mm, laid_across, min_bend_radius_mm
 from fabweave.stock.ribbon_limits import Limits, by_thread
 from fabweave.stock.rotations import Rotations
 from fabweave.weave.threads import Threads

@@ -20,9 +20,7 @@ from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import FAR, Finding, FindingRecord, finding_record, sentence
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.bending import min_bend_radius_mm
-from fabweave.stock.forming import forming_advice
-from fabweave.stock.material import Material
+from fabweave.stock.material import Material, forming_advice, min_bend_radius_mm
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 

@@ -11,7 +11,7 @@ from fabweave.core.records import record
 from fabweave.flat.piece import Piece
 from fabweave.flat.split.length_curve import ChoiceRecord
 from fabweave.flat.split.split_plan import SplitPlan
-from fabweave.stock.labour import CURRENCY
+from fabweave.stock.machine import CURRENCY
 
 _CHART = (560, 190)  # width and height in pixels
 _EDGE = 90

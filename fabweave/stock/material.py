@@ -377,3 +377,106 @@ def sheet_mass_kg(material: Material, area_mm2: float) -> float:
     1.34
     """
     return area_mm2 * material.thickness_mm * material.density_kg_m3 * 1e-9
+
+
+def laid_across(material: Material) -> Material:
+    """Return a material whose pieces lie across its grain; the same if it has none that counts."""
+    return replace(material, laid_across=bool(material.across_table_mm))
+
+
+def min_bend_radius_mm(material: Material) -> float:
+    """Return the tightest radius to which the material bends without damage, in millimetres.
+
+    It is that of strips along the grain, which bend worse, unless they lie across it.
+
+    Examples
+    --------
+    >>> from fabweave.stock.material import material_named, with_thickness
+    >>> min_bend_radius_mm(material_named("spring-shim-0.2"))
+    20.0
+    >>> min_bend_radius_mm(with_thickness(material_named("birch-veneer"), 1.78))
+    132.0
+    >>> min_bend_radius_mm(laid_across(with_thickness(material_named("birch-veneer"), 1.78)))
+    81.0
+    """
+    if material.laid_across:
+        return radius_of_table(material.across_table_mm, material.thickness_mm)
+    if material.min_bend_radius_t is not None:
+        return material.min_bend_radius_t * material.thickness_mm
+    return radius_of_table(material.bend_table_mm, material.thickness_mm)
+
+
+def along_radius_mm(material: Material) -> float:
+    """Return the tightest radius of a strip that lies along the grain; 0 if it has none.
+
+    Examples
+    --------
+    >>> from fabweave.stock.material import material_named, with_thickness
+    >>> veneer = with_thickness(material_named("birch-veneer"), 1.78)
+    >>> along_radius_mm(laid_across(veneer)), along_radius_mm(material_named("card"))
+    (132.0, 0.0)
+    """
+    if not material.across_table_mm:
+        return 0.0
+    return min_bend_radius_mm(replace(material, laid_across=False))
+
+
+def radius_of_table(table: tuple[tuple[float, float], ...], thickness: float) -> float:
+    """Return the radius that a table has for a thickness, in millimetres.
+
+    It is read piecewise linearly; outside it the ratio of radius to thickness is kept.
+
+    Examples
+    --------
+    >>> radius_of_table(((1.0, 50.0), (2.0, 120.0)), 1.5), radius_of_table(((1.0, 50.0),), 0.5)
+    (85.0, 25.0)
+    """
+    if thickness <= table[0][0]:
+        return table[0][1] * thickness / table[0][0]
+    for (t0, r0), (t1, r1) in itertools.pairwise(table):
+        if thickness <= t1:
+            return r0 + (r1 - r0) * (thickness - t0) / (t1 - t0)
+    return table[-1][1] * thickness / table[-1][0]
+
+
+def formed_radius_mm(material: Material) -> float | None:
+    """Return the tightest radius of a material that was softened; None where it is not known.
+
+    Examples
+    --------
+    >>> from fabweave.stock.material import material_named, with_thickness
+    >>> formed_radius_mm(with_thickness(material_named("birch-veneer"), 1.78))
+    38.0
+    >>> formed_radius_mm(material_named("card")) is None
+    True
+    """
+    table = material.formed_table_mm
+    if material.laid_across and material.formed_across_table_mm:
+        table = material.formed_across_table_mm
+    if not table:
+        return None
+    return radius_of_table(table, material.thickness_mm)
+
+
+def forming_advice(material: Material, wanted_mm: float) -> str | None:
+    """Say how a material can be made to bend to a radius, if softening is enough.
+
+    Parameters
+    ----------
+    material : Material
+    wanted_mm : float
+        The radius that is wanted, in millimetres; dry and cold it is too tight.
+
+    Examples
+    --------
+    >>> from fabweave.stock.material import material_named
+    >>> forming_advice(material_named("birch-veneer"), 30.0)
+    'soaked in hot water and dried on a form, Birch veneer ply, 0.8 mm bends to a radius of 12 mm'
+    >>> forming_advice(material_named("birch-veneer"), 5.0) is None
+    True
+    """
+    radius = formed_radius_mm(material)
+    if radius is None or radius > wanted_mm:
+        return None
+    how = material.formed or "softened"
+    return f"{how}, {material.description} bends to a radius of {radius:.0f} mm"

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.stock.bending import along_radius_mm, min_bend_radius_mm
-from fabweave.stock.material import Material, with_thickness
+from fabweave.stock.material import Material, along_radius_mm, min_bend_radius_mm, with_thickness
 from fabweave.stock.per_bunch import by_bunch, format_by_bunch
 from fabweave.stock.supplies import Supplies
 
@@ -157,7 +156,7 @@ def thinner_supply(supplies: Supplies, which: int, radius_mm: float) -> str | No
 
     Examples
     --------
-    >>> from fabweave.stock.supply_plan import plan_supplies
+    >>> from fabweave.stock.supplies import plan_supplies
     >>> none = (("", None),)
     >>> both = plan_supplies((("warp", "card"), ("weft", "stainless-304")), none, none, ())
     >>> thinner_supply(both, 1, 100.0)

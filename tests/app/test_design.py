@@ -35,7 +35,7 @@ from fabweave.core.records import from_json, to_json
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.report.verdict import NotMakeableError, refused
-from fabweave.stock.sheet_text import parse_stock
+from fabweave.stock.sheet_size import parse_stock
 
 BALL = Settings("shape:icosahedron", size_mm=200.0, effort="quick")
 DESIGNS = [BALL, replace(BALL, refine="catmull-clark:1"), replace(BALL, pattern="twill")]

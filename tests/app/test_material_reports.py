@@ -13,8 +13,7 @@ from fabweave.app.woven_object import check_object, weave_object
 from fabweave.core.errors import CannotMakeError
 from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.bending import min_bend_radius_mm
-from fabweave.stock.material import material_named
+from fabweave.stock.material import material_named, min_bend_radius_mm
 
 #: From the most pliable to the stiffest that can be made at 300 mm.
 MADE = ("spring-shim-0.1", "card", "polypropylene", "birch-veneer", "aluminium-5052")

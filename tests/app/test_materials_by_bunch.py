@@ -26,7 +26,7 @@ from fabweave.ribbon.rules.rules import measure_along, measure_between, measure_
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.supply_plan import plan_supplies
+from fabweave.stock.supplies import plan_supplies
 from fabweave.verify import verify_job
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave

@@ -3,8 +3,7 @@
 import pytest
 from meshes_shared import shared_mesh
 
-from fabweave.app.joined_object import split_object
-from fabweave.app.refinement_remedy import MOST_CROSSINGS, REFINEMENTS, try_refinement
+from fabweave.app.joined_object import MOST_CROSSINGS, REFINEMENTS, split_object, try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object

@@ -12,7 +12,7 @@ import pytest
 import shapely
 from PIL import Image
 
-from fabweave.app.job_records import job_facts, job_map
+from fabweave.app.job_files import job_facts, job_map
 from fabweave.app.options.table import option_named
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
@@ -23,7 +23,7 @@ from fabweave.assembly.manual.pixels import Painted
 from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.step_pictures import step_pictures
 from fabweave.assembly.manual.writing import manual_pdf
-from fabweave.flat.unfold.stretch import piece_stretches
+from fabweave.flat.unfold.development import piece_stretches
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import all_fragments, nearest_triangles
 from fabweave.report.bom import bill_of_materials

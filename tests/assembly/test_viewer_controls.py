@@ -10,7 +10,7 @@ from viewer_scene import page_data
 from viewer_tab import Scene, Tab, all_of
 
 from fabweave.report.costs.texts import hours_text
-from fabweave.stock.labour import MIDDLE_PACE, PACE
+from fabweave.stock.machine import MIDDLE_PACE, PACE
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
 

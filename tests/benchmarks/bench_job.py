@@ -17,7 +17,7 @@ from pathlib import Path
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.core.parallel.workers import side_workers
+from fabweave.core.parallel.executors import side_workers
 from fabweave.core.units import parse_length
 from fabweave.verify import verify_job
 

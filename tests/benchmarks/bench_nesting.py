@@ -35,8 +35,8 @@ from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray
 from fabweave.nest.layout import Layout
-from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
+from fabweave.nest.recorded_layout import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 HERE = Path(__file__)

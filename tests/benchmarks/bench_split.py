@@ -28,7 +28,7 @@ from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.core.arrays import IntArray
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidate_costs import Bed, Candidates, list_candidates, price_candidates
-from fabweave.flat.split.cost import sheet_area
+from fabweave.flat.split.preferences import sheet_area
 from fabweave.flat.split.runs import Runs, unfold_runs
 from fabweave.flat.split.shortest_path import cheapest_ring, cheapest_row
 from fabweave.flat.split.splitting import choose_runs

@@ -12,7 +12,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray
 from fabweave.nest.item_shape import rotated, shape_of
-from fabweave.nest.separate.clearance_proof import shortfall_mm
+from fabweave.nest.separate.emptying import shortfall_mm
 from fabweave.nest.separate.item_field import ItemField, item_field
 
 #: By how much outlines are inflated, and simplified, for spyrrow.

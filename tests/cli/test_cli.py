@@ -17,7 +17,7 @@ import pytest
 from jobs import OCTAHEDRON, run
 from meshes_shared import mesh_params, shared_mesh
 
-from fabweave.app.folder_contents import write_contents
+from fabweave.app.job_folder import write_contents
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings

@@ -18,7 +18,7 @@ from jobs import run as run_here
 from fabweave.app import pipeline, split_job
 from fabweave.cli.main import main
 from fabweave.cli.terminal import speak_plainly
-from fabweave.nest import batches
+from fabweave.nest import nesting as batches
 from fabweave.verify import verify_job
 
 

@@ -9,7 +9,7 @@ from fabweave.core.arc_path import Path, stretch
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.drawing_check import check_drawing
-from fabweave.cut.kerfed_sheets import kerf_notes, kerfed_sheets
+from fabweave.cut.kerf import kerf_notes, kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints, bridged, parse_micro_joints
 
 

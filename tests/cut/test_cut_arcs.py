@@ -18,7 +18,7 @@ from fabweave.cut.labels.titles import place_titles
 from fabweave.cut.write.dxf import DXF_VERSIONS, dxf_bytes, extents
 from fabweave.cut.write.preview import png_bytes
 from fabweave.cut.write.svg import SVG_UNITS, svg_text
-from fabweave.flat.path_fit import fit_paths
+from fabweave.flat.outline import fit_paths
 from fabweave.report.waste import length_mm
 
 SVG = "{http://www.w3.org/2000/svg}"

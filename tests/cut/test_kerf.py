@@ -10,8 +10,7 @@ from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.drawing_check import MIN_SEGMENT_MM, check_drawing
-from fabweave.cut.kerf import TOLERANCE_MM, compensated, offset_path
-from fabweave.cut.kerfed_sheets import check_kerf
+from fabweave.cut.kerf import TOLERANCE_MM, check_kerf, compensated, offset_path
 
 
 @st.composite

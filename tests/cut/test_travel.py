@@ -11,8 +11,7 @@ from fabweave.core.arc_path import Path
 from fabweave.cut.drawing import Circle, Layer
 from fabweave.cut.labels.marks import Marks
 from fabweave.cut.labels.texts import Label
-from fabweave.cut.sheets import draw_sheets
-from fabweave.cut.travel import short_route
+from fabweave.cut.sheets import draw_sheets, short_route
 from fabweave.flat.piece import Piece
 from fabweave.nest.layout import Layout, Placement
 from fabweave.stock.sheet_size import SheetSize

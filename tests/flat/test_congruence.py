@@ -7,8 +7,13 @@ import pytest
 
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.flat.congruence import SAME_MM, alike_crossings, apart_mm, compare_pieces
-from fabweave.flat.equal_pieces import equal_pieces
+from fabweave.flat.congruence import (
+    SAME_MM,
+    alike_crossings,
+    apart_mm,
+    compare_pieces,
+    equal_pieces,
+)
 from fabweave.flat.outline import Frame
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fabweave.core.errors import InputError
-from fabweave.flat.joint.hanging import hanging_crossings, parse_hanging
+from fabweave.flat.joint.fastening import hanging_crossings, parse_hanging
 
 
 def ball(count=400, seed=1):

@@ -12,16 +12,18 @@ from weaving_meshes import meshes
 
 from fabweave.cli.main import cli
 from fabweave.core.errors import InputError
-from fabweave.flat.joint.drill import SLIDE_D, slot_path
-from fabweave.flat.joint.holes import PITCH_D, HoleRule, group_offsets
-from fabweave.flat.joint.interlock import (
+from fabweave.flat.joint.holes import PITCH_D, SLIDE_D, HoleRule, group_offsets, slot_path
+from fabweave.flat.joint.kinds import (
     CLEARANCE_MM,
+    GLUE,
+    KINDS,
+    JointRule,
     dovetail,
     dovetail_room,
+    parse_joint,
     slot_room,
     tab_in_slot,
 )
-from fabweave.flat.joint.kinds import GLUE, KINDS, JointRule, parse_joint
 from fabweave.flat.joint.planning import plan_joints
 from fabweave.flat.outline import STRAIGHT_MM
 from fabweave.flat.pieces import PieceSet, build_pieces

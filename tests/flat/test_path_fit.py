@@ -9,8 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.flat.outline import FIT_MM, INSCRIBED_MM, inscribed_polygon
-from fabweave.flat.path_fit import CORNER_DEG, fit_paths
+from fabweave.flat.outline import CORNER_DEG, FIT_MM, INSCRIBED_MM, fit_paths, inscribed_polygon
 
 
 def wavy(length, width, amplitude, waves, count, phase):

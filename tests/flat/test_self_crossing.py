@@ -12,11 +12,10 @@ from fabweave.app import joined_object
 from fabweave.app.woven_object import width_notes
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.outline import simple
-from fabweave.flat.split.candidates import lay_course
+from fabweave.flat.split.candidates import lay_course, list_sites
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.self_clearance import also_barred, last_clear
 from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs
-from fabweave.flat.split.sites import list_sites
 from fabweave.mesh.shapes.grids import torus
 
 #: The projection method bends strands at every crossing of triangles, up to kinks and loops.

@@ -16,8 +16,8 @@ from fabweave.flat.piece import Joint
 from fabweave.flat.pieces import PieceSet, build_pieces
 from fabweave.flat.split import splitting
 from fabweave.flat.split.candidate_costs import MOST_PASSES
+from fabweave.flat.split.candidates import Sites, list_sites
 from fabweave.flat.split.runs import Runs, unfold_runs
-from fabweave.flat.split.sites import Sites, list_sites
 from fabweave.flat.strand_owners import find_owners
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh

@@ -6,9 +6,8 @@ import pytest
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError
 from fabweave.flat.split.candidate_costs import Bed, Candidates
-from fabweave.flat.split.candidates import Course, Windows
-from fabweave.flat.split.refusal import splitting_refusal
-from fabweave.flat.split.sites import Sites
+from fabweave.flat.split.candidates import Course, Sites, Windows
+from fabweave.flat.split.splitting import splitting_refusal
 from fabweave.flat.unfold.development import Strips
 
 STEPS = 40

@@ -5,11 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from fabweave.flat.split.candidates import lay_course, measure_windows, station_of_site
-from fabweave.flat.split.repeats import find_repeats
+from fabweave.flat.split.candidates import lay_course, list_sites, measure_windows, station_of_site
+from fabweave.flat.split.repeats import KindPrices, find_repeats, repeating, window_kinds
 from fabweave.flat.split.runs import Runs
-from fabweave.flat.split.sites import list_sites
-from fabweave.flat.split.window_kinds import KindPrices, repeating, window_kinds
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape

@@ -18,8 +18,7 @@ from fabweave.flat.joint.kinds import KINDS
 from fabweave.guide.pages import TOPICS, for_terminal, page, summary
 from fabweave.mesh.shapes.catalogue import SHAPES
 from fabweave.mesh.subdivide.refine import SCHEMES
-from fabweave.stock.bending import min_bend_radius_mm
-from fabweave.stock.material import material_library
+from fabweave.stock.material import material_library, min_bend_radius_mm
 from fabweave.verify.report import MEANINGS
 
 ROOT = Path(__file__).parents[2]

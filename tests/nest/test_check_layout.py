@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.nest.layout import Layout, Placement
-from fabweave.nest.layout_check import check_layout
+from fabweave.nest.recorded_layout import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])

@@ -4,12 +4,11 @@ import pytest
 from fabweave.nest import nesting
 from fabweave.nest.container import container_of
 from fabweave.nest.item_shape import shape_of
-from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
 from fabweave.nest.place.coarse_search import CoarseSearch
+from fabweave.nest.recorded_layout import check_layout
 from fabweave.nest.separate import emptying
-from fabweave.nest.separate.clearance_proof import shortfall_mm
-from fabweave.nest.separate.emptying import SeparationProblem
+from fabweave.nest.separate.emptying import SeparationProblem, shortfall_mm
 from fabweave.nest.separate.item_field import item_field
 from fabweave.stock.rotations import FREE
 from fabweave.stock.sheet_size import SheetSize

@@ -13,8 +13,8 @@ import pytest
 import shapely
 
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
+from fabweave.nest.recorded_layout import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 

@@ -11,9 +11,9 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.nest import nesting
 from fabweave.nest.container import container_of
 from fabweave.nest.effort import effort_named
-from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
-from fabweave.nest.separate.obstacle import obstacle_field
+from fabweave.nest.recorded_layout import check_layout
+from fabweave.nest.separate.overlap import obstacle_field
 from fabweave.stock.rotations import FREE, Rotations, parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 

@@ -11,8 +11,8 @@ from sheet_fit import fits_some_sheet
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.effort import effort_named
 from fabweave.nest.fits import fits_stock
-from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
+from fabweave.nest.recorded_layout import check_layout
 from fabweave.stock.rotations import FREE, parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabweave.nest.item_shape import rotated, shape_of
-from fabweave.nest.separate.clearance_proof import shortfall_mm
+from fabweave.nest.separate.emptying import shortfall_mm
 from fabweave.nest.separate.item_field import item_field
 from fabweave.nest.separate.overlap import distances, item_arrays, near_samples, place_items
 from fabweave.nest.separate.separation import separate

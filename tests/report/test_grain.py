@@ -8,8 +8,14 @@ from fabweave.app.request import ACROSS, chosen_grain, complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.report.grain import grain_notes, tight_along
-from fabweave.stock.bending import along_radius_mm, laid_across, min_bend_radius_mm
-from fabweave.stock.material import material_library, material_named, with_thickness
+from fabweave.stock.material import (
+    along_radius_mm,
+    laid_across,
+    material_library,
+    material_named,
+    min_bend_radius_mm,
+    with_thickness,
+)
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.rotations import FREE, parse_rotations
 

@@ -4,9 +4,14 @@ import pytest
 
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.settings import Settings
-from fabweave.stock.bending import min_bend_radius_mm
-from fabweave.stock.forming import formed_radius_mm, forming_advice
-from fabweave.stock.material import material_library, material_named, with_thickness
+from fabweave.stock.material import (
+    formed_radius_mm,
+    forming_advice,
+    material_library,
+    material_named,
+    min_bend_radius_mm,
+    with_thickness,
+)
 
 FORMED = [material for material in material_library() if material.formed_table_mm]
 

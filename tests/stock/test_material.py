@@ -6,11 +6,11 @@ from hypothesis import strategies as st
 from PIL import ImageColor
 
 from fabweave.core.errors import InputError
-from fabweave.stock.bending import min_bend_radius_mm
 from fabweave.stock.material import (
     hole_edge_mm,
     material_library,
     material_named,
+    min_bend_radius_mm,
     min_hole_mm,
     sheet_mass_kg,
     with_thickness,

@@ -14,15 +14,15 @@ from fabweave.core.errors import InputError
 from fabweave.cut.preflight import targets as target_module
 from fabweave.cut.preflight.targets import Target, target_named, target_table, targets, targets_of
 from fabweave.stock import material as material_module
-from fabweave.stock.forming import formed_radius_mm
 from fabweave.stock.material import (
     Material,
+    formed_radius_mm,
     material_library,
     material_named,
     material_table,
     materials_of,
 )
-from fabweave.stock.supply_plan import materials_in_use, parse_materials
+from fabweave.stock.supplies import materials_in_use, parse_materials
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FELT = {

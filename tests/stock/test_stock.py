@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
 from fabweave.cut.preflight.targets import target_named
-from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.sheet_text import check_stock, format_stock, parse_stock, usable_size
+from fabweave.stock.sheet_size import SheetSize, check_stock, format_stock, parse_stock, usable_size
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.stock.outline_file import read_outline
-from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.sheet_text import stock_for, stock_table
-from fabweave.stock.stock_file import read_stock, stock_of
+from fabweave.stock.sheet_size import SheetSize, stock_for, stock_table
+from fabweave.stock.stock_file import read_outline, read_stock, stock_of
 
 LIST = """
 [[sheet]]

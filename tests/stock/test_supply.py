@@ -9,10 +9,10 @@ import shapely
 from fabweave.core.errors import CannotMakeError
 from fabweave.nest.container import Container, clear_rectangle
 from fabweave.nest.layout import Layout, Placement
-from fabweave.nest.layout_check import check_layout
 from fabweave.nest.nesting import nest
 from fabweave.nest.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
 from fabweave.nest.place.rectangle import largest_rectangle
+from fabweave.nest.recorded_layout import check_layout
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 

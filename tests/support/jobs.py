@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest import mock
 
-from fabweave.app import foretold_sheets, pipeline, split_job
-from fabweave.app.design import making, ways_out
+from fabweave.app import nest_job, pipeline, split_job
+from fabweave.app.design import making
 from fabweave.cli import inspect
 from fabweave.cli.main import main
 from fabweave.picture import loss_picture, portrait
@@ -44,7 +44,7 @@ def quick_jobs() -> Iterator[None]:
         mock.patch.object(pipeline, "portrait_png", _small_portrait),
         mock.patch.object(split_job, "rough_nesting", return_value=None),
         mock.patch.object(making, "_TRIES", 4),
-        mock.patch.object(ways_out, "_MESHES", 2),
+        mock.patch.object(making, "_MESHES", 2),
         mock.patch.object(inspect, "_DESIGNS", 1),
         mock.patch.object(pipeline, "likeness_png", _small_likeness),
     ):
@@ -57,9 +57,9 @@ def shipped_jobs() -> Iterator[None]:
     with (
         mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
         mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
-        mock.patch.object(split_job, "rough_nesting", foretold_sheets.rough_nesting),
+        mock.patch.object(split_job, "rough_nesting", nest_job.rough_nesting),
         mock.patch.object(making, "_TRIES", _SHIPPED_TRIES),
-        mock.patch.object(ways_out, "_MESHES", _SHIPPED_MESHES),
+        mock.patch.object(making, "_MESHES", _SHIPPED_MESHES),
         mock.patch.object(inspect, "_DESIGNS", _SHIPPED_DESIGNS),
         mock.patch.object(pipeline, "likeness_png", loss_picture.likeness_png),
     ):
@@ -67,7 +67,7 @@ def shipped_jobs() -> Iterator[None]:
 
 
 _SHIPPED_WORKERS, _SHIPPED_TRIES = pipeline._MOST_WORKERS, making._TRIES
-_SHIPPED_MESHES, _SHIPPED_DESIGNS = ways_out._MESHES, inspect._DESIGNS
+_SHIPPED_MESHES, _SHIPPED_DESIGNS = making._MESHES, inspect._DESIGNS
 
 
 def _small_portrait(ribbons, colours) -> bytes:

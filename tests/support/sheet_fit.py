@@ -6,8 +6,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.nest.container import Container
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
-from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.sheet_text import usable_size
+from fabweave.stock.sheet_size import SheetSize, usable_size
 
 
 def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.app.job_records import job_map
+from fabweave.app.job_files import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import settings_from_job
 from fabweave.assembly.manual.painting import NEW

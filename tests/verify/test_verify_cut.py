@@ -10,7 +10,7 @@ from sealing import verify_job
 from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.kerfed_sheets import kerfed_sheets
+from fabweave.cut.kerf import kerfed_sheets
 from fabweave.cut.micro_joints import MicroJoints
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.svg import svg_text

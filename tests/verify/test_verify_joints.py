@@ -14,7 +14,8 @@ from fabweave.app import joined_object
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.flat.joint import interlock, kinds
+from fabweave.flat.joint import kinds
+from fabweave.flat.joint import kinds as interlock
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.checks.model.unfolding import check_unfolding
 from fabweave.verify.checks.plan.joints import check_joints

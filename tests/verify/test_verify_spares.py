@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabweave.flat.spares import parse_spares, spared
+from fabweave.flat.congruence import parse_spares, spared
 from fabweave.verify.checks.plan.kinds import check_kinds
 from fabweave.verify.checks.sheets.drawings import check_dxf
 from fabweave.verify.checks.sheets.labels import check_labels

@@ -8,7 +8,7 @@ from fabweave.app.design.page import words
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json
 from fabweave.report.verdict import VERDICTS, Reason
-from fabweave.stock.labour import CURRENCY
+from fabweave.stock.machine import CURRENCY
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")

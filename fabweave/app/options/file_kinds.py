@@ -88,10 +88,10 @@ def sheets() -> Kind:
     """Return the kind of sheets of which there is nothing to know but size, number and bunch."""
 
     def read(text: str) -> Any:
-        return load("fabweave.stock.sheet_text.parse_stock")(text)
+        return load("fabweave.stock.sheet_size.parse_stock")(text)
 
     def write(value: Any) -> list[str]:
-        stock = load("fabweave.stock.sheet_text.format_stock")
+        stock = load("fabweave.stock.sheet_size.format_stock")
         return [stock(sheet) for sheet in value if sheet.plain]
 
     expected = "a sheet such as '600x400mm:3', or a list of them"
@@ -109,7 +109,7 @@ def stock_list() -> Kind:
 
     def write(value: Any) -> Any:
         kept = [sheet for sheet in value if not sheet.plain]
-        return load("fabweave.stock.sheet_text.stock_table")(kept)
+        return load("fabweave.stock.sheet_size.stock_table")(kept)
 
     expected = "a list of stock, such as stock.toml"
     return Kind("FILE", expected, _accept_sheets, read, write, of_table=of_table)
@@ -123,7 +123,7 @@ def _accept_sheets(value: Any) -> Any:
         return None
     try:
         if found:
-            load("fabweave.stock.sheet_text.check_stock")(found, 0.0)
+            load("fabweave.stock.sheet_size.check_stock")(found, 0.0)
         for sheet in found:
             if sheet.bunch:
                 load("fabweave.stock.per_bunch.bunch_number")(sheet.bunch)

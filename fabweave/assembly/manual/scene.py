@@ -8,7 +8,7 @@ from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.flat.crossing_map import CrossingMap
 from fabweave.flat.piece import Piece
-from fabweave.flat.unfold.stretch import Stretches, piece_stretches
+from fabweave.flat.unfold.development import Stretches, piece_stretches
 from fabweave.picture.camera import Frame, View, frame_object
 from fabweave.picture.shading import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles

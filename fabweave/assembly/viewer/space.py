@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.core.records import record
 from fabweave.flat.piece import Piece
-from fabweave.flat.unfold.stretch import piece_stretches
+from fabweave.flat.unfold.development import piece_stretches
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 

@@ -7,11 +7,9 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.flat.joint.interlock import Interlock
-from fabweave.flat.joint.kinds import GLUE, JointKind, JointRule
+from fabweave.flat.joint.kinds import GLUE, Interlock, JointKind, JointRule
 from fabweave.flat.split.runs import Runs
-from fabweave.flat.unfold.development import Strips, run_rungs, unfold
-from fabweave.flat.unfold.trim import trim_strips
+from fabweave.flat.unfold.development import Strips, run_rungs, trim_strips, unfold
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads

@@ -8,16 +8,16 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.split.candidates import (
     Course,
+    Sites,
     Windows,
     lay_course,
+    list_sites,
     measure_windows,
     station_of_site,
 )
-from fabweave.flat.split.cost import window_costs
-from fabweave.flat.split.preferences import SheetsNeeded
+from fabweave.flat.split.preferences import SheetsNeeded, window_costs
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.self_clearance import also_barred, last_clear
-from fabweave.flat.split.sites import Sites, list_sites
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 

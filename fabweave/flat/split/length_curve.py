@@ -10,16 +10,16 @@ from fabweave.core.arrays import IntArray
 from fabweave.core.records import record
 from fabweave.flat.outline import strip_outlines
 from fabweave.flat.split.candidate_costs import Bed
-from fabweave.flat.split.cost import sheet_area
+from fabweave.flat.split.candidates import Sites
 from fabweave.flat.split.preferences import (
     Workshop,
     all_sheets_for,
     cost_of,
     hand_hours,
     machine_hours,
+    sheet_area,
 )
 from fabweave.flat.split.runs import Runs, unfold_runs
-from fabweave.flat.split.sites import Sites
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.threads import Threads
 

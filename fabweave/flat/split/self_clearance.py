@@ -10,9 +10,8 @@ import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.flat.outline import strip_outlines
-from fabweave.flat.split.candidates import Course
+from fabweave.flat.split.candidates import Course, Sites
 from fabweave.flat.split.runs import Runs
-from fabweave.flat.split.sites import Sites
 from fabweave.flat.unfold.development import Strips
 
 #: Two stretches of one outline must not come nearer than this.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
-from fabweave.flat.split.cost import AVOIDED_MM2
+from fabweave.flat.split.preferences import AVOIDED_MM2
 from fabweave.weave.threads import Threads
 
 

@@ -1,12 +1,15 @@
 """Unfold strips of planar facets to the plane, exactly."""
 
+from collections.abc import Sequence
 from typing import TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
-from fabweave.ribbon.project import Ribbons
+from fabweave.flat.piece import Piece
+from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.weave.pattern import Weave, strand_passes
 
 _Complex: TypeAlias = npt.NDArray[np.complex128]
 _Number = TypeVar("_Number", np.float64, np.complex128)
@@ -194,3 +197,139 @@ def wave_turns(ribbons: Ribbons) -> FloatArray:
     out, back = heading[starts] / rung[starts], heading[ends - 1] / rung[ends]
     wave[strips.rung[starts]] = np.degrees(np.angle(out * back.conj()))
     return wave
+
+
+def trim_strips(strips: Strips, begin: FloatArray, end: FloatArray) -> Strips:
+    """Return strips that begin and end at given places.
+
+    A place is a rung's number in its strip, counted from 0; between two rungs it shares both
+    rails alike, which are straight there.
+
+    Parameters
+    ----------
+    strips : Strips
+    begin, end : (S,) float arrays
+        ``0 <= begin < end <= count - 1``.
+
+    Returns
+    -------
+    Strips
+        With the rungs strictly between, and one at either end.
+
+    Examples
+    --------
+    >>> rungs = np.arange(4)
+    >>> rails = np.column_stack((rungs * 2.0, np.zeros(4)))
+    >>> strip = Strips(np.array([0, 4]), rungs, rails, rails + (0.0, 1.0))
+    >>> trim_strips(strip, np.array([0.5]), np.array([3.0])).left[:, 0].tolist()
+    [1.0, 2.0, 4.0, 6.0]
+    """
+    counts = np.diff(strips.offsets)
+    place = np.arange(len(strips.rung)) - np.repeat(strips.offsets[:-1], counts)
+    inside = (place > np.repeat(begin, counts)) & (place < np.repeat(end, counts))
+    strip = np.repeat(np.arange(len(counts)), counts)
+    kept = np.flatnonzero(inside)
+    offsets = offsets_of(np.bincount(strip[kept], minlength=len(counts)) + 2)
+    order = np.empty(offsets[-1], dtype=np.int64)
+    ends = np.zeros(offsets[-1], dtype=bool)
+    ends[offsets[:-1]] = ends[offsets[1:] - 1] = True
+    order[~ends] = kept
+    rails = []
+    for rail in (strips.right, strips.left):
+        trimmed = np.empty((offsets[-1], 2))
+        trimmed[~ends] = rail[kept]
+        trimmed[offsets[:-1]] = rail_at(rail, strips.offsets[:-1], begin)
+        trimmed[offsets[1:] - 1] = rail_at(rail, strips.offsets[:-1], end)
+        rails.append(trimmed)
+    order[offsets[:-1]] = strips.offsets[:-1] + np.floor(begin).astype(np.int64)
+    order[offsets[1:] - 1] = strips.offsets[:-1] + np.ceil(end).astype(np.int64)
+    return Strips(offsets, strips.rung[order], *rails)
+
+
+def rail_at(rail: FloatArray, first: IntArray, place: FloatArray) -> FloatArray:
+    """Return points of a rail at places counted from the rungs ``first``, (N, 2)."""
+    low = np.floor(place).astype(np.int64)
+    share = (place - low)[:, None]
+    near, far = rail[first + low], rail[first + np.ceil(place).astype(np.int64)]
+    return np.asarray(near + share * (far - near))
+
+
+@frozen_value
+class Stretches:
+    """The rungs of every piece, from the panel of its first crossing to that of its last.
+
+    Where no joint ends a piece, it reaches to the end of its open thread. Two pieces that lap both
+    have the panel of their joint.
+
+    Parameters
+    ----------
+    rung : (N,) int array
+        The rungs of all pieces one after another, as numbers of rungs of the ribbons.
+    offsets : (P + 1,) int array
+        Where the rungs of each piece begin.
+    panel : (S,) int array
+        For all stations of all pieces, one after another: the rung, from the piece's own first, at
+        which the panel of the station begins.
+    panel_offsets : (P + 1,) int array
+        Where the stations of each piece begin.
+    """
+
+    rung: IntArray
+    offsets: IntArray
+    panel: IntArray
+    panel_offsets: IntArray
+
+    def quads(self) -> tuple[IntArray, IntArray]:
+        """Return the rungs at which quads of ribbon begin, and the piece that each belongs to.
+
+        A piece's last rung ends its last quad, and begins none.
+        """
+        begins = np.ones(len(self.rung), dtype=np.bool_)
+        begins[self.offsets[1:] - 1] = False
+        counts = np.diff(self.offsets) - 1
+        return self.rung[begins], np.repeat(np.arange(len(counts)), counts)
+
+
+def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> Stretches:
+    """Find the stretch of ribbon of every piece.
+
+    Parameters
+    ----------
+    ribbons, weave
+        The ribbons in space, and who is on top.
+    pieces : sequence of Piece
+        All pieces of a job.
+
+    Returns
+    -------
+    Stretches
+        Rungs rise along each piece, and count on from the first one around a ring.
+    """
+    threads = weave.threads
+    passes = strand_passes(weave)
+    first = np.array(
+        [passes[piece.crossings[0], int(piece.over[0])] for piece in pieces], dtype=np.int64
+    )
+    thread = threads.thread_of_pass[first]
+    panel_offsets = offsets_of(np.array([len(piece.crossings) for piece in pieces], dtype=np.int64))
+    stations = np.diff(panel_offsets)
+    place = _counted(first - threads.offsets[thread], stations)
+    entry = local_entry(ribbons, np.repeat(thread, stations), place)
+    size = np.diff(ribbons.offsets)[thread]
+    start, last = entry[panel_offsets[:-1]], entry[panel_offsets[1:] - 1] + 1
+    start = np.where([piece.start_joint is None for piece in pieces], 0, start)
+    last = np.where([piece.end_joint is None for piece in pieces], size - 1, last)
+    counts = last - start + 1
+    local = _counted(start, counts) % np.repeat(size, counts)
+    return Stretches(
+        np.repeat(ribbons.offsets[thread], counts) + local,
+        offsets_of(counts),
+        entry - np.repeat(start, stations),
+        panel_offsets,
+    )
+
+
+def _counted(first: IntArray, counts: IntArray) -> IntArray:
+    """Count up from each of some numbers, so many times."""
+    offsets = offsets_of(counts)
+    return np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)

@@ -17,8 +17,7 @@ from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated
 from fabweave.nest.place.raster import filled_pixels
 from fabweave.nest.separate.item_field import ItemField
-from fabweave.nest.separate.obstacle import ObstacleField
-from fabweave.nest.separate.overlap import PlacedItems, distances
+from fabweave.nest.separate.overlap import ObstacleField, PlacedItems, distances
 
 #: Side of a pixel, millimetres; more where a sheet has more than so many.
 _PIXEL_MM, _MOST_PIXELS = 4.0, 60_000

@@ -9,7 +9,7 @@ from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet
 from fabweave.nest.separate.arrangement import UNPLACED, Arrangement, arrangement_of, placement_of
 from fabweave.nest.separate.emptying import SeparationProblem, empty_sheet
 from fabweave.nest.separate.item_field import ItemField, item_field
-from fabweave.nest.separate.obstacle import obstacle_field
+from fabweave.nest.separate.overlap import obstacle_field
 
 #: How strongly pieces are drawn to the left on the last sheet: its rest stays in one piece.
 _LAST_PULL = 3.0

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+import shapely
 
 from fabweave.core.arrays import (
     BoolArray,
@@ -13,7 +14,8 @@ from fabweave.core.arrays import (
     offsets_of,
     places_in_groups,
 )
-from fabweave.nest.separate.item_field import REACH_MM, ItemField
+from fabweave.nest.container import Container
+from fabweave.nest.separate.item_field import REACH_MM, ItemField, signed_distance_field
 
 #: How many samples are looked up together at first.
 _BLOCK = 6
@@ -197,3 +199,49 @@ def _ranges(begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the numbers of all ranges one after another, and the range of each."""
     owner = np.repeat(np.arange(len(count)), count)
     return begin[owner] + places_in_groups(count), owner
+
+
+#: Between nodes of the field's grid, millimetres; more where a sheet has more than so many cells.
+_STEP_MM, _MOST_CELLS = 1.0, 250_000
+
+
+@frozen_value
+class ObstacleField:
+    """What is barred, as an item that never moves."""
+
+    barred: shapely.Geometry
+    placed: PlacedItems
+
+    def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the signed distance of points (K, 2) from what is barred, and its gradient."""
+        return distances(self.placed, points, np.zeros(len(points), dtype=np.int64))
+
+
+def obstacle_field(container: Container, gap_mm: float) -> ObstacleField | None:
+    """Return the field of what is barred in a container; None if nothing is.
+
+    Examples
+    --------
+    >>> container = Container((80.0, 60.0), shapely.box(20.0, 20.0, 30.0, 30.0))
+    >>> field = obstacle_field(container, 2.0)
+    >>> field.distances(np.array([[25.0, 33.0], [25.0, 21.5]]))[0].round(2).tolist()
+    [3.0, -1.5]
+    """
+    if container.barred is None:
+        return None
+    reach = gap_mm + REACH_MM
+    low, high = np.full(2, -reach), np.array(container.size_mm) + reach
+    step = max(_STEP_MM, float(np.sqrt(np.prod(high - low) / _MOST_CELLS)))
+    # Beyond the usable area nothing is nearer than its rim, which the border keeps.
+    deep = float(np.hypot(*container.size_mm))
+    item = ItemField(
+        outline=np.zeros((1, 2)),
+        centre=np.zeros(2),
+        samples=np.zeros((1, 2)),
+        distance=signed_distance_field(container.barred, low, high, step, deep),
+        corner=low,
+        step_mm=step,
+        radius_mm=1.0,
+        area_mm2=0.0,
+    )
+    return ObstacleField(container.barred, place_items(item_arrays([item]), np.zeros((1, 3))))

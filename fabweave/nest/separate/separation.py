@@ -9,9 +9,9 @@ permutations: items slide and turn, they do not jump.
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.nest.separate.obstacle import ObstacleField
 from fabweave.nest.separate.overlap import (
     ItemArrays,
+    ObstacleField,
     PlacedItems,
     distances,
     near_samples,

@@ -10,8 +10,7 @@ from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap, HoleRecord, StepRecord
 from fabweave.flat.joint.kinds import KINDS
 from fabweave.report.costs.fasteners import fastener_class
-from fabweave.stock.labour import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED
-from fabweave.stock.machine import Span
+from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
 #: in jobs of 8 to 140 pieces.

@@ -6,8 +6,7 @@ from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.report.costs.assembly_time import AssemblyTime
 from fabweave.report.costs.fasteners import fastener_class
 from fabweave.report.costs.rates import MaterialRates
-from fabweave.stock.labour import CURRENCY, PACE
-from fabweave.stock.machine import OneOrSpan, as_span, machines
+from fabweave.stock.machine import CURRENCY, PACE, OneOrSpan, as_span, machines
 
 
 def assumptions_of(

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Sequence
 from fabweave.core.records import record
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.report.costs.fasteners import GLUE_PRICE, TAPE_PRICE, fastener_class
-from fabweave.stock.labour import CURRENCY
-from fabweave.stock.machine import Span, as_span
+from fabweave.stock.machine import CURRENCY, Span, as_span
 from fabweave.stock.material import Material
 
 _HOUR_S = 3600.0
