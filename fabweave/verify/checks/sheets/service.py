@@ -14,8 +14,8 @@ from fabweave.verify.checks.sheets.looks import check_dxf_looks, check_svg_looks
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece
 from fabweave.verify.drawing import Drawing, Floats
 from fabweave.verify.measure.arcs import ring_points
+from fabweave.verify.read.folders import PLAIN_LAYER, SERVICE, TABLE, Service
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.read.service import FOLDER, LAYER, TABLE, Service
 from fabweave.verify.statement import Place, Tally, cell_number
 
 #: Colour 7 is black on white and white on black; it has no exact colour.
@@ -27,7 +27,7 @@ def check_service(job: Job, tally: Tally) -> None:
     """Check the folder of a job for a service; of another job that there is none."""
     plan, service = required(job.map), job.service
     wanted = plan.cut.profile == "service"
-    folder = tally.at(FOLDER)
+    folder = tally.at(SERVICE)
     if service is None or not wanted:
         folder.expect(
             service is None and not wanted,
@@ -112,8 +112,8 @@ def _check_looks(drawing: Drawing, plan: CrossingMap, place: Place) -> None:
     if drawing.version is None:
         check_svg_looks(drawing, cut, {"": cut.colours["CUT_OUTER"]}, place)
         return
-    place.equal("its layers", set(drawing.layers), {LAYER})
-    check_dxf_looks(drawing, cut, {LAYER: (None, _PLAIN)}, place)
+    place.equal("its layers", set(drawing.layers), {PLAIN_LAYER})
+    check_dxf_looks(drawing, cut, {PLAIN_LAYER: (None, _PLAIN)}, place)
 
 
 def _check_drawing(
