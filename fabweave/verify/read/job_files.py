@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet, read_crossing_map
 from fabweave.verify.drawing import Drawing, Floats, ReadError
-from fabweave.verify.measure.areas import Areas, areas_of
 from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
@@ -107,12 +106,6 @@ class Job:
                 count, total = layers.get(hole["crossing"], (0, 0.0))
                 layers[hole["crossing"]] = (count + 1, total + ring["thickness_mm"])
         return layers
-
-    @cached_property
-    def areas(self) -> dict[str, Areas]:
-        """What each piece and spare comes to: its area, its holes, the length of its cuts."""
-        plan = self.map
-        return {} if plan is None else {piece.id: areas_of(piece, plan) for piece in plan.to_cut}
 
     @property
     def clearance_mm(self) -> float | None:

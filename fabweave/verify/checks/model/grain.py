@@ -6,9 +6,8 @@ import numpy as np
 
 from fabweave.verify.checks.model.clearance import finding_about
 from fabweave.verify.checks.model.ribbons import measure_strip
-from fabweave.verify.drawing import Floats
+from fabweave.verify.drawing import Flags, Floats
 from fabweave.verify.measure.bending import measure_bending
-from fabweave.verify.measure.course import Flags
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally, as_number, stated_number

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.course import Flags
+from fabweave.verify.drawing import Flags, Floats, Ints
 from fabweave.verify.measure.threads import groups_of
 from fabweave.verify.measure.walks import LoadedMesh
 from fabweave.verify.read.job_files import Job, required
