@@ -124,7 +124,7 @@ def verify_job(directory: Path) -> VerifyReport:
         tally.unfinished("the folder cannot be read to its end", error)
         job = Job()
     seal = Tally("seal")
-    _check_seal(directory, seal)
+    check_seal(directory, seal)
     results.append(seal.result())
     for task in _TASKS:
         tally = tally if task is _TASKS[0] else Tally(task.name)
@@ -146,7 +146,7 @@ def _run(task: _Task, job: Job, tally: Tally) -> None:
         tally.unfinished("not finished", error)
 
 
-def _check_seal(directory: Path, tally: Tally) -> None:
+def check_seal(directory: Path, tally: Tally) -> None:
     """Check that a folder holds the files that its list names, unchanged, and no others.
 
     Parameters
