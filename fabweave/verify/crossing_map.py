@@ -188,7 +188,8 @@ class Piece:
     def __post_init__(self) -> None:
         """Require corners, and cut along the outline where no path is stated."""
         _require_shape(self.outline, 2, "the outline")
-        if not len(self.path):
+        # What is stated to be empty has another shape.
+        if self.path.shape == (0, 3):
             path = np.column_stack([self.outline, np.zeros(len(self.outline))])
             object.__setattr__(self, "path", path)
         _require_shape(self.path, 3, "the path", least=2)

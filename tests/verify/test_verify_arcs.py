@@ -200,7 +200,7 @@ def test_a_broken_path_breaks_the_map(specimen, tmp_path, path):
     plan = json.loads((folder / "crossing_map.json").read_text())
     plan["pieces"][0]["path"] = path
     (folder / "crossing_map.json").write_text(json.dumps(plan))
-    assert any(".path" in finding for finding in told(folder)["files"])
+    assert any("path" in finding for finding in told(folder)["files"])
 
 
 # --- measuring ----------------------------------------------------------------------------------
